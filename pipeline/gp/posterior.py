@@ -1,0 +1,116 @@
+"""The posterior: factored once, then asked often."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import lapack
+
+from pipeline.arrays import Array
+from pipeline.gp.prior import Prior
+from pipeline.gp.samples import Samples
+from pipeline.gp.signal import KernelSum
+
+
+class IllConditioned(ArithmeticError):
+    """K + σ_n² I is not numerically positive definite."""
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """A Gaussian process given samples.
+
+    One Cholesky factor of K + σ_n² I carries the weights, the variance, the likelihood with its gradient, and the
+    gradient of the mean. Raises IllConditioned, on first use, where that factor does not exist.
+    """
+
+    prior: Prior
+    samples: Samples
+
+    @cached_property
+    def weights(self) -> Array:
+        """c = (K + σ_n² I)⁻¹ (y − m), shape (n,)."""
+        return self._solve(self.samples.values - self.prior.mean)
+
+    @cached_property
+    def signal(self) -> KernelSum:
+        """The posterior mean as a function of time."""
+        return KernelSum(self.prior.kernel, self.prior.mean, self.samples.times, self.weights)
+
+    def mean(self, t: Array) -> Array:
+        """m⁺(t), the shape of t [s]."""
+        return self.signal(t)
+
+    def derivative(self, t: Array) -> Array:
+        """ṁ⁺(t), the shape of t [s]."""
+        return self.signal.derivative(t)
+
+    def variance(self, t: Array) -> Array:
+        """Variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
+        t = np.asarray(t, dtype=float)
+        cross = self.prior.kernel(t[..., None] - self.samples.times)
+        explained = np.sum(cross * self._solve(cross.reshape(-1, len(self.samples)).T).T.reshape(cross.shape), axis=-1)
+        return np.asarray(np.maximum(self.prior.kernel(np.zeros(())) - explained, 0.0))
+
+    def mean_gradient(self, t: Array) -> Array:
+        """∂m⁺(t)/∂ln θ of the learned hyperparameters: shape (p, *t.shape)."""
+        differences = np.asarray(t, dtype=float)[..., None] - self.samples.times
+        jet, gradient = self.prior.kernel.jet_and_gradient(differences, 0)
+        through_kernel = np.concatenate([gradient[:, 0] @ self.weights, np.zeros((1, *differences.shape[:-1]))])
+        through_weights = np.moveaxis(jet[0] @ self._weights_gradient.T, -1, 0)
+        return np.asarray(through_kernel[self._learned] + through_weights)
+
+    def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
+        """l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ, shape (p,).
+
+        Twice the usual negative logarithm: the factor of the paper is kept, so that printed values can be compared.
+        The gradient is tr((A⁻¹ − c cᵀ) ∂A).
+        """
+        n, c = len(self.samples), self.weights
+        value = 2 * np.sum(np.log(np.diag(self._factor))) + c @ (self.samples.values - self.prior.mean)
+        inner = self._inverse - np.outer(c, c)
+        by_kernel = np.einsum("ij,pij->p", inner, self._gram_gradient)
+        by_noise = 2 * self.prior.noise_std**2 * np.trace(inner)
+        return float(value + n * np.log(2 * np.pi)), np.append(by_kernel, by_noise)[self._learned]
+
+    @cached_property
+    def _learned(self) -> list[int]:
+        return [i for i, name in enumerate(self.prior.hyperparameters) if name in self.prior.learned]
+
+    @cached_property
+    def _gram_and_gradient(self) -> tuple[Array, Array]:
+        t = self.samples.times
+        jet, gradient = self.prior.kernel.jet_and_gradient(t[:, None] - t, 0)
+        return np.asarray(jet[0]), np.asarray(gradient[:, 0])
+
+    @property
+    def _gram_gradient(self) -> Array:
+        """∂K/∂ln θ_j of the kernel's hyperparameters, shape (p, n, n)."""
+        return self._gram_and_gradient[1]
+
+    @cached_property
+    def _factor(self) -> Array:
+        """Lower Cholesky factor of K + σ_n² I."""
+        gram = self._gram_and_gradient[0].copy()
+        gram.flat[:: len(gram) + 1] += self.prior.noise_std**2
+        factor, info = lapack.dpotrf(gram, lower=True, clean=True)
+        if info:
+            values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
+            raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")
+        return np.asarray(factor)
+
+    def _solve(self, right: Array) -> Array:
+        solution, _ = lapack.dpotrs(self._factor, right, lower=True)
+        return np.asarray(solution.reshape(right.shape))
+
+    @cached_property
+    def _inverse(self) -> Array:
+        lower, _ = lapack.dpotri(self._factor, lower=True)
+        return np.asarray(np.tril(lower) + np.tril(lower, -1).T)
+
+    @cached_property
+    def _weights_gradient(self) -> Array:
+        """∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, shape (p, n)."""
+        by_kernel = self._gram_gradient @ self.weights
+        by_noise = 2 * self.prior.noise_std**2 * self.weights
+        return -self._solve(np.vstack([by_kernel, by_noise])[self._learned].T).T

@@ -1,0 +1,1 @@
+"""Learning hyperparameters under the constraint that the posterior mean can be tracked."""

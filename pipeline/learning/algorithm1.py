@@ -1,0 +1,116 @@
+"""Algorithm 1 of the paper: constrained learning of asymptotically constant references.
+
+Constrain the first k̄ steps, learn, test whether the bounds from t̄ = k̄ T_s on hold for ever, otherwise take one more.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.gp.posterior import Posterior
+from pipeline.gp.prior import Prior
+from pipeline.gp.samples import Samples
+from pipeline.learning.exchange import solve, tightened
+from pipeline.learning.index_set import Steps
+from pipeline.learning.problem import ConstrainedProblem, Constraint, Infeasible, Solution
+from pipeline.learning.space import SearchSpace
+from pipeline.learning.tail import Tail, tail
+from pipeline.systems.interval import Interval
+from pipeline.systems.scalar import ConstrainedSystem
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the paper leaves open: which steps iteration k̄ constrains, and which states the growth rates must serve.
+
+    `last_state(k̄)` and `last_input(k̄)` are the last constrained steps; the input at k decides the step into k + 1.
+    """
+
+    name: str
+    last_state: Callable[[int], int]
+    last_input: Callable[[int], int]
+    growth_states: Callable[[Tail, Posterior], Interval]
+
+
+def _around_posterior_mean(bounds: Tail, posterior: Posterior) -> Interval:
+    centre = posterior.mean(np.array(bounds.start)).item()
+    return Interval(centre - bounds.mean_bound, centre + bounds.mean_bound)
+
+
+AS_PUBLISHED = Reading("as_published", lambda k: k - 1, lambda k: k - 2, _around_posterior_mean)
+"""The reading that reproduces the published trace. The step into k̄ is proved by nothing."""
+
+SOUND = Reading("sound", lambda k: k, lambda k: k - 1, lambda bounds, _: bounds.states)
+"""The reading that its proof supports: states up to k̄, all steps into k̄, growth rates for every later state."""
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One pass of the loop at k̄ = `k_bar`: the solution, the bounds from t̄ on (None while the ζ-test fails) and
+    the growth rates [τ_low, τ_high] that they must respect."""
+
+    k_bar: int
+    solution: Solution
+    tail: Tail | None
+    growth_rates: tuple[float, float] | None
+    keeps_states: bool
+    keeps_rates: bool
+
+    @property
+    def terminates(self) -> bool:
+        return self.keeps_states and self.keeps_rates
+
+
+@dataclass(frozen=True)
+class Run:
+    """All iterations, and how they ended: with a Solution, with Infeasible, or with None when `k_limit` came first."""
+
+    iterations: tuple[Iteration, ...]
+    outcome: Solution | Infeasible | None
+
+    @property
+    def final_step(self) -> int | None:
+        return self.iterations[-1].k_bar if isinstance(self.outcome, Solution) else None
+
+
+def algorithm1(
+    samples: Samples,
+    prior: Prior,
+    plant: ConstrainedSystem,
+    space: SearchSpace,
+    reading: Reading,
+    first_step: int,
+    last_step: int,
+    on_iteration: Callable[[int], None] = lambda k_bar: None,
+) -> Run:
+    """Run the loop from k̄ = `first_step`, giving up after `last_step`; `on_iteration` hears of each k̄."""
+    iterations: list[Iteration] = []
+    solution: Solution | None = None
+    for k_bar in range(first_step, last_step + 1):
+        problem = ConstrainedProblem(samples, prior, space, _constraints(plant, reading, k_bar))
+        outcome = tightened(solution, problem) if solution else solve(problem)
+        if isinstance(outcome, Infeasible):
+            return Run(tuple(iterations), outcome)
+        solution = outcome
+        iterations.append(_test(plant, reading, k_bar, solution))
+        on_iteration(k_bar)
+        if iterations[-1].terminates:
+            return Run(tuple(iterations), solution)
+    return Run(tuple(iterations), None)
+
+
+def _constraints(plant: ConstrainedSystem, reading: Reading, k_bar: int) -> tuple[Constraint, ...]:
+    return (
+        Constraint(plant.state, Steps(0, reading.last_state(k_bar), plant.sampling_time)),
+        Constraint(plant.input, Steps(0, reading.last_input(k_bar), plant.sampling_time)),
+    )
+
+
+def _test(plant: ConstrainedSystem, reading: Reading, k_bar: int, solution: Solution) -> Iteration:
+    posterior = solution.posterior
+    bounds = tail(posterior.signal, k_bar * plant.sampling_time)
+    if bounds is None:
+        return Iteration(k_bar, solution, None, None, keeps_states=False, keeps_rates=False)
+    rates = plant.growth_rates(reading.growth_states(bounds, posterior))
+    return Iteration(k_bar, solution, bounds, rates, bounds.keeps_states(plant), bounds.keeps_rates(rates))

@@ -1,0 +1,164 @@
+"""Exchange: constraints by the thousand (or a continuum) cost nothing if only the few that matter enter the program.
+
+Solve with constraints at few times, find the times at which the result breaks a bound, add them, repeat. Every program
+on the way is a relaxation of the whole problem, so the first minimiser that keeps all bounds solves the whole problem.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from pipeline.arrays import Array
+from pipeline.gp.posterior import IllConditioned, Posterior
+from pipeline.learning.nonlinear import Program
+from pipeline.learning.problem import ConstrainedProblem, Infeasible, Solution
+
+_MAX_ROUNDS = 60
+_MAX_HALVINGS = 60
+_SAME_POINT = 1e-6
+_SAME_TIME = 1e-9
+
+
+def solve(problem: ConstrainedProblem, warm: Solution | None = None) -> Solution | Infeasible:
+    """The best of local minima from several starts, among those that keep every bound on its whole index set.
+
+    Deterministic. Where the prior mean is an equilibrium inside the bounds, a feasible point is found by letting the
+    signal fade towards it; it is kept in hand and improved. `warm` hands over the minimiser, and the times in the
+    program, of a problem with fewer constraints.
+    """
+    starts = problem.space.start_points()
+    search = _Search(problem, warm.active if warm else tuple(np.empty(0) for _ in problem.constraints))
+    search.sweep(Program.minimise, [warm.posterior.prior.log_hyperparameters, *starts] if warm else starts)
+    if search.incumbent is None:
+        search.keep_faded(starts)
+    if any(t.size for t in search.times):
+        # What the first sweep learned about the constraints may lead the same starts to better minima.
+        in_hand = [search.incumbent.log_theta] if search.incumbent else []
+        search.sweep(Program.minimise, [*in_hand, *starts])
+    if search.incumbent is None:
+        search.sweep(Program.minimise_violation, starts)
+        search.sweep(Program.minimise, [search.closest.log_theta])
+    if search.incumbent is None:
+        return search.closest.infeasible(problem)
+    return Solution(search.incumbent.posterior, search.incumbent.objective, search.times, search.fits)
+
+
+def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | Infeasible:
+    """Solve a problem that only adds constraints to the one that `solution` solves.
+
+    Where the old minimiser keeps the new bounds too it is the new minimiser: nothing is left to do.
+    """
+    if _Attempt.at(problem, solution.posterior.prior.log_hyperparameters).is_feasible:
+        return replace(solution, fits=0)
+    return solve(problem, warm=solution)
+
+
+@dataclass(frozen=True)
+class _Attempt:
+    """A point with what the whole index sets say about it: times and relative margins where each margin is smallest."""
+
+    log_theta: Array
+    posterior: Posterior
+    objective: float
+    minima: tuple[tuple[Array, Array], ...]
+
+    @classmethod
+    def at(cls, problem: ConstrainedProblem, log_theta: Array) -> "_Attempt":
+        posterior = problem.posterior(log_theta)
+        objective, _ = posterior.negative_log_marginal_likelihood()
+        minima = []
+        for constraint in problem.constraints:
+            margin = partial(constraint.relative_margin, posterior)
+            times = constraint.index_set.local_minima(margin)
+            minima.append((times, margin(times)))
+        return cls(log_theta, posterior, objective, tuple(minima))
+
+    @property
+    def worst(self) -> tuple[float, int, float]:
+        """Smallest relative margin, the constraint that has it, and when."""
+        found = [
+            (m, i, t) for i, (times, margins) in enumerate(self.minima) for t, m in zip(times, margins, strict=True)
+        ]
+        return min(found, default=(np.inf, -1, np.nan))
+
+    @property
+    def is_feasible(self) -> bool:
+        return self.worst[0] >= 0
+
+    def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
+        margin, index, time = self.worst
+        quantity = problem.constraints[index].quantity
+        return Infeasible(self.posterior, quantity, float(time), float(-margin * quantity.bounds.width))
+
+
+@dataclass
+class _Search:
+    """The state of the exchange: `times` in the program for each constraint, and the best points met so far."""
+
+    problem: ConstrainedProblem
+    times: tuple[Array, ...]
+    incumbent: _Attempt | None = None
+    fits: int = 0
+    _closest: list[_Attempt] = field(default_factory=list)
+
+    @property
+    def closest(self) -> _Attempt:
+        """The attempt with the smallest violation."""
+        return self._closest[0]
+
+    def sweep(self, step: Callable[[Program, Array], Array], points: Iterable[Array]) -> None:
+        """Improve all points by `step`, again and again, while that brings times into the program."""
+        for _ in range(_MAX_ROUNDS):
+            program = Program(self.problem, self.times)
+            results = [step(program, point) for point in points]
+            self.fits += len(results)
+            points = [point for point in _distinct(results) if self._leads_on(point)]
+            if not points:
+                break
+
+    def keep_faded(self, points: Iterable[Array]) -> None:
+        """Halve the signal's amplitude at each point until the bounds hold; keep the best that does."""
+        for point in points:
+            for halvings in range(_MAX_HALVINGS):
+                if (attempt := self._judged(self.problem.space.faded(point, 2.0**halvings))) and attempt.is_feasible:
+                    break
+
+    def _leads_on(self, point: Array) -> bool:
+        """Whether a point, not better than the incumbent as it is, brought new times into the program."""
+        attempt = self._judged(point)
+        if attempt is None or attempt.is_feasible or self._is_beaten(attempt):
+            return False
+        before = sum(t.size for t in self.times)
+        self.times = tuple(
+            _united(t, times[margins < 0]) for t, (times, margins) in zip(self.times, attempt.minima, strict=True)
+        )
+        return sum(t.size for t in self.times) > before
+
+    def _judged(self, point: Array) -> _Attempt | None:
+        try:
+            attempt = _Attempt.at(self.problem, point)
+        except IllConditioned:
+            return None
+        if not self._closest or attempt.worst[0] > self.closest.worst[0]:
+            self._closest = [attempt]
+        if attempt.is_feasible and not self._is_beaten(attempt):
+            self.incumbent = attempt
+        return attempt
+
+    def _is_beaten(self, attempt: _Attempt) -> bool:
+        return self.incumbent is not None and attempt.objective >= self.incumbent.objective
+
+
+def _distinct(points: list[Array]) -> list[Array]:
+    kept: list[Array] = []
+    for point in points:
+        if all(np.max(np.abs(point - other)) > _SAME_POINT for other in kept):
+            kept.append(point)
+    return kept
+
+
+def _united(times: Array, new: Array) -> Array:
+    fresh = [t for t in new if times.size == 0 or np.min(np.abs(times - t)) > _SAME_TIME]
+    return np.sort(np.append(times, fresh))

@@ -1,0 +1,38 @@
+"""Closed intervals: state sets, input sets, successor sets of scalar systems."""
+
+import math
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from pipeline.arrays import Array
+
+
+@dataclass(frozen=True)
+class Interval:
+    """[lower, upper], lower < upper, both finite (ValueError otherwise)."""
+
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.lower) and math.isfinite(self.upper) and self.lower < self.upper):
+            raise ValueError(f"an interval needs finite bounds, lower < upper, got [{self.lower}, {self.upper}]")
+
+    @property
+    def width(self) -> float:
+        return self.upper - self.lower
+
+    def margin(self, values: Array) -> Array:
+        """Distance of each value to the nearer bound: negative outside, and then by how much."""
+        return np.minimum(values - self.lower, self.upper - values)
+
+    def contains(self, other: "Interval") -> bool:
+        return self.lower <= other.lower and other.upper <= self.upper
+
+    def __str__(self) -> str:
+        return f"[{self.lower:g}, {self.upper:g}]"
+
+    def shrunk(self, by: float) -> Self:
+        return type(self)(self.lower + by, self.upper - by)
