@@ -32,6 +32,13 @@ class Reading:
     last_input: Callable[[int], int]
     growth_states: Callable[[Tail, Posterior], Interval]
 
+    def constraints(self, plant: ConstrainedSystem, k_bar: int) -> tuple[Constraint, ...]:
+        """What iteration k̄ asks of the posterior mean."""
+        return (
+            Constraint(plant.state, Steps(0, self.last_state(k_bar), plant.sampling_time)),
+            Constraint(plant.input, Steps(0, self.last_input(k_bar), plant.sampling_time)),
+        )
+
 
 def _around_posterior_mean(bounds: Tail, posterior: Posterior) -> Interval:
     centre = posterior.mean(np.array(bounds.start)).item()
@@ -61,10 +68,24 @@ class Iteration:
     def terminates(self) -> bool:
         return self.keeps_states and self.keeps_rates
 
+    @property
+    def explanation(self) -> str:
+        """Why the loop does not end here: which test fails, and by how much."""
+        if self.tail is None or self.growth_rates is None:
+            zeta = self.solution.posterior.prior.kernel.decay_distance
+            return f"at k̄ = {self.k_bar} a sample still lies within ζ = {zeta:.4g} s of t̄, so that no bound is monotone"
+        low, high = self.growth_rates
+        return (
+            f"at k̄ = {self.k_bar} later states may reach {self.tail.states} "
+            f"({'inside' if self.keeps_states else 'not inside'} the state set) and change at up to "
+            f"±{self.tail.derivative_bound:.4g}/s ({'inside' if self.keeps_rates else 'not inside'} the growth rates "
+            f"[{low:.4g}, {high:.4g}]/s)"
+        )
+
 
 @dataclass(frozen=True)
 class Run:
-    """All iterations, and how they ended: with a Solution, with Infeasible, or with None when `k_limit` came first."""
+    """All iterations, and how they ended: a Solution, Infeasible, or None where the last step came first."""
 
     iterations: tuple[Iteration, ...]
     outcome: Solution | Infeasible | None
@@ -72,6 +93,16 @@ class Run:
     @property
     def final_step(self) -> int | None:
         return self.iterations[-1].k_bar if isinstance(self.outcome, Solution) else None
+
+    @property
+    def explanation(self) -> str:
+        """Why there is no reference; empty where there is one."""
+        if isinstance(self.outcome, Infeasible):
+            done = f" after k̄ = {self.iterations[-1].k_bar}" if self.iterations else ""
+            return f"infeasible{done}: {self.outcome.explanation}"
+        if self.outcome is None:
+            return f"Algorithm 1 did not end: {self.iterations[-1].explanation}"
+        return ""
 
 
 def algorithm1(
@@ -82,13 +113,13 @@ def algorithm1(
     reading: Reading,
     first_step: int,
     last_step: int,
-    on_iteration: Callable[[int], None] = lambda k_bar: None,
+    on_iteration: Callable[[int], object] = lambda k_bar: None,
 ) -> Run:
     """Run the loop from k̄ = `first_step`, giving up after `last_step`; `on_iteration` hears of each k̄."""
     iterations: list[Iteration] = []
     solution: Solution | None = None
     for k_bar in range(first_step, last_step + 1):
-        problem = ConstrainedProblem(samples, prior, space, _constraints(plant, reading, k_bar))
+        problem = ConstrainedProblem(samples, prior, space, reading.constraints(plant, k_bar))
         outcome = tightened(solution, problem) if solution else solve(problem)
         if isinstance(outcome, Infeasible):
             return Run(tuple(iterations), outcome)
@@ -98,13 +129,6 @@ def algorithm1(
         if iterations[-1].terminates:
             return Run(tuple(iterations), solution)
     return Run(tuple(iterations), None)
-
-
-def _constraints(plant: ConstrainedSystem, reading: Reading, k_bar: int) -> tuple[Constraint, ...]:
-    return (
-        Constraint(plant.state, Steps(0, reading.last_state(k_bar), plant.sampling_time)),
-        Constraint(plant.input, Steps(0, reading.last_input(k_bar), plant.sampling_time)),
-    )
 
 
 def _test(plant: ConstrainedSystem, reading: Reading, k_bar: int, solution: Solution) -> Iteration:

@@ -79,7 +79,9 @@ class _Attempt:
     def worst(self) -> tuple[float, int, float]:
         """Smallest relative margin, the constraint that has it, and when."""
         found = [
-            (m, i, t) for i, (times, margins) in enumerate(self.minima) for t, m in zip(times, margins, strict=True)
+            (margin, i, time)
+            for i, (times, margins) in enumerate(self.minima)
+            for time, margin in zip(times.tolist(), margins.tolist(), strict=True)
         ]
         return min(found, default=(np.inf, -1, np.nan))
 
@@ -90,7 +92,9 @@ class _Attempt:
     def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
-        return Infeasible(self.posterior, quantity, float(time), float(-margin * quantity.bounds.width))
+        mean, quantities = problem.prior.mean, [c.quantity for c in problem.constraints]
+        at_rest = tuple(q for q in quantities if not q.bounds.holds_inside(q.at_rest(mean)))
+        return Infeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, at_rest)
 
 
 @dataclass

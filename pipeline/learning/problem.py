@@ -81,18 +81,27 @@ class Solution:
 class Infeasible:
     """No point of the search space was found that satisfies the constraints; `best` came closest.
 
-    It breaks `quantity` at `time` [s] by `violation` (in the quantity's unit).
+    It breaks `quantity` at `time` [s] by `violation` (in the quantity's unit). `broken_at_rest` are the quantities that
+    the prior mean itself, held for ever, does not keep strictly inside their bounds: with none, fading signals are
+    feasible, and only the search space can stand in the way.
     """
 
     best: Posterior
     quantity: Quantity
     time: float
     violation: float
+    broken_at_rest: tuple[Quantity, ...]
 
     @property
     def explanation(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.best.prior.hyperparameters.items())
+        mean = self.best.prior.mean
+        rest = "".join(
+            f"the prior mean {mean:g} is no admissible equilibrium (its {q.name} {q.at_rest(mean):.4g} does not lie "
+            f"inside {q.bounds}), so that nothing guarantees that the problem is feasible: choose another; "
+            for q in self.broken_at_rest[:1]
+        )
         return (
-            f"no reference was found that keeps its bounds: the best attempt ({theta}) breaks the {self.quantity.name} "
-            f"bounds {self.quantity.bounds} at t = {self.time:.6g} s by {self.violation:.3g}"
+            f"{rest}no reference was found that keeps its bounds: the best attempt ({theta}) breaks the "
+            f"{self.quantity.name} bounds {self.quantity.bounds} at t = {self.time:.6g} s by {self.violation:.3g}"
         )

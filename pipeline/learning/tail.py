@@ -36,15 +36,15 @@ class Tail:
         low, high = rates
         return low <= -self.derivative_bound and self.derivative_bound <= high
 
-    def inputs(self, plant: ConstrainedSystem) -> tuple[float, float]:
-        """Ends of an interval that holds u_r(t) for all later t (an over-estimate).
+    def inputs(self, plant: ConstrainedSystem) -> Interval:
+        """An interval that holds u_r(t) for all later t (an over-estimate).
 
         With e = m⁺ − m, u_r(t) = u_m + ((1 − a) e(t) + (e(t + T_s) − e(t)))/b, where u_m holds the prior mean.
         """
         a, b = plant.system.a, plant.system.b
         centre = plant.system.equilibrium_input(self.mean)
         reach = (abs(1 - a) * self.mean_bound + self.derivative_bound * plant.sampling_time) / abs(b)
-        return centre - reach, centre + reach
+        return Interval(centre - reach, centre + reach)
 
 
 def tail(signal: KernelSum, start: float) -> Tail | None:

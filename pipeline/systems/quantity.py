@@ -26,6 +26,10 @@ class Quantity:
     def __call__(self, signal: Callable[[Array], Array], t: Array) -> Array:
         return self.offset + self.combine(signal, t)
 
+    def at_rest(self, level: float) -> float:
+        """The value of the quantity when the signal is constant."""
+        return self.offset + sum(self.weights) * level
+
     def combine(self, linear: Callable[[Array], Array], t: Array) -> Array:
         """Σ_j w_j f(t + j T_s) for any f that is linear in the signal: a derivative, a gradient."""
         t = np.asarray(t, dtype=float)

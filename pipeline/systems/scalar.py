@@ -46,6 +46,9 @@ class ConstrainedSystem:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.sampling_time) and self.sampling_time > 0):
             raise ValueError(f"system: sampling_time must be a positive finite number, got {self.sampling_time!r}")
+        for name, bounds in (("state_set", self.state_set), ("input_set", self.input_set)):
+            if bounds.width == 0:
+                raise ValueError(f"system: {name} must have an interior, got {bounds}")
 
     def successor_set(self, x: Array) -> tuple[Array, Array]:
         """Lower and upper end of {f(x, u) : u ∈ U}, the reachable tube one step on: exact, elementwise in x."""

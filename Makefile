@@ -1,0 +1,45 @@
+# make repro   set up everything, then run the pipeline (only what changed)
+# make test    set up everything, then run the tests
+# make lint    formatting, lint, import rules, types
+# make force   run every stage again, whether or not anything changed
+# make lab     Jupyter on the notebooks
+# make lock    pin the newest versions that pyproject.toml allows, with hashes
+
+PYTHON ?= python3
+BIN := $(CURDIR)/.venv/bin
+export PATH := $(BIN):$(PATH)
+
+.PHONY: repro test lint force lab lock
+.DELETE_ON_ERROR:
+
+repro: .venv/installed
+	dvc repro
+
+test: .venv/installed
+	python -m pytest -n auto
+
+lint: .venv/installed
+	ruff format --check .
+	ruff check .
+	lint-imports
+	mypy
+
+force: .venv/installed
+	dvc repro --force
+
+lab: .venv/installed
+	jupyter lab notebooks
+
+lock: .venv/installed
+	python -m pip install --quiet uv
+	python -m uv pip compile pyproject.toml --group dev --universal --python-version 3.11 --upgrade \
+		--generate-hashes --no-annotate --no-header --output-file requirements.lock
+
+.venv/installed: requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "Python 3.11 or newer is needed; name one with 'make PYTHON=python3.12 …'" >&2; exit 1; }
+	test -x .venv/bin/python || $(PYTHON) -m venv .venv
+	python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --requirement requirements.lock
+	python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	python -m pip check
+	touch $@

@@ -1,0 +1,63 @@
+"""The command line: one command a stage."""
+
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+import click
+from threadpoolctl import threadpool_limits
+
+from pipeline.codec import CodecError
+from pipeline.errors import InputError, NoReferenceError
+from pipeline.experiments import PARAMS, Experiment, load_experiment
+from pipeline.logs import LogError
+from pipeline.results import Results
+
+_NOTHING_FOUND, _UNUSABLE = 1, 2
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+def main() -> None:
+    """Learn references from noisy samples that a constrained system can follow.
+
+    Each command runs one stage for one EXPERIMENT of params.yaml, and writes below data/results/EXPERIMENT. Exit codes:
+    0 done; 1 no trackable reference was found; 2 something handed in is not usable. On 1 and 2 earlier results stay.
+    """
+
+
+def _stage(name: str, summary: str) -> None:
+    @main.command(name, help=summary, short_help=summary)
+    @click.argument("experiment")
+    @click.option(
+        "--params", type=click.Path(path_type=Path), default=PARAMS, show_default=True, help="Parameter file."
+    )
+    @click.option("--results", type=click.Path(path_type=Path), default=Path("data/results"), show_default=True)
+    def command(experiment: str, params: Path, results: Path) -> None:
+        # Imported late: `--help` and a wrong parameter should not wait for SciPy and matplotlib.
+        stage: Callable[[Experiment, Results], None] = getattr(import_module(f"pipeline.{name}"), name)
+        stage(load_experiment(experiment, params), Results(experiment, results))
+
+
+_stage("generate", "Stage 1: take or draw the noisy samples.")
+_stage("fit", "Stage 2: learn the references.")
+_stage("verify", "Stage 3: margins at finely sampled times, and what holds ever after.")
+_stage("figures", "Stage 4: draw the figures.")
+_stage("notebook", "Stage 5: execute the experiment's notebook in place.")
+
+
+def run() -> None:
+    """The entry point: errors a user can act on are one sentence on stderr, and an exit code."""
+    try:
+        with threadpool_limits(limits=1):  # faster for small matrices, and the same bits on every machine load
+            main(standalone_mode=True)
+    except NoReferenceError as error:
+        click.echo(f"no reference: {error}", err=True)
+        sys.exit(_NOTHING_FOUND)
+    except (InputError, LogError, CodecError, OSError) as error:
+        click.echo(f"error: {error}", err=True)
+        sys.exit(_UNUSABLE)
+
+
+if __name__ == "__main__":
+    run()

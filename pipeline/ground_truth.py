@@ -1,0 +1,24 @@
+"""The signals behind the paper's examples: known to whoever draws samples, never to the learner."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pipeline.arrays import Array
+
+
+def setpoint_change(t: Array) -> Array:
+    """Example 1: r = sin(2π t) − 1 until 0.25 s, then 0 (with T_s = 0.01 s: sin(πk/50) − 1 for k < 25)."""
+    # Half a millisecond of slack lets k T_s = 0.25, rounded either way, count as reached.
+    return np.asarray(np.where(t < 0.25 - 5e-4, np.sin(2 * np.pi * t) - 1, 0.0))
+
+
+def two_harmonics(t: Array) -> Array:
+    """Example 2: r = sin(2t) + sin(4t + 1)/2, of period π s."""
+    return np.asarray(np.sin(2 * t) + 0.5 * np.sin(4 * t + 1))
+
+
+GROUND_TRUTHS: dict[str, Callable[[Array], Array]] = {
+    "setpoint_change": setpoint_change,
+    "two_harmonics": two_harmonics,
+}

@@ -1,0 +1,59 @@
+"""Stage 5: execute the experiment's notebook in place, so that what it shows cannot drift from what the code does."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import nbformat
+from nbclient import NotebookClient
+from nbclient.exceptions import CellExecutionError
+from traitlets.config import Config
+
+from pipeline.errors import InputError
+from pipeline.experiments import Experiment
+from pipeline.files import write_text
+from pipeline.results import Results
+
+NOTEBOOKS = Path("notebooks")
+TEMPLATE = NOTEBOOKS / "template.ipynb"
+_TIMEOUT = 600  # seconds for one cell
+
+
+def notebook(experiment: Experiment, results: Results) -> None:
+    """Execute notebooks/<experiment>.ipynb; an experiment without one gets a copy of the template.
+
+    The same code, results and packages give the same bytes: no clocks, cell numbers for identifiers, one kernel name.
+    """
+    path = NOTEBOOKS / f"{experiment.name}.ipynb"
+    source = _read(path if path.exists() else TEMPLATE, experiment.name)
+    with TemporaryDirectory() as sockets:
+        client = NotebookClient(
+            source,
+            timeout=_TIMEOUT,
+            kernel_name="python3",
+            record_timing=False,
+            coalesce_streams=True,
+            resources={"metadata": {"path": str(NOTEBOOKS)}},
+            # Sockets in a folder of our own: no open port.
+            config=Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}}),
+        )
+        try:
+            executed = client.execute()
+        except CellExecutionError as error:
+            raise InputError(f"{path}: a cell failed, and the notebook was left as it was: {error}") from error
+    write_text(path, nbformat.writes(_stable(executed)) + "\n")
+
+
+def _read(path: Path, experiment: str) -> nbformat.NotebookNode:
+    try:
+        text = path.read_text(encoding="utf-8")
+        return nbformat.reads(text.replace("EXPERIMENT", experiment) if path == TEMPLATE else text, as_version=4)
+    except (OSError, UnicodeDecodeError, nbformat.reader.NotJSONError, nbformat.ValidationError) as error:
+        raise InputError(f"{path}: is not a notebook that can be read: {error}") from error
+
+
+def _stable(executed: nbformat.NotebookNode) -> nbformat.NotebookNode:
+    executed.metadata = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
+    for i, cell in enumerate(executed.cells):
+        cell.id = f"cell-{i}"
+        cell.metadata = {key: value for key, value in cell.metadata.items() if key == "tags"}
+    return executed

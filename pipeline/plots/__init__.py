@@ -1,0 +1,10 @@
+"""Figures: the mathematics' dataclasses in, a matplotlib Figure out. The only place that knows matplotlib."""
+
+from pipeline.plots.convergence import convergence
+from pipeline.plots.illustrations import asymptotic, tube
+from pipeline.plots.landscape import landscape
+from pipeline.plots.margins import margins
+from pipeline.plots.prediction import Published, prediction
+from pipeline.plots.style import save, svg
+
+__all__ = ["Published", "asymptotic", "convergence", "landscape", "margins", "prediction", "save", "svg", "tube"]

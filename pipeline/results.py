@@ -1,0 +1,30 @@
+"""Where the stages meet: the files of one experiment below data/results."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Results:
+    """Paths of what the stages of `experiment` write, below `root`."""
+
+    experiment: str
+    root: Path = Path("data/results")
+
+    @property
+    def folder(self) -> Path:
+        return self.root / self.experiment
+
+    def log(self, stage: str) -> Path:
+        return self.folder / f"{stage}.mcap"
+
+    @property
+    def iterations(self) -> Path:
+        return self.folder / "iterations.csv"
+
+    @property
+    def metrics(self) -> Path:
+        return self.folder / "metrics.json"
+
+    def figure(self, name: str) -> Path:
+        return self.folder / "figures" / f"{name}.svg"

@@ -1,0 +1,77 @@
+"""Stage 3: references → margins at finely sampled times, bounds for the rest of time, metrics."""
+
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from pipeline.archive import read_fit, write_margins
+from pipeline.experiments import Experiment
+from pipeline.files import write_json
+from pipeline.ground_truth import GROUND_TRUTHS
+from pipeline.learning.learned import LearnedReference
+from pipeline.learning.tail import tail
+from pipeline.results import Results
+from pipeline.systems.definition import smallest_defect
+from pipeline.systems.margins import MarginProfile, margin_profile
+from pipeline.systems.reference import Reference
+
+
+def verify(experiment: Experiment, results: Results) -> None:
+    """Write the margins of every learned reference, where they are smallest, and what they say, as metrics."""
+    learned = read_fit(results).learned
+    margins, metrics = {}, {}
+    for method, found in tqdm(learned.items(), desc=f"{experiment.name}: verify", disable=None):
+        margins[method] = _profiles(experiment, found.reference)
+        metrics[method] = _metrics(experiment, found, margins[method])
+    write_margins(results, margins, metrics)
+    write_json(results.metrics, metrics)
+
+
+def _profiles(experiment: Experiment, reference: Reference) -> list[MarginProfile]:
+    grid = experiment.verification
+    return [margin_profile(reference, q, grid.last_step, grid.instants_per_step) for q in reference.quantities]
+
+
+def _metrics(experiment: Experiment, learned: LearnedReference, profiles: list[MarginProfile]) -> dict[str, Any]:
+    last_step = experiment.verification.last_step
+    violated = sorted({k for profile in profiles for k in profile.violated_steps})
+    metrics: dict[str, Any] = {
+        **learned.prior.hyperparameters,
+        "nlml": learned.objective,
+        "final_step": learned.final_step,
+        "first_violated_step": violated[0] if violated else None,
+        "last_violated_step": violated[-1] if violated else None,
+        "smallest_defect": smallest_defect(learned.reference, last_step),
+        "rmse": _error(experiment, learned.reference),
+    }
+    for profile in profiles:
+        name, (margin, time) = profile.quantity.name, profile.worst
+        metrics[f"worst_{name}_margin"] = margin
+        metrics[f"worst_{name}_margin_time"] = time
+        metrics[f"worst_{name}_margin_at_steps"] = float(np.min(profile.at_steps))
+    metrics["tail"] = _tail_metrics(learned.reference, last_step)
+    return metrics
+
+
+def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None:
+    """Bounds for all time after the last verified step; None where the kernel gives none."""
+    plant = reference.plant
+    bounds = tail(reference.signal, last_step * plant.sampling_time)
+    if bounds is None:
+        return None
+    return {
+        "start": bounds.start,
+        "mean_bound": bounds.mean_bound,
+        "derivative_bound": bounds.derivative_bound,
+        "state_margin": plant.state_set.margin_of(bounds.states),
+        "input_margin": plant.input_set.margin_of(bounds.inputs(plant)),
+    }
+
+
+def _error(experiment: Experiment, reference: Reference) -> float | None:
+    """Root mean square distance to the ground truth at the verified steps; None where the truth is unknown."""
+    if experiment.ground_truth is None:
+        return None
+    times = reference.instants(np.arange(experiment.verification.last_step + 1, dtype=float))
+    return float(np.sqrt(np.mean((reference.state(times) - GROUND_TRUTHS[experiment.ground_truth](times)) ** 2)))

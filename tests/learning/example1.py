@@ -1,0 +1,34 @@
+"""Example 1 of the paper as its notes identify it, and what was printed of it."""
+
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.gp.prior import Prior
+from pipeline.gp.radial import SquaredExponential
+from pipeline.gp.samples import Samples
+from pipeline.learning.problem import ConstrainedProblem, Constraint
+from pipeline.learning.space import SearchSpace
+from pipeline.systems.interval import Interval
+from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+
+_PAPER = Path(__file__).parents[2] / "data" / "paper"
+
+
+def _table(name: str) -> dict[str, np.ndarray]:
+    table = np.genfromtxt(_PAPER / name, delimiter=",", names=True)
+    return {column: table[column] for column in table.dtype.names}
+
+
+_SAMPLES = _table("example1_samples.csv")
+PUBLISHED = _table("example1_prediction.csv")
+
+PLANT = ConstrainedSystem(ScalarLinear(0.9, 0.5), Interval(-2.0, 0.05), Interval(-0.5, 0.5), 0.01)
+SAMPLES = Samples(_SAMPLES["k"] * 0.01, _SAMPLES["y"])
+PRIOR = Prior(SquaredExponential(1.0, 1.0), noise_std=0.01)
+SPACE = SearchSpace.around(SAMPLES, PRIOR)
+STEPS = np.arange(201)
+
+
+def problem(*constraints: Constraint) -> ConstrainedProblem:
+    return ConstrainedProblem(SAMPLES, PRIOR, SPACE, constraints)

@@ -1,0 +1,120 @@
+"""One nonlinear program: what it tells the solver is true, and what the solver returns is a minimum."""
+
+import numpy as np
+import pytest
+
+from pipeline.gp.prior import Prior
+from pipeline.gp.radial import SquaredExponential
+from pipeline.gp.samples import Samples
+from pipeline.learning.index_set import Steps
+from pipeline.learning.nonlinear import Program
+from pipeline.learning.problem import ConstrainedProblem, Constraint
+from pipeline.learning.space import SearchSpace
+from pipeline.systems.interval import Interval
+from tests.gp.instances import KERNELS, over
+from tests.learning.instances import SEEDS, instance
+from tests.systems.instances import PLANTS
+
+SAMPLES = Samples(np.linspace(0, 2, 12), np.cos(3 * np.linspace(0, 2, 12)))
+TIMES = (np.array([0.1, 0.9, 1.7]), np.array([0.3, 1.1]))
+
+
+def program_of(kernel, plant=PLANTS["unstable"], backoff=1e-9, times=TIMES) -> Program:
+    prior = Prior(kernel, 0.2, mean=0.1, fixed=frozenset())
+    constraints = tuple(Constraint(q, Steps(0, 50, plant.sampling_time), backoff) for q in (plant.state, plant.input))
+    return Program(ConstrainedProblem(SAMPLES, prior, SearchSpace.around(SAMPLES, prior), constraints), times)
+
+
+def by_central_differences(f, x, step=1e-5):
+    columns = [(f(x + step * e) - f(x - step * e)) / (2 * step) for e in np.eye(x.size)]
+    return np.stack(columns, axis=-1)
+
+
+@over({k: KERNELS[k] for k in ("se", "matern32", "matern52", "rq", "periodic", "sum", "product", "nested")})
+def test_gradients_against_central_differences(kernel):
+    program = program_of(kernel)
+    here = program.problem.prior.log_hyperparameters
+    np.testing.assert_allclose(
+        program.slack_jacobian(here), by_central_differences(program.slack, here), rtol=1e-5, atol=1e-6
+    )
+    reference = by_central_differences(lambda z: np.array(program.objective(z)[0]), here)
+    np.testing.assert_allclose(program.objective(here)[1], reference, rtol=1e-5, atol=1e-5)
+
+
+@over(PLANTS, "plant")
+def test_slack_is_the_distance_to_each_bound_as_a_part_of_the_width_less_the_backoff(plant):
+    program = program_of(SquaredExponential(0.8, 0.5), plant, backoff=0.01)
+    here = program.problem.prior.log_hyperparameters
+    posterior = program.problem.posterior(here)
+    x, u = plant.state(posterior.mean, TIMES[0]), plant.input(posterior.mean, TIMES[1])
+    X, U = plant.state_set, plant.input_set
+    expected = [(x - X.lower) / X.width, (X.upper - x) / X.width, (u - U.lower) / U.width, (U.upper - u) / U.width]
+    np.testing.assert_allclose(program.slack(here), np.concatenate(expected) - 0.01, atol=1e-12)
+    assert program.slack_jacobian(here).shape == (10, 3)
+
+
+@over(PLANTS, "plant")
+def test_relative_margin_is_one_half_in_the_middle_and_negative_outside(plant):
+    problem = program_of(SquaredExponential(0.8, 0.5), plant).problem
+    posterior, t = problem.posterior(problem.prior.log_hyperparameters), np.linspace(0, 3, 50)
+    for constraint in problem.constraints:
+        bounds, value = constraint.quantity.bounds, constraint.quantity(posterior.mean, t)
+        expected = 0.5 - np.abs(value - (bounds.lower + bounds.upper) / 2) / bounds.width
+        np.testing.assert_allclose(constraint.relative_margin(posterior, t), expected, atol=1e-12)
+
+
+def test_value_slack_and_jacobian_share_one_factor(monkeypatch):
+    program, made = program_of(SquaredExponential(0.8, 0.5)), []
+    original = ConstrainedProblem.posterior
+    monkeypatch.setattr(ConstrainedProblem, "posterior", lambda self, z: (made.append(z), original(self, z))[1])
+    here = program.problem.prior.log_hyperparameters
+    for ask in (program.objective, program.slack, program.slack_jacobian, program.objective):
+        ask(here)
+    assert len(made) == 1
+
+
+def test_constraints_without_times_take_no_part():
+    program = program_of(SquaredExponential(0.8, 0.5), times=(np.empty(0), np.empty(0)))
+    here = program.problem.prior.log_hyperparameters
+    assert program.slack(here).shape == (0,)
+    assert program.slack_jacobian(here).shape == (0, 3)
+
+
+def test_a_hopeless_matrix_turns_the_line_search_back():
+    samples = Samples(np.arange(40) / 40, np.ones(40))
+    prior = Prior(SquaredExponential(1.0, 1000.0), 1e-12)
+    plant = PLANTS["example1"]
+    problem = ConstrainedProblem(
+        samples, prior, SearchSpace.around(samples, prior), (Constraint(plant.state, Steps(0, 5, 0.1)),)
+    )
+    program = Program(problem, (np.array([0.1, 0.2]),))
+    value, gradient = program.objective(prior.log_hyperparameters)
+    assert value == np.inf
+    np.testing.assert_array_equal(gradient, np.zeros(2))
+    assert np.all(program.slack(prior.log_hyperparameters) < -1)
+    assert program.slack_jacobian(prior.log_hyperparameters).shape == (4, 2)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_minimum_satisfies_the_first_order_conditions(seed):
+    """Without constraints: no slope along any free direction."""
+    problem = instance(seed).problem
+    program = Program(problem, (np.empty(0), np.empty(0)))
+    for start in problem.space.start_points()[:3]:
+        found = program.minimise(start)
+        _, gradient = program.objective(found)
+        free = (found > problem.space.log_lower + 1e-9) & (found < problem.space.log_upper - 1e-9)
+        assert np.all(np.abs(gradient[free]) < 1e-3)
+        assert program.objective(found)[0] <= program.objective(start)[0]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_minimising_the_violation_lowers_it(seed):
+    problem = instance(seed).problem
+    program = Program(problem, (np.linspace(0, 2, 21), np.linspace(0, 1.9, 20)))
+    for start in problem.space.start_points()[:3]:
+        found = program.minimise_violation(start)
+        assert np.min(program.slack(found)) >= np.min(program.slack(start)) - 1e-9
+        inside = Interval(-1e-12, 1e300)
+        assert np.all(inside.margin(found - problem.space.log_lower) >= 0)
+        assert np.all(inside.margin(problem.space.log_upper - found) >= 0)

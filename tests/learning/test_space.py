@@ -1,0 +1,94 @@
+"""Search spaces: sensible defaults for every name, starts that lie inside, nothing random."""
+
+import numpy as np
+import pytest
+
+from pipeline.gp.prior import Prior
+from pipeline.gp.radial import SquaredExponential
+from pipeline.gp.samples import Samples
+from pipeline.learning.problem import ConstrainedProblem
+from pipeline.learning.space import SearchSpace
+from pipeline.systems.interval import Interval
+from tests.gp.instances import KERNELS, over
+
+SAMPLES = Samples([0.0, 0.5, 0.7, 2.0], [3.0, -3.0, 3.0, -3.0])
+
+
+@over(KERNELS)
+@pytest.mark.parametrize("fixed", [frozenset(), frozenset({"noise_std"})])
+def test_defaults_exist_for_every_learned_name(kernel, fixed):
+    prior = Prior(kernel, 0.1, fixed=fixed)
+    space = SearchSpace.around(SAMPLES, prior)
+    assert tuple(space.bounds) == prior.learned
+    assert np.all(space.log_lower < space.log_upper)
+    assert space.log_lower.shape == prior.log_hyperparameters.shape
+
+
+@over(KERNELS)
+@pytest.mark.parametrize("starts", [1, 2, 8, 33])
+def test_starts_lie_inside_and_repeat(kernel, starts):
+    space = SearchSpace.around(SAMPLES, Prior(kernel, 0.1), starts=starts)
+    points = space.start_points()
+    assert points.shape == (starts, len(space.bounds))
+    assert np.all((space.log_lower < points) & (points < space.log_upper))
+    assert len(np.unique(points, axis=0)) == starts
+    assert points.tobytes() == space.start_points().tobytes()
+
+
+def test_more_starts_only_add():
+    prior = Prior(SquaredExponential(1.0, 1.0), 0.1)
+    few, many = (SearchSpace.around(SAMPLES, prior, starts=n).start_points() for n in (4, 9))
+    np.testing.assert_array_equal(few, many[:4])
+
+
+def test_defaults_follow_the_scales_of_the_samples():
+    prior = Prior(SquaredExponential(1.0, 1.0), 0.1, fixed=frozenset())
+    space = SearchSpace.around(SAMPLES, prior)
+    slower = SearchSpace.around(Samples(10 * SAMPLES.times, SAMPLES.values), prior)
+    louder = SearchSpace.around(Samples(SAMPLES.times, 10 * SAMPLES.values), prior)
+    ten = np.log(10)
+    np.testing.assert_allclose(slower.log_lower - space.log_lower, [0, ten, 0], atol=1e-12)
+    np.testing.assert_allclose(louder.log_upper - space.log_upper, [ten, 0, ten], atol=1e-12)
+    assert space.bounds["lengthscale"].contains(Interval(0.2, 2.0))  # smallest spacing, and span
+    assert space.bounds["signal_std"].contains(Interval(0.3, 30.0))
+
+
+def test_samples_on_the_prior_mean_or_alone_still_have_scales():
+    prior = Prior(SquaredExponential(1.0, 1.0), 0.1, mean=2.0)
+    for samples in (Samples([0.0, 1.0], [2.0, 2.0]), Samples([0.3], [2.0])):
+        assert np.all(np.isfinite(SearchSpace.around(samples, prior).start_points()))
+
+
+def test_given_bounds_replace_the_defaults():
+    prior = Prior(SquaredExponential(1.0, 1.0), 0.1)
+    space = SearchSpace.around(SAMPLES, prior, {"lengthscale": Interval(0.2, 0.4)})
+    assert space.bounds["lengthscale"] == Interval(0.2, 0.4)
+    assert space.bounds["signal_std"] == SearchSpace.around(SAMPLES, prior).bounds["signal_std"]
+
+
+def test_bounds_that_are_not_positive_are_refused():
+    with pytest.raises(ValueError, match=r"^search: the lower bound of lengthscale must be positive, got 0$"):
+        SearchSpace({"lengthscale": Interval(0.0, 1.0)})
+
+
+@pytest.mark.parametrize("starts", [0, -3])
+def test_a_search_needs_a_start(starts):
+    with pytest.raises(ValueError, match=rf"^search: starts must be at least 1, got {starts}$"):
+        SearchSpace({"lengthscale": Interval(0.1, 1.0)}, starts=starts)
+
+
+def test_fewer_samples_than_hyperparameters_are_refused():
+    samples, prior = Samples([0.0, 1.0], [1.0, 2.0]), Prior(SquaredExponential(1.0, 1.0), 0.1, fixed=frozenset())
+    with pytest.raises(ValueError, match=r"got 2 for 3 \(signal_std, lengthscale, noise_std\)$"):
+        ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior))
+
+
+@over(KERNELS)
+def test_fading_lowers_every_amplitude_and_nothing_else(kernel):
+    prior = Prior(kernel, 0.1, fixed=frozenset())
+    space = SearchSpace.around(SAMPLES, prior)
+    point = space.start_points()[0]
+    change = space.faded(point, 1.25) - point
+    expected = [-np.log(1.25) if name.endswith("signal_std") else 0.0 for name in prior.learned]
+    np.testing.assert_allclose(change, expected, atol=1e-14)
+    assert np.all(space.faded(point, 1e300) >= space.log_lower)

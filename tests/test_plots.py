@@ -1,0 +1,209 @@
+"""Figures: the same bytes each time, axes that say what they show, and nothing that needs what may be missing."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from pipeline import plots
+from pipeline.gp.posterior import Posterior
+from pipeline.gp.prior import Prior
+from pipeline.gp.radial import SquaredExponential
+from pipeline.gp.samples import Samples
+from pipeline.learning.index_set import Steps
+from pipeline.learning.landscape import landscape
+from pipeline.learning.learned import Trace
+from pipeline.learning.problem import ConstrainedProblem, Constraint
+from pipeline.learning.space import SearchSpace
+from pipeline.systems.interval import Interval
+from pipeline.systems.margins import margin_profile
+from pipeline.systems.reference import Reference
+from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+
+PLANT = ConstrainedSystem(ScalarLinear(0.9, 0.5), Interval(-2, 0.05), Interval(-0.5, 0.5), 0.01)
+SAMPLES = Samples(np.arange(7) / 10, np.array([-0.99306, -0.40789, -0.05, 0.0, 0.0, 0.0, 0.0]))
+OPTIMA = {"unconstrained": (0.659325, 0.203472), "as_published": (0.701178, 0.219672), "sound": (0.702, 0.21990)}
+STEPS = np.arange(151, dtype=float)
+CONSTANT = np.minimum(np.sin(np.pi * np.minimum(STEPS, 25) / 50) - 1, 0)
+
+
+def posterior(theta1: float, theta2: float) -> Posterior:
+    return Posterior(Prior(SquaredExponential(theta1, theta2), 0.01), SAMPLES)
+
+
+REFERENCES = {name: Reference(posterior(*theta).signal, PLANT) for name, theta in OPTIMA.items()}
+PUBLISHED = plots.Published(
+    STEPS,
+    REFERENCES["unconstrained"].state(REFERENCES["sound"].instants(STEPS)),
+    REFERENCES["sound"].state(REFERENCES["sound"].instants(STEPS)),
+    *REFERENCES["sound"].tube(REFERENCES["sound"].instants(STEPS)),
+)
+
+
+def trace() -> Trace:
+    """Bounds that shrink like those of Example 1, unknown until step 81."""
+    k = np.arange(70.0, 131.0)
+    known = np.where(k > 80, 1.0, np.nan)
+    along = np.minimum((k - 70) / 30, 1)
+    return Trace(
+        k_bar=k,
+        hyperparameters={"signal_std": 0.66 + 0.04 * along, "lengthscale": 0.203 + 0.017 * along},
+        objective=-3.8 + 0.1 * along,
+        mean_bound=known * 11 * np.exp(-0.11 * (k - 81)),
+        growth_lower=known * (-25 + 110 * np.exp(-0.075 * (k - 81))),
+        growth_upper=known * (25 - 110 * np.exp(-0.075 * (k - 81))),
+        derivative_bound=known * 90 * np.exp(-0.1 * (k - 81)),
+        keeps_states=(k > 129).astype(float),
+        keeps_rates=(k > 107).astype(float),
+    )
+
+
+def problem() -> ConstrainedProblem:
+    prior = Prior(SquaredExponential(0.7, 0.22), 0.01)
+    constraints = (Constraint(PLANT.state, Steps(0, 130, 0.01)), Constraint(PLANT.input, Steps(0, 129, 0.01)))
+    return ConstrainedProblem(SAMPLES, prior, SearchSpace.around(SAMPLES, prior), constraints)
+
+
+def draw_tube() -> Figure:
+    return plots.tube(REFERENCES["sound"], np.arange(12))
+
+
+def draw_asymptotic() -> Figure:
+    return plots.asymptotic(REFERENCES["sound"], SAMPLES, 25, 130, 200)
+
+
+def draw_convergence() -> Figure:
+    return plots.convergence(trace(), PLANT.state_set, 0.0)
+
+
+def draw_prediction() -> Figure:
+    return plots.prediction(
+        SAMPLES, REFERENCES, "sound", STEPS, true_reference=CONSTANT, published=PUBLISHED, final_step=130
+    )
+
+
+def draw_bare_prediction() -> Figure:
+    return plots.prediction(SAMPLES, {"sound": REFERENCES["sound"]}, "sound", STEPS)
+
+
+def draw_landscape() -> Figure:
+    grids = [landscape(problem(), np.geomspace(0.3, 2, 9), np.geomspace(0.1, 0.4, 9)) for _ in range(2)]
+    return plots.landscape(grids, trace(), REFERENCES)
+
+
+def draw_margins() -> Figure:
+    return plots.margins({name: [margin_profile(r, q, 150, 5) for q in r.quantities] for name, r in REFERENCES.items()})
+
+
+FIGURES = [
+    draw_tube,
+    draw_asymptotic,
+    draw_convergence,
+    draw_prediction,
+    draw_bare_prediction,
+    draw_landscape,
+    draw_margins,
+]
+every_figure = pytest.mark.parametrize("draw", FIGURES, ids=lambda draw: draw.__name__.removeprefix("draw_"))
+
+
+@every_figure
+def test_drawing_twice_gives_the_same_bytes(draw: Callable[[], Figure], tmp_path: Path) -> None:
+    once, again = tmp_path / "once.svg", tmp_path / "again.svg"
+    figure = draw()
+    plots.save(figure, once)
+    plots.save(draw(), again)
+    assert once.read_bytes() == again.read_bytes() == plots.svg(figure)
+    assert once.read_bytes().startswith(b"<?xml")
+    assert b"<text" not in once.read_bytes(), "letters are paths, so that fonts do not matter"
+
+
+@every_figure
+def test_every_axis_is_labelled_once(draw: Callable[[], Figure]) -> None:
+    """The lowest panel of each column names x, the leftmost panel of each row names y; a unit belongs to each name."""
+    axes = draw().axes
+    for at_edge, label in (("is_last_row", "get_xlabel"), ("is_first_col", "get_ylabel")):
+        named = [getattr(a, label)() for a in axes if getattr(a.get_subplotspec(), at_edge)()]
+        assert named
+        assert all("[" in name or "s)" in name or "s$)" in name for name in named), named
+
+
+@every_figure
+def test_nothing_is_cut_off_at_the_edge_of_the_page(draw: Callable[[], Figure]) -> None:
+    figure = draw()
+    used, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+    assert min(used.x0, used.y0, width - used.x1, height - used.y1) > -0.005
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_all_of_a_prediction_is_in_sight(name: str) -> None:
+    axes = plots.prediction(SAMPLES, REFERENCES, name, STEPS).axes[0]
+    x = REFERENCES[name].state(REFERENCES[name].instants(STEPS))
+    bottom, top = axes.get_ylim()
+    assert bottom < min(x.min(), SAMPLES.values.min())
+    assert max(x.max(), SAMPLES.values.max()) < top
+    left, right = axes.get_xlim()
+    assert left <= STEPS[0]
+    assert right >= STEPS[-1]
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_every_reference_can_be_drawn(name: str) -> None:
+    assert plots.tube(REFERENCES[name], np.arange(70, 80)).axes
+    assert plots.asymptotic(REFERENCES[name], SAMPLES, 60, 130, 200).axes
+
+
+def test_a_closer_look_is_taken_only_where_a_reference_leaves_its_state_set() -> None:
+    kept = {"sound": REFERENCES["sound"]}
+    assert len(plots.prediction(SAMPLES, kept, "sound", STEPS).axes) == 1
+    both = plots.prediction(SAMPLES, REFERENCES, "sound", STEPS)
+    first, last = both.axes[1].get_xlim()
+    assert first < 77
+    assert last > 105
+
+
+def test_the_first_step_at_which_each_test_holds_is_named() -> None:
+    texts = [text.get_text() for axes in draw_convergence().axes for text in axes.texts]
+    for test, k in ((r"$\zeta$-test", 81), ("rate test", 108), ("state test", 130)):
+        assert any(test in text and f"= {k} " in text for text in texts)
+
+
+def test_a_run_without_any_bounds_can_be_drawn() -> None:
+    nothing = np.full(3, np.nan)
+    early = replace(
+        trace(),
+        k_bar=np.arange(70.0, 73.0),
+        hyperparameters={"signal_std": np.ones(3), "left.lengthscale": np.ones(3), "noise_std": np.ones(3)},
+        mean_bound=nothing,
+        growth_lower=nothing,
+        growth_upper=nothing,
+        derivative_bound=nothing,
+        keeps_states=np.zeros(3),
+        keeps_rates=np.zeros(3),
+    )
+    plots.svg(plots.convergence(early, PLANT.state_set, 0.0))
+
+
+def test_the_worst_margins_are_written_out() -> None:
+    profile = margin_profile(REFERENCES["unconstrained"], PLANT.state, 150, 5)
+    labels = [text.get_text() for axes in draw_margins().axes for text in axes.get_legend().get_texts()]
+    margin, time = profile.worst
+    assert any(f"{margin:.3g}".replace("-", "−") in label and f"{time:.4g} s" in label for label in labels)
+
+
+def test_the_sessions_own_style_neither_shows_nor_changes() -> None:
+    expected = plots.svg(draw_tube())
+    with mpl.rc_context({"font.size": 30, "lines.linewidth": 9}):
+        assert plots.svg(draw_tube()) == expected
+        assert mpl.rcParams["font.size"] == 30
+
+
+def test_importing_touches_no_backend() -> None:
+    code = "import sys, pipeline.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
