@@ -17,6 +17,8 @@ def generate(experiment: Experiment, results: Results) -> None:
     """Write the samples, and the ground truth at every verified step where it is known."""
     try:
         samples = _samples(experiment)
+        if samples.times[0] < 0:
+            raise ValueError(f"samples: times must not be negative (steps count from 0), got {samples.times[0]:g} s")
         # Raises where the samples are too few for what is to be learned from them.
         ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples))
     except ValueError as error:

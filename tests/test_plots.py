@@ -4,9 +4,11 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import matplotlib as mpl
+import matplotlib.style
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -21,6 +23,7 @@ from pipeline.learning.landscape import landscape
 from pipeline.learning.learned import Trace
 from pipeline.learning.problem import ConstrainedProblem, Constraint
 from pipeline.learning.space import SearchSpace
+from pipeline.plots.style import SHEETS
 from pipeline.systems.interval import Interval
 from pipeline.systems.margins import margin_profile
 from pipeline.systems.reference import Reference
@@ -110,13 +113,20 @@ FIGURES = [
     draw_landscape,
     draw_margins,
 ]
+
+
+@cache
+def drawn(draw: Callable[[], Figure]) -> Figure:
+    return draw()
+
+
 every_figure = pytest.mark.parametrize("draw", FIGURES, ids=lambda draw: draw.__name__.removeprefix("draw_"))
 
 
 @every_figure
 def test_drawing_twice_gives_the_same_bytes(draw: Callable[[], Figure], tmp_path: Path) -> None:
     once, again = tmp_path / "once.svg", tmp_path / "again.svg"
-    figure = draw()
+    figure = drawn(draw)
     plots.save(figure, once)
     plots.save(draw(), again)
     assert once.read_bytes() == again.read_bytes() == plots.svg(figure)
@@ -127,7 +137,7 @@ def test_drawing_twice_gives_the_same_bytes(draw: Callable[[], Figure], tmp_path
 @every_figure
 def test_every_axis_is_labelled_once(draw: Callable[[], Figure]) -> None:
     """The lowest panel of each column names x, the leftmost panel of each row names y; a unit belongs to each name."""
-    axes = draw().axes
+    axes = drawn(draw).axes
     for at_edge, label in (("is_last_row", "get_xlabel"), ("is_first_col", "get_ylabel")):
         named = [getattr(a, label)() for a in axes if getattr(a.get_subplotspec(), at_edge)()]
         assert named
@@ -136,8 +146,9 @@ def test_every_axis_is_labelled_once(draw: Callable[[], Figure]) -> None:
 
 @every_figure
 def test_nothing_is_cut_off_at_the_edge_of_the_page(draw: Callable[[], Figure]) -> None:
-    figure = draw()
-    used, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+    figure = drawn(draw)
+    with matplotlib.style.context(SHEETS):
+        used, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
     assert min(used.x0, used.y0, width - used.x1, height - used.y1) > -0.005
 
 
@@ -169,7 +180,7 @@ def test_a_closer_look_is_taken_only_where_a_reference_leaves_its_state_set() ->
 
 
 def test_the_first_step_at_which_each_test_holds_is_named() -> None:
-    texts = [text.get_text() for axes in draw_convergence().axes for text in axes.texts]
+    texts = [text.get_text() for axes in drawn(draw_convergence).axes for text in axes.texts]
     for test, k in ((r"$\zeta$-test", 81), ("rate test", 108), ("state test", 130)):
         assert any(test in text and f"= {k} " in text for text in texts)
 
@@ -192,7 +203,7 @@ def test_a_run_without_any_bounds_can_be_drawn() -> None:
 
 def test_the_worst_margins_are_written_out() -> None:
     profile = margin_profile(REFERENCES["unconstrained"], PLANT.state, 150, 5)
-    labels = [text.get_text() for axes in draw_margins().axes for text in axes.get_legend().get_texts()]
+    labels = [text.get_text() for axes in drawn(draw_margins).axes for text in axes.get_legend().get_texts()]
     margin, time = profile.worst
     assert any(f"{margin:.3g}".replace("-", "−") in label and f"{time:.4g} s" in label for label in labels)
 

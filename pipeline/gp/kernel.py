@@ -43,6 +43,12 @@ class Kernel(ABC):
         A finite ζ also promises Assumption 4: κ is positive and strictly decreases in |r|.
         """
 
+    @property
+    def correlation_time(self) -> float:
+        """√(κ(0)/|κ̈(0)|) [s]: how fast a signal of this kernel can turn."""
+        jet = self.jet(np.zeros(()), 2)
+        return float(np.sqrt(jet[0] / np.abs(jet[2])))
+
     def __call__(self, r: Array) -> Array:
         """κ(r): the shape of r."""
         return np.asarray(self.jet(np.asarray(r, dtype=float), 0)[0])

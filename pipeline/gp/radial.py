@@ -73,10 +73,10 @@ class _Matern(Radial):
 
 @dataclass(frozen=True)
 class Matern32(_Matern):
-    """φ(s) = (1 + x) e^(−x), x = √3 |s|: the mean is once continuously differentiable beyond its samples' kinks.
+    """φ(s) = (1 + x) e^(−x), x = √3 |s|: the mean has two continuous derivatives, and a third that jumps at samples.
 
-    |φ'| ∝ x e^(−x) has the slope (1 − x) e^(−x), negative from x = 1 on: ζ = θ₂/√3. The third derivative jumps at 0,
-    where the jet holds the midpoint, 0.
+    |φ'| ∝ x e^(−x) has the slope (1 − x) e^(−x), negative from x = 1 on: ζ = θ₂/√3. Where the third derivative
+    jumps, at 0, the jet holds the midpoint, 0.
     """
 
     rate = math.sqrt(3)

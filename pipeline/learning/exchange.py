@@ -71,7 +71,7 @@ class _Attempt:
         minima = []
         for constraint in problem.constraints:
             margin = partial(constraint.relative_margin, posterior)
-            times = constraint.index_set.local_minima(margin)
+            times = constraint.index_set.local_minima(margin, posterior.prior.kernel)
             minima.append((times, margin(times)))
         return cls(log_theta, posterior, objective, tuple(minima))
 
@@ -112,7 +112,7 @@ class _Search:
         """The attempt with the smallest violation."""
         return self._closest[0]
 
-    def sweep(self, step: Callable[[Program, Array], Array], points: Iterable[Array]) -> None:
+    def sweep(self, step: Callable[[Program, Array], Array | None], points: Iterable[Array]) -> None:
         """Improve all points by `step`, again and again, while that brings times into the program."""
         for _ in range(_MAX_ROUNDS):
             program = Program(self.problem, self.times)
@@ -155,10 +155,10 @@ class _Search:
         return self.incumbent is not None and attempt.objective >= self.incumbent.objective
 
 
-def _distinct(points: list[Array]) -> list[Array]:
+def _distinct(points: list[Array | None]) -> list[Array]:
     kept: list[Array] = []
     for point in points:
-        if all(np.max(np.abs(point - other)) > _SAME_POINT for other in kept):
+        if point is not None and all(np.max(np.abs(point - other)) > _SAME_POINT for other in kept):
             kept.append(point)
     return kept
 

@@ -1,31 +1,80 @@
 """The times at which a constraint has to hold, and where on them it is closest to failing."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from pipeline.arrays import Array
+from pipeline.gp.kernel import Kernel
+
+# A signal cannot turn much faster than its kernel's correlation time: this many looks at each are enough to see every
+# dip that refinement then follows to its bottom.
+_LOOKS_PER_CORRELATION_TIME = 12
+_FEWEST_LOOKS, _MOST_LOOKS = 64, 50_000
+_REFINEMENTS, _POINTS_EACH = 7, 9
 
 
-class IndexSet(Protocol):
-    """A set of times [s]."""
+class IndexSet(ABC):
+    """A set of times [s]; what it is may depend on the kernel, whose period is learned."""
 
-    def local_minima(self, margin: Callable[[Array], Array]) -> Array:
+    @abstractmethod
+    def local_minima(self, margin: Callable[[Array], Array], kernel: Kernel) -> Array:
         """Times of the set at which `margin` has its local minima, in increasing order."""
 
 
 @dataclass(frozen=True)
-class Steps:
+class Steps(IndexSet):
     """The instants k T_s for k = first … last."""
 
     first: int
     last: int
     sampling_time: float
 
-    def local_minima(self, margin: Callable[[Array], Array]) -> Array:
+    def local_minima(self, margin: Callable[[Array], Array], kernel: Kernel) -> Array:
         times = np.arange(self.first, self.last + 1, dtype=float) * self.sampling_time
-        values = np.concatenate([[np.inf], margin(times), [np.inf]])
-        # A plateau counts once, by its first instant.
-        return np.asarray(times[(values[1:-1] < values[:-2]) & (values[1:-1] <= values[2:])])
+        return np.asarray(times[_dips(margin(times))])
+
+
+@dataclass(frozen=True)
+class Window(IndexSet):
+    """All real times from `start` to `end` [s]."""
+
+    start: float
+    end: float
+
+    def local_minima(self, margin: Callable[[Array], Array], kernel: Kernel) -> Array:
+        return _refined_minima(margin, self.start, self.end, kernel)
+
+
+@dataclass(frozen=True)
+class AllPhases(IndexSet):
+    """All real times of a signal whose kernel is periodic: one period of the kernel as it is at the moment.
+
+    A time found here stays a time of the set when the period moves.
+    """
+
+    period: Callable[[Kernel], float]
+
+    def local_minima(self, margin: Callable[[Array], Array], kernel: Kernel) -> Array:
+        return _refined_minima(margin, 0.0, self.period(kernel), kernel)
+
+
+def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, kernel: Kernel) -> Array:
+    """Local minima of a continuous margin: dips of a grid, each followed down by ever finer grids around it."""
+    looks = _LOOKS_PER_CORRELATION_TIME * (end - start) / kernel.correlation_time
+    times = np.linspace(start, end, int(np.clip(looks, _FEWEST_LOOKS, _MOST_LOOKS)) + 1)
+    at, reach = times[_dips(margin(times))], times[1] - times[0]
+    offsets = np.linspace(-1, 1, _POINTS_EACH)
+    for _ in range(_REFINEMENTS):
+        near = np.clip(at[:, None] + reach * offsets, start, end)
+        lowest = np.argmin(margin(near.ravel()).reshape(near.shape), axis=1, keepdims=True)
+        at, reach = np.take_along_axis(near, lowest, axis=1)[:, 0], reach * 2 / (_POINTS_EACH - 1)
+    return np.asarray(np.unique(at))
+
+
+def _dips(values: Array) -> Array:
+    """Indices of the local minima of a sequence, ends included; a plateau counts once, by its first entry."""
+    walled = np.concatenate([[np.inf], values, [np.inf]])
+    return np.flatnonzero((walled[1:-1] < walled[:-2]) & (walled[1:-1] <= walled[2:]))

@@ -42,4 +42,4 @@ def _at(problem: ConstrainedProblem, log_theta: Array) -> tuple[float, float]:
 
 def _smallest_margin(constraint: Constraint, posterior: Posterior) -> float:
     margin = partial(constraint.relative_margin, posterior)
-    return float(np.min(margin(constraint.index_set.local_minima(margin)), initial=np.inf))
+    return float(np.min(margin(constraint.index_set.local_minima(margin, posterior.prior.kernel)), initial=np.inf))

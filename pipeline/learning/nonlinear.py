@@ -1,88 +1,51 @@
-"""One nonlinear program: SciPy's SLSQP on l(θ) with constraints at finitely many times, gradients exact, in ln θ."""
+"""The problem with its constraints at finitely many times: one nonlinear program in ln θ, with exact gradients."""
 
-from collections.abc import Callable, Sequence
-from functools import lru_cache
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
 
 from pipeline.arrays import Array
-from pipeline.gp.posterior import IllConditioned, Posterior
+from pipeline.gp.posterior import IllConditioned
+from pipeline.learning import sqp
 from pipeline.learning.problem import ConstrainedProblem
 
-_TOLERANCE = 1e-13
-_MAX_ITERATIONS = 200
 
-
+@dataclass(frozen=True)
 class Program:
-    """The problem with each constraint standing at given `times` only (one array for each constraint)."""
+    """Each constraint of `problem` stands at given `times` [s] only, one array for each constraint."""
 
-    def __init__(self, problem: ConstrainedProblem, times: tuple[Array, ...]):
-        self.problem = problem
-        self.times = times
-        self._posterior_at = lru_cache(maxsize=4)(self._posterior)
+    problem: ConstrainedProblem
+    times: tuple[Array, ...]
 
-    def minimise(self, start: Array) -> Array:
-        """ln θ of a local minimum from `start`; where the solver ends short of one, wherever it ended."""
-        constraint = {"type": "ineq", "fun": self.slack, "jac": self.slack_jacobian}
-        return self._run(start, self.objective, [constraint] if any(t.size for t in self.times) else [])
+    def minimise(self, start: Array) -> Array | None:
+        """ln θ of a local minimum from `start`; None where nothing can be evaluated there."""
+        return self._run(start, weight=1.0)
 
-    def minimise_violation(self, start: Array) -> Array:
-        """ln θ of a local minimum of the largest violation from `start`: one more variable bounds it from above."""
-        violation = float(-np.min(self.slack(start)))
-        with_bound = np.append(start, violation)
-        constraint = {
-            "type": "ineq",
-            "fun": lambda z: self.slack(z[:-1]) + z[-1],
-            "jac": lambda z: np.column_stack([jacobian := self.slack_jacobian(z[:-1]), np.ones(len(jacobian))]),
-        }
-        last = np.eye(len(with_bound))[-1]
-        return self._run(with_bound, lambda z: (float(z[-1]), last), [constraint])[:-1]
+    def minimise_violation(self, start: Array) -> Array | None:
+        """ln θ of a local minimum of the largest relative violation from `start`; None as above."""
+        return self._run(start, weight=0.0)
 
-    def objective(self, log_theta: Array) -> tuple[float, Array]:
+    def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
+        """Objective and slacks, with their derivatives, from one factor; None where that does not exist."""
+        posterior = self.problem.posterior(log_theta)
         try:
-            return self._at(log_theta).negative_log_marginal_likelihood()
-        except IllConditioned:  # a line search that sees +∞ turns back
-            return np.inf, np.zeros_like(log_theta)
-
-    def slack(self, log_theta: Array) -> Array:
-        try:
-            posterior = self._at(log_theta)
-            return np.concatenate(
-                [c.slack(posterior, t) for c, t in zip(self.problem.constraints, self.times, strict=True)]
-            )
+            value, gradient = posterior.negative_log_marginal_likelihood()
         except IllConditioned:
-            return np.full(2 * sum(t.size for t in self.times), -1e6)
-
-    def slack_jacobian(self, log_theta: Array) -> Array:
-        try:
-            posterior = self._at(log_theta)
-            return np.concatenate(
-                [c.slack_jacobian(posterior, t) for c, t in zip(self.problem.constraints, self.times, strict=True)]
-            )
-        except IllConditioned:
-            return np.zeros((2 * sum(t.size for t in self.times), len(log_theta)))
-
-    def _at(self, log_theta: Array) -> Posterior:
-        # The optimiser asks for value, slack and Jacobian at one point in turn: all three share one factor.
-        return self._posterior_at(log_theta.tobytes())
-
-    def _posterior(self, key: bytes) -> Posterior:
-        return self.problem.posterior(np.frombuffer(key))
-
-    def _run(
-        self, start: Array, objective: Callable[[Array], tuple[float, Array]], constraints: Sequence[Any]
-    ) -> Array:
-        space = self.problem.space
-        free = [(None, None)] * (len(start) - len(space.log_lower))
-        result = minimize(
-            objective,
-            start,
-            jac=True,
-            method="SLSQP",
-            bounds=[*zip(space.log_lower, space.log_upper, strict=True), *free],
-            constraints=constraints,
-            options={"ftol": _TOLERANCE, "maxiter": _MAX_ITERATIONS},
+            return None
+        standing = list(zip(self.problem.constraints, self.times, strict=True))
+        return sqp.Evaluation(
+            value,
+            gradient,
+            np.concatenate([np.empty(0), *(c.slack(posterior, t) for c, t in standing)]),
+            np.concatenate([np.empty((0, len(log_theta))), *(c.slack_jacobian(posterior, t) for c, t in standing)]),
         )
-        return np.asarray(result.x)
+
+    def _run(self, start: Array, weight: float) -> Array | None:
+        def evaluate(log_theta: Array) -> sqp.Evaluation | None:
+            if (at := self.evaluate(log_theta)) is None:
+                return None
+            return at._replace(value=weight * at.value, gradient=weight * at.gradient)
+
+        space = self.problem.space
+        found = sqp.minimise(evaluate, start, space.log_lower, space.log_upper)
+        return None if found is None else found.x

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.stats import qmc
 
 from pipeline.arrays import Array
 from pipeline.gp.prior import NOISE, Prior
@@ -48,8 +47,13 @@ class SearchSpace:
         return np.log([interval.upper for interval in self.bounds.values()])
 
     def start_points(self) -> Array:
-        """ln θ of the starts, shape (starts, p): a Halton sequence in the middle half of the box, nothing random."""
-        unit = qmc.Halton(len(self.bounds), scramble=False).random(self.starts + 1)[1:]
+        """ln θ of the starts, shape (starts, p): an additive recurrence in the middle half of the box."""
+        # The most irrational steps in p dimensions: powers of the root of x^(p+1) = x + 1 (the golden ratio for p = 1).
+        p = len(self.bounds)
+        root = 2.0
+        for _ in range(60):
+            root = (1 + root) ** (1 / (p + 1))
+        unit = np.outer(np.arange(1, self.starts + 1), root ** -np.arange(1.0, p + 1)) % 1
         return np.asarray(self.log_lower + (0.25 + 0.5 * unit) * (self.log_upper - self.log_lower))
 
     def faded(self, log_theta: Array, by: float) -> Array:

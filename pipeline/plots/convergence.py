@@ -46,12 +46,14 @@ def _mean_bound(axes: Axes, trace: Trace, room: float) -> None:
     _mark(axes, trace, np.isfinite(trace.mean_bound), r"$\zeta$-test", "right", (0, 1))
     _mark(axes, trace, trace.keeps_states > 0, "state test", "right", (0, 0.3))
     zoom = axes.inset_axes((0.56, 0.42, 0.44, 0.58))
-    zoom.plot(trace.k_bar[-_ZOOMED:], trace.mean_bound[-_ZOOMED:], color=BLUE, marker="o", markersize=2)
+    last = trace.k_bar[-_ZOOMED:]
+    zoom.plot(last, trace.mean_bound[-_ZOOMED:], color=BLUE, marker="o", markersize=2)
     zoom.axhline(room, **_LIMIT)
     zoom.tick_params(labelsize=6)
     zoom.xaxis.set_major_locator(MaxNLocator(3, integer=True))
+    zoom.set_xlim(last[0] - 0.5, last[-1] + 0.5)
     zoom.set_ylim(bottom=0)
-    direct_label(zoom, trace.k_bar[-_ZOOMED:][0], 0.95 * room, r"room in $\mathcal{X}$", va="top")
+    direct_label(zoom, last[0], 0.95 * room, r"room in $\mathcal{X}$", va="top")
 
 
 def _derivative_bound(axes: Axes, trace: Trace) -> None:

@@ -17,7 +17,7 @@ from pipeline.systems.interval import Interval
 P = ParamSpec("P")
 
 # A user's own matplotlibrc must not show: start from matplotlib's defaults.
-_SHEETS: Final = ["default", str(Path(__file__).with_name("trackable.mplstyle"))]
+SHEETS: Final = ["default", str(Path(__file__).with_name("trackable.mplstyle"))]
 
 # Ticks depend on the size of the axes, and that on the ticks' labels: the second layout starts from the first one.
 _LAYOUTS: Final = 2
@@ -51,7 +51,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        with matplotlib.style.context(_SHEETS):
+        with matplotlib.style.context(SHEETS):
             figure = draw(*args, **kwargs)
             for _ in range(_LAYOUTS):
                 figure.draw_without_rendering()
@@ -96,7 +96,7 @@ def _name_bound(axes: Axes, y: float, side: str, name: str) -> None:
 def svg(figure: Figure) -> bytes:
     """The figure as SVG, letters as paths; equal figures give equal bytes."""
     buffer = BytesIO()
-    with matplotlib.style.context(_SHEETS):
+    with matplotlib.style.context(SHEETS):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     return buffer.getvalue()
 

@@ -127,6 +127,12 @@ def test_no_point_of_a_dense_grid_is_better_in_tight_sets_either(seed):
     assert found.objective <= naive.best_on_a_grid(case) + 1e-9
 
 
+def test_a_warm_start_in_tight_sets_is_no_worse_than_the_point_it_starts_from():
+    problem = tight(0).problem
+    cold = solve(problem)
+    assert solve(problem, warm=cold).objective <= cold.objective + 1e-9
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_learned_noise_is_as_good_as_brute_force(seed):
     base = instance(seed)

@@ -1,0 +1,1 @@
+"""Proofs for all times, and an independent checker of them."""
