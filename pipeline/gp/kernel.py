@@ -75,5 +75,5 @@ def stretched(jet: Array, r: Array) -> Array:
 
     A longer ℓ is a slower clock: ∂κ/∂ln ℓ = −r κ̇, and n time derivatives later −(n κ⁽ⁿ⁾ + r κ⁽ⁿ⁺¹⁾).
     """
-    n = np.arange(len(jet) - 1).reshape(-1, *np.ones(r.ndim, dtype=int))
+    n = np.arange(len(jet) - 1).reshape(-1, *(1,) * r.ndim)
     return np.asarray(-(n * jet[:-1] + r * jet[1:]))

@@ -54,11 +54,20 @@ class Posterior:
 
     def mean_gradient(self, t: Array) -> Array:
         """∂m⁺(t)/∂ln θ of the learned hyperparameters: shape (p, *t.shape)."""
-        differences = np.asarray(t, dtype=float)[..., None] - self.samples.times
-        jet, gradient = self.prior.kernel.jet_and_gradient(differences, 0)
-        through_kernel = np.concatenate([gradient[:, 0] @ self.weights, np.zeros((1, *differences.shape[:-1]))])
-        through_weights = np.moveaxis(jet[0] @ self._weights_gradient.T, -1, 0)
-        return np.asarray(through_kernel[self._learned] + through_weights)
+        return np.asarray(self.jet_and_gradient(t, 0)[1][:, 0])
+
+    def jet_and_gradient(self, t: Array, order: int) -> tuple[Array, Array]:
+        """m⁺ and its time derivatives up to `order`, and their ∂/∂ln θ of the learned hyperparameters.
+
+        Shapes (order + 1, *t.shape) and (p, order + 1, *t.shape).
+        """
+        jet, gradient = self.prior.kernel.jet_and_gradient(np.asarray(t, dtype=float)[..., None] - self.samples.times, order)
+        mean = jet @ self.weights
+        mean[0] += self.prior.mean
+        through_kernel = np.zeros((len(gradient) + 1, *mean.shape))
+        through_kernel[:-1] = gradient @ self.weights
+        through_weights = np.moveaxis(jet @ self._weights_gradient.T, -1, 0)
+        return np.asarray(mean), np.asarray(through_kernel[self._learned] + through_weights)
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
         """l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ, shape (p,).
@@ -105,8 +114,10 @@ class Posterior:
 
     @cached_property
     def _inverse(self) -> Array:
-        lower, _ = lapack.dpotri(self._factor, lower=True)
-        return np.asarray(np.tril(lower) + np.tril(lower, -1).T)
+        lower, _ = lapack.dpotri(self._factor, lower=True)  # above the diagonal the factor's zeros remain
+        inverse = lower + lower.T
+        inverse.flat[:: len(inverse) + 1] /= 2
+        return np.asarray(inverse)
 
     @cached_property
     def _weights_gradient(self) -> Array:

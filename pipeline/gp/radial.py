@@ -31,7 +31,7 @@ class Radial(Elementary):
         return jet[:-1], np.stack([2 * jet[:-1], stretched(jet, r)])
 
     def _in_time(self, correlation: Array) -> Array:
-        n = np.arange(len(correlation)).reshape(-1, *np.ones(correlation.ndim - 1, dtype=int))
+        n = np.arange(len(correlation)).reshape(-1, *(1,) * (correlation.ndim - 1))
         return np.asarray(correlation * (self.signal_std**2 / self.lengthscale**n))
 
 
@@ -64,10 +64,11 @@ class _Matern(Radial):
     def correlation(self, s: Array, order: int) -> Array:
         x = self.rate * np.abs(s)
         decay = np.exp(-x)
-        phi, factor, sign = np.empty((order + 1, *s.shape)), self.polynomial, np.ones_like(s)
+        phi, factor = np.empty((order + 1, *s.shape)), self.polynomial
         for n in range(order + 1):
-            phi[n] = sign * factor(x) * decay
-            factor, sign = factor.deriv() - factor, sign * self.rate * np.sign(s)
+            side = np.sign(s) if n % 2 else 1.0  # φ is even: its odd derivatives are odd
+            phi[n] = side * self.rate**n * factor(x) * decay
+            factor = factor.deriv() - factor
         return phi
 
 

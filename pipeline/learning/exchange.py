@@ -6,7 +6,6 @@ on the way is a relaxation of the whole problem, so the first minimiser that kee
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
@@ -68,12 +67,8 @@ class _Attempt:
     def at(cls, problem: ConstrainedProblem, log_theta: Array) -> "_Attempt":
         posterior = problem.posterior(log_theta)
         objective, _ = posterior.negative_log_marginal_likelihood()
-        minima = []
-        for constraint in problem.constraints:
-            margin = partial(constraint.relative_margin, posterior)
-            times = constraint.index_set.local_minima(margin, posterior.prior.kernel)
-            minima.append((times, margin(times)))
-        return cls(log_theta, posterior, objective, tuple(minima))
+        minima = tuple(constraint.closest(posterior) for constraint in problem.constraints)
+        return cls(log_theta, posterior, objective, minima)
 
     @property
     def worst(self) -> tuple[float, int, float]:
@@ -113,12 +108,13 @@ class _Search:
         return self._closest[0]
 
     def sweep(self, step: Callable[[Program, Array], Array | None], points: Iterable[Array]) -> None:
-        """Improve all points by `step`, again and again, while that brings times into the program."""
+        """Improve all points by `step`, again and again, while they break bounds at times the program did not know."""
         for _ in range(_MAX_ROUNDS):
             program = Program(self.problem, self.times)
+            in_program = self.times
             results = [step(program, point) for point in points]
             self.fits += len(results)
-            points = [point for point in _distinct(results) if self._leads_on(point)]
+            points = [point for point in _distinct(results) if self._leads_on(point, in_program)]
             if not points:
                 break
 
@@ -129,16 +125,15 @@ class _Search:
                 if (attempt := self._judged(self.problem.space.faded(point, 2.0**halvings))) and attempt.is_feasible:
                     break
 
-    def _leads_on(self, point: Array) -> bool:
-        """Whether a point, not better than the incumbent as it is, brought new times into the program."""
+    def _leads_on(self, point: Array, in_program: tuple[Array, ...]) -> bool:
+        """Whether a point may become better than the incumbent once the program knows what it breaks."""
         attempt = self._judged(point)
         if attempt is None or attempt.is_feasible or self._is_beaten(attempt):
             return False
-        before = sum(t.size for t in self.times)
-        self.times = tuple(
-            _united(t, times[margins < 0]) for t, (times, margins) in zip(self.times, attempt.minima, strict=True)
-        )
-        return sum(t.size for t in self.times) > before
+        broken = [times[margins < 0] for times, margins in attempt.minima]
+        self.times = tuple(_united(known, new) for known, new in zip(self.times, broken, strict=True))
+        # Another point of this round may have brought the same times already: what counts is what this one knew.
+        return any(_united(known, new).size > known.size for known, new in zip(in_program, broken, strict=True))
 
     def _judged(self, point: Array) -> _Attempt | None:
         try:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from pipeline.arrays import Array
 from pipeline.gp.kernel import Kernel
@@ -13,7 +14,7 @@ from pipeline.gp.kernel import Kernel
 # dip that refinement then follows to its bottom.
 _LOOKS_PER_CORRELATION_TIME = 12
 _FEWEST_LOOKS, _MOST_LOOKS = 64, 50_000
-_REFINEMENTS, _POINTS_EACH = 7, 9
+_REFINEMENTS, _NARROWER = 4, 0.1
 
 
 class IndexSet(ABC):
@@ -62,19 +63,23 @@ class AllPhases(IndexSet):
 
 
 def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, kernel: Kernel) -> Array:
-    """Local minima of a continuous margin: dips of a grid, each followed down by ever finer grids around it."""
+    """Local minima of a continuous margin: dips of a grid, each followed down by ever narrower parabolas."""
     looks = _LOOKS_PER_CORRELATION_TIME * (end - start) / kernel.correlation_time
     times = np.linspace(start, end, int(np.clip(looks, _FEWEST_LOOKS, _MOST_LOOKS)) + 1)
-    at, reach = times[_dips(margin(times))], times[1] - times[0]
-    offsets = np.linspace(-1, 1, _POINTS_EACH)
+    values, reach = margin(times), times[1] - times[0]
+    dips = _dips(values)
+    at = times[dips]
     for _ in range(_REFINEMENTS):
-        near = np.clip(at[:, None] + reach * offsets, start, end)
-        lowest = np.argmin(margin(near.ravel()).reshape(near.shape), axis=1, keepdims=True)
-        at, reach = np.take_along_axis(near, lowest, axis=1)[:, 0], reach * 2 / (_POINTS_EACH - 1)
+        low, high = np.maximum(at - reach, start), np.minimum(at + reach, end)
+        left, middle, right = margin(np.concatenate([low, at, high])).reshape(3, -1)
+        curvature = left - 2 * middle + right
+        step = np.divide(reach / 2 * (left - right), curvature, out=np.zeros_like(at), where=curvature > 0)
+        at, reach = np.clip(at + step, low, high), reach * _NARROWER
+    at = np.where(margin(at) < values[dips], at, times[dips])
     return np.asarray(np.unique(at))
 
 
-def _dips(values: Array) -> Array:
+def _dips(values: Array) -> npt.NDArray[np.intp]:
     """Indices of the local minima of a sequence, ends included; a plateau counts once, by its first entry."""
     walled = np.concatenate([[np.inf], values, [np.inf]])
     return np.flatnonzero((walled[1:-1] < walled[:-2]) & (walled[1:-1] <= walled[2:]))

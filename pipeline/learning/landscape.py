@@ -1,13 +1,12 @@
 """The objective and the constraints over a grid of two hyperparameters."""
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from pipeline.arrays import Array
 from pipeline.gp.posterior import IllConditioned, Posterior
-from pipeline.learning.problem import ConstrainedProblem, Constraint
+from pipeline.learning.problem import ConstrainedProblem
 
 
 @dataclass(frozen=True)
@@ -37,9 +36,5 @@ def _at(problem: ConstrainedProblem, log_theta: Array) -> tuple[float, float]:
         objective, _ = posterior.negative_log_marginal_likelihood()
     except IllConditioned:
         return np.nan, np.nan
-    return objective, min((_smallest_margin(c, posterior) for c in problem.constraints), default=np.inf)
-
-
-def _smallest_margin(constraint: Constraint, posterior: Posterior) -> float:
-    margin = partial(constraint.relative_margin, posterior)
-    return float(np.min(margin(constraint.index_set.local_minima(margin, posterior.prior.kernel)), initial=np.inf))
+    margins = (constraint.closest(posterior)[1] for constraint in problem.constraints)
+    return objective, min((float(np.min(margin)) for margin in margins), default=np.inf)

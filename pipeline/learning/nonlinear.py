@@ -12,10 +12,10 @@ from pipeline.learning.problem import ConstrainedProblem
 
 @dataclass(frozen=True)
 class Program:
-    """Each constraint of `problem` stands at given `times` [s] only, one array for each constraint."""
+    """Each constraint of `problem` stands at given `places` only, one array for each constraint."""
 
     problem: ConstrainedProblem
-    times: tuple[Array, ...]
+    places: tuple[Array, ...]
 
     def minimise(self, start: Array) -> Array | None:
         """ln θ of a local minimum from `start`; None where nothing can be evaluated there."""
@@ -32,13 +32,14 @@ class Program:
             value, gradient = posterior.negative_log_marginal_likelihood()
         except IllConditioned:
             return None
-        standing = list(zip(self.problem.constraints, self.times, strict=True))
-        return sqp.Evaluation(
-            value,
-            gradient,
-            np.concatenate([np.empty(0), *(c.slack(posterior, t) for c, t in standing)]),
-            np.concatenate([np.empty((0, len(log_theta))), *(c.slack_jacobian(posterior, t) for c, t in standing)]),
-        )
+        slack, jacobian = [np.empty(0)], [np.empty((0, len(log_theta)))]
+        for constraint, places in zip(self.problem.constraints, self.places, strict=True):
+            if len(places):
+                bounds, backoff = constraint.quantity.bounds, constraint.backoff
+                quantity, by_theta = constraint.value_and_gradient(posterior, places)
+                slack += [(side / bounds.width - backoff) for side in (quantity - bounds.lower, bounds.upper - quantity)]
+                jacobian += [by_theta.T / bounds.width, -by_theta.T / bounds.width]
+        return sqp.Evaluation(value, gradient, np.concatenate(slack), np.concatenate(jacobian))
 
     def _run(self, start: Array, weight: float) -> Array | None:
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:

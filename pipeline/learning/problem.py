@@ -1,6 +1,8 @@
 """The constrained learning problem, its solution, and what is said when there is none."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -16,28 +18,58 @@ from pipeline.systems.quantity import Quantity
 ROUNDING_BACKOFF = 1e-9
 
 
+class Bounded(ABC):
+    """A quantity that has to stay inside its bounds, drawn in by `backoff` (a part of their width), wherever it is asked.
+
+    Where that is, one row of an array says: a time, or whatever else a subclass needs to know.
+    """
+
+    quantity: Quantity
+    backoff: float
+
+    @property
+    @abstractmethod
+    def none(self) -> Array:
+        """No place at all, in the shape of places."""
+
+    @abstractmethod
+    def closest(self, posterior: Posterior) -> tuple[Array, Array]:
+        """Places where the margin is locally smallest, and the relative margins (n,) there.
+
+        Relative: a part of the bounds' width, negative where broken, 1/2 at the centre.
+        """
+
+    @abstractmethod
+    def value_and_gradient(self, posterior: Posterior, places: Array) -> tuple[Array, Array]:
+        """The quantity at n places and its ∂/∂ln θ: shapes (n,) and (p, n)."""
+
+
 @dataclass(frozen=True)
-class Constraint:
-    """A quantity that has to stay inside its bounds, drawn in by `backoff` (a part of their width), on an index set."""
+class Constraint(Bounded):
+    """A quantity at all times of an index set; a place is a time [s]."""
 
     quantity: Quantity
     index_set: IndexSet
     backoff: float = ROUNDING_BACKOFF
+
+    @property
+    def none(self) -> Array:
+        return np.empty(0)
+
+    def closest(self, posterior: Posterior) -> tuple[Array, Array]:
+        margin = partial(self.relative_margin, posterior)
+        times = self.index_set.local_minima(margin, posterior.prior.kernel)
+        return times, margin(times)
 
     def relative_margin(self, posterior: Posterior, t: Array) -> Array:
         """Distance to the nearer bound as a part of the bounds' width: negative where broken, 1/2 at the centre."""
         bounds = self.quantity.bounds
         return bounds.margin(self.quantity(posterior.mean, t)) / bounds.width
 
-    def slack(self, posterior: Posterior, t: Array) -> Array:
-        """Relative distances to the lower and to the upper bound, back-off deducted, of t with shape (n,): (2n,)."""
-        bounds, value = self.quantity.bounds, self.quantity(posterior.mean, t)
-        return np.concatenate([value - bounds.lower, bounds.upper - value]) / bounds.width - self.backoff
-
-    def slack_jacobian(self, posterior: Posterior, t: Array) -> Array:
-        """∂slack/∂ln θ, shape (2n, p)."""
-        gradient = self.quantity.combine(posterior.mean_gradient, t).T / self.quantity.bounds.width
-        return np.concatenate([gradient, -gradient])
+    def value_and_gradient(self, posterior: Posterior, places: Array) -> tuple[Array, Array]:
+        jet, gradient = posterior.jet_and_gradient(self.quantity.instants(places), 0)
+        weights = np.array(self.quantity.weights)
+        return self.quantity.offset + weights @ jet[0], weights @ gradient[:, 0]
 
 
 @dataclass(frozen=True)
@@ -50,7 +82,7 @@ class ConstrainedProblem:
     samples: Samples
     prior: Prior
     space: SearchSpace
-    constraints: tuple[Constraint, ...] = field(default=())
+    constraints: tuple[Bounded, ...] = field(default=())
 
     def __post_init__(self) -> None:
         if len(self.samples) < len(self.prior.learned):
@@ -65,10 +97,10 @@ class ConstrainedProblem:
 
 @dataclass(frozen=True)
 class Solution:
-    """Learned hyperparameters that satisfy every constraint on its whole index set.
+    """Learned hyperparameters that satisfy every constraint wherever it is asked.
 
-    `log_theta` is the minimiser, `objective` is l there, `active` holds the times [s] of each constraint that took part
-    in the program, `fits` counts the nonlinear programs that were solved.
+    `objective` is l there, `active` holds the places of each constraint that took part in the program, `fits` counts the
+    nonlinear programs that were solved.
     """
 
     posterior: Posterior

@@ -24,6 +24,7 @@ _STEP_TOLERANCE = 1e-10
 _FEASIBLE = 1e-12
 _FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
 _FIRST_PENALTY, _LARGEST_PENALTY = 1e2, 1e9
+_STEERED = 0.5
 
 
 class Evaluation(NamedTuple):
@@ -41,10 +42,14 @@ class Evaluation(NamedTuple):
     def merit(self, penalty: float) -> float:
         return self.value + penalty * _price(self.violation)
 
+    def linear_violation(self, d: Array) -> float:
+        """The violation at x + d as the linearised constraints see it."""
+        return max(0.0, -float(np.min(self.slack + self.jacobian @ d, initial=0.0)))
+
     def predicted(self, d: Array, curvature: Array, penalty: float) -> float:
         """The merit at x + d, by the model that chose d."""
-        violation = max(0.0, -float(np.min(self.slack + self.jacobian @ d, initial=0.0)))
-        return float(self.value + self.gradient @ d + d @ curvature @ d / 2 + penalty * _price(violation))
+        price = penalty * _price(self.linear_violation(d))
+        return float(self.value + self.gradient @ d + d @ curvature @ d / 2 + price)
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ def minimise(
     curvature, radius, penalty = np.eye(len(x)), _FIRST_RADIUS, _FIRST_PENALTY
     for _ in range(_MAX_ITERATIONS):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
-        d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
+        d, multipliers, penalty = _steered_step(curvature, here, box, penalty)
         gain = here.merit(penalty) - here.predicted(d, curvature, penalty)
         if np.max(np.abs(d)) < _STEP_TOLERANCE or gain <= 1e-15 * (1 + abs(here.value)):
             if here.violation <= _FEASIBLE or penalty >= _LARGEST_PENALTY:
@@ -92,6 +97,25 @@ def minimise(
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
     return Minimum(x, here, converged=False)
+
+
+def _steered_step(
+    curvature: Array, here: Evaluation, box: tuple[Array, Array], penalty: float
+) -> tuple[Array, Array, float]:
+    """The step, its multipliers, and a penalty high enough that it takes most of what can be taken off the violation.
+
+    With a low penalty the iteration would first run to where f is small, and come back to another part of the feasible
+    set, or none (Byrd, Nocedal and Waltz on steering).
+    """
+    d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
+    if here.linear_violation(d) <= _FEASIBLE:
+        return d, multipliers, penalty
+    least, _ = _quadratic_step(curvature, here, here.slack, box, _LARGEST_PENALTY)
+    enough = here.violation - _STEERED * (here.violation - here.linear_violation(least))
+    while here.linear_violation(d) > enough + _FEASIBLE and penalty < _LARGEST_PENALTY:
+        penalty *= 10
+        d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
+    return d, multipliers, penalty
 
 
 def _price(violation: float) -> float:

@@ -24,7 +24,8 @@ class Quantity:
     sampling_time: float
 
     def __call__(self, signal: Callable[[Array], Array], t: Array) -> Array:
-        return self.offset + self.combine(signal, t)
+        values = signal(self.instants(np.asarray(t, dtype=float)))
+        return np.asarray(self.offset + sum(w * value for w, value in zip(self.weights, values, strict=True)))
 
     def at_rest(self, level: float) -> float:
         """The value of the quantity when the signal is constant."""
@@ -34,3 +35,7 @@ class Quantity:
         """Σ_j w_j f(t + j T_s) for any f that is linear in the signal: a derivative, a gradient."""
         t = np.asarray(t, dtype=float)
         return np.asarray(sum(w * linear(t + j * self.sampling_time) for j, w in enumerate(self.weights)))
+
+    def instants(self, t: Array) -> Array:
+        """The times t + j T_s [s] at which q(t) looks at the signal: shape (len(weights), *t.shape)."""
+        return np.stack([t + j * self.sampling_time for j in range(len(self.weights))])
