@@ -2,6 +2,7 @@
 # make test    set up everything, then run the tests
 # make lint    formatting, lint, import rules, types
 # make force   run every stage again, whether or not anything changed
+# make status  whether the committed results are those of the committed code
 # make lab     Jupyter on the notebooks
 # make lock    pin the newest versions that pyproject.toml allows, with hashes
 
@@ -9,7 +10,7 @@ PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: repro test lint force lab lock
+.PHONY: repro test lint force status lab lock
 .DELETE_ON_ERROR:
 
 repro: .venv/installed
@@ -26,6 +27,10 @@ lint: .venv/installed
 
 force: .venv/installed
 	dvc repro --force
+
+status: .venv/installed
+	dvc status
+	@dvc status --quiet || { echo "results and code do not belong together: run 'make repro' and commit" >&2; exit 1; }
 
 lab: .venv/installed
 	jupyter lab notebooks
