@@ -2,6 +2,7 @@
 # make test    set up everything, then run the tests
 # make lint    formatting, lint, import rules, types
 # make force   run every stage again, whether or not anything changed
+# make compare  run every stage again in a clean copy of what is committed, and compare
 # make status  whether the committed results are those of the committed code
 # make lab     Jupyter on the notebooks
 # make lock    pin the newest versions that pyproject.toml allows, with hashes
@@ -10,7 +11,7 @@ PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: repro test lint force status lab lock
+.PHONY: repro test lint force compare status lab lock
 .DELETE_ON_ERROR:
 
 repro: .venv/installed
@@ -27,6 +28,12 @@ lint: .venv/installed
 
 force: .venv/installed
 	dvc repro --force
+
+compare: .venv/installed
+	rm -rf .compare
+	git clone --quiet . .compare
+	cd .compare && PYTHONPATH=$(CURDIR)/.compare dvc repro --force --quiet
+	python -m pipeline compare HEAD .compare
 
 status: .venv/installed
 	dvc status

@@ -9,6 +9,7 @@ import click
 from threadpoolctl import threadpool_limits
 
 from pipeline.codec import CodecError
+from pipeline.compare.command import compare, environment
 from pipeline.errors import InputError, NoReferenceError
 from pipeline.experiments import PARAMS, Experiment, load_experiment
 from pipeline.logs import LogError
@@ -21,8 +22,8 @@ _NOTHING_FOUND, _UNUSABLE = 1, 2
 def main() -> None:
     """Learn references from noisy samples that a constrained system can follow.
 
-    Each command runs one stage for one EXPERIMENT of params.yaml, and writes below data/results/EXPERIMENT. Exit codes:
-    0 done; 1 no trackable reference was found; 2 something handed in is not usable. On 1 and 2 earlier results stay.
+    Stages run for one EXPERIMENT of params.yaml and write below data/results/EXPERIMENT. Exit codes: 0 done; 1 no
+    trackable reference was found; 2 something handed in is not usable. On 1 and 2 earlier results stay.
     """
 
 
@@ -46,13 +47,29 @@ _stage("figures", "Stage 4: draw the figures.")
 _stage("notebook", "Stage 5: execute the experiment's notebook in place.")
 
 
+@main.command("check", short_help="Check a certificate, independently of what found it.")
+@click.argument("file", type=click.Path(path_type=Path))
+def _check(file: Path) -> None:
+    """Check the certificate in FILE, in interval arithmetic and with code that shares nothing with the fit.
+
+    Exit codes: 0 what is proved; 1 the first box, tail or cover that fails; 2 FILE is not a certificate.
+    """
+    from pipeline.check import check_file  # noqa: PLC0415  as for the stages
+
+    click.echo(check_file(file))
+
+
+main.add_command(compare)
+main.add_command(environment)
+
+
 def run() -> None:
     """The entry point: errors a user can act on are one sentence on stderr, and an exit code."""
     try:
         with threadpool_limits(limits=1):  # faster for small matrices, and the same bits on every machine load
             main(standalone_mode=True)
     except NoReferenceError as error:
-        click.echo(f"no reference: {error}", err=True)
+        click.echo(f"failed: {error}", err=True)
         sys.exit(_NOTHING_FOUND)
     except (InputError, LogError, CodecError, OSError) as error:
         click.echo(f"error: {error}", err=True)

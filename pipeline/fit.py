@@ -11,7 +11,7 @@ from pipeline.gp.samples import Samples
 from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND, Reading, Run, algorithm1
 from pipeline.learning.exchange import solve
 from pipeline.learning.learned import LearnedReference, Trace
-from pipeline.learning.problem import ConstrainedProblem, Infeasible, Solution
+from pipeline.learning.problem import ConstrainedProblem, Solution
 from pipeline.results import Results
 
 READINGS = (AS_PUBLISHED, SOUND)
@@ -36,7 +36,8 @@ def fit(experiment: Experiment, results: Results) -> None:
 def _unconstrained(experiment: Experiment, samples: Samples) -> LearnedReference:
     problem = ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples))
     solution = solve(problem)
-    assert not isinstance(solution, Infeasible), "without constraints every point is feasible"
+    if not isinstance(solution, Solution):
+        raise NoReferenceError(f"experiment {experiment.name}, unconstrained: {solution.explanation}")
     return LearnedReference.of("unconstrained", solution, experiment.constrained_system)
 
 

@@ -65,7 +65,7 @@ def test_a_wrong_parameter_is_one_sentence(right: str, wrong: str, sentence: str
 @pytest.mark.parametrize(
     ("right", "wrong", "sentence"),
     [
-        ("seed: 2", "seed: -2", r"samples\.seed: .*got -2"),
+        ("seed: 3", "seed: -2", r"samples\.seed: .*got -2"),
         ("noise_std: 0.02", "noise_std: 0", r"samples\.noise_std: .*got 0"),
         ("{first: 0, last: 60, every: 5}", "{first: 70, last: 60, every: 5}", r"samples\.steps: expected first ≤ last"),
         ("every: 5", "every: 0", r"samples\.steps\.every: .*got 0"),
@@ -80,7 +80,7 @@ def test_a_wrong_draw_is_one_sentence(right: str, wrong: str, sentence: str, tmp
 
 def test_a_mistake_in_one_experiment_does_not_stop_another(tmp_path: Path) -> None:
     path = tmp_path / "params.yaml"
-    path.write_text(WRITTEN.replace("seed: 2", "seed: -2"), encoding="utf-8")
+    path.write_text(WRITTEN.replace("seed: 3", "seed: -2"), encoding="utf-8")
     assert load_experiment("example1", path).name == "example1"
     with pytest.raises(InputError):
         load_experiments(path)
@@ -96,7 +96,8 @@ def test_missing_and_unreadable_files(tmp_path: Path) -> None:
 
 
 def test_numbers_are_known_and_intervals_are_learned(tmp_path: Path) -> None:
-    kernel = "{type: product, left: {type: periodic, period: 2}, right: {type: matern52, signal_std: 1, lengthscale: [3, 9]}}"
+    right = "{type: matern52, signal_std: 1, lengthscale: [3, 9]}"
+    kernel = f"{{type: product, left: {{type: periodic, period: 2}}, right: {right}}}"
     path = tmp_path / "params.yaml"
     path.write_text(WRITTEN.replace("{type: squared_exponential}", kernel), encoding="utf-8")
     experiment = load_experiment("example1", path)

@@ -61,7 +61,9 @@ class Posterior:
 
         Shapes (order + 1, *t.shape) and (p, order + 1, *t.shape).
         """
-        jet, gradient = self.prior.kernel.jet_and_gradient(np.asarray(t, dtype=float)[..., None] - self.samples.times, order)
+        jet, gradient = self.prior.kernel.jet_and_gradient(
+            np.asarray(t, dtype=float)[..., None] - self.samples.times, order
+        )
         mean = jet @ self.weights
         mean[0] += self.prior.mean
         through_kernel = np.zeros((len(gradient) + 1, *mean.shape))

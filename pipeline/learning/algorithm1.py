@@ -13,7 +13,7 @@ from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
 from pipeline.learning.exchange import solve, tightened
 from pipeline.learning.index_set import Steps
-from pipeline.learning.problem import ConstrainedProblem, Constraint, Infeasible, Solution
+from pipeline.learning.problem import ConstrainedProblem, Constraint, NoSolution, Solution
 from pipeline.learning.space import SearchSpace
 from pipeline.learning.tail import Tail, tail
 from pipeline.systems.interval import Interval
@@ -85,10 +85,10 @@ class Iteration:
 
 @dataclass(frozen=True)
 class Run:
-    """All iterations, and how they ended: a Solution, Infeasible, or None where the last step came first."""
+    """All iterations, and how they ended: a Solution, NoSolution, or None where the last step came first."""
 
     iterations: tuple[Iteration, ...]
-    outcome: Solution | Infeasible | None
+    outcome: Solution | NoSolution | None
 
     @property
     def final_step(self) -> int | None:
@@ -97,9 +97,9 @@ class Run:
     @property
     def explanation(self) -> str:
         """Why there is no reference; empty where there is one."""
-        if isinstance(self.outcome, Infeasible):
+        if isinstance(self.outcome, NoSolution):
             done = f" after k̄ = {self.iterations[-1].k_bar}" if self.iterations else ""
-            return f"infeasible{done}: {self.outcome.explanation}"
+            return f"no solution{done}: {self.outcome.explanation}"
         if self.outcome is None:
             return f"Algorithm 1 did not end: {self.iterations[-1].explanation}"
         return ""
@@ -121,7 +121,7 @@ def algorithm1(
     for k_bar in range(first_step, last_step + 1):
         problem = ConstrainedProblem(samples, prior, space, reading.constraints(plant, k_bar))
         outcome = tightened(solution, problem) if solution else solve(problem)
-        if isinstance(outcome, Infeasible):
+        if not isinstance(outcome, Solution):
             return Run(tuple(iterations), outcome)
         solution = outcome
         iterations.append(_test(plant, reading, k_bar, solution))

@@ -12,7 +12,7 @@ import numpy as np
 from pipeline.arrays import Array
 from pipeline.gp.posterior import IllConditioned, Posterior
 from pipeline.learning.nonlinear import Program
-from pipeline.learning.problem import ConstrainedProblem, Infeasible, Solution
+from pipeline.learning.problem import ConstrainedProblem, Infeasible, NoSolution, NothingFactored, Solution
 
 _MAX_ROUNDS = 60
 _MAX_HALVINGS = 60
@@ -20,7 +20,7 @@ _SAME_POINT = 1e-6
 _SAME_TIME = 1e-9
 
 
-def solve(problem: ConstrainedProblem, warm: Solution | None = None) -> Solution | Infeasible:
+def solve(problem: ConstrainedProblem, warm: Solution | None = None) -> Solution | NoSolution:
     """The best of local minima from several starts, among those that keep every bound on its whole index set.
 
     Deterministic. Where the prior mean is an equilibrium inside the bounds, a feasible point is found by letting the
@@ -36,6 +36,8 @@ def solve(problem: ConstrainedProblem, warm: Solution | None = None) -> Solution
         # What the first sweep learned about the constraints may lead the same starts to better minima.
         in_hand = [search.incumbent.log_theta] if search.incumbent else []
         search.sweep(Program.minimise, [*in_hand, *starts])
+    if search.nothing_factored:
+        return NothingFactored(problem.prior)
     if search.incumbent is None:
         search.sweep(Program.minimise_violation, starts)
         search.sweep(Program.minimise, [search.closest.log_theta])
@@ -44,7 +46,7 @@ def solve(problem: ConstrainedProblem, warm: Solution | None = None) -> Solution
     return Solution(search.incumbent.posterior, search.incumbent.objective, search.times, search.fits)
 
 
-def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | Infeasible:
+def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Solve a problem that only adds constraints to the one that `solution` solves.
 
     Where the old minimiser keeps the new bounds too it is the new minimiser: nothing is left to do.
@@ -82,7 +84,7 @@ class _Attempt:
 
     @property
     def is_feasible(self) -> bool:
-        return self.worst[0] >= 0
+        return all(bool(np.all(margins >= 0)) for _, margins in self.minima)
 
     def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
         margin, index, time = self.worst
@@ -101,6 +103,10 @@ class _Search:
     incumbent: _Attempt | None = None
     fits: int = 0
     _closest: list[_Attempt] = field(default_factory=list)
+
+    @property
+    def nothing_factored(self) -> bool:
+        return not self._closest
 
     @property
     def closest(self) -> _Attempt:
@@ -153,7 +159,7 @@ class _Search:
 def _distinct(points: list[Array | None]) -> list[Array]:
     kept: list[Array] = []
     for point in points:
-        if point is not None and all(np.max(np.abs(point - other)) > _SAME_POINT for other in kept):
+        if point is not None and all(np.max(np.abs(point - other), initial=0.0) > _SAME_POINT for other in kept):
             kept.append(point)
     return kept
 

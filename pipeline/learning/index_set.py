@@ -70,11 +70,12 @@ def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, 
     dips = _dips(values)
     at = times[dips]
     for _ in range(_REFINEMENTS):
-        low, high = np.maximum(at - reach, start), np.minimum(at + reach, end)
-        left, middle, right = margin(np.concatenate([low, at, high])).reshape(3, -1)
+        centre = np.clip(at, start + reach, end - reach)  # at an end the parabola leans inwards
+        left, middle, right = margin(np.concatenate([centre - reach, centre, centre + reach])).reshape(3, -1)
         curvature = left - 2 * middle + right
-        step = np.divide(reach / 2 * (left - right), curvature, out=np.zeros_like(at), where=curvature > 0)
-        at, reach = np.clip(at + step, low, high), reach * _NARROWER
+        step = np.divide(reach / 2 * (left - right), curvature, out=at - centre, where=curvature > 0)
+        at, reach = np.clip(centre + step, centre - reach, centre + reach), reach * _NARROWER
+    at = np.clip(at, start, end)
     at = np.where(margin(at) < values[dips], at, times[dips])
     return np.asarray(np.unique(at))
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.gp.posterior import IllConditioned, Posterior
+from pipeline.gp.posterior import IllConditioned
 from pipeline.learning.problem import ConstrainedProblem
 
 

@@ -37,7 +37,9 @@ class Program:
             if len(places):
                 bounds, backoff = constraint.quantity.bounds, constraint.backoff
                 quantity, by_theta = constraint.value_and_gradient(posterior, places)
-                slack += [(side / bounds.width - backoff) for side in (quantity - bounds.lower, bounds.upper - quantity)]
+                slack += [
+                    (side / bounds.width - backoff) for side in (quantity - bounds.lower, bounds.upper - quantity)
+                ]
                 jacobian += [by_theta.T / bounds.width, -by_theta.T / bounds.width]
         return sqp.Evaluation(value, gradient, np.concatenate(slack), np.concatenate(jacobian))
 

@@ -19,7 +19,7 @@ ROUNDING_BACKOFF = 1e-9
 
 
 class Bounded(ABC):
-    """A quantity that has to stay inside its bounds, drawn in by `backoff` (a part of their width), wherever it is asked.
+    """A quantity that has to stay inside its bounds, drawn in by `backoff` (a part of their width), where it is asked.
 
     Where that is, one row of an array says: a time, or whatever else a subclass needs to know.
     """
@@ -91,6 +91,12 @@ class ConstrainedProblem:
                 f"for {len(self.prior.learned)} ({', '.join(self.prior.learned)})"
             )
 
+        if tuple(self.space.bounds) != self.prior.learned:
+            raise ValueError(
+                f"search: bounds are needed for exactly {', '.join(self.prior.learned)}, in this order, "
+                f"got {', '.join(self.space.bounds)}"
+            )
+
     def posterior(self, log_theta: Array) -> Posterior:
         return Posterior(self.prior.with_log_hyperparameters(log_theta), self.samples)
 
@@ -99,8 +105,8 @@ class ConstrainedProblem:
 class Solution:
     """Learned hyperparameters that satisfy every constraint wherever it is asked.
 
-    `objective` is l there, `active` holds the places of each constraint that took part in the program, `fits` counts the
-    nonlinear programs that were solved.
+    `objective` is l there, `active` holds the places of each constraint that took part in the program, `fits` counts
+    the nonlinear programs that were solved.
     """
 
     posterior: Posterior
@@ -109,8 +115,31 @@ class Solution:
     fits: int
 
 
+class NoSolution(ABC):
+    """Why there is none."""
+
+    @property
+    @abstractmethod
+    def explanation(self) -> str:
+        """A sentence for the user."""
+
+
 @dataclass(frozen=True)
-class Infeasible:
+class NothingFactored(NoSolution):
+    """K + σ_n² I has no Cholesky factor in float64 anywhere the search looked: nothing can be said of feasibility."""
+
+    prior: Prior
+
+    @property
+    def explanation(self) -> str:
+        return (
+            f"K + σ_n² I is not positive definite in float64 at any point of the search: noise_std = "
+            f"{self.prior.noise_std:.3g} is too small for samples this close, or the search space too wide"
+        )
+
+
+@dataclass(frozen=True)
+class Infeasible(NoSolution):
     """No point of the search space was found that satisfies the constraints; `best` came closest.
 
     It breaks `quantity` at `time` [s] by `violation` (in the quantity's unit). `broken_at_rest` are the quantities that

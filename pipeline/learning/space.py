@@ -1,27 +1,35 @@
 """Where hyperparameters are looked for, and from where the search starts."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.gp.prior import NOISE, Prior
+from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
 from pipeline.systems.interval import Interval
 
-# Bounds relative to the samples' own scales: wide enough to hold every sensible answer, narrow enough that
-# K + σ_n² I can still be factored at nearly every point.
-_SPREAD = {"signal_std": (1e-3, 1e3), "noise_std": (1e-4, 1e1), "shape": (1e-2, 1e4), "period": (0.1, 4.0)}
-_RELATIVE_LENGTHSCALE = (0.05, 20.0)
+# Where a hyperparameter may lie, and where it is sought first, relative to the samples' own scales. Wide enough to hold
+# every sensible answer; an amplitude may have to fade by orders of magnitude before a reference is feasible.
+_SPREAD = {
+    "signal_std": ((1e-12, 1e3), (0.1, 10.0)),
+    "noise_std": ((1e-4, 1e1), (1e-2, 1.0)),
+    "shape": ((1e-2, 1e4), (0.3, 30.0)),
+}
+_RELATIVE_LENGTHSCALE = (0.1, 10.0)
 
 
 @dataclass(frozen=True)
 class SearchSpace:
-    """A box of learned hyperparameters (natural units, positive bounds), and the number of `starts` spread over it."""
+    """A box of learned hyperparameters (natural units, positive `bounds`), and the number of `starts` spread over it.
+
+    Starts lie where `sought` says, and in the middle half of the bounds (of their logarithms) of all others.
+    """
 
     bounds: dict[str, Interval]
     starts: int = 8
+    sought: dict[str, Interval] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name, interval in self.bounds.items():
@@ -36,7 +44,15 @@ class SearchSpace:
 
         Amplitudes are measured by the root mean square of y − m, times by the samples' span and smallest spacing.
         """
-        return cls({name: (bounds or {}).get(name) or _default(name, samples, prior) for name in prior.learned}, starts)
+        given = bounds or {}
+        if unknown := given.keys() - set(prior.learned):
+            raise ValueError(f"search: bounds are given for {', '.join(sorted(unknown))}, which is not learned")
+        chosen = {name: _default(name, samples, prior) for name in prior.learned if name not in given}
+        return cls(
+            {name: given[name] if name in given else chosen[name][0] for name in prior.learned},
+            starts,
+            {name: start for name, (_, start) in chosen.items() if start is not None},
+        )
 
     @property
     def log_lower(self) -> Array:
@@ -47,14 +63,21 @@ class SearchSpace:
         return np.log([interval.upper for interval in self.bounds.values()])
 
     def start_points(self) -> Array:
-        """ln θ of the starts, shape (starts, p): an additive recurrence in the middle half of the box."""
+        """ln θ of the starts, shape (starts, p): an additive recurrence in where each is sought."""
         # The most irrational steps in p dimensions: powers of the root of x^(p+1) = x + 1 (the golden ratio for p = 1).
         p = len(self.bounds)
         root = 2.0
         for _ in range(60):
             root = (1 + root) ** (1 / (p + 1))
         unit = np.outer(np.arange(1, self.starts + 1), root ** -np.arange(1.0, p + 1)) % 1
-        return np.asarray(self.log_lower + (0.25 + 0.5 * unit) * (self.log_upper - self.log_lower))
+        low, high = np.array([self._log_sought(name) for name in self.bounds]).reshape(-1, 2).T
+        return np.asarray(low + (high - low) * unit)
+
+    def _log_sought(self, name: str) -> tuple[float, float]:
+        if name in self.sought:
+            return float(np.log(self.sought[name].lower)), float(np.log(self.sought[name].upper))
+        low, high = np.log([self.bounds[name].lower, self.bounds[name].upper]).tolist()
+        return (3 * low + high) / 4, (low + 3 * high) / 4
 
     def faded(self, log_theta: Array, by: float) -> Array:
         """The point with every signal_std divided by `by`, as far as the box allows."""
@@ -62,15 +85,19 @@ class SearchSpace:
         return np.asarray(np.maximum(log_theta - np.log(by) * amplitude, self.log_lower))
 
 
-def _default(name: str, samples: Samples, prior: Prior) -> Interval:
+def _default(name: str, samples: Samples, prior: Prior) -> tuple[Interval, Interval | None]:
+    """Bounds, and where to start within them if that is not their middle half."""
     amplitude = float(np.sqrt(np.mean((samples.values - prior.mean) ** 2))) or prior.noise_std
     span = float(samples.times[-1] - samples.times[0]) or 1.0
     spacing = float(np.min(np.diff(samples.times), initial=span))
     kind = name.rsplit(".", 1)[-1]
     if kind == "lengthscale" and name.replace("lengthscale", "period") in prior.hyperparameters:
-        return Interval(*_RELATIVE_LENGTHSCALE)  # of a periodic kernel: measured in its period
+        return Interval(*_RELATIVE_LENGTHSCALE), None  # of a periodic kernel: measured in its period
     if kind == "lengthscale":
-        return Interval(spacing / 10, 100 * span)
-    scale = {"signal_std": amplitude, NOISE: amplitude, "period": span}.get(kind, 1.0)
-    low, high = _SPREAD[kind]
-    return Interval(low * scale, high * scale)
+        return Interval(spacing / 10, 100 * span), None
+    if kind == "period":  # seen once at least, and more than two samples each time, or it may be an alias
+        whole = Interval(span * min(0.5, 2 / max(len(samples) - 1, 1)), span)
+        return whole, whole  # local minima lie everywhere in it
+    scale = 1.0 if kind == "shape" else amplitude
+    (low, high), (first, last) = _SPREAD[kind]
+    return Interval(low * scale, high * scale), Interval(first * scale, last * scale)

@@ -71,6 +71,8 @@ def minimise(
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
         return None
+    if not len(x):
+        return Minimum(x, here, converged=True)
     curvature, radius, penalty = np.eye(len(x)), _FIRST_RADIUS, _FIRST_PENALTY
     for _ in range(_MAX_ITERATIONS):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)

@@ -52,6 +52,7 @@ class ConstrainedSystem:
 
     def successor_set(self, x: Array) -> tuple[Array, Array]:
         """Lower and upper end of {f(x, u) : u ∈ U}, the reachable tube one step on: exact, elementwise in x."""
+        x = np.asarray(x, dtype=float)
         ends = [self.system.successor(x, np.full_like(x, u)) for u in (self.input_set.lower, self.input_set.upper)]
         return np.minimum(*ends), np.maximum(*ends)
 

@@ -75,6 +75,15 @@ def test_matern_curvature_at_zero_in_closed_form(matern, curvature):
 
 
 @over(KERNELS)
+def test_correlation_time_is_that_of_the_parabola_at_zero(kernel):
+    """κ(r) ≈ κ(0) (1 − r²/(2 τ²)) for small r."""
+    step = 1e-3 * min(time_scales(kernel))
+    zero = float(kernel(np.zeros(())))
+    parabola = step / math.sqrt(2 * (1 - float(kernel(np.array(step))) / zero))
+    assert kernel.correlation_time == pytest.approx(parabola, rel=3e-3)
+
+
+@over(KERNELS)
 def test_jet_does_not_depend_on_the_order_asked_for(kernel):
     r = RELATIVE_TIMES * time_scale(kernel)
     for order in range(3):

@@ -69,6 +69,16 @@ def test_mean_gradient_against_central_differences(kernel):
     np.testing.assert_allclose(Posterior(prior, SAMPLES).mean_gradient(TIMES), reference, rtol=1e-6, atol=1e-6)
 
 
+@over(KERNELS)
+def test_gradient_of_the_jet_against_central_differences(kernel):
+    prior = prior_of(kernel)
+    jet, gradient = Posterior(prior, SAMPLES).jet_and_gradient(TIMES, 1)
+    np.testing.assert_allclose(jet, Posterior(prior, SAMPLES).signal.jet(TIMES, 1), rtol=1e-10, atol=1e-11)
+    reference = naive.by_log_hyperparameters(lambda p: Posterior(p, SAMPLES).signal.jet(TIMES, 1), prior)
+    scale = 1e-6 * np.max(np.abs(reference), axis=-1, keepdims=True)
+    assert np.all(np.abs(gradient - reference) <= 2e-6 + scale)
+
+
 @over(FIXED, "fixed")
 def test_gradients_name_the_learned_ones_only(fixed):
     free, prior = (prior_of(SquaredExponential(0.8, 0.5), fixed=f) for f in (frozenset(), fixed))

@@ -68,7 +68,7 @@ def test_no_point_of_a_dense_grid_is_better(case, solution):
 
 
 def test_no_brute_force_from_many_starts_is_better(case, solution):
-    assert solution.objective <= naive.best_of_many_starts(case) + 1e-5
+    assert solution.objective <= naive.best_of_many_starts(case) + 1e-6 * (1 + abs(solution.objective))
 
 
 def test_two_calls_give_the_same_bits(case, solution):
@@ -104,7 +104,7 @@ def test_tightening_step_by_step_ends_where_solving_at_once_does(case, solution)
         tighter = case.up_to(last)
         stepwise = tightened(stepwise, tighter.problem)
         assert_keeps_every_bound(tighter, stepwise)
-    assert stepwise.objective == pytest.approx(solution.objective, abs=1e-5)
+    assert stepwise.objective == pytest.approx(solution.objective, rel=1e-6, abs=1e-6)
 
 
 def test_tightening_by_what_is_kept_already_changes_nothing(case, solution):
@@ -148,7 +148,7 @@ def test_learned_noise_under_constraints_is_as_good_as_brute_force(seed):
     case = replace(base, prior=replace(base.prior, fixed=base.prior.fixed - {"noise_std"}))
     found = solve(case.problem)
     assert_keeps_every_bound(case, found)
-    assert found.objective <= naive.best_of_many_starts(case) + 1e-5
+    assert found.objective <= naive.best_of_many_starts(case) + 1e-6 * (1 + abs(found.objective))
 
 
 @pytest.mark.parametrize("seed", SEEDS)

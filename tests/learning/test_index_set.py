@@ -1,17 +1,21 @@
-"""Where on the steps a margin is smallest, against a loop that looks at every plateau."""
+"""Where on its times a margin is smallest: steps against a loop over plateaus, continua against closed forms."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.learning.index_set import Steps
+from pipeline.gp.periodic import Periodic
+from pipeline.gp.radial import SquaredExponential
+from pipeline.learning.index_set import AllPhases, Steps, Window
+
+KERNEL = SquaredExponential(1.0, 0.5)
 
 
 def minima_of(values: list[float], first: int = 0) -> list[int]:
     """Indices that `Steps` names for these margins."""
     steps = Steps(first, first + len(values) - 1, 0.5)
-    times = steps.local_minima(lambda t: np.array(values, dtype=float)[np.rint(t / 0.5).astype(int) - first])
+    times = steps.local_minima(lambda t: np.array(values, dtype=float)[np.rint(t / 0.5).astype(int) - first], KERNEL)
     return [round(t / 0.5) - first for t in times.tolist()]
 
 
@@ -63,5 +67,45 @@ def test_every_lowest_plateau_is_named_once_by_its_first_step(values):
 
 def test_times_are_the_instants_of_the_steps():
     asked: list[np.ndarray] = []
-    Steps(3, 7, 0.01).local_minima(lambda t: (asked.append(t), np.abs(t - 0.05))[1])
+    Steps(3, 7, 0.01).local_minima(lambda t: (asked.append(t), np.abs(t - 0.05))[1], KERNEL)
     np.testing.assert_array_equal(asked[0], np.arange(3, 8) * 0.01)
+
+
+def test_a_window_finds_every_minimum_of_a_wave_and_its_ends():
+    """cos(2t + 1): minima where 2t + 1 is an odd multiple of π, and at an end towards which it falls."""
+    inside = [(np.pi - 1) / 2, (3 * np.pi - 1) / 2]
+    for end, minima in ((5.0, inside), (7.0, [*inside, 7.0])):
+        found = Window(0.0, end).local_minima(lambda t: np.cos(2 * t + 1), KERNEL)
+        np.testing.assert_allclose(found, minima, atol=1e-6)
+
+
+@given(st.floats(-3, 3), st.floats(0.1, 10), st.floats(-0.5, 1.5))
+def test_a_window_finds_the_bottom_of_a_bowl_or_the_nearer_end(start, length, where):
+    bottom = start + where * length
+    found = Window(start, start + length).local_minima(lambda t: (t - bottom) ** 2, KERNEL)
+    np.testing.assert_allclose(found, [np.clip(bottom, start, start + length)], atol=1e-6 * length)
+
+
+def test_a_window_follows_a_signal_as_fast_as_its_kernel():
+    """The minima of a dense look are all there, to a much finer resolution than any look."""
+    rng = np.random.default_rng(0)
+    kernel = SquaredExponential(1.0, 0.05)
+    centres, weights = np.sort(rng.uniform(0, 3, 60)), rng.normal(size=60)
+
+    def margin(t):
+        return kernel(t[..., None] - centres) @ weights
+
+    dense = np.linspace(0, 3, 300_001)
+    values = margin(dense)
+    low = np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] <= values[2:])) + 1
+    found = Window(0.0, 3.0).local_minima(margin, kernel)
+    for t in dense[low]:
+        assert np.min(np.abs(found - t)) < 2e-5
+    assert np.min(margin(found)) <= np.min(values) + 1e-12
+
+
+def test_all_phases_are_one_period_of_the_kernel_as_it_is():
+    phases = AllPhases(lambda kernel: kernel.period)
+    for period in (0.7, 3.0663):
+        found = phases.local_minima(lambda t, p=period: np.cos(2 * np.pi * t / p), Periodic(1.0, 1.0, period))
+        np.testing.assert_allclose(found, [period / 2], atol=1e-6)

@@ -1,0 +1,123 @@
+"""Learning with a proof: fit, try to prove, give the proof more room or the fit more time, repeat."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.certificates.certificate import Certificate
+from pipeline.certificates.outcome import Counterexample, Unproved
+from pipeline.certificates.prove import common_period, prove
+from pipeline.certificates.rounding import evaluation_errors
+from pipeline.gp.kernel import Kernel
+from pipeline.gp.periodic import Periodic
+from pipeline.gp.prior import Prior
+from pipeline.gp.samples import Samples
+from pipeline.learning.exchange import solve, tightened
+from pipeline.learning.index_set import AllPhases, IndexSet, Window
+from pipeline.learning.problem import ROUNDING_BACKOFF, ConstrainedProblem, Constraint, NoSolution, Solution
+from pipeline.learning.space import SearchSpace
+from pipeline.systems.quantity import Quantity
+from pipeline.systems.reference import Reference
+from pipeline.systems.scalar import ConstrainedSystem
+
+_LARGEST_BACKOFF = 1e-2
+_MOST_ROUNDS = 30
+
+
+@dataclass(frozen=True)
+class Certified:
+    """A learned reference with its proof.
+
+    Bounds were drawn in by `backoff` (a part of their width), which costs `cost` in l against the smallest back-off
+    that the optimiser itself needs; `rounds` counts the fits that were tried, each of them several programs.
+    """
+
+    solution: Solution
+    reference: Reference
+    certificate: Certificate
+    backoff: float
+    cost: float
+    rounds: int
+
+    @property
+    def explanation(self) -> str:
+        drawn = f"bounds drawn in by {self.backoff:.1g} of their width, at a cost of {self.cost:.2g} in l"
+        return f"{self.certificate.explanation}; {drawn}"
+
+
+def learn_certified(
+    samples: Samples, prior: Prior, plant: ConstrainedSystem, space: SearchSpace
+) -> Certified | NoSolution | Counterexample | Unproved:
+    """The best reference that keeps its bounds provably and for all times; otherwise what stands in the way.
+
+    Real times are constrained: all phases of a periodic kernel, else a window from 0 on that grows where a later time
+    turns out to break a bound. Deterministic.
+    """
+    span = float(samples.times[-1] - samples.times[0]) + plant.sampling_time
+    end = float(samples.times[-1]) + span
+    rounds = 0
+    while True:
+        first = _fit(_problem(samples, prior, plant, space, end, ROUNDING_BACKOFF), None)
+        found, backoff = first, ROUNDING_BACKOFF
+        while True:
+            rounds += 1
+            if not isinstance(found, Solution):
+                return found
+            reference = Reference(found.posterior.signal, plant)
+            outcome = prove(reference)
+            if isinstance(outcome, Certificate):
+                assert isinstance(first, Solution)
+                return Certified(found, reference, outcome, backoff, found.objective - first.objective, rounds)
+            if (later := _failed_at(outcome)) > end and not _is_periodic(prior):
+                break
+            backoff = max(10 * backoff, 4 * _relative_error(reference))
+            if backoff > _LARGEST_BACKOFF or rounds >= _MOST_ROUNDS:
+                return outcome
+            found = _fit(_problem(samples, prior, plant, space, end, backoff), found)
+        if not later < 1e3 * end or rounds >= _MOST_ROUNDS:
+            return outcome
+        end = 1.5 * later
+
+
+def _fit(problem: ConstrainedProblem, before: Solution | None) -> Solution | NoSolution:
+    return tightened(before, problem) if before else solve(problem)
+
+
+def _problem(
+    samples: Samples, prior: Prior, plant: ConstrainedSystem, space: SearchSpace, end: float, backoff: float
+) -> ConstrainedProblem:
+    """Half of the back-off is kept between the times of the program too; the other half is the program's own room."""
+    times: IndexSet = AllPhases(_period) if _is_periodic(prior) else Window(0.0, end)
+    return ConstrainedProblem(
+        samples,
+        prior,
+        space,
+        tuple(Constraint(_drawn_in(q, backoff / 2), times, backoff / 2) for q in (plant.state, plant.input)),
+    )
+
+
+def _drawn_in(quantity: Quantity, by: float) -> Quantity:
+    return replace(quantity, bounds=quantity.bounds.shrunk(by * quantity.bounds.width))
+
+
+def _is_periodic(prior: Prior) -> bool:
+    """Whether the kernel has a period whatever is learned."""
+    kept = all(name in prior.fixed for name in prior.hyperparameters if name.endswith("period"))
+    return isinstance(prior.kernel, Periodic) or (kept and common_period(prior.kernel) is not None)
+
+
+def _period(kernel: Kernel) -> float:
+    period = common_period(kernel)
+    assert period is not None
+    return period
+
+
+def _failed_at(outcome: Counterexample | Unproved) -> float:
+    return outcome.time if isinstance(outcome, Counterexample) else outcome.box[0]
+
+
+def _relative_error(reference: Reference) -> float:
+    """The largest error of float64 evaluation in a period or soon after the samples, as a part of a bound's width."""
+    until = 1e3 * (common_period(reference.signal.kernel) or float(np.max(np.abs(reference.signal.centres))))
+    errors = evaluation_errors(reference, until)
+    return max(errors[q.name] / q.bounds.width for q in reference.quantities)

@@ -1,0 +1,51 @@
+"""What a certificate claims, and about which times."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class AllTimes:
+    """Every real t ≥ 0, by a cover of [0, tail_start] and an envelope that decays from `tail_start` [s] on."""
+
+    tail_start: float
+
+    def __str__(self) -> str:
+        return "all real t ≥ 0"
+
+
+@dataclass(frozen=True)
+class AllPhases:
+    """Every real t, by a cover of one `period` [s] (the stored float64, taken exactly) of a periodic kernel."""
+
+    period: float
+
+    def __str__(self) -> str:
+        return "all real t"
+
+
+@dataclass(frozen=True)
+class OnWindow:
+    """Every real t from `start` to `end` [s], and nothing about other times."""
+
+    start: float
+    end: float
+
+    def __post_init__(self) -> None:
+        if not self.start < self.end:
+            raise ValueError(f"claim: a window needs start < end, got [{self.start!r}, {self.end!r}]")
+
+    def __str__(self) -> str:
+        return f"all real t from {self.start:g} s to {self.end:g} s"
+
+
+@dataclass(frozen=True)
+class AtInstants:
+    """Every sampled instant k T_s, k = 0, 1, 2, …: one by one up to `last_step`, by the envelope from there on."""
+
+    last_step: int
+
+    def __str__(self) -> str:
+        return "all sampled instants k T_s, k ≥ 0"
+
+
+Claim = AllTimes | AllPhases | OnWindow | AtInstants

@@ -1,0 +1,69 @@
+"""Boxes of time that together cover a window, each with an enclosure inside the bounds: guessed fast, then proved."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from flint import arb
+
+from pipeline.certificates.balls import ball_arithmetic, float_above
+from pipeline.certificates.enclosure import Box, best_radius, enclosure, remainder
+from pipeline.certificates.exact import ExactQuantity
+from pipeline.certificates.series import is_analytic
+from pipeline.certificates.sketch import Sketch
+
+TERMS = 16
+_MOST_BOXES = 20_000
+
+
+@dataclass(frozen=True)
+class Cover:
+    """Boxes [ends_k, ends_(k+1)] without gaps, `radii` one for each: times [s] as float64, taken exactly."""
+
+    ends: tuple[float, ...]
+    radii: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A box in which no enclosure was found that stays inside the bounds."""
+
+    box: Box
+
+
+def cover(quantity: ExactQuantity, sketch: Sketch, start: float, end: float, reserve: float) -> Cover | Hole:
+    """Boxes from `start` to `end` [s] in which the quantity stays inside its bounds, both drawn in by `reserve`."""
+    with ball_arithmetic():
+        lower, upper = arb(quantity.bounds.lower) + arb(reserve), arb(quantity.bounds.upper) - arb(reserve)
+    marks = _breakpoints(quantity, start, end)
+    waiting = [_box(quantity, *ends) for ends in zip(marks[-2::-1], marks[:0:-1], strict=True)]
+    proved: list[Box] = []
+    while waiting:
+        box = waiting.pop()
+        room = sketch.smallest(box.start, box.end) - reserve
+        if float_above(remainder(quantity, box, TERMS)) <= room / 2 and enclosure(quantity, box, TERMS).stays_in(
+            lower, upper
+        ):
+            proved.append(box)
+            continue
+        middle = box.start + (box.end - box.start) / 2
+        if not box.start < middle < box.end or len(waiting) + len(proved) > _MOST_BOXES:
+            return Hole(box)
+        waiting += [_box(quantity, middle, box.end), _box(quantity, box.start, middle)]
+    return Cover((start, *(box.end for box in proved)), tuple(box.radius for box in proved))
+
+
+def _box(quantity: ExactQuantity, start: float, end: float) -> Box:
+    return Box(start, end, best_radius(quantity, start, end, TERMS))
+
+
+def _breakpoints(quantity: ExactQuantity, start: float, end: float) -> list[float]:
+    """Ends of the window, and the kinks of a Matérn kernel in between: two floats around those that are no floats."""
+    marks = {start, end}
+    if not is_analytic(quantity.signal.kernel):
+        for _, shift in quantity.terms:
+            kinks = quantity.signal.centres - float(shift)
+            marks.update(kinks.tolist())
+            if not shift.is_zero():
+                marks.update(np.nextafter(kinks, -np.inf).tolist())
+                marks.update(np.nextafter(kinks, np.inf).tolist())
+    return sorted(t for t in marks if start <= t <= end)

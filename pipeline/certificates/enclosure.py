@@ -1,0 +1,139 @@
+"""Enclosure of a quantity over a box of time: a Taylor polynomial about its middle, and a bound of what that misses."""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from math import comb
+
+import numpy as np
+from flint import arb, arb_poly, arb_series
+
+from pipeline.certificates.balls import ball_arithmetic
+from pipeline.certificates.exact import ExactQuantity, centres_and_weights
+from pipeline.certificates.growth import beyond, on_disc
+from pipeline.certificates.series import has_periodic_part, is_analytic, taylor, value
+
+_MAX_CUTS = 400
+_RATIOS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0)
+
+
+@dataclass(frozen=True)
+class Box:
+    """The real times of [start, end] [s], start < end; `radius` [s] of the discs used in Cauchy's estimate."""
+
+    start: float
+    end: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """q(midpoint + h x) for x in [−1, 1] lies within `remainder` of the polynomial with these `coefficients`."""
+
+    coefficients: arb_poly
+    remainder: arb
+
+    def stays_in(self, lower: arb, upper: arb) -> bool:
+        """Whether q certainly stays in [lower, upper] on the whole box."""
+        return _is_positive(self.coefficients - (lower + self.remainder)) and _is_positive(
+            (upper - self.remainder) - self.coefficients
+        )
+
+
+def remainder(quantity: ExactQuantity, box: Box, terms: int) -> arb:
+    """Bound of what a Taylor polynomial of so many terms leaves out anywhere in the box.
+
+    By Cauchy's estimate with |κ| ≤ M on |z − r| < ρ: Σ_(k ≥ terms) |κ⁽ᵏ⁾(r)| hᵏ/k! ≤ M (h/ρ)^terms / (1 − h/ρ).
+    A kernel with its kink inside the box is taken as a constant there: off by no more than sup |κ̇| h.
+    """
+    kernel, total = quantity.signal.kernel, arb(0)
+    with ball_arithmetic(2):
+        middle, half = _midpoint(box)
+        radius = arb(box.radius)
+        if not half < radius:
+            return arb.pos_inf()
+        ratio = half / radius
+        fraction = ratio**terms / (1 - ratio)
+        smooth, steepest = is_analytic(kernel), beyond(kernel, arb(0))[1]
+        for w, s in quantity.terms:
+            for t_i, c in centres_and_weights(quantity.signal):
+                if smooth or _side(box, s, t_i):
+                    total += abs(w * arb(c)) * on_disc(kernel, middle + s - arb(t_i), radius) * fraction
+                else:
+                    total += abs(w * arb(c)) * steepest * half
+        return total
+
+
+def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
+    """Taylor polynomial with so many terms, and its remainder."""
+    rest = remainder(quantity, box, terms)
+    kernel, smooth = quantity.signal.kernel, is_analytic(quantity.signal.kernel)
+    with ball_arithmetic(terms):
+        middle, half = _midpoint(box)
+        polynomial = arb_poly([quantity.offset])
+        for w, s in quantity.terms:
+            for t_i, c in centres_and_weights(quantity.signal):
+                r = middle + s - arb(t_i)
+                if smooth or (side := _side(box, s, t_i)) > 0:
+                    kappa = taylor(kernel, arb_series([r, half], prec=terms))
+                elif side < 0:
+                    kappa = taylor(kernel, arb_series([-r, -half], prec=terms))
+                else:
+                    kappa = arb_series([value(kernel, r)], prec=terms)
+                polynomial += arb_poly(kappa.coeffs()) * (w * arb(c))
+        return Enclosure(polynomial, rest)
+
+
+def best_radius(quantity: ExactQuantity, start: float, end: float, terms: int) -> float:
+    """A radius of discs [s] that makes the remainder small in the box [start, end] [s]; any other is valid too."""
+    signal, half = quantity.signal, (end - start) / 2
+    shifts = np.array([float(s) for _, s in quantity.terms])
+    nearest = float(np.min(np.abs(start + half + shifts[:, None] - signal.centres)))
+    with ball_arithmetic(2):
+        # Of a repeating kernel some crest is always near.
+        r = arb(0) if has_periodic_part(signal.kernel) else arb(nearest)
+        radii = [half * ratio for ratio in _RATIOS]
+        bounds = [on_disc(signal.kernel, r, arb(radius)) * (arb(half) / arb(radius)) ** terms for radius in radii]
+        sizes = [float(bound.upper()) if bound.is_finite() else math.inf for bound in bounds]
+        return radii[sizes.index(min(sizes))]
+
+
+def _midpoint(box: Box) -> tuple[arb, arb]:
+    return (arb(box.start) + arb(box.end)) / 2, (arb(box.end) - arb(box.start)) / 2
+
+
+def _side(box: Box, shift: arb, centre: float) -> int:
+    """On which side of the centre t + shift certainly stays for all t in the box: −1, 1, or 0 if on neither."""
+    if arb(box.start) + shift >= arb(centre):
+        return 1
+    return -1 if arb(box.end) + shift <= arb(centre) else 0
+
+
+def _is_positive(polynomial: arb_poly) -> bool:
+    """Whether a polynomial is certainly ≥ 0 on [−1, 1]: Bernstein coefficients, on halves of halves where needed.
+
+    A polynomial lies in the convex hull of its Bernstein coefficients; the outer two are its values at the ends.
+    """
+    with ball_arithmetic():
+        a = polynomial(arb_poly([-1, 2])).coeffs() or [arb(0)]
+        n = len(a) - 1
+        pieces = [[sum((arb(comb(k, j)) / comb(n, j) * a[j] for j in range(k + 1)), arb(0)) for k in range(n + 1)]]
+        for _ in range(_MAX_CUTS):
+            if not pieces:
+                return True
+            b = pieces.pop()
+            if not (b[0] >= 0 and b[-1] >= 0):
+                return False
+            if not all(coefficient >= 0 for coefficient in b):
+                pieces.extend(_halves(b))
+        return False
+
+
+def _halves(b: list[arb]) -> tuple[list[arb], list[arb]]:
+    """De Casteljau: the Bernstein coefficients on the left and on the right half."""
+    left, right = [b[0]], [b[-1]]
+    while len(b) > 1:
+        b = [(p + q) / 2 for p, q in pairwise(b)]
+        left.append(b[0])
+        right.append(b[-1])
+    return left, right[::-1]

@@ -1,0 +1,157 @@
+"""A certificate, a rigorous counterexample, or what a proof would lack: the answer to every question asked here."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from flint import arb
+
+from pipeline.certificates.balls import ball_arithmetic, float_below
+from pipeline.certificates.certificate import Certificate
+from pipeline.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
+from pipeline.certificates.cover import TERMS, Cover, Hole, cover
+from pipeline.certificates.exact import ExactQuantity, exact_quantities
+from pipeline.certificates.outcome import Counterexample, Unproved
+from pipeline.certificates.rounding import evaluated_until, evaluation_errors, has_sane_numbers
+from pipeline.certificates.settled import earliest_settled, settled_margins
+from pipeline.certificates.sketch import sketch
+from pipeline.gp.combinations import Product, Sum
+from pipeline.gp.kernel import Kernel
+from pipeline.gp.periodic import Periodic
+from pipeline.systems.reference import Reference
+
+Failure = Counterexample | Unproved
+Outcome = Certificate | Failure
+
+_LATEST_STEP = 100_000
+
+
+def prove(reference: Reference) -> Outcome:
+    """Every real t ≥ 0: by one period where the kernel has one, by a cover and a decaying envelope otherwise."""
+    period = common_period(reference.signal.kernel)
+    return prove_while_settling(reference) if period is None else prove_for_all_phases(reference, period)
+
+
+def prove_for_all_phases(reference: Reference, period: float) -> Outcome:
+    """Every real t, for a kernel with this period [s], to the bit (ValueError for others)."""
+    if period != common_period(reference.signal.kernel):
+        raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
+    return _Task(reference, period).cover_window(AllPhases(period), 0.0, period)
+
+
+def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
+    """Every real t from `start` to `end` [s], and nothing else."""
+    return _Task(reference, max(abs(start), abs(end))).cover_window(OnWindow(start, end), start, end)
+
+
+def prove_while_settling(reference: Reference) -> Outcome:
+    """Every real t ≥ 0: boxes cover the time until the envelope of the kernel has decayed into the bounds."""
+    task = _Task(reference, _span(reference))
+    start = task.settled
+    return task.never_settles if start is None else task.cover_window(AllTimes(start), 0.0, start)
+
+
+def prove_at_instants(reference: Reference) -> Outcome:
+    """Every sampled instant k T_s, k ≥ 0, of a reference that settles; between instants anything may happen."""
+    task = _Task(reference, _span(reference))
+    start, step = task.settled, reference.plant.sampling_time
+    if start is None or start / step > _LATEST_STEP:
+        return task.never_settles
+    return task.look_at_instants(int(np.ceil(start / step)))
+
+
+def common_period(kernel: Kernel) -> float | None:
+    """The period [s] that all parts of a kernel have, as the same float64; None where there is none."""
+    if isinstance(kernel, Sum | Product):
+        left, right = common_period(kernel.left), common_period(kernel.right)
+        return left if left == right else None
+    return kernel.period if isinstance(kernel, Periodic) else None
+
+
+def _span(reference: Reference) -> float:
+    return float(np.max(np.abs(reference.signal.centres))) + reference.plant.sampling_time
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A reference, and a `window` [s] long, far beyond which it will be evaluated."""
+
+    reference: Reference
+    window: float
+
+    @cached_property
+    def until(self) -> float:
+        return evaluated_until(self.reference.signal.kernel, self.window)
+
+    @cached_property
+    def errors(self) -> dict[str, float]:
+        return evaluation_errors(self.reference, self.until)
+
+    @cached_property
+    def quantities(self) -> tuple[ExactQuantity, ...]:
+        return exact_quantities(self.reference)
+
+    @cached_property
+    def settled(self) -> float | None:
+        return earliest_settled(self.reference, self.errors) if has_sane_numbers(self.reference) else None
+
+    def cover_window(self, claim: Claim, start: float, end: float) -> Outcome:
+        if not has_sane_numbers(self.reference):
+            return self._beyond_analysis
+        sketches = [sketch(self.reference, q, start, end) for q in self.reference.quantities]
+        for quantity, drawn in zip(self.quantities, sketches, strict=True):
+            if failure := self._failure_at(quantity, arb(drawn.worst_time), drawn.worst_time):
+                return failure
+        covers: dict[str, Cover] = {}
+        for quantity, drawn in zip(self.quantities, sketches, strict=True):
+            found = cover(quantity, drawn, start, end, self.errors[quantity.name])
+            if isinstance(found, Hole):
+                return self._explained(quantity, found)
+            covers[quantity.name] = found
+        return Certificate(self.reference, claim, TERMS, covers, self.errors, self.until)
+
+    def look_at_instants(self, last_step: int) -> Outcome:
+        step = self.reference.plant.sampling_time
+        for k in range(last_step + 1):
+            with ball_arithmetic():
+                t = k * arb(step)
+            for quantity in self.quantities:
+                if failure := self._failure_at(quantity, t, k * step, k):
+                    return failure
+        return Certificate(self.reference, AtInstants(last_step), 0, {}, self.errors, self.until)
+
+    @property
+    def never_settles(self) -> Failure:
+        """Broken for sure far out, or only unproved there."""
+        if not has_sane_numbers(self.reference):
+            return self._beyond_analysis
+        far = 1e6 * self.window
+        margins = settled_margins(self.reference, arb(far), self.errors)
+        quantity = min(self.quantities, key=lambda q: margins[q.name])
+        failure = self._failure_at(quantity, arb(far), far)
+        if isinstance(failure, Counterexample):
+            return failure
+        reason = "the kernel has no envelope that decays into this bound in time; a finite window can still be claimed"
+        return Unproved(quantity.name, quantity.bounds, (far, np.inf), max(-margins[quantity.name], 0.0), reason)
+
+    @property
+    def _beyond_analysis(self) -> Unproved:
+        reason = "a stored number is too large or too small for the analysis of rounding"
+        return Unproved("state", self.reference.plant.state_set, (-np.inf, np.inf), np.inf, reason)
+
+    def _failure_at(self, quantity: ExactQuantity, t: arb, time: float, step: int | None = None) -> Failure | None:
+        """Whether one time, exactly t, already decides the question."""
+        margin, reserve = quantity.margin_at(t), self.errors[quantity.name]
+        if margin < 0:
+            return Counterexample(quantity.name, quantity.bounds, time, float_below(-margin), step)
+        if margin >= arb(reserve):
+            return None
+        reason = f"the margin is smaller than the error of float64 evaluation, up to {reserve:.3g}"
+        return Unproved(quantity.name, quantity.bounds, (time, time), reserve - float_below(margin), reason)
+
+    def _explained(self, quantity: ExactQuantity, hole: Hole) -> Failure:
+        start, end = hole.box.start, hole.box.end
+        middle = start + (end - start) / 2
+        failure = self._failure_at(quantity, arb(middle), middle)
+        reason = "no enclosure found in this box is narrow enough"
+        return failure or Unproved(quantity.name, quantity.bounds, (start, end), 0.0, reason)

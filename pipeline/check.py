@@ -1,0 +1,22 @@
+"""The certificate checker on files: the checker itself knows no files and nothing else of this project."""
+
+from pathlib import Path
+
+from pipeline.certificates.checker import Failed, NotACertificate, Proved, check
+from pipeline.errors import InputError, NoReferenceError
+from pipeline.files import from_json
+
+
+def check_file(path: Path) -> str:
+    """What the certificate in a file proves. NoReferenceError where it proves nothing, InputError where it is none."""
+    try:
+        content = from_json(path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: is not a certificate: {error}") from error
+    match check(content):
+        case Proved(statement):
+            return statement
+        case Failed(reason):
+            raise NoReferenceError(f"{path}: the certificate does not prove its claim: {reason}")
+        case NotACertificate(reason):
+            raise InputError(f"{path}: is not a certificate: {reason}")

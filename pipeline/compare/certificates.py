@@ -1,0 +1,89 @@
+"""Whether each certificate is about a reference that was learned: one for another reference proves nothing here."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pipeline.compare.content import Leaf, Leaves, UnreadableError
+from pipeline.compare.documents import json_leaves, read_json
+from pipeline.compare.model import Row, Status
+from pipeline.compare.recordings import read_recording
+
+_FIT = "fit.mcap"
+
+
+def certificate_rows(artifacts: tuple[Mapping[str, Path], Mapping[str, Path]]) -> Iterator[Row]:
+    """A row for each certificate that belongs to no reference of its experiment's fit, in BASE or NEW."""
+    for name in {**artifacts[0], **artifacts[1]}:
+        complaints = [
+            f"in {label}, {complaint}"
+            for label, side in zip(("BASE", "NEW"), artifacts, strict=True)
+            if name in side and (complaint := _complaint(name, side))
+        ]
+        if complaints:
+            yield Row(name, "reference", "", Status.DIFFERENT, notes=tuple(complaints))
+
+
+def _complaint(name: str, side: Mapping[str, Path]) -> str | None:
+    """Why a file is a certificate for another reference; None where it is not, or is no certificate."""
+    about = _certified(side[name])
+    if about is None:
+        return None
+    fit = f"{name.split('/', maxsplit=1)[0]}/{_FIT}"
+    try:
+        learned = _learned(side[fit]) if fit in side else {}
+    except UnreadableError as error:
+        return f"it cannot be told what the certificate is about: {fit} cannot be read: {error}"
+    if not learned:
+        return f"it cannot be told what the certificate is about: there are no references in {fit}"
+    # A certificate named after a method has to be about what this method learned.
+    method = Path(name).stem.removeprefix("certificate").lstrip("-_.")
+    candidates = {method: learned[method]} if method in learned else learned
+    apart = {method: _apart(about, leaves) for method, leaves in candidates.items()}
+    nearest = min(apart, key=lambda method: len(apart[method]))
+    if not apart[nearest]:
+        return None
+    place = apart[nearest][0]
+    return (
+        f"the certificate is for another reference: {place} is {_shown(about, place)} in it, "
+        f"and {_shown(candidates[nearest], place)} in the reference {nearest!r} of {fit}"
+    )
+
+
+def _certified(path: Path) -> Leaves | None:
+    """The numbers of the reference, its system and its bounds, that a certificate is about."""
+    if path.suffix != ".json":
+        return None
+    try:
+        match read_json(path.read_bytes()):
+            case {"signal": signal, "system": system, "state_set": states, "input_set": inputs}:
+                return json_leaves({"signal": signal, "system": system, "state_set": states, "input_set": inputs})
+    except UnreadableError:
+        pass  # the row of the file itself says so
+    return None
+
+
+def _learned(fit: Path) -> dict[str, Leaves]:
+    """The same numbers for each learned reference, by method."""
+    found = {}
+    for name, data in read_recording(fit).attachments.items():
+        content: Any = read_json(data)
+        match content:
+            case {"reference": {"signal": signal, "plant": {"system": system, "sampling_time": time, **sets}}}:
+                about = {"signal": signal, "system": {**system, "sampling_time": time}, **sets}
+                found[name.removesuffix(".json")] = json_leaves(about)
+    return found
+
+
+def _apart(certified: Leaves, learned: Leaves) -> list[str]:
+    """The places at which the two differ: a proof is about these very numbers, to the last bit."""
+    places = {**certified, **learned}
+    return [place for place in places if _value(certified, place) != _value(learned, place)]
+
+
+def _value(leaves: Leaves, place: str) -> object:
+    return leaves[place].value if place in leaves else Leaf
+
+
+def _shown(leaves: Leaves, place: str) -> str:
+    return repr(leaves[place].value) if place in leaves else "not there"

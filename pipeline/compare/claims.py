@@ -1,0 +1,122 @@
+"""The paper's claims: what is said where, and which of our values has to agree."""
+
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import BeforeValidator, Field, NonNegativeFloat, model_validator
+
+from pipeline.compare.model import Found
+from pipeline.compare.yaml_file import Fields, read_yaml
+from pipeline.errors import InputError
+from pipeline.paper import printed_numbers
+
+CLAIMS = Path("claims.yaml")
+
+
+class Condition(Fields):
+    """What a number has to be, strictly; `{}` is any number."""
+
+    above: float | None = None
+    below: float | None = None
+    equals: float | None = None
+
+    def holds(self, number: float) -> bool:
+        return (
+            (self.above is None or number > self.above)
+            and (self.below is None or number < self.below)
+            and (self.equals is None or number == self.equals)
+        )
+
+
+class Locator(Fields):
+    """Where a value stands: a path in a JSON file, or a column of a table or of a log's topic, and one of its rows.
+
+    Of the rows that meet every condition of `where` (by column; a row without a number there meets none), `pick` takes
+    the first, the last, or that with the largest or smallest value.
+    """
+
+    file: str
+    path: str | None = None
+    topic: str | None = None
+    column: str | None = None
+    where: dict[str, Condition] = Field(default_factory=dict)
+    pick: Literal["first", "last", "largest", "smallest"] = "last"
+
+    @model_validator(mode="after")
+    def _leads_somewhere(self) -> Self:
+        needed = {".json": {"path"}, ".csv": {"column"}, ".mcap": {"topic", "column"}}
+        given = self.model_fields_set & {"path", "topic", "column"}
+        if needed.get(Path(self.file).suffix) != given:
+            raise ValueError("expected a .json file and a path, a .csv file and a column, or .mcap, topic and column")
+        return self
+
+
+class Printed(Fields):
+    """A number of data/paper/printed_numbers.csv."""
+
+    experiment: str
+    quantity: str
+
+
+class Claim(Fields):
+    """A statement, its `source`, the value that it is about, and one expectation.
+
+    The value `equals` a number (null: there is none), or is the `printed` one, give or take `within`; or it is
+    `at_least`, or `at_most`, a number.
+    """
+
+    claim: str
+    source: str
+    value: Locator
+    equals: float | None = None
+    printed: Printed | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+    within: NonNegativeFloat = 0.0
+
+    @model_validator(mode="after")
+    def _expects_one_thing(self) -> Self:
+        if len(self.model_fields_set & {"equals", "printed", "at_least", "at_most"}) != 1:
+            raise ValueError("expected one of equals, printed, at_least and at_most")
+        return self
+
+    @property
+    def expected(self) -> str:
+        """The expectation in a few characters."""
+        if self.at_least is not None:
+            return f"≥ {self.at_least:g}"
+        if self.at_most is not None:
+            return f"≤ {self.at_most:g}"
+        number = self._number()
+        shown = "no value" if number is None else f"{number:.10g}"
+        return f"{shown} ± {self.within:g}" if self.within else shown
+
+    def admits(self, value: Found) -> bool:
+        """Whether a value is as expected. NaN never is."""
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            return value is None and self._number() is None and self.at_least is None and self.at_most is None
+        if self.at_least is not None:
+            return value >= self.at_least
+        if self.at_most is not None:
+            return value <= self.at_most
+        number = self._number()
+        return number is not None and abs(value - number) <= self.within
+
+    def _number(self) -> float | None:
+        if self.printed is None:
+            return self.equals
+        numbers = printed_numbers(self.printed.experiment)
+        if self.printed.quantity not in numbers:
+            raise InputError(f"claim {self.claim!r}: the paper's printed numbers have no {self.printed.quantity!r}")
+        return numbers[self.printed.quantity]
+
+
+class Claims(Fields):
+    """All that is claimed, in the order of the report."""
+
+    claims: Annotated[tuple[Claim, ...], BeforeValidator(lambda written: tuple(written or ()))]
+
+
+def load_claims(path: Path = CLAIMS) -> Claims:
+    """The claims of a YAML file. Raises InputError."""
+    return read_yaml(path, Claims)

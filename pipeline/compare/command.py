@@ -1,0 +1,72 @@
+"""The command line of the comparison: `main.add_command(compare)`, and `environment` likewise."""
+
+from contextlib import ExitStack
+from pathlib import Path
+
+import click
+
+FILE = click.Path(dir_okay=False, path_type=Path)
+
+
+@click.command("compare", short_help="What moved between two sets of results, and which claims broke.")
+@click.argument("base")
+@click.argument("new", default=".")
+@click.option(
+    "--tolerances", type=FILE, default=Path("tolerances.yaml"), show_default=True, help="How far values may move."
+)
+@click.option("--claims", type=FILE, default=Path("claims.yaml"), show_default=True, help="What the paper claims.")
+@click.option("--json", "json_file", type=FILE, help="Also write everything as JSON.")
+@click.option("--markdown", "markdown_file", type=FILE, help="Also write a report for a pull request.")
+@click.option(
+    "--pictures", type=click.Path(file_okay=False, path_type=Path), help="Also draw figures that differ here."
+)
+@click.option("--all", "everything", is_flag=True, help="List identical artifacts too.")
+@click.pass_context
+def compare(
+    context: click.Context,
+    base: str,
+    new: str,
+    tolerances: Path,
+    claims: Path,
+    json_file: Path | None,
+    markdown_file: Path | None,
+    pictures: Path | None,
+    everything: bool,
+) -> None:
+    """What moved from BASE to NEW, by how much and where, and which of the paper's claims hold in each.
+
+    BASE and NEW are folders (a project's, or just its results) or git revisions; NEW is this project where it is left
+    out. Exit codes: 0 all within tolerance, and no claim fails in NEW; 1 otherwise; 2 something is not usable.
+    """
+    # Imported late, like the stages: `--help` should wait for nothing.
+    from pipeline.compare.claims import load_claims  # noqa: PLC0415
+    from pipeline.compare.comparison import compare as compare_folders  # noqa: PLC0415
+    from pipeline.compare.markdown import to_markdown  # noqa: PLC0415
+    from pipeline.compare.pictures import write_pictures  # noqa: PLC0415
+    from pipeline.compare.record import to_record  # noqa: PLC0415
+    from pipeline.compare.sources import laid_out  # noqa: PLC0415
+    from pipeline.compare.text import to_text  # noqa: PLC0415
+    from pipeline.compare.tolerances import load_tolerances  # noqa: PLC0415
+    from pipeline.files import write_atomically, write_text  # noqa: PLC0415
+
+    rules, claimed = load_tolerances(tolerances), load_claims(claims)
+    with ExitStack() as stack:
+        folders = [stack.enter_context(laid_out(name)) for name in (base, new)]
+        comparison = compare_folders(folders[0], folders[1], rules, claimed, base, new)
+        if pictures:
+            write_pictures(comparison, folders[0], folders[1], pictures)
+    if json_file:
+        write_atomically(json_file, to_record(comparison))
+    if markdown_file:
+        write_text(markdown_file, to_markdown(comparison))
+    click.echo(to_text(comparison, everything), nl=False)
+    context.exit(0 if comparison.within else 1)
+
+
+@click.command("environment", short_help="What results of this machine depend on, as JSON.")
+def environment() -> None:
+    """Print the environment as JSON: put beside results as `environment.json`, `compare` will read it there."""
+    from pipeline.compare.environment import here  # noqa: PLC0415
+    from pipeline.files import to_json  # noqa: PLC0415
+
+    click.echo(to_json(here()), nl=False)

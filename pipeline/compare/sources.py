@@ -1,0 +1,61 @@
+"""What BASE and NEW stand for: a folder, or a revision of the repository, laid out in a folder for a while."""
+
+import subprocess
+import tarfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from pipeline.compare.artifacts import NOTEBOOKS, RESULTS
+from pipeline.compare.environment import LOCK, RECORD
+from pipeline.errors import InputError
+
+_WANTED = (RESULTS.as_posix(), NOTEBOOKS.as_posix(), LOCK, RECORD)
+
+
+@contextmanager
+def laid_out(name: str, repository: Path = Path()) -> Iterator[Path]:
+    """A folder with the artifacts of `name`: itself where it is one, else those of that revision of `repository`.
+
+    Raises InputError where it is neither.
+    """
+    if Path(name).is_dir():
+        yield Path(name)
+        return
+    commit = _commit(name, repository)
+    with TemporaryDirectory() as folder:
+        _extract(commit, repository, Path(folder))
+        if not (Path(folder) / RESULTS).is_dir():
+            raise InputError(f"{name}: this revision has no results in {RESULTS}")
+        yield Path(folder)
+
+
+def _commit(name: str, repository: Path) -> str:
+    done = _git(repository, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
+    if done.returncode:
+        raise InputError(f"{name}: is neither a folder nor a revision of this repository")
+    return done.stdout.decode().strip()
+
+
+def _extract(commit: str, repository: Path, folder: Path) -> None:
+    top = _git(repository, "rev-parse", "--show-toplevel").stdout.decode().strip()
+    there = _git(Path(top), "ls-tree", "--name-only", commit, "--", *_WANTED).stdout.decode().splitlines()
+    done = _git(Path(top), "archive", "--format=tar", commit, "--", *there)
+    if done.returncode:
+        raise InputError(f"{commit}: cannot be read by git: {done.stderr.decode().strip()}")
+    with tarfile.open(fileobj=BytesIO(done.stdout)) as archive:
+        for member in archive:
+            file = archive.extractfile(member) if member.isfile() else None
+            if file:
+                path = folder / member.name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(file.read())
+
+
+def _git(folder: Path, *arguments: str) -> "subprocess.CompletedProcess[bytes]":
+    try:
+        return subprocess.run(["git", *arguments], cwd=folder, capture_output=True, check=False)
+    except FileNotFoundError as error:
+        raise InputError("git is not installed, and only folders can be compared without it") from error

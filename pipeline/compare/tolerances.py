@@ -1,0 +1,88 @@
+"""How far values may move before a comparison says DIFFERENT: rules by artifact, topic and field."""
+
+from collections.abc import Iterable
+from fnmatch import fnmatchcase
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Self
+
+from pydantic import BeforeValidator, NonNegativeFloat, model_validator
+
+from pipeline.compare.yaml_file import Fields, read_yaml
+
+TOLERANCES = Path("tolerances.yaml")
+
+
+def _listed(written: object) -> object:
+    return (written,) if isinstance(written, str) else tuple(written) if isinstance(written, list) else written
+
+
+Patterns = Annotated[tuple[str, ...], BeforeValidator(_listed)]
+EVERYTHING: Patterns = ("*",)
+
+
+class Rule(Fields):
+    """What may happen to values whose artifact, topic and field match one pattern each.
+
+    Either a number may move by `absolute`, or by `relative` times its size in BASE, whichever allows more; or, with
+    `ignore`, the values are not compared at all. What is no number has to stay as it is under any other rule.
+    """
+
+    name: str
+    artifact: Patterns = EVERYTHING
+    topic: Patterns = EVERYTHING
+    field: Patterns = EVERYTHING
+    absolute: NonNegativeFloat = 0.0
+    relative: NonNegativeFloat = 0.0
+    ignore: bool = False
+
+    @model_validator(mode="after")
+    def _says_something(self) -> Self:
+        said = self.model_fields_set & {"absolute", "relative"}
+        if bool(said) == self.ignore:
+            raise ValueError(f"rule {self.name!r} needs absolute or relative, or else `ignore: true`")
+        return self
+
+    def matches(self, artifact: str, topic: str, field: str) -> bool:
+        return _any(artifact, self.artifact) and _any(topic, self.topic) and _any(field, self.field)
+
+    def allowed(self, base: float) -> float:
+        """How far a number that is `base` may move."""
+        return max(self.absolute, self.relative * abs(base))
+
+    def __str__(self) -> str:
+        if self.ignore:
+            return f"not compared ({self.name})"
+        parts = [f"{number:g}{unit}" for number, unit in ((self.absolute, ""), (self.relative, " of it")) if number]
+        return f"{' or '.join(parts) or 'exactly'} ({self.name})"
+
+
+class Tolerances(Fields):
+    """Rules, of which the first that matches decides; the last one matches everything."""
+
+    rules: Annotated[tuple[Rule, ...], BeforeValidator(_listed)]
+
+    @model_validator(mode="after")
+    def _leaves_nothing_out(self) -> Self:
+        last = self.rules[-1] if self.rules else None
+        if last is None or (last.artifact, last.topic, last.field) != (EVERYTHING,) * 3:
+            raise ValueError("the last rule has to match everything, with no artifact, topic or field of its own")
+        return self
+
+    def rule(self, artifact: str, topic: str, field: str) -> Rule:
+        """The rule that decides about a field."""
+        return _first(self, artifact, topic, field)
+
+
+@cache
+def _first(tolerances: Tolerances, artifact: str, topic: str, field: str) -> Rule:
+    return next(rule for rule in tolerances.rules if rule.matches(artifact, topic, field))
+
+
+def _any(name: str, patterns: Iterable[str]) -> bool:
+    return any(fnmatchcase(name, pattern) for pattern in patterns)
+
+
+def load_tolerances(path: Path = TOLERANCES) -> Tolerances:
+    """The rules of a YAML file. Raises InputError."""
+    return read_yaml(path, Tolerances)

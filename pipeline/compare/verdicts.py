@@ -1,0 +1,80 @@
+"""Whether the results in a folder bear a claim out."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pipeline.compare.artifacts import results_folder
+from pipeline.compare.claims import Claim, Locator
+from pipeline.compare.content import UnreadableError
+from pipeline.compare.documents import json_leaves, numbers_of, read_csv, read_json
+from pipeline.compare.model import ABSENT, JudgedClaim, Value, Verdict
+from pipeline.compare.recordings import read_recording
+from pipeline.logs import TIME
+
+Columns = Mapping[str, Sequence[float]]
+"""Numbers by column; NaN where there is none."""
+
+
+class _NoValueError(Exception):
+    """What a locator leads to is not there; the message says what is missing."""
+
+
+def judge_claim(claim: Claim, base: Path, new: Path) -> JudgedClaim:
+    """The verdicts for both folders. InputError where the claim itself cannot be understood."""
+    verdicts = [_verdict(claim, results_folder(root)) for root in (base, new)]
+    return JudgedClaim(claim.claim, claim.source, claim.expected, *verdicts)
+
+
+def _verdict(claim: Claim, results: Path) -> Verdict:
+    try:
+        value = _value(claim.value, results / claim.value.file)
+    except FileNotFoundError:
+        return Verdict(False, ABSENT, f"{claim.value.file} is not there")
+    except UnreadableError as error:
+        return Verdict(False, ABSENT, f"{claim.value.file} cannot be read: {error}")
+    except _NoValueError as error:
+        return Verdict(False, ABSENT, f"{claim.value.file}: {error}")
+    return Verdict(claim.admits(value), value)
+
+
+def _value(locator: Locator, file: Path) -> Value:
+    if file.suffix == ".json":
+        leaves = json_leaves(read_json(file.read_bytes()))
+        leaf = leaves.get(locator.path or "")
+        if leaf is None:
+            raise _NoValueError(f"there is no value {locator.path}")
+        return leaf.value
+    columns = numbers_of(read_csv(file.read_bytes())) if file.suffix == ".csv" else _topic(file, locator.topic or "")
+    return _pick(locator, columns)
+
+
+def _topic(file: Path, topic: str) -> Columns:
+    for series in read_recording(file).series:
+        if series.topic == topic:
+            return {TIME: series.times.tolist(), **{name: values.tolist() for name, values in series.fields.items()}}
+    raise _NoValueError(f"there is no topic {topic}")
+
+
+def _pick(locator: Locator, columns: Columns) -> float:
+    column = locator.column or ""
+    if unknown := {column, *locator.where} - columns.keys():
+        raise _NoValueError(f"there is no column {', '.join(sorted(unknown))}")
+    conditions = [(columns[name], condition) for name, condition in locator.where.items()]
+    values = [
+        value
+        for i, value in enumerate(columns[column])
+        if all(not math.isnan(cells[i]) and condition.holds(cells[i]) for cells, condition in conditions)
+    ]
+    if locator.pick in {"largest", "smallest"}:
+        values = [value for value in values if not math.isnan(value)]
+    if not values:
+        raise _NoValueError("no row meets the conditions")
+    match locator.pick:
+        case "first":
+            return values[0]
+        case "last":
+            return values[-1]
+        case "largest":
+            return max(values)
+    return min(values)

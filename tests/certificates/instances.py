@@ -1,0 +1,96 @@
+"""Random references of all kinds, with bounds that are nearly touched: kept by a hair, or broken by one."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.certificates.prove import common_period
+from pipeline.gp.combinations import Product, Sum
+from pipeline.gp.kernel import Kernel
+from pipeline.gp.periodic import Periodic
+from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from pipeline.gp.signal import KernelSum
+from pipeline.systems.interval import Interval
+from pipeline.systems.reference import Reference
+from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from tests.certificates import naive
+
+_RADIAL = (SquaredExponential, Matern32, Matern52)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A reference whose quantity `active` comes as near to a bound as `margin` (a part of the width) on [0, end]."""
+
+    reference: Reference
+    active: str
+    margin: float
+    end: float
+
+
+def _elementary(rng: np.random.Generator, span: float) -> Kernel:
+    std, length = 10 ** rng.uniform(-1, 1), span * 10 ** rng.uniform(-2.5, 1.5)
+    kind = int(rng.integers(5))
+    if kind < 3:
+        return _RADIAL[kind](std, length)
+    if kind == 3:
+        return RationalQuadratic(std, length, 10 ** rng.uniform(-0.3, 2))
+    return Periodic(std, 10 ** rng.uniform(-1, 1), span * rng.uniform(0.3, 2))
+
+
+def _kernel(rng: np.random.Generator, span: float) -> Kernel:
+    kind = int(rng.integers(10))
+    left = _elementary(rng, span)
+    if kind < 7:
+        return left
+    right = _elementary(rng, span)
+    if isinstance(left, Periodic) and isinstance(right, Periodic) and rng.random() < 0.5:
+        right = replace(right, period=left.period)
+    return Sum(left, right) if kind == 7 else Product(left, right)
+
+
+def _weights(rng: np.random.Generator, kernel: Kernel, centres: np.ndarray) -> np.ndarray:
+    values = rng.standard_normal(centres.size)
+    if (kind := int(rng.integers(3))) == 0:
+        return values
+    noise = 10 ** rng.uniform(-10, -1) if kind == 1 else 10 ** rng.uniform(-4, -1)
+    gram = kernel(centres[:, None] - centres)
+    return np.linalg.solve(gram + noise * gram[0, 0] * np.eye(centres.size), values)
+
+
+def case(seed: int, margin: float | None = None) -> Case:
+    """The margin is drawn from ±10⁻¹² … ±10⁻³ where it is not given."""
+    rng = np.random.default_rng(seed)
+    span = 10 ** rng.uniform(-2, 2)
+    kernel = _kernel(rng, span)
+    centres = np.unique(rng.uniform(0, span, int(rng.integers(1, 8))))
+    if rng.random() < 0.5:
+        centres[0] = 0.0
+    signal = KernelSum(kernel, float(rng.choice([0.0, rng.normal()])), centres, _weights(rng, kernel, centres))
+    a, b = float(rng.choice([0.9, 1.0, -0.7, 0.0, 1.2])), float(rng.choice([-1, 1]) * 10 ** rng.uniform(-1, 1))
+    system = ScalarLinear(a, b, float(rng.choice([0.0, rng.normal()])))
+    plant = ConstrainedSystem(system, Interval(-1, 1), Interval(-1, 1), span * 10 ** rng.uniform(-3, 0))
+    end = common_period(kernel) or 1.5 * span
+    return _with_bounds(rng, Reference(signal, plant), end, margin)
+
+
+def _with_bounds(rng: np.random.Generator, reference: Reference, end: float, margin: float | None) -> Case:
+    active, drawn = str(rng.choice(["state", "input"])), float(rng.choice([-1, 1]) * 10 ** rng.uniform(-12, -3))
+    margin = drawn if margin is None else margin
+    sets = {}
+    for name, rest in (("state", reference.signal.mean), ("input", _input_at_rest(reference))):
+        values = [float(v) for v in naive.extended(reference, name, np.array(naive.extremes(reference, name, 0, end)))]
+        low, high = min(*values, rest), max(*values, rest)
+        width = max(high - low, 1e-9 * (abs(high) + abs(low)) or 1.0)
+        sets[name] = [low - 0.5 * width, high + 0.5 * width]
+        if name == active:
+            reached = [side for side in (0, 1) if (low, high)[side] in values]
+            side = reached[int(rng.integers(len(reached)))]
+            sets[name][side] = (low, high)[side] + (-1, 1)[side] * margin * width
+    state_set, input_set = (Interval(*sets[name]) for name in ("state", "input"))
+    plant = replace(reference.plant, state_set=state_set, input_set=input_set)
+    return Case(replace(reference, plant=plant), active, margin, end)
+
+
+def _input_at_rest(reference: Reference) -> float:
+    return reference.plant.system.equilibrium_input(reference.signal.mean)

@@ -1,0 +1,110 @@
+"""A reference's quantities written out a second time: with mpmath at one instant, in extended precision on grids."""
+
+import numpy as np
+from mpmath import mp
+
+from pipeline.gp.combinations import Product, Sum
+from pipeline.gp.kernel import Kernel
+from pipeline.gp.periodic import Periodic
+from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from pipeline.systems.reference import Reference
+from tests.gp.instances import formula
+
+DIGITS = 60
+_PI = np.longdouble("3.14159265358979323846264338327950288")
+
+
+def exactly(reference: Reference, name: str, t):
+    """x_r(t) or u_r(t) to many digits; t a float or an mpf."""
+    with mp.workdps(DIGITS):
+        kappa, signal = formula(reference.signal.kernel), reference.signal
+        pairs = [(mp.mpf(c), mp.mpf(t_i)) for c, t_i in zip(signal.weights, signal.centres, strict=True)]
+
+        def mean(s):
+            return mp.mpf(signal.mean) + mp.fsum(c * kappa(s - t_i) for c, t_i in pairs)
+
+        t, system = mp.mpf(t), reference.plant.system
+        if name == "state":
+            return mean(t)
+        later = mean(t + mp.mpf(reference.plant.sampling_time))
+        return (later - mp.mpf(system.a) * mean(t) - mp.mpf(system.c)) / mp.mpf(system.b)
+
+
+def instant(reference: Reference, k: int):
+    """k T_s, to many digits."""
+    with mp.workdps(DIGITS):
+        return k * mp.mpf(reference.plant.sampling_time)
+
+
+def bounds(reference: Reference, name: str):
+    return reference.plant.state_set if name == "state" else reference.plant.input_set
+
+
+def margin(reference: Reference, name: str, t):
+    """Distance to the nearer bound, negative outside, to many digits."""
+    with mp.workdps(DIGITS):
+        q, wanted = exactly(reference, name, t), bounds(reference, name)
+        return min(q - mp.mpf(wanted.lower), mp.mpf(wanted.upper) - q)
+
+
+def extended(reference: Reference, name: str, t: np.ndarray) -> np.ndarray:
+    """x_r or u_r at times t, in the longest floats that NumPy has."""
+    signal, system = reference.signal, reference.plant.system
+    centres, weights = signal.centres.astype(np.longdouble), signal.weights.astype(np.longdouble)
+
+    def mean(s):
+        return np.longdouble(signal.mean) + _kappa(signal.kernel, s[:, None] - centres) @ weights
+
+    t = np.asarray(t, dtype=np.longdouble)
+    if name == "state":
+        return mean(t)
+    a, b, c = (np.longdouble(v) for v in (system.a, system.b, system.c))
+    return (mean(t + np.longdouble(reference.plant.sampling_time)) - a * mean(t) - c) / b
+
+
+def _kappa(kernel: Kernel, r: np.ndarray) -> np.ndarray:
+    if isinstance(kernel, Sum):
+        return _kappa(kernel.left, r) + _kappa(kernel.right, r)
+    if isinstance(kernel, Product):
+        return _kappa(kernel.left, r) * _kappa(kernel.right, r)
+    variance = np.longdouble(kernel.signal_std) ** 2
+    s = np.abs(r) / np.longdouble(kernel.lengthscale)
+    match kernel:
+        case SquaredExponential():
+            return variance * np.exp(-(s**2) / 2)
+        case Matern32():
+            x = np.sqrt(np.longdouble(3)) * s
+            return variance * (1 + x) * np.exp(-x)
+        case Matern52():
+            x = np.sqrt(np.longdouble(5)) * s
+            return variance * (1 + x + x**2 / 3) * np.exp(-x)
+        case RationalQuadratic():
+            alpha = np.longdouble(kernel.shape)
+            return variance * np.exp(-alpha * np.log1p(s**2 / (2 * alpha)))
+        case Periodic():
+            phase = np.sin(_PI * r / np.longdouble(kernel.period)) / np.longdouble(kernel.lengthscale)
+            return variance * np.exp(-2 * phase**2)
+    raise TypeError(kernel)
+
+
+def extremes(reference: Reference, name: str, start: float, end: float, looks: int = 1500) -> list[float]:
+    """Float times in [start, end] at which the quantity is, after refinement, largest and smallest: some of each."""
+    centres = reference.signal.centres
+    spots = [np.linspace(start, end, looks), centres, centres - reference.plant.sampling_time]
+    spread = np.geomspace(1e-9, 1, 60) * (end - start)
+    spots += [centre + sign * spread for centre in centres for sign in (-1, 1)]
+    times = np.unique(np.concatenate(spots))
+    times = times[(times >= start) & (times <= end)]
+    found = []
+    for sign in (1, -1):
+        values = sign * extended(reference, name, times)
+        padded = np.concatenate([[-np.inf], values, [-np.inf]])
+        peaks = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
+        for i in peaks[np.argsort(values[peaks])[-3:]]:
+            low, high = times[max(i - 1, 0)], times[min(i + 1, times.size - 1)]
+            for _ in range(9):
+                near = np.linspace(low, high, 17)
+                best = int(np.argmax(sign * extended(reference, name, near)))
+                low, high = near[max(best - 1, 0)], near[min(best + 1, 16)]
+            found.append(float(near[best]))
+    return found

@@ -1,0 +1,47 @@
+"""Both examples as the proofs need them: unconstrained, and as learned with a proof."""
+
+from functools import cache
+
+import numpy as np
+
+from pipeline.certificates.certified import Certified, learn_certified
+from pipeline.gp.periodic import Periodic
+from pipeline.gp.prior import Prior
+from pipeline.gp.samples import Samples
+from pipeline.learning.exchange import solve
+from pipeline.learning.problem import ConstrainedProblem
+from pipeline.learning.space import SearchSpace
+from pipeline.systems.interval import Interval
+from pipeline.systems.reference import Reference
+from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from tests.learning import example1
+
+
+def _periodic_samples() -> Samples:
+    times = np.linspace(0, 4, 21)
+    clean = np.sin(2 * times) + 0.5 * np.sin(4 * times + 1)
+    return Samples(times, clean + 0.3 * np.random.default_rng(4).standard_normal(times.size))
+
+
+SAMPLES = _periodic_samples()
+PRIOR = Prior(Periodic(1.0, 1.0, 3.1), noise_std=0.1)
+PLANT = ConstrainedSystem(ScalarLinear(0.9, 0.1), Interval(-2.0, 2.0), Interval(-3.0, 1.4), 0.01)
+SPACE = SearchSpace.around(SAMPLES, PRIOR, {"period": Interval(2.5, 4.0)})
+
+PROBLEMS = {
+    "example1": (example1.SAMPLES, example1.PRIOR, example1.PLANT, example1.SPACE),
+    "example2": (SAMPLES, PRIOR, PLANT, SPACE),
+}
+
+
+@cache
+def certified(example: str) -> Certified:
+    found = learn_certified(*PROBLEMS[example])
+    assert isinstance(found, Certified), found.explanation
+    return found
+
+
+@cache
+def unconstrained(example: str) -> Reference:
+    samples, prior, plant, space = PROBLEMS[example]
+    return Reference(solve(ConstrainedProblem(samples, prior, space)).posterior.signal, plant)

@@ -1,0 +1,46 @@
+"""What float64 evaluation gives lies within the error that is deducted from every margin."""
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+from pipeline.certificates.rounding import evaluated_until, evaluation_errors
+from tests.certificates import naive
+from tests.certificates.instances import case
+from tests.certificates.references import certified
+
+
+def off(reference, name, t: float, exact_time) -> float:
+    evaluated = float((reference.state if name == "state" else reference.input)(np.array(t)))
+    with mp.workdps(naive.DIGITS):
+        return float(abs(mp.mpf(evaluated) - naive.exactly(reference, name, exact_time)))
+
+
+@pytest.mark.parametrize("seed", range(120))
+def test_errors_are_bounded(seed):
+    chosen, rng = case(seed), np.random.default_rng(seed)
+    reference = chosen.reference
+    until = evaluated_until(reference.signal.kernel, chosen.end)
+    errors = evaluation_errors(reference, until)
+    latest = min(until, 1e3 * chosen.end)
+    times = np.concatenate([rng.uniform(0, chosen.end, 6), rng.uniform(0, latest, 3), -rng.uniform(0, latest, 1)])
+    for name, error in errors.items():
+        for t in times.tolist():
+            assert off(reference, name, t, t) <= error
+        for k in rng.integers(0, 1000, 4).tolist():
+            assert off(reference, name, float(reference.instants(np.array(k))), naive.instant(reference, k)) <= error
+
+
+@pytest.mark.parametrize("example", ["example1", "example2"])
+def test_errors_are_small_where_it_matters(example):
+    found = certified(example)
+    for quantity in found.reference.quantities:
+        assert found.certificate.evaluation_error[quantity.name] < 1e-7 * quantity.bounds.width
+
+
+@pytest.mark.parametrize("example", ["example1", "example2"])
+def test_evaluated_references_stay_inside(example):
+    found = certified(example)
+    times = np.concatenate([np.linspace(0, 5, 20_001), np.geomspace(5, found.certificate.evaluated_until, 2000)])
+    for quantity in found.reference.quantities:
+        assert np.min(quantity.bounds.margin(quantity(found.reference.signal, times))) >= 0

@@ -1,0 +1,76 @@
+"""Attack: a thousand random references whose bounds are kept or broken by a hair, and a search that knows no mercy."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from pipeline.certificates.certificate import Certificate
+from pipeline.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
+from pipeline.certificates.outcome import Counterexample
+from pipeline.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
+from pipeline.certificates.rounding import evaluation_errors
+from pipeline.systems.reference import Reference
+from tests.certificates import naive
+from tests.certificates.instances import Case, case
+
+NAMES = ("state", "input")
+CHUNKS, SIZE = 20, 52
+
+
+def ask(seed: int, chosen: Case) -> Outcome:
+    question = (prove, prove_at_instants, prove, lambda reference: prove_on_window(reference, 0.0, chosen.end))
+    return question[seed % 4](chosen.reference)
+
+
+def smallest_margin(reference: Reference, claim, name: str):
+    """The smallest margin that is found at any time for which the claim is made."""
+    match claim:
+        case AllTimes(tail_start=end):
+            # A heavy tail starts late: look closely where something happens, and here and there later.
+            busy = min(end, 10 * float(np.max(reference.signal.centres)) + end / 10)
+            times = naive.extremes(reference, name, 0.0, busy) + np.geomspace(busy, 1e3 * end, 30).tolist()
+        case AllPhases(period=end):
+            times = [t + k * end for t in naive.extremes(reference, name, 0.0, end) for k in (0, -3)]
+        case OnWindow(start=start, end=end):
+            times = naive.extremes(reference, name, start, end)
+        case AtInstants(last_step=last):
+            steps = np.arange(min(last, 2000) + 20)
+            values = naive.extended(reference, name, steps * np.longdouble(reference.plant.sampling_time))
+            times = [naive.instant(reference, int(k)) for k in (np.argmax(values), np.argmin(values))]
+    return min(naive.margin(reference, name, t) for t in times)
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_nothing_false_is_ever_claimed(chunk):
+    said = Counter()
+    for seed in range(1000 + chunk * SIZE, 1000 + (chunk + 1) * SIZE):
+        chosen = case(seed)
+        found = ask(seed, chosen)
+        said[type(found)] += 1
+        if isinstance(found, Certificate):
+            for name in NAMES:
+                assert smallest_margin(chosen.reference, found.claim, name) >= found.evaluation_error[name], seed
+        elif isinstance(found, Counterexample):
+            t = found.time if found.step is None else naive.instant(chosen.reference, found.step)
+            assert naive.margin(chosen.reference, found.quantity, t) <= -found.violation < 0, seed
+    assert min(said[Certificate], said[Counterexample]) >= SIZE // 6
+
+
+@pytest.mark.parametrize("chunk", range(10))
+def test_a_margin_of_a_millionth_is_enough(chunk):
+    for seed in range(5000 + 15 * chunk, 5000 + 15 * (chunk + 1)):
+        chosen = case(seed, margin=1e-6)
+        errors = evaluation_errors(chosen.reference, 1e3 * chosen.end)
+        found = prove_on_window(chosen.reference, 0.0, chosen.end)
+        if all(errors[q.name] < 1e-7 * q.bounds.width for q in chosen.reference.quantities):
+            assert isinstance(found, Certificate), (seed, found.explanation)
+
+
+@pytest.mark.parametrize("chunk", range(10))
+def test_a_millionth_too_much_is_refuted(chunk):
+    for seed in range(6000 + 15 * chunk, 6000 + 15 * (chunk + 1)):
+        chosen = case(seed, margin=-1e-6)
+        found = prove_on_window(chosen.reference, 0.0, chosen.end)
+        assert isinstance(found, Counterexample), (seed, found.explanation)
+        assert found.quantity == chosen.active

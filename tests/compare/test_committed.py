@@ -1,0 +1,55 @@
+"""The committed claims, of the committed results."""
+
+from pathlib import Path
+
+import pytest
+
+from pipeline.compare.claims import load_claims
+from pipeline.compare.comparison import compare
+from pipeline.compare.environment import locked, recorded, versions
+from pipeline.compare.outlines import distance
+from pipeline.errors import InputError
+from tests.compare.project import ROOT, TOLERANCES
+
+
+def test_the_committed_results_bear_the_claims_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    comparison = compare(ROOT, ROOT, TOLERANCES, load_claims(ROOT / "claims.yaml"))
+    assert [(claim.text, claim.new) for claim in comparison.claims if not claim.new.holds] == []
+    assert comparison.within
+
+
+def test_the_lock_names_versions() -> None:
+    pinned = locked(ROOT)
+    assert {"numpy", "scipy", "cvxpy", "clarabel"} <= pinned.keys()
+    assert all(version[0].isdigit() for version in pinned.values())
+
+
+def test_environments_are_compared(tmp_path: Path) -> None:
+    (tmp_path / "environment.json").write_text('{"python": "3.0.0", "BLAS": "slow"}')
+    told = {version.name: version for version in versions(tmp_path, ROOT)}
+    assert told["python"].differs
+    assert told["BLAS"].differs
+    assert (told["numpy"].base, told["numpy"].differs) == (None, False)
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"python": 3}'])
+def test_an_unusable_environment_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "environment.json").write_text(text)
+    with pytest.raises(InputError, match=r"environment\.json"):
+        recorded(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("base", "new", "expected"),
+    [
+        ("M 0 0 L 10 0", "M 10 0 L 5 0 L 0 0", 0.0),
+        ("M 0 0 L 10 0", "M 0 3 L 10 3", 3.0),
+        ("M 0 0 L 4 0 L 4 4 z", "M 4 0 L 4 4 L 0 0 z", 0.0),
+        ("M 0 0 L 1 0 M 9 0 L 10 0", "M 0 0 L 1 0", 9.0),
+        ("M 0 0", "M 0 0 L 1 0", None),
+        ("M 0 0 A 1 1 0 0 0 2 2", "M 0 0 L 1 0", None),
+    ],
+)
+def test_outlines_are_apart_by(base: str, new: str, expected: float | None) -> None:
+    assert distance(base, new) == expected == distance(new, base)
