@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.arrays import Array
+from pipeline.certificates.certificate import Certificate
 from pipeline.codec import dumps, loads
 from pipeline.errors import InputError
 from pipeline.files import to_json
@@ -67,8 +68,13 @@ def read_fit(results: Results) -> Fitted:
     return Fitted(samples, learned, traces)
 
 
-def write_margins(results: Results, margins: Mapping[str, Sequence[MarginProfile]], metrics: object) -> None:
-    """For each method and quantity: margins by sampling interval; the metrics as an attachment."""
+def write_margins(
+    results: Results,
+    margins: Mapping[str, Sequence[MarginProfile]],
+    metrics: object,
+    certificates: Mapping[str, Certificate],
+) -> None:
+    """For each method and quantity: margins by sampling interval; the metrics and certificates as attachments."""
     series = [
         Series(
             f"/margins/{method}/{profile.quantity.name}",
@@ -78,7 +84,8 @@ def write_margins(results: Results, margins: Mapping[str, Sequence[MarginProfile
         for method, profiles in margins.items()
         for profile in profiles
     ]
-    _write(results, "verification", series, {"metrics.json": to_json(metrics)})
+    proofs = {f"{method}.certificate.json": to_json(found.to_dict()) for method, found in certificates.items()}
+    _write(results, "verification", series, {"metrics.json": to_json(metrics), **proofs})
 
 
 def read_margins(results: Results, learned: Mapping[str, LearnedReference]) -> dict[str, list[MarginProfile]]:

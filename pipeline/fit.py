@@ -1,9 +1,10 @@
-"""Stage 2: samples → references (unconstrained, as published, sound), and the iterations on the way."""
+"""Stage 2: samples → references (unconstrained, as published, sound, certified), and the iterations on the way."""
 
 import numpy as np
 from tqdm import tqdm
 
 from pipeline.archive import Fitted, read_samples, write_fit
+from pipeline.certificates.certified import Certified, learn_certified
 from pipeline.errors import NoReferenceError
 from pipeline.experiments import Experiment
 from pipeline.files import write_text
@@ -20,13 +21,14 @@ _TABLE = ("k_bar", "mean_bound", "growth_lower", "growth_upper", "derivative_bou
 
 
 def fit(experiment: Experiment, results: Results) -> None:
-    """Learn the three references. Raises NoReferenceError, before anything is written, where one cannot be had."""
+    """Learn the references. Raises NoReferenceError, before anything is written, where one cannot be had."""
     samples = read_samples(results)
     learned, traces = [_unconstrained(experiment, samples)], {}
     for reading in READINGS:
         run = _run(experiment, samples, reading)
         traces[reading.name] = Trace.of(run.iterations)
         learned.append(_outcome(experiment, reading, run))
+    learned.append(_certified(experiment, samples))
     steps = np.arange(_INSTANTS_PER_STEP * experiment.verification.last_step + 1) / _INSTANTS_PER_STEP
     fitted = Fitted(samples, {reference.method: reference for reference in learned}, traces)
     write_fit(results, fitted, steps * experiment.system.sampling_time)
@@ -60,6 +62,14 @@ def _outcome(experiment: Experiment, reading: Reading, run: Run) -> LearnedRefer
     if not isinstance(run.outcome, Solution):
         raise NoReferenceError(f"experiment {experiment.name}, {reading.name}: {run.explanation}")
     return LearnedReference.of(reading.name, run.outcome, experiment.constrained_system, run.final_step)
+
+
+def _certified(experiment: Experiment, samples: Samples) -> LearnedReference:
+    plant = experiment.constrained_system
+    found = learn_certified(samples, experiment.learned_prior, plant, experiment.search_space(samples))
+    if not isinstance(found, Certified):
+        raise NoReferenceError(f"experiment {experiment.name}, certified: {found.explanation}")
+    return LearnedReference.of("certified", found.solution, plant)
 
 
 def _csv(trace: Trace) -> str:

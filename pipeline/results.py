@@ -26,5 +26,8 @@ class Results:
     def metrics(self) -> Path:
         return self.folder / "metrics.json"
 
+    def certificate(self, method: str) -> Path:
+        return self.folder / "certificates" / f"{method}.json"
+
     def figure(self, name: str) -> Path:
         return self.folder / "figures" / f"{name}.svg"

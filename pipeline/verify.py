@@ -1,4 +1,4 @@
-"""Stage 3: references → margins at finely sampled times, bounds for the rest of time, metrics."""
+"""Stage 3: references → margins at finely sampled times, certificates or counterexamples, metrics."""
 
 from typing import Any
 
@@ -6,9 +6,13 @@ import numpy as np
 from tqdm import tqdm
 
 from pipeline.archive import read_fit, write_margins
+from pipeline.certificates.certificate import Certificate
+from pipeline.certificates.prove import Outcome, prove, prove_at_instants
+from pipeline.errors import NoReferenceError
 from pipeline.experiments import Experiment
 from pipeline.files import write_json
 from pipeline.ground_truth import GROUND_TRUTHS
+from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND
 from pipeline.learning.learned import LearnedReference
 from pipeline.learning.tail import tail
 from pipeline.results import Results
@@ -16,16 +20,38 @@ from pipeline.systems.definition import smallest_defect
 from pipeline.systems.margins import MarginProfile, margin_profile
 from pipeline.systems.reference import Reference
 
+CERTIFIED = "certified"
+_AT_INSTANTS = {AS_PUBLISHED.name, SOUND.name}
+
 
 def verify(experiment: Experiment, results: Results) -> None:
-    """Write the margins of every learned reference, where they are smallest, and what they say, as metrics."""
+    """Write the margins of every learned reference, what can be proved of it, and the metrics of both.
+
+    Raises NoReferenceError, before anything is written, where a reference that claims a certificate has none.
+    """
     learned = read_fit(results).learned
-    margins, metrics = {}, {}
+    margins: dict[str, list[MarginProfile]] = {}
+    metrics: dict[str, dict[str, Any]] = {}
+    certificates: dict[str, Certificate] = {}
     for method, found in tqdm(learned.items(), desc=f"{experiment.name}: verify", disable=None):
         margins[method] = _profiles(experiment, found.reference)
-        metrics[method] = _metrics(experiment, found, margins[method])
-    write_margins(results, margins, metrics)
+        proof = prove_for(method, found.reference)
+        if isinstance(proof, Certificate):
+            certificates[method] = proof
+        elif method == CERTIFIED:
+            raise NoReferenceError(f"experiment {experiment.name}: {method} has no proof: {proof.explanation}")
+        metrics[method] = {**_metrics(experiment, found, margins[method]), "proof": proof.explanation}
+    write_margins(results, margins, metrics, certificates)
+    for method, certificate in certificates.items():
+        write_json(results.certificate(method), certificate.to_dict())
+    for method in metrics.keys() - certificates.keys():
+        results.certificate(method).unlink(missing_ok=True)  # of an earlier run: nothing vouches for it now
     write_json(results.metrics, metrics)
+
+
+def prove_for(method: str, reference: Reference) -> Outcome:
+    """A proof of what the method claims: Algorithm 1 speaks of the sampled instants, everything else of all times."""
+    return prove_at_instants(reference) if method in _AT_INSTANTS else prove(reference)
 
 
 def _profiles(experiment: Experiment, reference: Reference) -> list[MarginProfile]:

@@ -28,7 +28,7 @@ def solve(problem: ConstrainedProblem, warm: Solution | None = None) -> Solution
     program, of a problem with fewer constraints.
     """
     starts = problem.space.start_points()
-    search = _Search(problem, warm.active if warm else tuple(np.empty(0) for _ in problem.constraints))
+    search = _Search(problem, warm.active if warm else tuple(c.none for c in problem.constraints))
     search.sweep(Program.minimise, [warm.posterior.prior.log_hyperparameters, *starts] if warm else starts)
     if search.incumbent is None:
         search.keep_faded(starts)
@@ -51,14 +51,14 @@ def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 
     Where the old minimiser keeps the new bounds too it is the new minimiser: nothing is left to do.
     """
-    if _Attempt.at(problem, solution.posterior.prior.log_hyperparameters).is_feasible:
+    if Attempt.at(problem, solution.posterior.prior.log_hyperparameters).is_feasible:
         return replace(solution, fits=0)
     return solve(problem, warm=solution)
 
 
 @dataclass(frozen=True)
-class _Attempt:
-    """A point with what the whole index sets say about it: times and relative margins where each margin is smallest."""
+class Attempt:
+    """A point with what the constraints say of it: places and relative margins where each margin is smallest."""
 
     log_theta: Array
     posterior: Posterior
@@ -66,7 +66,7 @@ class _Attempt:
     minima: tuple[tuple[Array, Array], ...]
 
     @classmethod
-    def at(cls, problem: ConstrainedProblem, log_theta: Array) -> "_Attempt":
+    def at(cls, problem: ConstrainedProblem, log_theta: Array) -> "Attempt":
         posterior = problem.posterior(log_theta)
         objective, _ = posterior.negative_log_marginal_likelihood()
         minima = tuple(constraint.closest(posterior) for constraint in problem.constraints)
@@ -77,14 +77,19 @@ class _Attempt:
         """Smallest relative margin, the constraint that has it, and when."""
         found = [
             (margin, i, time)
-            for i, (times, margins) in enumerate(self.minima)
-            for time, margin in zip(times.tolist(), margins.tolist(), strict=True)
+            for i, (places, margins) in enumerate(self.minima)
+            for time, margin in zip(places.reshape(len(margins), -1)[:, 0].tolist(), margins.tolist(), strict=True)
         ]
         return min(found, default=(np.inf, -1, np.nan))
 
     @property
     def is_feasible(self) -> bool:
         return all(bool(np.all(margins >= 0)) for _, margins in self.minima)
+
+    def broken(self, known: tuple[Array, ...]) -> list[Array] | None:
+        """The places of each constraint where it is broken; None where all of them are known already."""
+        found = [places[margins < 0] for places, margins in self.minima]
+        return found if any(len(united(old, new)) > len(old) for old, new in zip(known, found, strict=True)) else None
 
     def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
         margin, index, time = self.worst
@@ -100,16 +105,16 @@ class _Search:
 
     problem: ConstrainedProblem
     times: tuple[Array, ...]
-    incumbent: _Attempt | None = None
+    incumbent: Attempt | None = None
     fits: int = 0
-    _closest: list[_Attempt] = field(default_factory=list)
+    _closest: list[Attempt] = field(default_factory=list)
 
     @property
     def nothing_factored(self) -> bool:
         return not self._closest
 
     @property
-    def closest(self) -> _Attempt:
+    def closest(self) -> Attempt:
         """The attempt with the smallest violation."""
         return self._closest[0]
 
@@ -136,14 +141,15 @@ class _Search:
         attempt = self._judged(point)
         if attempt is None or attempt.is_feasible or self._is_beaten(attempt):
             return False
-        broken = [times[margins < 0] for times, margins in attempt.minima]
-        self.times = tuple(_united(known, new) for known, new in zip(self.times, broken, strict=True))
         # Another point of this round may have brought the same times already: what counts is what this one knew.
-        return any(_united(known, new).size > known.size for known, new in zip(in_program, broken, strict=True))
+        if (broken := attempt.broken(in_program)) is None:
+            return False
+        self.times = tuple(united(known, new) for known, new in zip(self.times, broken, strict=True))
+        return True
 
-    def _judged(self, point: Array) -> _Attempt | None:
+    def _judged(self, point: Array) -> Attempt | None:
         try:
-            attempt = _Attempt.at(self.problem, point)
+            attempt = Attempt.at(self.problem, point)
         except IllConditioned:
             return None
         if not self._closest or attempt.worst[0] > self.closest.worst[0]:
@@ -152,7 +158,7 @@ class _Search:
             self.incumbent = attempt
         return attempt
 
-    def _is_beaten(self, attempt: _Attempt) -> bool:
+    def _is_beaten(self, attempt: Attempt) -> bool:
         return self.incumbent is not None and attempt.objective >= self.incumbent.objective
 
 
@@ -164,6 +170,12 @@ def _distinct(points: list[Array | None]) -> list[Array]:
     return kept
 
 
-def _united(times: Array, new: Array) -> Array:
-    fresh = [t for t in new if times.size == 0 or np.min(np.abs(times - t)) > _SAME_TIME]
-    return np.sort(np.append(times, fresh))
+def united(places: Array, new: Array) -> Array:
+    """The places and those of the new ones that are not among them, in increasing order (of their first numbers)."""
+    fresh = [place for place in new if not len(places) or np.min(_distances(places, place)) > _SAME_TIME]
+    joined = np.concatenate([places, np.array(fresh).reshape(-1, *places.shape[1:])])
+    return joined[np.argsort(joined.reshape(len(joined), -1)[:, 0], kind="stable")]
+
+
+def _distances(places: Array, place: Array) -> Array:
+    return np.asarray(np.max(np.abs(places - place).reshape(len(places), -1), axis=1))

@@ -17,9 +17,9 @@ class Program:
     problem: ConstrainedProblem
     places: tuple[Array, ...]
 
-    def minimise(self, start: Array) -> Array | None:
+    def minimise(self, start: Array, radius: float = sqp.FIRST_RADIUS) -> Array | None:
         """ln θ of a local minimum from `start`; None where nothing can be evaluated there."""
-        return self._run(start, weight=1.0)
+        return self._run(start, weight=1.0, radius=radius)
 
     def minimise_violation(self, start: Array) -> Array | None:
         """ln θ of a local minimum of the largest relative violation from `start`; None as above."""
@@ -43,12 +43,12 @@ class Program:
                 jacobian += [by_theta.T / bounds.width, -by_theta.T / bounds.width]
         return sqp.Evaluation(value, gradient, np.concatenate(slack), np.concatenate(jacobian))
 
-    def _run(self, start: Array, weight: float) -> Array | None:
+    def _run(self, start: Array, weight: float, radius: float = sqp.FIRST_RADIUS) -> Array | None:
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:
             if (at := self.evaluate(log_theta)) is None:
                 return None
             return at._replace(value=weight * at.value, gradient=weight * at.gradient)
 
         space = self.problem.space
-        found = sqp.minimise(evaluate, start, space.log_lower, space.log_upper)
+        found = sqp.minimise(evaluate, start, space.log_lower, space.log_upper, radius)
         return None if found is None else found.x

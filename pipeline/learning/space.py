@@ -64,14 +64,20 @@ class SearchSpace:
 
     def start_points(self) -> Array:
         """ln θ of the starts, shape (starts, p): an additive recurrence in where each is sought."""
+        low, high = np.array([self._log_sought(name) for name in self.bounds]).reshape(-1, 2).T
+        return np.asarray(low + (high - low) * self._spread(self.starts))
+
+    def points(self, count: int) -> Array:
+        """ln θ of `count` points, shape (count, p): an additive recurrence in the whole box."""
+        return np.asarray(self.log_lower + (self.log_upper - self.log_lower) * self._spread(count))
+
+    def _spread(self, count: int) -> Array:
         # The most irrational steps in p dimensions: powers of the root of x^(p+1) = x + 1 (the golden ratio for p = 1).
         p = len(self.bounds)
         root = 2.0
         for _ in range(60):
             root = (1 + root) ** (1 / (p + 1))
-        unit = np.outer(np.arange(1, self.starts + 1), root ** -np.arange(1.0, p + 1)) % 1
-        low, high = np.array([self._log_sought(name) for name in self.bounds]).reshape(-1, 2).T
-        return np.asarray(low + (high - low) * unit)
+        return np.asarray(np.outer(np.arange(1, count + 1), root ** -np.arange(1.0, p + 1)) % 1)
 
     def _log_sought(self, name: str) -> tuple[float, float]:
         if name in self.sought:

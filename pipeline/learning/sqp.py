@@ -22,7 +22,7 @@ from pipeline.arrays import Array
 _MAX_ITERATIONS = 300
 _STEP_TOLERANCE = 1e-10
 _FEASIBLE = 1e-12
-_FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
+FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
 _FIRST_PENALTY, _LARGEST_PENALTY = 1e2, 1e9
 _STEERED = 0.5
 
@@ -62,18 +62,23 @@ class Minimum:
 
 
 def minimise(
-    evaluate: Callable[[Array], Evaluation | None], start: Array, lower: Array, upper: Array
+    evaluate: Callable[[Array], Evaluation | None],
+    start: Array,
+    lower: Array,
+    upper: Array,
+    radius: float = FIRST_RADIUS,
 ) -> Minimum | None:
     """A local minimum from `start`; None where f has no value there.
 
-    `evaluate` returns None at points that must not be entered.
+    `evaluate` returns None at points that must not be entered. The first step is no longer than `radius`: a short one
+    stays in the basin of a start that is good already.
     """
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
         return None
     if not len(x):
         return Minimum(x, here, converged=True)
-    curvature, radius, penalty = np.eye(len(x)), _FIRST_RADIUS, _FIRST_PENALTY
+    curvature, penalty = np.eye(len(x)), _FIRST_PENALTY
     for _ in range(_MAX_ITERATIONS):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
         d, multipliers, penalty = _steered_step(curvature, here, box, penalty)

@@ -1,0 +1,80 @@
+"""The followability half of the paper's program (9): growth rates of the tube, constant on each of η intervals."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.arrays import Array
+from pipeline.gp.posterior import Posterior
+from pipeline.learning.index_set import Window
+from pipeline.learning.problem import ROUNDING_BACKOFF, Bounded
+from pipeline.systems.quantity import Quantity
+from pipeline.systems.scalar import ConstrainedSystem
+
+
+@dataclass(frozen=True)
+class GrowthRates(Bounded):
+    """On each interval between `edges` [s], min ṁ⁺ and max ṁ⁺ lie within the growth rates of all states met there.
+
+    The rate τ is a growth rate of the state x where x + τ T_s = a x + b u + c for some u ∈ U. So the smallest and the
+    largest rate, over all x = m⁺(s) of the interval, bound ṁ⁺(t) for all its t exactly where
+
+        (T_s ṁ⁺(t) + (1 − a) m⁺(s) − c)/b ∈ U   for all t and s of the interval.
+
+    That is a semi-infinite constraint, smooth in θ, whose places are pairs (t, s): minima and maxima need not be
+    differentiated. Unlike the exact input form, it lets derivative and state be worst at different times.
+    """
+
+    plant: ConstrainedSystem
+    edges: tuple[float, ...]
+    backoff: float = ROUNDING_BACKOFF
+
+    @property
+    def quantity(self) -> Quantity:  # type: ignore[override]
+        return self.plant.input
+
+    @property
+    def none(self) -> Array:
+        return np.empty((0, 2))
+
+    def closest(self, posterior: Posterior) -> tuple[Array, Array]:
+        """The two worst pairs of each interval, one for each bound of U."""
+        b = self.plant.system.b
+        slowest, fastest = self._extremes(posterior, order=1, sign=1 / b)
+        lowest, highest = self._extremes(posterior, order=0, sign=(1 - self.plant.system.a) / b)
+        pairs = np.concatenate([np.column_stack([slowest, lowest]), np.column_stack([fastest, highest])])
+        bounds = self.quantity.bounds
+        return pairs, bounds.margin(self.value(posterior, pairs)) / bounds.width
+
+    def value(self, posterior: Posterior, places: Array) -> Array:
+        """The quantity at n pairs (t, s): shape (n,)."""
+        t, s = places.T
+        return self._combined(posterior.derivative(t), posterior.mean(s)) - self._offset
+
+    def value_and_gradient(self, posterior: Posterior, places: Array) -> tuple[Array, Array]:
+        jet, gradient = posterior.jet_and_gradient(places.T, 1)
+        value = self._combined(jet[1, 0], jet[0, 1]) - self._offset
+        return value, self._combined(gradient[:, 1, 0], gradient[:, 0, 1])
+
+    def _combined(self, rate: Array, state: Array) -> Array:
+        a, b = self.plant.system.a, self.plant.system.b
+        return np.asarray((self.plant.sampling_time * rate + (1 - a) * state) / b)
+
+    @property
+    def _offset(self) -> float:
+        return self.plant.system.c / self.plant.system.b
+
+    def _extremes(self, posterior: Posterior, order: int, sign: float) -> tuple[Array, Array]:
+        """Where sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest in each interval, by all its local extrema and its ends."""
+
+        def signal(t: Array) -> Array:
+            return np.asarray(sign * posterior.signal.jet(t, order)[order])
+
+        kernel, window = posterior.prior.kernel, Window(self.edges[0], self.edges[-1])
+        turns = [window.local_minima(f, kernel) for f in (signal, lambda t: -signal(t))]
+        times = np.unique(np.concatenate([*turns, self.edges]))
+        values = signal(times)
+        ends = np.searchsorted(times, self.edges)
+        inside = [slice(first, last + 1) for first, last in zip(ends[:-1], ends[1:], strict=True)]
+        smallest = [times[i][np.argmin(values[i])] for i in inside]
+        return np.array(smallest), np.array([times[i][np.argmax(values[i])] for i in inside])

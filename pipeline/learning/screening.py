@@ -1,0 +1,79 @@
+"""Where to start: a look at many length scales and periods, each at the amplitude that suits it best.
+
+The objective of a periodic kernel has a local minimum at nearly every period that samples do not exclude, so that a few
+starts find a few of them. But K = θ₁² C, and one eigendecomposition of C serves all amplitudes θ₁: a look at a whole
+ray of amplitudes, bounds included, costs less than one step of an optimiser.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from pipeline.arrays import Array
+from pipeline.gp.periodic import Periodic
+from pipeline.gp.prior import NOISE
+from pipeline.learning.problem import ConstrainedProblem
+
+_LOOKS = 1200
+_AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0
+_PHASES = 24
+# Two starts have to differ by this much in ln θ (longer or shorter memory, another period), or one of them is enough.
+_APART = {"lengthscale": 0.3, "period": 0.03, NOISE: 0.3}
+
+
+def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
+    """ln θ of up to `keep` starts, the most promising first, for a problem with a `Periodic` kernel (TypeError else).
+
+    First come points that keep all bounds at a few phases, by objective; then others, by how much they break them. What
+    the constraints say about *where* bounds are to be kept is not looked at.
+    """
+    if not isinstance(problem.prior.kernel, Periodic):
+        raise TypeError(f"screening needs a periodic kernel, got {type(problem.prior.kernel).__name__}")
+    points = problem.space.points(_LOOKS)
+    looks = [_best_amplitude(problem, point) for point in points]
+    apart = np.array([_APART.get(name, np.inf) for name in problem.prior.learned])
+    kept: list[Array] = []
+    for _, _, point in sorted(looks, key=lambda look: look[:2]):
+        if len(kept) == keep:
+            break
+        if all(np.any(np.abs(point - other) > apart) for other in kept):
+            kept.append(point)
+    return kept
+
+
+def _best_amplitude(problem: ConstrainedProblem, log_theta: Array) -> tuple[float, float, Array]:
+    """Violation, objective and ln θ at the best of some amplitudes; the point's other coordinates stay."""
+    prior = problem.prior.with_log_hyperparameters(log_theta)
+    kernel, times = prior.kernel, problem.samples.times
+    assert isinstance(kernel, Periodic)
+    unit = replace(kernel, signal_std=1.0)
+    residual = problem.samples.values - prior.mean
+    amplitudes = _amplitudes(problem, residual)
+    power, vectors = np.linalg.eigh(unit(times[:, None] - times))
+    along = vectors.T @ residual
+    # Eigenvalues of K + σ_n² I, one row for each amplitude.
+    spectrum = amplitudes[:, None] ** 2 * np.maximum(power, 0) + prior.noise_std**2
+    objective = np.sum(np.log(spectrum) + along**2 / spectrum, axis=1) + len(times) * np.log(2 * np.pi)
+    weights = vectors @ (amplitudes**2 * along[:, None] / spectrum.T)
+    phases = np.arange(_PHASES) / _PHASES * kernel.period
+    margin = np.zeros(len(amplitudes))
+    for constraint in problem.constraints:
+        quantity = constraint.quantity
+        values = quantity(lambda t: prior.mean + unit(t[..., None] - times) @ weights, phases)
+        margin = np.minimum(margin, np.min(quantity.bounds.margin(values), axis=0) / quantity.bounds.width)
+    best = np.lexsort((objective, -margin))[0]
+    if "signal_std" in problem.prior.learned:
+        log_theta = log_theta.copy()
+        log_theta[problem.prior.learned.index("signal_std")] = np.log(amplitudes[best])
+    return -float(margin[best]), float(objective[best]), log_theta
+
+
+def _amplitudes(problem: ConstrainedProblem, residual: Array) -> Array:
+    """Amplitudes around that of the samples, inside the search space; where θ₁ is known, that one."""
+    kernel = problem.prior.kernel
+    assert isinstance(kernel, Periodic)
+    if "signal_std" not in problem.prior.learned:
+        return np.array([kernel.signal_std])
+    scale = float(np.sqrt(np.mean(residual**2))) or problem.prior.noise_std
+    bounds = problem.space.bounds["signal_std"]
+    return np.clip(np.geomspace(_LOWEST * scale, _HIGHEST * scale, _AMPLITUDES), bounds.lower, bounds.upper)
