@@ -174,8 +174,8 @@ def united(places: Array, new: Array) -> Array:
     """The places and those of the new ones that are not among them, in increasing order (of their first numbers)."""
     fresh = [place for place in new if not len(places) or np.min(_distances(places, place)) > _SAME_TIME]
     joined = np.concatenate([places, np.array(fresh).reshape(-1, *places.shape[1:])])
-    return joined[np.argsort(joined.reshape(len(joined), -1)[:, 0], kind="stable")]
+    return joined[np.argsort(joined if joined.ndim == 1 else joined[:, 0], kind="stable")]
 
 
 def _distances(places: Array, place: Array) -> Array:
-    return np.asarray(np.max(np.abs(places - place).reshape(len(places), -1), axis=1))
+    return np.asarray(np.max(np.abs(places - place).reshape(len(places), max(1, np.size(place))), axis=1))
