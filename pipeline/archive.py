@@ -13,11 +13,13 @@ from pipeline.files import to_json
 from pipeline.gp.posterior import Posterior
 from pipeline.gp.samples import Samples
 from pipeline.learning.learned import LearnedReference, Trace
+from pipeline.learning.study import Study
 from pipeline.logs import Log, LogError, Series, read_log, write_log
 from pipeline.results import Results
 from pipeline.systems.margins import MarginProfile
 
 _SAMPLES = "samples.json"
+_STUDY = "study.json"
 
 
 def write_samples(results: Results, samples: Samples, truth: tuple[Array, Array] | None) -> None:
@@ -35,11 +37,12 @@ def read_samples(results: Results) -> Samples:
 
 @dataclass(frozen=True)
 class Fitted:
-    """What the fit stage hands on: the learned references by method, and the traces of those that have one."""
+    """What the fit stage hands on: learned references by method, traces of those that have one, and a study of them."""
 
     samples: Samples
     learned: Mapping[str, LearnedReference]
     traces: Mapping[str, Trace]
+    study: Study | None = None
 
 
 def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
@@ -52,6 +55,8 @@ def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
         *(_curves(fitted.samples, reference, times) for reference in fitted.learned.values()),
     ]
     attachments = {f"{name}.json": dumps(reference) for name, reference in fitted.learned.items()}
+    if fitted.study:
+        attachments[_STUDY] = dumps(fitted.study)
     _write(results, "fit", series, {_SAMPLES: dumps(fitted.samples), **attachments})
 
 
@@ -60,12 +65,13 @@ def read_fit(results: Results) -> Fitted:
     log = _read(results, "fit")
     attachments = dict(log.attachments)
     samples = loads(Samples, attachments.pop(_SAMPLES))
+    study = attachments.pop(_STUDY, None)
     learned = {name.removesuffix(".json"): loads(LearnedReference, data) for name, data in attachments.items()}
     topics = {series.topic: series for series in log.series}
     traces = {
         name: Trace.from_columns(topics[topic].fields) for name in learned if (topic := f"/iterations/{name}") in topics
     }
-    return Fitted(samples, learned, traces)
+    return Fitted(samples, learned, traces, loads(Study, study) if study else None)
 
 
 def write_margins(

@@ -5,7 +5,7 @@ import numpy as np
 from pipeline.archive import write_samples
 from pipeline.errors import InputError
 from pipeline.experiments import Experiment
-from pipeline.experiments.model import SampleDraw, SampleFile
+from pipeline.experiments.fields import SampleDraw, SampleFile
 from pipeline.gp.samples import Samples
 from pipeline.ground_truth import GROUND_TRUTHS
 from pipeline.learning.problem import ConstrainedProblem
@@ -21,6 +21,7 @@ def generate(experiment: Experiment, results: Results) -> None:
             raise ValueError(f"samples: times must not be negative (steps count from 0), got {samples.times[0]:g} s")
         # Raises where the samples are too few for what is to be learned from them.
         ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples))
+        experiment.check(samples)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: {error}") from error
     truth = None
@@ -36,10 +37,7 @@ def _samples(experiment: Experiment) -> Samples:
         case SampleFile() as source:
             return _read_csv(source, sampling_time)
         case SampleDraw() as draw:
-            steps = np.arange(draw.steps.first, draw.steps.last + 1, draw.steps.every, dtype=float)
-            times = steps * sampling_time
-            noise = draw.noise_std * np.random.default_rng(draw.seed).standard_normal(times.size)
-            return Samples(times, GROUND_TRUTHS[experiment.ground_truth or ""](times) + noise)
+            return experiment.drawn(draw, draw.seed)
 
 
 def _read_csv(source: SampleFile, sampling_time: float) -> Samples:

@@ -26,6 +26,11 @@ class Results:
     def metrics(self) -> Path:
         return self.folder / "metrics.json"
 
+    @property
+    def timings(self) -> Path:
+        """Wall-clock times: of one machine and one moment, so neither committed nor compared."""
+        return self.folder / "timings.json"
+
     def certificate(self, method: str) -> Path:
         return self.folder / "certificates" / f"{method}.json"
 

@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,6 +34,16 @@ def column(path: Path, columns: dict[str, Array], name: str) -> Array:
     if bad := np.flatnonzero(~np.isfinite(columns[name])).tolist():
         raise InputError(f"{path}, line {bad[0] + 2}: expected a finite number in column {name!r}")
     return columns[name]
+
+
+def to_csv(columns: Mapping[str, Array]) -> str:
+    """Named columns as CSV: numbers as the shortest text that reads back the same, nothing for NaN."""
+    rows = zip(*columns.values(), strict=True)
+    return "\n".join([",".join(columns), *(",".join(map(_csv_cell, row)) for row in rows)]) + "\n"
+
+
+def _csv_cell(value: float) -> str:
+    return "" if np.isnan(value) else str(int(value)) if value == int(value) else repr(float(value))
 
 
 def _number(path: Path, line: int, name: str, cell: str | None) -> float:

@@ -9,18 +9,20 @@ from pipeline.archive import read_fit, write_margins
 from pipeline.certificates.certificate import Certificate
 from pipeline.certificates.prove import Outcome, prove, prove_at_instants
 from pipeline.errors import NoReferenceError
-from pipeline.experiments import Experiment
+from pipeline.experiments import Experiment, PeriodicExperiment
 from pipeline.files import write_json
 from pipeline.ground_truth import GROUND_TRUTHS
 from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND
 from pipeline.learning.learned import LearnedReference
+from pipeline.learning.periodic import period_of
 from pipeline.learning.tail import tail
 from pipeline.results import Results
 from pipeline.systems.definition import smallest_defect
 from pipeline.systems.margins import MarginProfile, margin_profile
 from pipeline.systems.reference import Reference
 
-CERTIFIED = "certified"
+_CLAIMS_A_PROOF = {"certified", "exact"}
+_PERIODS = 100
 _AT_INSTANTS = {AS_PUBLISHED.name, SOUND.name}
 
 
@@ -38,7 +40,7 @@ def verify(experiment: Experiment, results: Results) -> None:
         proof = prove_for(method, found.reference)
         if isinstance(proof, Certificate):
             certificates[method] = proof
-        elif method == CERTIFIED:
+        elif method in _CLAIMS_A_PROOF:
             raise NoReferenceError(f"experiment {experiment.name}: {method} has no proof: {proof.explanation}")
         metrics[method] = {**_metrics(experiment, found, margins[method]), "proof": proof.explanation}
     write_margins(results, margins, metrics, certificates)
@@ -61,7 +63,7 @@ def _profiles(experiment: Experiment, reference: Reference) -> list[MarginProfil
 
 def _metrics(experiment: Experiment, learned: LearnedReference, profiles: list[MarginProfile]) -> dict[str, Any]:
     last_step = experiment.verification.last_step
-    violated = sorted({k for profile in profiles for k in profile.violated_steps})
+    violated = sorted({k for profile in _instants(experiment, learned.reference) for k in profile.violated_steps})
     metrics: dict[str, Any] = {
         **learned.prior.hyperparameters,
         "nlml": learned.objective,
@@ -76,8 +78,19 @@ def _metrics(experiment: Experiment, learned: LearnedReference, profiles: list[M
         metrics[f"worst_{name}_margin"] = margin
         metrics[f"worst_{name}_margin_time"] = time
         metrics[f"worst_{name}_margin_at_steps"] = float(np.min(profile.at_steps))
+    if learned.fits is not None:
+        metrics["fits"] = learned.fits
     metrics["tail"] = _tail_metrics(learned.reference, last_step)
     return metrics
+
+
+def _instants(experiment: Experiment, reference: Reference) -> list[MarginProfile]:
+    """Margins at the sampled instants: of a periodic reference those of many periods, since they fall on ever new
+    phases."""
+    last_step = experiment.verification.last_step
+    if isinstance(experiment, PeriodicExperiment):
+        last_step = round(_PERIODS * period_of(reference.signal.kernel) / reference.plant.sampling_time)
+    return [margin_profile(reference, q, last_step, 1) for q in reference.quantities]
 
 
 def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None:

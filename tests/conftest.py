@@ -1,4 +1,4 @@
-"""One hypothesis profile for the whole suite, the same examples on every machine; one BLAS thread, as in the pipeline."""
+"""One hypothesis profile for the whole suite, the same examples on every machine; one BLAS thread, as in stages."""
 
 from hypothesis import settings
 from threadpoolctl import threadpool_limits

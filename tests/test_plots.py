@@ -14,6 +14,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from pipeline import plots
+from pipeline.gp.periodic import Periodic
 from pipeline.gp.posterior import Posterior
 from pipeline.gp.prior import Prior
 from pipeline.gp.radial import SquaredExponential
@@ -23,6 +24,7 @@ from pipeline.learning.landscape import landscape
 from pipeline.learning.learned import Trace
 from pipeline.learning.problem import ConstrainedProblem, Constraint
 from pipeline.learning.space import SearchSpace
+from pipeline.learning.study import Conservatism
 from pipeline.plots.style import SHEETS
 from pipeline.systems.interval import Interval
 from pipeline.systems.margins import margin_profile
@@ -104,7 +106,37 @@ def draw_margins() -> Figure:
     return plots.margins({name: [margin_profile(r, q, 150, 5) for q in r.quantities] for name, r in REFERENCES.items()})
 
 
+PERIODIC_PLANT = ConstrainedSystem(ScalarLinear(0.9, 0.1), Interval(-2, 2), Interval(-3, 1.4), 0.01)
+PERIODIC_SAMPLES = Samples(np.arange(21) / 5, np.sin(2 * np.arange(21) / 5))
+PERIODIC = {
+    name: Reference(Posterior(Prior(Periodic(*theta), 0.1), PERIODIC_SAMPLES).signal, PERIODIC_PLANT)
+    for name, theta in {"unconstrained": (2.0, 0.3, 3.1), "exact": (1.0, 1.0, 3.14), "intervals": (1, 2, 3.2)}.items()
+}
+
+
+def draw_periodic_prediction() -> Figure:
+    truth = np.sin(2 * PERIODIC["exact"].instants(np.arange(401)))
+    return plots.periodic_prediction(
+        PERIODIC_SAMPLES, PERIODIC, "exact", np.arange(401.0), first_steps=50, true_reference=truth
+    )
+
+
+def draw_growth() -> Figure:
+    times, edges = np.linspace(0, 4, 101), np.linspace(0, 4, 5)
+    derivatives = {name: reference.signal.derivative(times) for name, reference in PERIODIC.items()}
+    shown = plots.GrowthIntervals(times, derivatives, edges, np.full(4, -30.0), np.arange(4) + 5.0)
+    return plots.growth_intervals({"ours": shown, "published": shown})
+
+
+def draw_conservatism() -> Figure:
+    counts = np.array([4.0, 8.0, 16.0])
+    return plots.conservatism(Conservatism(counts, 200 / np.sqrt(counts), counts, counts), 40.0, 30.0)
+
+
 FIGURES = [
+    draw_periodic_prediction,
+    draw_growth,
+    draw_conservatism,
     draw_tube,
     draw_asymptotic,
     draw_convergence,

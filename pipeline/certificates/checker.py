@@ -15,9 +15,10 @@ dot product in any order, and (−a/b) m⁺(t) + (1/b) m⁺(t + T) + (−c/b).
 Proof. Every step is verified here, in interval arithmetic (mpmath iv):
   1. Boxes without gaps cover [0, tail_start], one period, or the window (`_check_cover`).
   2. In a box with midpoint s and half width h < ρ let |κ(z − t_i)| ≤ M for complex |z − s| < ρ. By Cauchy's estimate
-     n terms of κ's Taylor series about s miss no more than M (h/ρ)ⁿ/(1 − h/ρ). A Matérn kernel with its kink inside the
-     box is taken as a constant, which misses no more than h sup |κ̇|. A polynomial lies in the convex hull of its
-     Bernstein coefficients, on the whole box or on each of its parts (`_check_boxes`).
+     n terms of κ's Taylor series about s miss no more than M (h/ρ)ⁿ/(1 − h/ρ). If a Matérn kernel has its kink in the
+     box, its analytic branch on one side is continued to the other side: off by twice its odd powers, which are
+     bounded likewise. A polynomial lies in the convex hull of its Bernstein coefficients, on the whole box or on each
+     of its parts (`_check_boxes`).
   3. Let K_i and D_i bound |κ| and |κ̇| from the distance between t_i and the end of the cover on. From there on
      |m⁺ − m| ≤ R = Σ |c_i| K_i and |ṁ⁺| ≤ D = Σ |c_i| D_i, so that u(t) differs from (m − a m − c)/b by no more than
      (|1 − a| R + T D)/|b|, and by no more than (1 + |a|) R/|b| (`_check_tail`).
@@ -180,6 +181,11 @@ _CERTIFICATE = {
 
 
 def _exp(x: Real) -> Real:
+    """e^x; without a bound above e^(10⁶), and without one below e^(−10⁶): such numbers decide nothing."""
+    if x.b > 1e6:
+        return _INFINITE
+    if x.a < -1e6:
+        return iv.mpf([0, _exp(iv.mpf(max(x.b, iv.mpf(-1e6)))).b])
     return iv.exp(x) * (1 + _GUARD)
 
 
@@ -441,22 +447,32 @@ def _enclose(certificate: Any, q: _Quantity, start: float, end: float, radius: f
     kernel, n = certificate["signal"]["kernel"], min(certificate["claim"]["terms"], 64)
     first, last, rho = iv.mpf(start), iv.mpf(end), iv.mpf(radius)
     middle, h = (first + last) / 2, (last - first) / 2
-    rest = (h / rho) ** n / (1 - h / rho) if h.b < rho.a else _INFINITE
-    has_kink = any(part["type"] in {"Matern32", "Matern52"} for part in _parts(kernel))
+    odd = _oddness(kernel, 1.01 * h, rho, n) if any("Matern" in part["type"] for part in _parts(kernel)) else _ZERO
     polynomial, missed = [q.offset] + [_ZERO] * (n - 1), _ZERO
     for w, s in q.terms:
         for t, c in _pairs(certificate):
             r, weight = middle + s - t, w * c
             before, after = _at_most(last + s, t), _at_most(t, first + s)
-            if has_kink and not (before or after):
-                polynomial[0] += weight * _taylor(kernel, abs(r), h, 1)[0]
-                missed += abs(weight) * _beyond(kernel, _ZERO)[1] * h
-                continue
-            side = -1 if before else 1  # κ is even: differences are mirrored to the positive side
+            # κ is even: differences are mirrored to the positive side
+            side = 1 if after or (not before and _at_most(0, r)) else -1
             shape = _taylor(kernel, side * r, side * h, n)
             polynomial = [x + weight * y for x, y in zip(polynomial, shape, strict=True)]
-            missed += abs(weight) * _largest_on_disc(kernel, r, rho) * rest
+            missed += abs(weight) * _largest_on_disc(kernel, r, rho) * _rest(h / rho, n)
+            if not (before or after):
+                # r ≥ 0 is not certain right on the kink: then 1.01 h must still reach to the end of the box
+                missed += abs(weight) * (odd if _at_most(-0.01 * h, side * r) else _INFINITE)
     return polynomial, missed
+
+
+def _rest(ratio: Real, n: int) -> Real:
+    """Over-estimate of Σ_(k ≥ n) ratio^k."""
+    return ratio**n / (1 - ratio) if ratio.b < 1 else _INFINITE
+
+
+def _oddness(kernel: Any, reach: Real, radius: Real, n: int) -> Real:
+    """Over-estimate of |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ reach, κ₊ the branch of positive differences."""
+    odd = sum((abs(coefficient) for coefficient in _taylor(kernel, _ZERO, reach, n)[1::2]), _ZERO)
+    return 2 * (odd + _largest_on_disc(kernel, _ZERO, radius) * _rest(reach / radius, n))
 
 
 def _is_positive(a: list[Real]) -> bool:

@@ -2,13 +2,11 @@
 
 from dataclasses import dataclass
 
-import numpy as np
 from flint import arb
 
 from pipeline.certificates.balls import ball_arithmetic, float_above
 from pipeline.certificates.enclosure import Box, best_radius, enclosure, remainder
 from pipeline.certificates.exact import ExactQuantity
-from pipeline.certificates.series import is_analytic
 from pipeline.certificates.sketch import Sketch
 
 TERMS = 16
@@ -34,8 +32,7 @@ def cover(quantity: ExactQuantity, sketch: Sketch, start: float, end: float, res
     """Boxes from `start` to `end` [s] in which the quantity stays inside its bounds, both drawn in by `reserve`."""
     with ball_arithmetic():
         lower, upper = arb(quantity.bounds.lower) + arb(reserve), arb(quantity.bounds.upper) - arb(reserve)
-    marks = _breakpoints(quantity, start, end)
-    waiting = [_box(quantity, *ends) for ends in zip(marks[-2::-1], marks[:0:-1], strict=True)]
+    waiting = [_box(quantity, start, end)]
     proved: list[Box] = []
     while waiting:
         box = waiting.pop()
@@ -54,16 +51,3 @@ def cover(quantity: ExactQuantity, sketch: Sketch, start: float, end: float, res
 
 def _box(quantity: ExactQuantity, start: float, end: float) -> Box:
     return Box(start, end, best_radius(quantity, start, end, TERMS))
-
-
-def _breakpoints(quantity: ExactQuantity, start: float, end: float) -> list[float]:
-    """Ends of the window, and the kinks of a Matérn kernel in between: two floats around those that are no floats."""
-    marks = {start, end}
-    if not is_analytic(quantity.signal.kernel):
-        for _, shift in quantity.terms:
-            kinks = quantity.signal.centres - float(shift)
-            marks.update(kinks.tolist())
-            if not shift.is_zero():
-                marks.update(np.nextafter(kinks, -np.inf).tolist())
-                marks.update(np.nextafter(kinks, np.inf).tolist())
-    return sorted(t for t in marks if start <= t <= end)

@@ -10,10 +10,12 @@ from flint import arb, arb_poly, arb_series
 
 from pipeline.certificates.balls import ball_arithmetic
 from pipeline.certificates.exact import ExactQuantity, centres_and_weights
-from pipeline.certificates.growth import beyond, on_disc
-from pipeline.certificates.series import has_periodic_part, is_analytic, taylor, value
+from pipeline.certificates.growth import on_disc
+from pipeline.certificates.series import has_periodic_part, is_analytic, taylor
+from pipeline.gp.kernel import Kernel
 
 _MAX_CUTS = 400
+_BEYOND_HALF = 1.01
 _RATIOS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0)
 
 
@@ -41,46 +43,56 @@ class Enclosure:
 
 
 def remainder(quantity: ExactQuantity, box: Box, terms: int) -> arb:
-    """Bound of what a Taylor polynomial of so many terms leaves out anywhere in the box.
+    """Bound of what a Taylor polynomial of so many terms leaves out anywhere in the box; infinite if the disc is small.
 
-    By Cauchy's estimate with |κ| ≤ M on |z − r| < ρ: Σ_(k ≥ terms) |κ⁽ᵏ⁾(r)| hᵏ/k! ≤ M (h/ρ)^terms / (1 − h/ρ).
-    A kernel with its kink inside the box is taken as a constant there: off by no more than sup |κ̇| h.
+    By Cauchy's estimate with |κ| ≤ M on |z − r| < ρ: Σ_(k ≥ terms) |κ⁽ᵏ⁾(r)| hᵏ/k! ≤ M (h/ρ)^terms / (1 − h/ρ). If the
+    kink of a Matérn kernel lies in the box, the branch of the box's middle is continued beyond it.
     """
     kernel, total = quantity.signal.kernel, arb(0)
     with ball_arithmetic(2):
         middle, half = _midpoint(box)
         radius = arb(box.radius)
-        if not half < radius:
-            return arb.pos_inf()
-        ratio = half / radius
-        fraction = ratio**terms / (1 - ratio)
-        smooth, steepest = is_analytic(kernel), beyond(kernel, arb(0))[1]
+        missed = _geometric_rest(half / radius, terms)
+        continued = arb(0) if is_analytic(kernel) else _oddness(kernel, half * _BEYOND_HALF, radius, terms)
         for w, s in quantity.terms:
             for t_i, c in centres_and_weights(quantity.signal):
-                if smooth or _side(box, s, t_i):
-                    total += abs(w * arb(c)) * on_disc(kernel, middle + s - arb(t_i), radius) * fraction
-                else:
-                    total += abs(w * arb(c)) * steepest * half
+                r, weight = middle + s - arb(t_i), abs(w * arb(c))
+                total += weight * on_disc(kernel, r, radius) * missed
+                if not _side(box, s, t_i):
+                    # A middle of uncertain sign is next to the kink, or else nothing is known.
+                    total += weight * (continued if r > 0 or r < 0 or abs(r) < half / 1000 else arb.pos_inf())
         return total
+
+
+def _geometric_rest(ratio: arb, terms: int) -> arb:
+    """Σ_(k ≥ terms) ratioᵏ."""
+    return ratio**terms / (1 - ratio) if ratio < 1 else arb.pos_inf()
+
+
+def _oddness(kernel: Kernel, reach: arb, radius: arb, terms: int) -> arb:
+    """Bound of |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ reach: what continuing the branch κ₊ of r ≥ 0 beyond the kink costs.
+
+    Of (1 + x) e^(−x) the odd powers begin with x³, of Matérn 5/2 with x⁵.
+    """
+    rest = on_disc(kernel, arb(0), radius) * _geometric_rest(reach / radius, terms)
+    with ball_arithmetic(terms):
+        odd = taylor(kernel, arb_series([0, reach], prec=terms)).coeffs()[1::2]
+        return 2 * (sum((abs(coefficient) for coefficient in odd), arb(0)) + rest)
 
 
 def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
     """Taylor polynomial with so many terms, and its remainder."""
     rest = remainder(quantity, box, terms)
-    kernel, smooth = quantity.signal.kernel, is_analytic(quantity.signal.kernel)
     with ball_arithmetic(terms):
         middle, half = _midpoint(box)
         polynomial = arb_poly([quantity.offset])
         for w, s in quantity.terms:
             for t_i, c in centres_and_weights(quantity.signal):
                 r = middle + s - arb(t_i)
-                if smooth or (side := _side(box, s, t_i)) > 0:
-                    kappa = taylor(kernel, arb_series([r, half], prec=terms))
-                elif side < 0:
-                    kappa = taylor(kernel, arb_series([-r, -half], prec=terms))
-                else:
-                    kappa = arb_series([value(kernel, r)], prec=terms)
-                polynomial += arb_poly(kappa.coeffs()) * (w * arb(c))
+                # κ is even: differences are mirrored to the branch of r ≥ 0.
+                mirror = _side(box, s, t_i) or (1 if r >= 0 else -1)
+                series = arb_series([mirror * r, mirror * half], prec=terms)
+                polynomial += arb_poly(taylor(quantity.signal.kernel, series).coeffs()) * (w * arb(c))
         return Enclosure(polynomial, rest)
 
 
@@ -103,7 +115,7 @@ def _midpoint(box: Box) -> tuple[arb, arb]:
 
 
 def _side(box: Box, shift: arb, centre: float) -> int:
-    """On which side of the centre t + shift certainly stays for all t in the box: −1, 1, or 0 if on neither."""
+    """On which side of the centre t + shift certainly stays for all t in the box: −1, 1, or 0 where on neither."""
     if arb(box.start) + shift >= arb(centre):
         return 1
     return -1 if arb(box.end) + shift <= arb(centre) else 0

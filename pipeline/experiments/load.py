@@ -9,7 +9,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from pipeline.errors import InputError
-from pipeline.experiments.model import Experiment
+from pipeline.experiments.model import KINDS, Experiment
 
 PARAMS = Path("params.yaml")
 
@@ -44,12 +44,18 @@ def _entries(path: Path) -> dict[str, Any]:
 def _experiment(path: Path, name: str, fields: object) -> Experiment:
     if not isinstance(fields, dict):
         raise InputError(f"{path}: experiments.{name}: expected a mapping, got {fields!r}")
+    where = f"{path}: experiments.{name}"
+    if "kind" not in fields:
+        raise InputError(f"{where}.kind: is missing; there are {', '.join(KINDS)}")
+    kind = KINDS.get(fields["kind"]) if isinstance(fields["kind"], str) else None
+    if kind is None:
+        raise InputError(f"{where}.kind: expected one of {', '.join(KINDS)}, got {fields['kind']!r}")
     try:
-        return Experiment.model_validate({**fields, "name": name})
+        return kind.model_validate({**fields, "name": name})
     except ValidationError as error:
         # A misspelt field is also a missing one: the misspelling is what helps.
         first = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
-        raise InputError(f"{path}: experiments.{name}{_sentence(first)}") from None
+        raise InputError(f"{where}{_sentence(first)}") from None
 
 
 def _sentence(error: ErrorDetails) -> str:

@@ -1,145 +1,46 @@
-"""The fields of an experiment, and what they mean to the mathematics."""
+"""Experiments, one class for each kind of reference, and what their fields mean to the mathematics."""
 
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    NonNegativeInt,
-    PositiveFloat,
-    PositiveInt,
-    field_validator,
-    model_validator,
-)
+import numpy as np
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from pipeline.experiments.kernel_choice import Hyperparameter, KernelChoice
+from pipeline.experiments.fields import (
+    Algorithm1,
+    Fields,
+    IntervalField,
+    Periodic,
+    PriorFields,
+    ProjectPath,
+    SampleDraw,
+    SampleFile,
+    Search,
+    System,
+    Verification,
+    which_samples,
+)
 from pipeline.gp.prior import NOISE, Prior
 from pipeline.gp.samples import Samples
 from pipeline.ground_truth import GROUND_TRUTHS
+from pipeline.learning.periodic import period_of
 from pipeline.learning.space import SearchSpace
-from pipeline.systems.interval import Interval
 from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
 
 
-class _Fields(BaseModel):
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, arbitrary_types_allowed=True
-    )
+class Experiment(Fields):
+    """What every entry of params.yaml has, validated."""
 
-
-def _interval(written: object) -> Interval:
-    match written:
-        case [int() | float() as lower, int() | float() as upper] if not isinstance(lower, bool | None):
-            if not lower < upper:
-                raise ValueError("expected lower < upper")
-            return Interval(float(lower), float(upper))
-    raise ValueError("expected [lower, upper], two numbers")
-
-
-Set = Annotated[Interval, BeforeValidator(_interval)]
-
-
-ProjectPath = Annotated[Path, BeforeValidator(lambda written: Path(written) if isinstance(written, str) else written)]
-
-
-class SampleFile(_Fields):
-    """Samples from a CSV file with a header: a time column, in seconds or sampling steps, and a value column."""
-
-    file: ProjectPath
-    time_column: str
-    time_unit: Literal["seconds", "steps"]
-    value_column: str
-
-
-class Steps(_Fields):
-    """The sampling steps first, first + every, … up to last."""
-
-    first: NonNegativeInt
-    last: PositiveInt
-    every: PositiveInt
-
-    @model_validator(mode="after")
-    def _ordered(self) -> "Steps":
-        if self.last < self.first:
-            raise ValueError(f"expected first ≤ last, got first = {self.first}, last = {self.last}")
-        return self
-
-
-class SampleDraw(_Fields):
-    """Samples drawn from the ground truth at `steps`, with independent normal noise from NumPy's default generator."""
-
-    steps: Steps
-    noise_std: PositiveFloat
-    seed: NonNegativeInt
-
-
-def _which_samples(written: object) -> object:
-    if not isinstance(written, dict):
-        raise ValueError("expected a mapping with either `file` or `seed`")
-    return (SampleFile if "file" in written else SampleDraw).model_validate(written)
-
-
-class System(_Fields):
-    """x(k+1) = a x(k) + b u(k) + c, sampled every `sampling_time` [s]."""
-
-    a: float
-    b: float
-    c: float = 0.0
-    sampling_time: PositiveFloat
-
-
-class PriorFields(_Fields):
-    """The prior mean, the kernel, and the noise: hyperparameters known or learned."""
-
-    mean: float
-    kernel: Annotated[KernelChoice, BeforeValidator(KernelChoice.parse)]
-    noise_std: Annotated[Hyperparameter, BeforeValidator(Hyperparameter.parse)]
-
-
-class Search(_Fields):
-    """How many points the search starts from."""
-
-    starts: PositiveInt
-
-
-class Algorithm1(_Fields):
-    """k̄ of the first iteration, and the k̄ after which to give up."""
-
-    first_step: PositiveInt
-    last_step: PositiveInt
-
-    @model_validator(mode="after")
-    def _ordered(self) -> "Algorithm1":
-        if self.last_step < self.first_step:
-            raise ValueError(f"expected first_step ≤ last_step, got {self.first_step} and {self.last_step}")
-        return self
-
-
-class Verification(_Fields):
-    """Up to which step references are checked at `instants_per_step` times in each sampling interval."""
-
-    last_step: PositiveInt
-    instants_per_step: Annotated[int, Field(ge=100)]
-
-
-class Experiment(_Fields):
-    """One entry of params.yaml, validated."""
-
+    kind: str
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$")]
     title: str
     ground_truth: str | None = None
-    samples: Annotated[SampleFile | SampleDraw, BeforeValidator(_which_samples)]
+    samples: Annotated[SampleFile | SampleDraw, BeforeValidator(which_samples)]
     system: System
-    state_set: Set
-    input_set: Set
+    state_set: IntervalField
+    input_set: IntervalField
     prior: PriorFields
     search: Search
-    algorithm1: Algorithm1
     verification: Verification
-    published_prediction: ProjectPath | None = None
 
     @field_validator("ground_truth")
     @classmethod
@@ -153,11 +54,6 @@ class Experiment(_Fields):
         _ = self.constrained_system, self.learned_prior  # raise what the mathematics would refuse
         if isinstance(self.samples, SampleDraw) and self.ground_truth is None:
             raise ValueError("samples are drawn from the ground truth, but ground_truth is not given")
-        if self.verification.last_step < self.algorithm1.last_step:
-            raise ValueError(
-                f"verification.last_step must not lie before algorithm1.last_step = {self.algorithm1.last_step}, "
-                f"got {self.verification.last_step}"
-            )
         return self
 
     @property
@@ -178,3 +74,62 @@ class Experiment(_Fields):
         noise = self.prior.noise_std.bounds
         bounds: dict[str, Any] = {**self.prior.kernel.bounds, **({NOISE: noise} if noise else {})}
         return SearchSpace.around(samples, self.learned_prior, bounds, self.search.starts)
+
+    def drawn(self, draw: SampleDraw, seed: int) -> Samples:
+        """The samples that a seed gives."""
+        steps = np.arange(draw.steps.first, draw.steps.last + 1, draw.steps.every, dtype=float)
+        times = steps * self.system.sampling_time
+        noise = draw.noise_std * np.random.default_rng(seed).standard_normal(times.size)
+        return Samples(times, GROUND_TRUTHS[self.ground_truth or ""](times) + noise)
+
+    def check(self, samples: Samples) -> None:
+        """Raise ValueError where the samples leave something open that the parameters cannot know."""
+
+
+class AsymptoticExperiment(Experiment):
+    """A reference that becomes constant: Algorithm 1."""
+
+    kind: Literal["asymptotic"]
+    algorithm1: Algorithm1
+    published_prediction: ProjectPath | None = None
+
+    @model_validator(mode="after")
+    def _verified_to_the_end(self) -> "AsymptoticExperiment":
+        if self.verification.last_step < self.algorithm1.last_step:
+            raise ValueError(
+                f"verification.last_step must not lie before algorithm1.last_step = {self.algorithm1.last_step}, "
+                f"got {self.verification.last_step}"
+            )
+        return self
+
+
+class PeriodicExperiment(Experiment):
+    """A periodic reference: the paper's (6) and (9), and the exact form."""
+
+    kind: Literal["periodic"]
+    periodic: Periodic
+    published_derivative: ProjectPath | None = None
+    published_growth_rates: ProjectPath | None = None
+
+    @model_validator(mode="after")
+    def _has_a_period(self) -> "PeriodicExperiment":
+        try:
+            period_of(self.prior.kernel.kernel)
+        except TypeError as error:
+            raise ValueError(f"prior.kernel: {error}") from None
+        if self.periodic.draws and not isinstance(self.samples, SampleDraw):
+            raise ValueError("periodic.draws compares seeds, but the samples are not drawn")
+        return self
+
+    def check(self, samples: Samples) -> None:
+        space, prior = self.search_space(samples), self.learned_prior
+        longest = space.bounds["period"].upper if "period" in space.bounds else period_of(prior.kernel)
+        for name, last_step in (("periodic", self.periodic.last_step), ("verification", self.verification.last_step)):
+            if last_step * self.system.sampling_time < longest * (1 - 1e-12):
+                raise ValueError(
+                    f"{name}.last_step = {last_step} steps last {last_step * self.system.sampling_time:g} s, and have "
+                    f"to last at least one period, which may be as long as {longest:g} s"
+                )
+
+
+KINDS: dict[str, type[Experiment]] = {"asymptotic": AsymptoticExperiment, "periodic": PeriodicExperiment}

@@ -7,6 +7,7 @@ written once, in terms of the two methods below.
 import dataclasses
 import math
 from abc import ABC, abstractmethod
+from functools import cache
 from typing import Self
 
 import numpy as np
@@ -64,10 +65,15 @@ class Elementary(Kernel):
 
     @property
     def hyperparameters(self) -> dict[str, float]:
-        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return {name: getattr(self, name) for name in _field_names(type(self))}
 
     def with_hyperparameters(self, values: dict[str, float]) -> Self:
         return dataclasses.replace(self, **values)
+
+
+@cache
+def _field_names(kernel: type[Elementary]) -> tuple[str, ...]:
+    return tuple(field.name for field in dataclasses.fields(kernel))
 
 
 def stretched(jet: Array, r: Array) -> Array:

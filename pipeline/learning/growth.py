@@ -1,13 +1,16 @@
 """The followability half of the paper's program (9): growth rates of the tube, constant on each of η intervals."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from pipeline.arrays import Array
 from pipeline.gp.posterior import Posterior
+from pipeline.gp.signal import KernelSum
 from pipeline.learning.index_set import Window
 from pipeline.learning.problem import ROUNDING_BACKOFF, Bounded
+from pipeline.systems.interval import Interval
 from pipeline.systems.quantity import Quantity
 from pipeline.systems.scalar import ConstrainedSystem
 
@@ -40,8 +43,8 @@ class GrowthRates(Bounded):
     def closest(self, posterior: Posterior) -> tuple[Array, Array]:
         """The two worst pairs of each interval, one for each bound of U."""
         b = self.plant.system.b
-        slowest, fastest = self._extremes(posterior, order=1, sign=1 / b)
-        lowest, highest = self._extremes(posterior, order=0, sign=(1 - self.plant.system.a) / b)
+        slowest, fastest = _extremes(posterior.signal, self.edges, order=1, sign=1 / b)
+        lowest, highest = _extremes(posterior.signal, self.edges, order=0, sign=(1 - self.plant.system.a) / b)
         pairs = np.concatenate([np.column_stack([slowest, lowest]), np.column_stack([fastest, highest])])
         bounds = self.quantity.bounds
         return pairs, bounds.margin(self.value(posterior, pairs)) / bounds.width
@@ -64,17 +67,26 @@ class GrowthRates(Bounded):
     def _offset(self) -> float:
         return self.plant.system.c / self.plant.system.b
 
-    def _extremes(self, posterior: Posterior, order: int, sign: float) -> tuple[Array, Array]:
-        """Where sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest in each interval, by all its local extrema and its ends."""
 
-        def signal(t: Array) -> Array:
-            return np.asarray(sign * posterior.signal.jet(t, order)[order])
+def growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tuple[float, ...]) -> tuple[Array, Array]:
+    """[τ_low, τ_high] on each of the η intervals between `edges` [s], for the states met there: shapes (η,)."""
+    lowest, highest = _extremes(signal, edges, order=0, sign=1.0)
+    states = zip(signal(lowest).tolist(), signal(highest).tolist(), strict=True)
+    rates = np.array([plant.growth_rates(Interval(low, high)) for low, high in states])
+    return rates[:, 0], rates[:, 1]
 
-        kernel, window = posterior.prior.kernel, Window(self.edges[0], self.edges[-1])
-        turns = [window.local_minima(f, kernel) for f in (signal, lambda t: -signal(t))]
-        times = np.unique(np.concatenate([*turns, self.edges]))
-        values = signal(times)
-        ends = np.searchsorted(times, self.edges)
-        inside = [slice(first, last + 1) for first, last in zip(ends[:-1], ends[1:], strict=True)]
-        smallest = [times[i][np.argmin(values[i])] for i in inside]
-        return np.array(smallest), np.array([times[i][np.argmax(values[i])] for i in inside])
+
+def _extremes(signal: KernelSum, edges: tuple[float, ...], order: int, sign: float) -> tuple[Array, Array]:
+    """Where sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest in each interval, by all its local extrema and its ends."""
+
+    def derivative(t: Array) -> Array:
+        return np.asarray(sign * signal.jet(t, order)[order])
+
+    window = Window(edges[0], edges[-1])
+    turns = [window.local_minima(f, signal.kernel) for f in (derivative, lambda t: -derivative(t))]
+    times = np.unique(np.concatenate([*turns, edges]))
+    values = derivative(times)
+    ends = np.searchsorted(times, edges)
+    inside = [slice(first, last + 1) for first, last in pairwise(ends)]
+    smallest = [times[i][np.argmin(values[i])] for i in inside]
+    return np.array(smallest), np.array([times[i][np.argmax(values[i])] for i in inside])

@@ -17,18 +17,28 @@ from pipeline.systems.scalar import ConstrainedSystem
 @dataclass(frozen=True)
 class LearnedReference:
     """A reference with the name of the `method` that found it, the `prior` at the learned hyperparameters, the
-    `objective` l there, and k̄ at the end of Algorithm 1 (`final_step`, None for methods without one)."""
+    `objective` l there, k̄ at the end of Algorithm 1 (`final_step`) and the number of nonlinear programs that were
+    solved (`fits`), None for methods without them."""
 
     method: str
     prior: Prior
     reference: Reference
     objective: float
     final_step: int | None = None
+    fits: int | None = None
 
     @classmethod
-    def of(cls, method: str, solution: Solution, plant: ConstrainedSystem, final_step: int | None = None) -> Self:
+    def of(
+        cls,
+        method: str,
+        solution: Solution,
+        plant: ConstrainedSystem,
+        *,
+        final_step: int | None = None,
+        fits: int | None = None,
+    ) -> Self:
         posterior = solution.posterior
-        return cls(method, posterior.prior, Reference(posterior.signal, plant), solution.objective, final_step)
+        return cls(method, posterior.prior, Reference(posterior.signal, plant), solution.objective, final_step, fits)
 
 
 @dataclass(frozen=True)

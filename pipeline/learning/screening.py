@@ -30,7 +30,8 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
     if not isinstance(problem.prior.kernel, Periodic):
         raise TypeError(f"screening needs a periodic kernel, got {type(problem.prior.kernel).__name__}")
     points = problem.space.points(_LOOKS)
-    looks = [_best_amplitude(problem, point) for point in points]
+    amplitudes = _amplitudes(problem)
+    looks = [_best_amplitude(problem, amplitudes, point) for point in points]
     apart = np.array([_APART.get(name, np.inf) for name in problem.prior.learned])
     kept: list[Array] = []
     for _, _, point in sorted(looks, key=lambda look: look[:2]):
@@ -41,14 +42,13 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
     return kept
 
 
-def _best_amplitude(problem: ConstrainedProblem, log_theta: Array) -> tuple[float, float, Array]:
+def _best_amplitude(problem: ConstrainedProblem, amplitudes: Array, log_theta: Array) -> tuple[float, float, Array]:
     """Violation, objective and ln θ at the best of some amplitudes; the point's other coordinates stay."""
     prior = problem.prior.with_log_hyperparameters(log_theta)
     kernel, times = prior.kernel, problem.samples.times
     assert isinstance(kernel, Periodic)
     unit = replace(kernel, signal_std=1.0)
     residual = problem.samples.values - prior.mean
-    amplitudes = _amplitudes(problem, residual)
     power, vectors = np.linalg.eigh(unit(times[:, None] - times))
     along = vectors.T @ residual
     # Eigenvalues of K + σ_n² I, one row for each amplitude.
@@ -68,12 +68,12 @@ def _best_amplitude(problem: ConstrainedProblem, log_theta: Array) -> tuple[floa
     return -float(margin[best]), float(objective[best]), log_theta
 
 
-def _amplitudes(problem: ConstrainedProblem, residual: Array) -> Array:
+def _amplitudes(problem: ConstrainedProblem) -> Array:
     """Amplitudes around that of the samples, inside the search space; where θ₁ is known, that one."""
     kernel = problem.prior.kernel
     assert isinstance(kernel, Periodic)
     if "signal_std" not in problem.prior.learned:
         return np.array([kernel.signal_std])
-    scale = float(np.sqrt(np.mean(residual**2))) or problem.prior.noise_std
+    scale = float(np.sqrt(np.mean((problem.samples.values - problem.prior.mean) ** 2))) or problem.prior.noise_std
     bounds = problem.space.bounds["signal_std"]
     return np.clip(np.geomspace(_LOWEST * scale, _HIGHEST * scale, _AMPLITUDES), bounds.lower, bounds.upper)

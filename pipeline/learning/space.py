@@ -101,8 +101,8 @@ def _default(name: str, samples: Samples, prior: Prior) -> tuple[Interval, Inter
         return Interval(*_RELATIVE_LENGTHSCALE), None  # of a periodic kernel: measured in its period
     if kind == "lengthscale":
         return Interval(spacing / 10, 100 * span), None
-    if kind == "period":  # seen once at least, and more than two samples each time, or it may be an alias
-        whole = Interval(span * min(0.5, 2 / max(len(samples) - 1, 1)), span)
+    if kind == "period":  # seen once at least, and three samples each time: with two it may be an alias
+        whole = Interval(span * min(0.5, 3 / max(len(samples) - 1, 1)), span)
         return whole, whole  # local minima lie everywhere in it
     scale = 1.0 if kind == "shape" else amplitude
     (low, high), (first, last) = _SPREAD[kind]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import lapack
 from scipy.optimize import nnls
 
 from pipeline.arrays import Array
@@ -146,15 +146,21 @@ def _quadratic_step(
     rows[:m, :p], rows[: m + 1, p] = at.jacobian, 1.0
     rows[m + 1 : m + 1 + p, :p], rows[m + 1 + p :, :p] = identity, -identity
     least = np.concatenate([-slack, [0.0], box[0], -box[1]])
-    shift = solve_triangular(factor, np.append(at.gradient, penalty), lower=True)
-    normals = solve_triangular(factor, rows.T, lower=True)
+    shift = _solved(factor, np.append(at.gradient, penalty))
+    normals = _solved(factor, rows.T)
     offsets = least + shift @ normals
     scale = max(1.0, float(np.max(np.abs(offsets))))  # y in units of its own size
     u, _ = nnls(np.vstack([normals, offsets / scale]), np.append(np.zeros(p + 1), 1.0))
     denominator = 1.0 - offsets / scale @ u
     y = scale * (normals @ u) / denominator
-    z = solve_triangular(factor, y - shift, lower=True, trans="T")
+    z = _solved(factor, y - shift, transposed=True)
     return np.clip(z[:p], *box), scale * u[:m] / denominator
+
+
+def _solved(factor: Array, right: Array, transposed: bool = False) -> Array:
+    """L⁻¹ r or L⁻ᵀ r for a lower triangular L."""
+    solution, _ = lapack.dtrtrs(factor, right, lower=True, trans=int(transposed))
+    return np.asarray(solution)
 
 
 def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array) -> Array:

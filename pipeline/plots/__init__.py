@@ -4,7 +4,22 @@ from pipeline.plots.convergence import convergence
 from pipeline.plots.illustrations import asymptotic, tube
 from pipeline.plots.landscape import landscape
 from pipeline.plots.margins import margins
+from pipeline.plots.periodic import GrowthIntervals, conservatism, growth_intervals, periodic_prediction
 from pipeline.plots.prediction import Published, prediction
 from pipeline.plots.style import save, svg
 
-__all__ = ["Published", "asymptotic", "convergence", "landscape", "margins", "prediction", "save", "svg", "tube"]
+__all__ = [
+    "GrowthIntervals",
+    "Published",
+    "asymptotic",
+    "conservatism",
+    "convergence",
+    "growth_intervals",
+    "landscape",
+    "margins",
+    "periodic_prediction",
+    "prediction",
+    "save",
+    "svg",
+    "tube",
+]

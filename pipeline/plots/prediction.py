@@ -62,7 +62,7 @@ def prediction(
     plant = references[tube_of].plant
     for axes, (first, last) in zip(panels, windows, strict=True):
         _curves(axes, references, steps, true_reference)
-        _tube(axes, references[tube_of], steps)
+        reachable(axes, references[tube_of], steps)
         axes.plot(samples.times / plant.sampling_time, samples.values, **SAMPLE)
         if published:
             _published(axes, published, max(1, round((last - first) / _MARKS)))
@@ -94,7 +94,7 @@ def _excursion(references: Iterable[Reference], steps: Array) -> list[tuple[floa
     return [(float(max(steps[0], leaving[0] - around)), float(min(steps[-1], leaving[-1] + around)))]
 
 
-def _tube(axes: Axes, reference: Reference, steps: Array) -> None:
+def reachable(axes: Axes, reference: Reference, steps: Array) -> None:
     """What each state can reach, one step on: pale; and the part of it inside X: darker."""
     low, high = reference.tube(reference.instants(steps))
     states = reference.plant.state_set

@@ -63,28 +63,28 @@ def extended(reference: Reference, name: str, t: np.ndarray) -> np.ndarray:
 
 
 def _kappa(kernel: Kernel, r: np.ndarray) -> np.ndarray:
-    if isinstance(kernel, Sum):
-        return _kappa(kernel.left, r) + _kappa(kernel.right, r)
-    if isinstance(kernel, Product):
-        return _kappa(kernel.left, r) * _kappa(kernel.right, r)
-    variance = np.longdouble(kernel.signal_std) ** 2
-    s = np.abs(r) / np.longdouble(kernel.lengthscale)
-    match kernel:
-        case SquaredExponential():
-            return variance * np.exp(-(s**2) / 2)
-        case Matern32():
-            x = np.sqrt(np.longdouble(3)) * s
-            return variance * (1 + x) * np.exp(-x)
-        case Matern52():
-            x = np.sqrt(np.longdouble(5)) * s
-            return variance * (1 + x + x**2 / 3) * np.exp(-x)
-        case RationalQuadratic():
-            alpha = np.longdouble(kernel.shape)
-            return variance * np.exp(-alpha * np.log1p(s**2 / (2 * alpha)))
-        case Periodic():
-            phase = np.sin(_PI * r / np.longdouble(kernel.period)) / np.longdouble(kernel.lengthscale)
-            return variance * np.exp(-2 * phase**2)
-    raise TypeError(kernel)
+    if isinstance(kernel, Sum | Product):
+        left, right = _kappa(kernel.left, r), _kappa(kernel.right, r)
+        return left + right if isinstance(kernel, Sum) else left * right
+    std, length, *rest = (np.longdouble(v) for v in kernel.hyperparameters.values())
+    return std**2 * _CORRELATIONS[type(kernel)](np.abs(r), length, *rest)
+
+
+def _matern(nu: int):
+    def correlation(r, length):
+        x = np.sqrt(np.longdouble(nu)) * r / length
+        return (1 + x + (x**2 / 3 if nu == 5 else 0)) * np.exp(-x)
+
+    return correlation
+
+
+_CORRELATIONS = {
+    SquaredExponential: lambda r, length: np.exp(-((r / length) ** 2) / 2),
+    Matern32: _matern(3),
+    Matern52: _matern(5),
+    RationalQuadratic: lambda r, length, alpha: np.exp(-alpha * np.log1p((r / length) ** 2 / (2 * alpha))),
+    Periodic: lambda r, length, period: np.exp(-2 * (np.sin(_PI * r / period) / length) ** 2),
+}
 
 
 def extremes(reference: Reference, name: str, start: float, end: float, looks: int = 1500) -> list[float]:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipeline.certificates import cover
+from pipeline.certificates import prove as prove_module
 from pipeline.certificates.certificate import Certificate
 from pipeline.certificates.checker import NotACertificate, Proved, check
 from pipeline.certificates.prove import prove, prove_at_instants, prove_on_window
@@ -108,7 +110,8 @@ def tampered(data: dict) -> Iterator[tuple[str, dict]]:
         for key in path:
             value = value[key]
         yield f"without {path}", without(data, path)
-        for new in replacements(value):
+        news = replacements(value)
+        for new in news[:4] if "radii" in path[:-1] else news:  # no radius can make a statement false: a few will do
             yield f"{path} = {new!r}", changed(data, path, new)
     sets = data["state_set"], data["input_set"]
     yield "sets swapped", {**data, "state_set": sets[1], "input_set": sets[0]}
@@ -121,13 +124,10 @@ def tampered(data: dict) -> Iterator[tuple[str, dict]]:
         covers = data["claim"]["covers"]
         swapped = {"state": covers["input"], "input": covers["state"]}
         yield "covers swapped", changed(data, ("claim", "covers"), swapped)
-        for name, cover in covers.items():
-            for i in range(1, len(cover["ends"]) - 1):
-                gap = {
-                    "ends": cover["ends"][:i] + cover["ends"][i + 1 :],
-                    "radii": cover["radii"][:i] + cover["radii"][i + 1 :],
-                }
-                yield f"box {i} of {name} merged", changed(data, ("claim", "covers", name), gap)
+        for name, boxes in covers.items():
+            for i in range(1, len(boxes["ends"]) - 1):
+                merged = {key: numbers[:i] + numbers[i + 1 :] for key, numbers in boxes.items()}
+                yield f"boxes of {name} merged at {i}", changed(data, ("claim", "covers", name), merged)
 
 
 @cache
@@ -144,6 +144,13 @@ def statement(data: dict) -> str:
     """All that the statement depends on: everything but the boxes."""
     claim = {key: value for key, value in data["claim"].items() if key not in {"covers", "terms"}}
     return repr({**data, "claim": claim})
+
+
+@pytest.fixture(autouse=True)
+def few_terms(monkeypatch):
+    """Short Taylor polynomials: a thousand certificates are to be checked."""
+    monkeypatch.setattr(cover, "TERMS", 8)
+    monkeypatch.setattr(prove_module, "TERMS", 8)
 
 
 @pytest.mark.parametrize("kind", VALID)

@@ -1,0 +1,67 @@
+"""Asymptotically constant references: unconstrained, Algorithm 1 in two readings, certified."""
+
+from tqdm import tqdm
+
+from pipeline.archive import Fitted
+from pipeline.arrays import Array
+from pipeline.certificates.certified import Certified, learn_certified
+from pipeline.errors import NoReferenceError
+from pipeline.experiments import AsymptoticExperiment
+from pipeline.gp.samples import Samples
+from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND, Reading, Run, algorithm1
+from pipeline.learning.exchange import solve
+from pipeline.learning.learned import LearnedReference, Trace
+from pipeline.learning.problem import ConstrainedProblem, Solution
+
+READINGS = (AS_PUBLISHED, SOUND)
+_TABLE = ("k_bar", "mean_bound", "growth_lower", "growth_upper", "derivative_bound")
+
+
+def learn(experiment: AsymptoticExperiment, samples: Samples) -> tuple[Fitted, dict[str, Array]]:
+    """The references, and the iterations of Algorithm 1 as published. Raises NoReferenceError."""
+    learned, traces = [_unconstrained(experiment, samples)], {}
+    for reading in READINGS:
+        run = _run(experiment, samples, reading)
+        traces[reading.name] = Trace.of(run.iterations)
+        learned.append(_outcome(experiment, reading, run))
+    learned.append(_certified(experiment, samples))
+    trace = traces[AS_PUBLISHED.name]
+    table = {name: values for name, values in trace.columns().items() if name in {*trace.hyperparameters, *_TABLE}}
+    return Fitted(samples, {reference.method: reference for reference in learned}, traces), table
+
+
+def _unconstrained(experiment: AsymptoticExperiment, samples: Samples) -> LearnedReference:
+    problem = ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples))
+    solution = solve(problem)
+    if not isinstance(solution, Solution):
+        raise NoReferenceError(f"experiment {experiment.name}, unconstrained: {solution.explanation}")
+    return LearnedReference.of("unconstrained", solution, experiment.constrained_system)
+
+
+def _run(experiment: AsymptoticExperiment, samples: Samples, reading: Reading) -> Run:
+    first, last = experiment.algorithm1.first_step, experiment.algorithm1.last_step
+    with tqdm(total=last - first + 1, desc=f"{experiment.name}: {reading.name}", unit="fit", disable=None) as bar:
+        return algorithm1(
+            samples,
+            experiment.learned_prior,
+            experiment.constrained_system,
+            experiment.search_space(samples),
+            reading,
+            first,
+            last,
+            on_iteration=lambda k_bar: bar.update(),
+        )
+
+
+def _outcome(experiment: AsymptoticExperiment, reading: Reading, run: Run) -> LearnedReference:
+    if not isinstance(run.outcome, Solution):
+        raise NoReferenceError(f"experiment {experiment.name}, {reading.name}: {run.explanation}")
+    return LearnedReference.of(reading.name, run.outcome, experiment.constrained_system, final_step=run.final_step)
+
+
+def _certified(experiment: AsymptoticExperiment, samples: Samples) -> LearnedReference:
+    plant = experiment.constrained_system
+    found = learn_certified(samples, experiment.learned_prior, plant, experiment.search_space(samples))
+    if not isinstance(found, Certified):
+        raise NoReferenceError(f"experiment {experiment.name}, certified: {found.explanation}")
+    return LearnedReference.of("certified", found.solution, plant)

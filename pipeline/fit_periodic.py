@@ -1,0 +1,131 @@
+"""Periodic references: unconstrained, on the paper's grid, by its program (9), and exactly; and how they compare."""
+
+import time
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
+from dataclasses import fields
+from functools import partial
+from multiprocessing import get_context
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+from pipeline.archive import Fitted
+from pipeline.arrays import Array
+from pipeline.errors import NoReferenceError
+from pipeline.experiments import PeriodicExperiment
+from pipeline.experiments.fields import SampleDraw
+from pipeline.gp.posterior import Posterior
+from pipeline.gp.samples import Samples
+from pipeline.ground_truth import GROUND_TRUTHS
+from pipeline.learning import periodic
+from pipeline.learning.basins import Found
+from pipeline.learning.learned import LearnedReference
+from pipeline.learning.periodic import Constraints, exact, grid, intervals, sampled
+from pipeline.learning.problem import Solution
+from pipeline.learning.study import Conservatism, Draws, Study
+
+UNCONSTRAINED, GRID, INTERVALS, EXACT, SAMPLED = "unconstrained", "grid", "intervals", "exact", "sampled"
+
+
+def learn(experiment: PeriodicExperiment, samples: Samples) -> tuple[Fitted, dict[str, Array], dict[str, float]]:
+    """References by method, the rounds of the exact form's exchange, and seconds by method. Raises NoReferenceError."""
+    plant = experiment.constrained_system
+    learned: dict[str, LearnedReference] = {}
+    seconds: dict[str, float] = {}
+    rounds: dict[str, Array] = {}
+    for method, constraints in tqdm(_methods(experiment).items(), desc=f"{experiment.name}: fit", disable=None):
+        begin = time.perf_counter()
+        found = _found(experiment, samples, constraints)
+        seconds[method] = round(time.perf_counter() - begin, 3)
+        if not isinstance(found.outcome, Solution):
+            raise NoReferenceError(f"experiment {experiment.name}, {method}: {found.outcome.explanation}")
+        learned[method] = LearnedReference.of(method, found.outcome, plant, fits=found.outcome.fits)
+        if method == EXACT:
+            rounds = _rounds(experiment, found)
+    return Fitted(samples, learned, {}, _study(experiment, samples)), rounds, seconds
+
+
+def _methods(experiment: PeriodicExperiment) -> dict[str, Constraints]:
+    plant, wanted, prior = experiment.constrained_system, experiment.periodic, experiment.learned_prior
+    methods = {
+        UNCONSTRAINED: (),
+        GRID: grid(plant, wanted.last_step),
+        INTERVALS: intervals(plant, wanted.last_step, wanted.intervals, wanted.backoff),
+        EXACT: exact(plant, wanted.backoff),
+    }
+    if "period" in prior.fixed:
+        with suppress(ValueError):  # else the instants fall dense in the period, and `exact` is what there is
+            methods[SAMPLED] = sampled(plant, periodic.period_of(prior.kernel))
+    return methods
+
+
+def _found(experiment: PeriodicExperiment, samples: Samples, constraints: Constraints) -> Found:
+    plant, space = experiment.constrained_system, experiment.search_space(samples)
+    return periodic.learn(samples, experiment.learned_prior, plant, space, constraints)
+
+
+def _rounds(experiment: PeriodicExperiment, found: Found) -> dict[str, Array]:
+    log_theta = np.array([r.log_theta for r in found.rounds]).reshape(len(found.rounds), -1)
+    return {
+        "round": np.arange(1.0, len(found.rounds) + 1),
+        **dict(zip(experiment.learned_prior.learned, np.exp(log_theta).T, strict=False)),
+        "objective": np.array([r.objective for r in found.rounds]),
+        "relative_margin": np.array([r.margin for r in found.rounds]),
+        "places": np.array([float(r.places) for r in found.rounds]),
+    }
+
+
+def _study(experiment: PeriodicExperiment, samples: Samples) -> Study:
+    """The heavy part, spread over the machine's cores: the numbers do not depend on how."""
+    wanted = experiment.periodic
+    with ProcessPoolExecutor(mp_context=get_context("spawn"), initializer=partial(threadpool_limits, limits=1)) as pool:
+        rows = pool.map(partial(_interval_row, experiment, samples), wanted.conservatism)
+        draws = pool.map(partial(_draw_row, experiment), range(wanted.draws))
+        of_counts = [row for row in tqdm(rows, total=len(wanted.conservatism), desc="η", disable=None) if row]
+        of_seeds = list(tqdm(draws, total=wanted.draws, desc="draws", disable=None))
+    return Study(Conservatism(*_columns(Conservatism, of_counts)), Draws(*_columns(Draws, of_seeds)))
+
+
+def _columns(table: type[Conservatism] | type[Draws], rows: list[list[float]]) -> list[Array]:
+    return list(np.array(rows, dtype=float).reshape(len(rows), len(fields(table))).T)
+
+
+def _interval_row(experiment: PeriodicExperiment, samples: Samples, count: int) -> list[float]:
+    """The entries of `Conservatism` for η = `count`; empty where (9) has no solution."""
+    plant, wanted = experiment.constrained_system, experiment.periodic
+    outcome = _found(experiment, samples, intervals(plant, wanted.last_step, count, wanted.backoff)).outcome
+    if not isinstance(outcome, Solution):
+        return []
+    return [count, outcome.objective, *_margins(experiment, outcome.posterior)]
+
+
+def _draw_row(experiment: PeriodicExperiment, seed: int) -> list[float]:
+    """The entries of `Draws` for one seed."""
+    assert isinstance(experiment.samples, SampleDraw)
+    samples = experiment.drawn(experiment.samples, seed)
+    free = _found(experiment, samples, ()).outcome
+    if not isinstance(free, Solution):
+        raise NoReferenceError(f"experiment {experiment.name}, seed {seed}: {free.explanation}")
+    margins, kept = _margins(experiment, free.posterior), free
+    if min(margins) < 0:
+        outcome = _found(experiment, samples, exact(experiment.constrained_system, experiment.periodic.backoff)).outcome
+        if not isinstance(outcome, Solution):
+            raise NoReferenceError(f"experiment {experiment.name}, seed {seed}: {outcome.explanation}")
+        kept = outcome
+    return [float(seed), *_summary(experiment, free), *margins, *_summary(experiment, kept)]
+
+
+def _summary(experiment: PeriodicExperiment, solution: Solution) -> list[float]:
+    """l, the period, and the root mean square distance to the true reference at the verified steps."""
+    times = np.arange(experiment.verification.last_step + 1, dtype=float) * experiment.system.sampling_time
+    off = solution.posterior.mean(times) - GROUND_TRUTHS[experiment.ground_truth or ""](times)
+    period = periodic.period_of(solution.posterior.prior.kernel)
+    return [solution.objective, period, float(np.sqrt(np.mean(off**2)))]
+
+
+def _margins(experiment: PeriodicExperiment, posterior: Posterior) -> list[float]:
+    """The smallest margins of state and input over all phases."""
+    constraints = exact(experiment.constrained_system)
+    return [float(np.min(c.closest(posterior)[1])) * c.quantity.bounds.width for c in constraints]

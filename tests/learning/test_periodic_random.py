@@ -1,0 +1,39 @@
+"""Fifty random instances against brute force (see naive_periodic.py, which wrote the table)."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.learning import periodic
+from pipeline.learning.problem import Solution
+from tests.learning.naive_periodic import Brute
+from tests.learning.periodic_instances import SEEDS, instance
+
+with Path(__file__).with_name("periodic_references.csv").open(newline="", encoding="utf-8") as _file:
+    REFERENCES = {int(row["seed"]): float(row["objective"]) for row in csv.DictReader(_file)}
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_as_good_as_brute_force_and_never_outside(seed):
+    """Brute force may find something worse, or nothing (inf): then it is enough to be feasible."""
+    case = instance(seed)
+    outcome = periodic.learn(case.samples, case.prior, case.plant, case.space, periodic.exact(case.plant)).outcome
+    assert isinstance(outcome, Solution)
+    assert outcome.objective <= REFERENCES[seed] + 1e-4
+    brute, theta = Brute(case), outcome.posterior.prior.log_hyperparameters
+    assert brute.objective(theta) == pytest.approx(outcome.objective, rel=1e-9)
+    assert np.min(brute.touching(theta)[1], initial=1.0) >= -1e-9
+
+
+def test_the_table_means_something():
+    """Brute force finds a feasible point nearly everywhere, and constraints cost something in most instances."""
+    assert set(REFERENCES) == set(SEEDS)
+    assert sum(np.isfinite(value) for value in REFERENCES.values()) >= 45
+    costs = []
+    for seed in list(SEEDS)[::5]:
+        case = instance(seed)
+        free = periodic.learn(case.samples, case.prior, case.plant, case.space, ()).outcome
+        costs.append(REFERENCES[seed] - free.objective)
+    assert sum(cost > 1e-3 for cost in costs) >= 6

@@ -1,0 +1,141 @@
+"""Example 2 through the stages: what they leave behind, the same bytes each time, and what the numbers have to say."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipeline import ROOT
+from pipeline.archive import read_fit
+from pipeline.codec import dumps
+from pipeline.results import Results
+
+STAGES = ("generate", "fit", "verify", "figures")
+METHODS = ("unconstrained", "grid", "intervals", "exact")
+SHORT = (
+    (ROOT / "params.yaml")
+    .read_text(encoding="utf-8")
+    .replace("conservatism: [4, 8, 16, 32, 64, 128, 256]", "conservatism: [4, 8]")
+    .replace("draws: 40", "draws: 2")
+)
+
+
+def run(stage: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [
+            *(sys.executable, "-W", "error", "-m", "pipeline", stage, "example2"),
+            *("--params", str(folder / "params.yaml"), "--results", str(folder / "results")),
+        ],
+        cwd=ROOT,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def written(folder: Path) -> dict[str, bytes]:
+    results = folder / "results"
+    files = (p for p in sorted(results.rglob("*")) if p.is_file() and p.name != "timings.json")
+    return {str(p.relative_to(results)): p.read_bytes() for p in files}
+
+
+def all_stages(folder: Path, **environment: str) -> Path:
+    (folder / "params.yaml").write_text(SHORT, encoding="utf-8")
+    for stage in STAGES:
+        done = run(stage, folder, **environment)
+        assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return all_stages(tmp_path_factory.mktemp("finished"))
+
+
+def test_stages_leave_what_they_promise(finished: Path) -> None:
+    files = {f"figures/{name}.svg" for name in ("prediction", "growth", "margins", "conservatism")}
+    files |= {"samples.mcap", "fit.mcap", "iterations.csv", "verification.mcap", "metrics.json"}
+    files |= {f"certificates/{method}.json" for method in ("intervals", "exact")}
+    assert written(finished).keys() == {f"example2/{name}" for name in files}
+
+
+def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> None:
+    """Also with other numbers of BLAS threads and another hash seed; wall clocks go elsewhere."""
+    assert written(all_stages(tmp_path, PYTHONHASHSEED="7", OPENBLAS_NUM_THREADS="2")) == written(finished)
+
+
+def test_metrics_of_the_four_methods(finished: Path) -> None:
+    metrics = json.loads((finished / "results/example2/metrics.json").read_text())
+    assert tuple(metrics) == METHODS
+    wanted = {"signal_std", "lengthscale", "period", "nlml", "rmse", "worst_state_margin", "worst_input_margin", "fits"}
+    for block in metrics.values():
+        assert wanted <= block.keys()
+        assert "seconds" not in block
+    free, grid, intervals, exact = (metrics[method] for method in METHODS)
+    assert free["nlml"] < grid["nlml"] < exact["nlml"] < intervals["nlml"]
+    assert exact["nlml"] == pytest.approx(71.2587, abs=1e-3)
+    assert free["worst_input_margin"] < grid["worst_input_margin"] < 0 < exact["worst_input_margin"]
+    assert grid["worst_input_margin_at_steps"] >= 0
+    assert grid["first_violated_step"] > 400
+    assert exact["first_violated_step"] is None
+    assert exact["proof"].startswith("proved for all real t")
+    assert exact["rmse"] < free["rmse"]
+
+
+def test_seconds_are_told_apart(finished: Path) -> None:
+    seconds = json.loads((finished / "results/example2/timings.json").read_text())
+    assert tuple(seconds) == METHODS
+    assert all(value > 0 for value in seconds.values())
+
+
+def test_the_study_survives_its_log(finished: Path) -> None:
+    study = read_fit(Results("example2", finished / "results")).study
+    assert study is not None
+    assert study.conservatism.counts.tolist() == [4, 8]
+    assert study.draws.seeds.tolist() == [0, 1]
+    assert dumps(study) == dumps(read_fit(Results("example2", finished / "results")).study)
+
+
+def test_the_committed_rounds_end_feasible() -> None:
+    with (ROOT / "data/results/example2/iterations.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["relative_margin"]) >= 0 for row in rows] == [False] * (len(rows) - 1) + [True]
+
+
+def test_a_grid_shorter_than_a_period_is_refused(tmp_path: Path) -> None:
+    text = SHORT.replace("periodic:\n      last_step: 400", "periodic:\n      last_step: 300")
+    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+    done = run("generate", tmp_path)
+    assert done.returncode == 2
+    assert "have to last at least one period" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_an_infeasible_problem_ends_as_in_example_1(tmp_path: Path) -> None:
+    text = SHORT.replace("state_set: [-2.0, 2.0]", "state_set: [3.0, 4.0]")
+    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+    assert run("generate", tmp_path).returncode == 0
+    done = run("fit", tmp_path)
+    assert done.returncode == 1
+    assert "no admissible equilibrium" in done.stderr
+    assert "breaks the state bounds [3, 4]" in done.stderr
+    assert not (tmp_path / "results/example2/fit.mcap").exists()
+
+
+def test_a_period_of_whole_steps_adds_the_sampled_problem(tmp_path: Path) -> None:
+    text = SHORT.replace("kernel: {type: periodic}", "kernel: {type: periodic, period: 3.14}").replace(
+        "draws: 2", "draws: 0"
+    )
+    (tmp_path / "params.yaml").write_text(text.replace("conservatism: [4, 8]", "conservatism: []"), encoding="utf-8")
+    for stage in STAGES:
+        done = run(stage, tmp_path)
+        assert done.returncode == 0, done.stderr
+    metrics = json.loads((tmp_path / "results/example2/metrics.json").read_text())
+    assert tuple(metrics) == (*METHODS, "sampled")
+    assert metrics["sampled"]["first_violated_step"] is None
+    assert metrics["sampled"]["nlml"] <= metrics["exact"]["nlml"] + 1e-6
