@@ -13,6 +13,7 @@ from pipeline.ground_truth import GROUND_TRUTHS
 from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND
 from pipeline.learning.landscape import Landscape, landscape
 from pipeline.learning.problem import ConstrainedProblem
+from pipeline.learning.space import SearchSpace
 from pipeline.results import Results
 from pipeline.tables import read_columns
 
@@ -53,10 +54,11 @@ def landscapes(experiment: AsymptoticExperiment, fitted: Fitted) -> Sequence[Lan
     kernel = [name for name in learned.prior.kernel.hyperparameters if name in learned.prior.learned]
     # Where the noise is learned too, the landscape is cut at its learned value.
     prior = replace(learned.prior, fixed=frozenset(learned.prior.hyperparameters.keys() - set(kernel)))
+    space = experiment.search_space(fitted.samples)
     problem = ConstrainedProblem(
         fitted.samples,
         prior,
-        experiment.search_space(fitted.samples),
+        SearchSpace({name: bounds for name, bounds in space.bounds.items() if name in kernel}),
         SOUND.constraints(learned.reference.plant, learned.final_step or 0),
     )
     first, second = (prior.hyperparameters[name] for name in kernel)

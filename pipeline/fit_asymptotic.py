@@ -4,9 +4,9 @@ from tqdm import tqdm
 
 from pipeline.archive import Fitted
 from pipeline.arrays import Array
-from pipeline.certificates.certified import Certified, learn_certified
 from pipeline.errors import NoReferenceError
 from pipeline.experiments import AsymptoticExperiment
+from pipeline.fit_certified import certified
 from pipeline.gp.samples import Samples
 from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND, Reading, Run, algorithm1
 from pipeline.learning.exchange import solve
@@ -24,7 +24,7 @@ def learn(experiment: AsymptoticExperiment, samples: Samples) -> tuple[Fitted, d
         run = _run(experiment, samples, reading)
         traces[reading.name] = Trace.of(run.iterations)
         learned.append(_outcome(experiment, reading, run))
-    learned.append(_certified(experiment, samples))
+    learned.append(certified(experiment, samples))
     trace = traces[AS_PUBLISHED.name]
     table = {name: values for name, values in trace.columns().items() if name in {*trace.hyperparameters, *_TABLE}}
     return Fitted(samples, {reference.method: reference for reference in learned}, traces), table
@@ -57,11 +57,3 @@ def _outcome(experiment: AsymptoticExperiment, reading: Reading, run: Run) -> Le
     if not isinstance(run.outcome, Solution):
         raise NoReferenceError(f"experiment {experiment.name}, {reading.name}: {run.explanation}")
     return LearnedReference.of(reading.name, run.outcome, experiment.constrained_system, final_step=run.final_step)
-
-
-def _certified(experiment: AsymptoticExperiment, samples: Samples) -> LearnedReference:
-    plant = experiment.constrained_system
-    found = learn_certified(samples, experiment.learned_prior, plant, experiment.search_space(samples))
-    if not isinstance(found, Certified):
-        raise NoReferenceError(f"experiment {experiment.name}, certified: {found.explanation}")
-    return LearnedReference.of("certified", found.solution, plant)

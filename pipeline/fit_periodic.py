@@ -16,6 +16,7 @@ from pipeline.arrays import Array
 from pipeline.errors import NoReferenceError
 from pipeline.experiments import PeriodicExperiment
 from pipeline.experiments.fields import SampleDraw
+from pipeline.fit_certified import CERTIFIED, certified
 from pipeline.gp.posterior import Posterior
 from pipeline.gp.samples import Samples
 from pipeline.ground_truth import GROUND_TRUTHS
@@ -44,6 +45,9 @@ def learn(experiment: PeriodicExperiment, samples: Samples) -> tuple[Fitted, dic
         learned[method] = LearnedReference.of(method, found.outcome, plant, fits=found.outcome.fits)
         if method == EXACT:
             rounds = _rounds(experiment, found)
+    begin = time.perf_counter()
+    learned[CERTIFIED] = certified(experiment, samples)
+    seconds[CERTIFIED] = round(time.perf_counter() - begin, 3)
     return Fitted(samples, learned, {}, _study(experiment, samples)), rounds, seconds
 
 
@@ -80,12 +84,17 @@ def _rounds(experiment: PeriodicExperiment, found: Found) -> dict[str, Array]:
 def _study(experiment: PeriodicExperiment, samples: Samples) -> Study:
     """The heavy part, spread over the machine's cores: the numbers do not depend on how."""
     wanted = experiment.periodic
-    with ProcessPoolExecutor(mp_context=get_context("spawn"), initializer=partial(threadpool_limits, limits=1)) as pool:
+    with ProcessPoolExecutor(mp_context=get_context("spawn"), initializer=_one_thread) as pool:
         rows = pool.map(partial(_interval_row, experiment, samples), wanted.conservatism)
         draws = pool.map(partial(_draw_row, experiment), range(wanted.draws))
         of_counts = [row for row in tqdm(rows, total=len(wanted.conservatism), desc="η", disable=None) if row]
         of_seeds = list(tqdm(draws, total=wanted.draws, desc="draws", disable=None))
     return Study(Conservatism(*_columns(Conservatism, of_counts)), Draws(*_columns(Draws, of_seeds)))
+
+
+def _one_thread() -> None:
+    """For a new process, once this module has loaded all that brings threads: the same bits whatever the machine."""
+    threadpool_limits(limits=1)
 
 
 def _columns(table: type[Conservatism] | type[Draws], rows: list[list[float]]) -> list[Array]:

@@ -47,12 +47,11 @@ def test_a_wrong_parameter_is_one_sentence(right: str, wrong: str, sentence: str
 
 
 def test_draws_need_a_draw(tmp_path: Path) -> None:
-    drawn = re.search(r"    samples:\n      steps:.*?\n      noise_std: 0\.3\n      seed: 4\n", WRITTEN, re.DOTALL)
-    assert drawn
-    text = WRITTEN.replace(
-        drawn[0],
-        "    samples: {file: data/paper/example1_samples.csv, time_column: k, time_unit: steps, value_column: y}\n",
-    )
+    before, entry = WRITTEN.split("  example2:\n")
+    draw = re.search(r"    samples:\n.*?      seed: 4\n", entry, re.DOTALL)
+    assert draw
+    source = "{file: data/paper/example1_samples.csv, time_column: k, time_unit: steps, value_column: y}"
+    text = f"{before}  example2:\n{entry.replace(draw[0], f'    samples: {source}{chr(10)}')}"
     path = tmp_path / "params.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match="compares seeds, but the samples are not drawn"):

@@ -56,7 +56,8 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
     others = {
         f"example1/{n}" for n in ("samples.mcap", "fit.mcap", "iterations.csv", "verification.mcap", "metrics.json")
     }
-    assert written(finished).keys() == figures | others
+    proofs = {f"example1/certificates/{n}.json" for n in ("as_published", "sound", "certified")}
+    assert written(finished).keys() == figures | others | proofs
 
 
 def test_metrics_hold_the_published_numbers(finished: Path) -> None:
@@ -188,6 +189,40 @@ def test_a_killed_stage_leaves_earlier_results(finished: Path, tmp_path: Path) -
     process.send_signal(signal.SIGKILL)
     process.wait()
     assert written(tmp_path) == before
+
+
+def check(path: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-m", "pipeline", "check", str(path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_certificates_are_checked_on_the_command_line(finished: Path, tmp_path: Path) -> None:
+    certificate = finished / "results/example1/certificates/certified.json"
+    proved = check(certificate)
+    assert (proved.returncode, proved.stderr) == (0, "")
+    assert proved.stdout.startswith("For all real t ≥ 0")
+    tighter = json.loads(certificate.read_text())
+    tighter["state_set"]["upper"] = 0.049
+    (tmp_path / "tighter.json").write_text(json.dumps(tighter))
+    failed = check(tmp_path / "tighter.json")
+    assert failed.returncode == 1
+    assert "does not prove" in failed.stderr
+    for text in ("{}", "no JSON", json.dumps({**tighter, "more": 1})):
+        (tmp_path / "none.json").write_text(text)
+        assert check(tmp_path / "none.json").returncode == 2
+    assert check(tmp_path / "missing.json").returncode == 2
+
+
+def test_every_reference_says_what_is_proved_of_it(finished: Path) -> None:
+    metrics = json.loads((finished / "results/example1/metrics.json").read_text())
+    assert "certainly breaks [-2, 0.05]" in metrics["unconstrained"]["proof"]
+    assert metrics["sound"]["proof"].startswith("proved for all sampled instants")
+    assert metrics["certified"]["proof"].startswith("proved for all real t ≥ 0")
 
 
 def test_help_lists_every_stage() -> None:

@@ -60,7 +60,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_stages_leave_what_they_promise(finished: Path) -> None:
     files = {f"figures/{name}.svg" for name in ("prediction", "growth", "margins", "conservatism")}
     files |= {"samples.mcap", "fit.mcap", "iterations.csv", "verification.mcap", "metrics.json"}
-    files |= {f"certificates/{method}.json" for method in ("intervals", "exact")}
+    files |= {f"certificates/{method}.json" for method in ("intervals", "exact", "certified")}
     assert written(finished).keys() == {f"example2/{name}" for name in files}
 
 
@@ -71,7 +71,7 @@ def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> 
 
 def test_metrics_of_the_four_methods(finished: Path) -> None:
     metrics = json.loads((finished / "results/example2/metrics.json").read_text())
-    assert tuple(metrics) == METHODS
+    assert tuple(metrics) == (*METHODS, "certified")
     wanted = {"signal_std", "lengthscale", "period", "nlml", "rmse", "worst_state_margin", "worst_input_margin", "fits"}
     for block in metrics.values():
         assert wanted <= block.keys()
@@ -89,7 +89,7 @@ def test_metrics_of_the_four_methods(finished: Path) -> None:
 
 def test_seconds_are_told_apart(finished: Path) -> None:
     seconds = json.loads((finished / "results/example2/timings.json").read_text())
-    assert tuple(seconds) == METHODS
+    assert tuple(seconds) == (*METHODS, "certified")
     assert all(value > 0 for value in seconds.values())
 
 
@@ -136,6 +136,6 @@ def test_a_period_of_whole_steps_adds_the_sampled_problem(tmp_path: Path) -> Non
         done = run(stage, tmp_path)
         assert done.returncode == 0, done.stderr
     metrics = json.loads((tmp_path / "results/example2/metrics.json").read_text())
-    assert tuple(metrics) == (*METHODS, "sampled")
+    assert tuple(metrics) == (*METHODS, "sampled", "certified")
     assert metrics["sampled"]["first_violated_step"] is None
     assert metrics["sampled"]["nlml"] <= metrics["exact"]["nlml"] + 1e-6

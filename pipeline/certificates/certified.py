@@ -12,9 +12,11 @@ from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
+from pipeline.learning.basins import best_of
 from pipeline.learning.exchange import solve, tightened
 from pipeline.learning.index_set import AllPhases, IndexSet, Window
 from pipeline.learning.problem import ROUNDING_BACKOFF, ConstrainedProblem, Constraint, NoSolution, Solution
+from pipeline.learning.screening import screened
 from pipeline.learning.space import SearchSpace
 from pipeline.systems.quantity import Quantity
 from pipeline.systems.reference import Reference
@@ -80,7 +82,11 @@ def learn_certified(
 
 
 def _fit(problem: ConstrainedProblem, before: Solution | None) -> Solution | NoSolution:
-    return tightened(before, problem) if before else solve(problem)
+    if before:
+        return tightened(before, problem)
+    if isinstance(problem.prior.kernel, Periodic):  # the likelihood has a basin for every multiple of the period
+        return best_of(problem, screened(problem, problem.space.starts)).outcome
+    return solve(problem)
 
 
 def _problem(
