@@ -18,7 +18,7 @@ from pipeline.results import Results
 from pipeline.tables import read_columns
 
 _STEPS_OF_TUBE = 12
-_GRID_POINTS = 90
+_GRID_POINTS = 56
 # The landscape spans these factors around the learned hyperparameters: all around, and near by.
 _OVERVIEW, _CLOSER = 8.0, 1.25
 

@@ -20,7 +20,7 @@ SHORT = (
     (ROOT / "params.yaml")
     .read_text(encoding="utf-8")
     .replace("conservatism: [4, 8, 16, 32, 64, 128, 256]", "conservatism: [4, 8]")
-    .replace("draws: 40", "draws: 2")
+    .replace("draws: 30", "draws: 2")
 )
 
 
