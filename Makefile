@@ -18,7 +18,7 @@ repro: .venv/installed
 	dvc repro
 
 test: .venv/installed
-	python -m pytest -n auto
+	python -m pytest -n auto --dist loadfile
 
 lint: .venv/installed
 	ruff format --check .

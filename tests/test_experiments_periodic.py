@@ -25,7 +25,7 @@ WRONG = [
     ("backoff: 1.0e-7", "backoff: 0.5", r"periodic\.backoff: .*got 0\.5"),
     ("[4, 8, 16, 32, 64, 128, 256]", "[4, 0]", r"periodic\.conservatism\.1: .*got 0"),
     ("[4, 8, 16, 32, 64, 128, 256]", "4", r"periodic\.conservatism: .*got 4"),
-    ("draws: 40", "draws: -1", r"periodic\.draws: .*got -1"),
+    ("draws: 30", "draws: -1", r"periodic\.draws: .*got -1"),
 ]
 
 

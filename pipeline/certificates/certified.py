@@ -24,6 +24,7 @@ from pipeline.systems.scalar import ConstrainedSystem
 
 _LARGEST_BACKOFF = 1e-2
 _MOST_ROUNDS = 30
+_FEWEST_BASINS = 16
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def _fit(problem: ConstrainedProblem, before: Solution | None) -> Solution | NoS
     if before:
         return tightened(before, problem)
     if isinstance(problem.prior.kernel, Periodic):  # the likelihood has a basin for every multiple of the period
-        return best_of(problem, screened(problem, problem.space.starts)).outcome
+        return best_of(problem, screened(problem, max(_FEWEST_BASINS, problem.space.starts))).outcome
     return solve(problem)
 
 
