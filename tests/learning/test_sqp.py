@@ -102,6 +102,19 @@ def test_a_far_start_does_not_leave_the_feasible_part_it_can_reach() -> None:
     assert found.x[0] == pytest.approx(1, abs=1e-9)
 
 
+@pytest.mark.parametrize("start", [(0.2, 0.1), (-0.25, 0.0), (0.1, -0.22)])
+def test_a_step_that_overshoots_a_narrow_well_is_not_taken(start: tuple[float, float]) -> None:
+    """Outside the well the gradient vanishes: whoever is thrown out of it believes to have arrived."""
+
+    def at(x: Array) -> Evaluation:
+        depth = np.exp(-40 * x @ x)
+        return unconstrained(1 - float(depth), 80 * x * depth)
+
+    found = minimise(at, np.array(start), *WIDE)
+    assert found is not None
+    assert found.x == pytest.approx([0, 0], abs=1e-6)
+
+
 def test_points_without_a_value_are_not_entered() -> None:
     def at(x: Array) -> Evaluation | None:
         return None if x[0] < 0.5 else unconstrained(float(x @ x), 2 * x)
