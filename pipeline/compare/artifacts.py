@@ -50,7 +50,7 @@ _ANY = Kind(_bytes(bytes), _hash_parts)
 def artifacts(root: Path) -> dict[str, Path]:
     """The artifacts below a folder by name: `example1/metrics.json`, `notebooks/example1.ipynb`.
 
-    The folder is a project's, or just its results. Hidden files are none.
+    The folder is a project's, or just its results. Hidden files are none, nor are wall clocks.
     """
     results = results_folder(root)
     named = {path.relative_to(results).as_posix(): path for path in _files(results)}
@@ -64,9 +64,14 @@ def results_folder(root: Path) -> Path:
     return root / RESULTS if (root / RESULTS).is_dir() else root
 
 
+_WALL_CLOCK = "timings.json"
+"""How long fits took on one machine: never compared, and not in git."""
+
+
 def _files(folder: Path) -> Iterator[Path]:
     for path in sorted(folder.rglob("*")):
-        if path.is_file() and not any(part.startswith(".") for part in path.relative_to(folder).parts):
+        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
+        if path.is_file() and not hidden and path.name != _WALL_CLOCK:
             yield path
 
 
