@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -13,29 +12,10 @@ from pathlib import Path
 import pytest
 
 from pipeline import ROOT
+from tests.stages import STAGES, run, written
 
 PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
-STAGES = ("generate", "fit", "verify", "figures")
 SHORT = PARAMS.replace("algorithm1: {first_step: 70", "algorithm1: {first_step: 128")
-
-
-def run(stage: str, folder: Path, experiment: str = "example1", **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [
-            *(sys.executable, "-W", "error", "-m", "pipeline", stage, experiment),
-            *("--params", str(folder / "params.yaml"), "--results", str(folder / "results")),
-        ],
-        cwd=ROOT,
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
-def written(folder: Path) -> dict[str, bytes]:
-    results = folder / "results"
-    return {str(p.relative_to(results)): p.read_bytes() for p in sorted(results.rglob("*")) if p.is_file()}
 
 
 @pytest.fixture(scope="module")

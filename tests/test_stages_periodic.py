@@ -2,9 +2,7 @@
 
 import csv
 import json
-import os
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -13,8 +11,10 @@ from pipeline import ROOT
 from pipeline.archive import read_fit
 from pipeline.codec import dumps
 from pipeline.results import Results
+from tests.stages import STAGES, written
+from tests.stages import run as run_stage
 
-STAGES = ("generate", "fit", "verify", "figures")
+run = partial(run_stage, experiment="example2")
 METHODS = ("unconstrained", "grid", "intervals", "exact")
 SHORT = (
     (ROOT / "params.yaml")
@@ -22,26 +22,6 @@ SHORT = (
     .replace("conservatism: [4, 8, 16, 32, 64, 128, 256]", "conservatism: [4, 8]")
     .replace("draws: 30", "draws: 2")
 )
-
-
-def run(stage: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [
-            *(sys.executable, "-W", "error", "-m", "pipeline", stage, "example2"),
-            *("--params", str(folder / "params.yaml"), "--results", str(folder / "results")),
-        ],
-        cwd=ROOT,
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
-def written(folder: Path) -> dict[str, bytes]:
-    results = folder / "results"
-    files = (p for p in sorted(results.rglob("*")) if p.is_file() and p.name != "timings.json")
-    return {str(p.relative_to(results)): p.read_bytes() for p in files}
 
 
 def all_stages(folder: Path, **environment: str) -> Path:
