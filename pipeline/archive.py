@@ -17,6 +17,7 @@ from pipeline.learning.study import Study
 from pipeline.logs import Log, LogError, Series, read_log, write_log
 from pipeline.results import Results
 from pipeline.systems.margins import MarginProfile
+from pipeline.systems.scalar import ScalarReference
 
 _SAMPLES = "samples.json"
 _STUDY = "study.json"
@@ -84,7 +85,7 @@ def write_margins(
     series = [
         Series(
             f"/margins/{method}/{profile.quantity.name}",
-            np.arange(len(profile.margins), dtype=float) * profile.quantity.sampling_time,
+            np.arange(len(profile.margins), dtype=float) * profile.quantity.functional.sampling_time,
             {"margin": profile.margins, "at_time": profile.times, "margin_at_step": profile.at_steps},
         )
         for method, profiles in margins.items()
@@ -113,14 +114,14 @@ def _trace(name: str, trace: Trace, sampling_time: float) -> Series:
 
 def _curves(samples: Samples, learned: LearnedReference, times: Array) -> Series:
     """The reference over time; the tube at t is what can be reached at t + T_s."""
-    reference = learned.reference
+    reference = ScalarReference.of(learned.reference)
     successor_lower, successor_upper = reference.tube(times)
     return Series(
         f"/references/{learned.method}",
         times,
         {
             "mean": reference.state(times),
-            "std": np.sqrt(Posterior(learned.prior, samples).variance(times)),
+            "std": np.sqrt(Posterior(learned.prior.parts[0], samples).variance(times)),
             "input": reference.input(times),
             "successor_lower": successor_lower,
             "successor_upper": successor_upper,

@@ -139,14 +139,18 @@ def _read_float(value: Any, _: Any) -> float:
 
 
 def _read_array(values: Any, _: Any) -> Array:
+    """Numbers in lists, all of one length where lists hold lists."""
     if not isinstance(values, list):
         raise CodecError(f"must be a list of numbers, got {short(values)}")
+    items: list[Any] = []
     for i, value in enumerate(values):
         try:
-            _read_float(value, float)
+            items.append(_read_array(value, float) if isinstance(value, list) else _read_float(value, float))
         except CodecError as error:
             raise CodecError(f"[{i}] {error}") from error
-    return np.array(values, dtype=float)
+    if len({np.shape(item) for item in items}) > 1:
+        raise CodecError(f"must be lists of one length, got {short(values)}")
+    return np.array(items, dtype=float)
 
 
 def _read_set(values: Any, wanted: Any) -> frozenset[Any]:

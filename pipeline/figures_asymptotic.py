@@ -9,12 +9,14 @@ from matplotlib.figure import Figure
 from pipeline import plots
 from pipeline.archive import Fitted, read_fit, read_margins
 from pipeline.experiments import AsymptoticExperiment
+from pipeline.gp.joint import JointPrior
 from pipeline.ground_truth import GROUND_TRUTHS
 from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND
 from pipeline.learning.landscape import Landscape, landscape
 from pipeline.learning.problem import ConstrainedProblem
 from pipeline.learning.space import SearchSpace
 from pipeline.results import Results
+from pipeline.systems.scalar import ScalarReference
 from pipeline.tables import read_columns
 
 _STEPS_OF_TUBE = 12
@@ -27,21 +29,21 @@ def drawings(experiment: AsymptoticExperiment, results: Results) -> dict[str, Ca
     """The figures of an experiment by name, each drawn when it is called: here and in the notebook the same."""
     fitted = read_fit(results)
     sound = fitted.learned[SOUND.name]
-    plant, final_step = sound.reference.plant, sound.final_step or 0
-    references = {name: learned.reference for name, learned in fitted.learned.items()}
+    plant, final_step = experiment.plant, sound.final_step or 0
+    references = {name: ScalarReference.of(learned.reference) for name, learned in fitted.learned.items()}
     last_sample = round(float(fitted.samples.times[-1]) / plant.sampling_time)
     by_name: dict[str, Callable[[], Figure]] = {
-        "tube": lambda: plots.tube(sound.reference, np.arange(_STEPS_OF_TUBE, dtype=float)),
+        "tube": lambda: plots.tube(references[SOUND.name], np.arange(_STEPS_OF_TUBE, dtype=float)),
         "asymptotic": lambda: plots.asymptotic(
-            sound.reference, fitted.samples, last_sample, final_step, round(1.5 * final_step)
+            references[SOUND.name], fitted.samples, last_sample, final_step, round(1.5 * final_step)
         ),
         "convergence": lambda: plots.convergence(
-            fitted.traces[AS_PUBLISHED.name], plant.state_set, sound.reference.signal.mean
+            fitted.traces[AS_PUBLISHED.name], plant.state_set, sound.prior.parts[0].mean
         ),
         "prediction": lambda: _prediction(experiment, fitted),
         "margins": lambda: plots.margins(read_margins(results, fitted.learned)),
     }
-    if len(sound.prior.kernel.hyperparameters.keys() & sound.prior.learned) == 2:
+    if len(sound.prior.parts[0].kernel.hyperparameters.keys() & sound.prior.learned) == 2:
         by_name["landscape"] = lambda: plots.landscape(
             landscapes(experiment, fitted), fitted.traces[SOUND.name], references
         )
@@ -51,15 +53,16 @@ def drawings(experiment: AsymptoticExperiment, results: Results) -> dict[str, Ca
 def landscapes(experiment: AsymptoticExperiment, fitted: Fitted) -> Sequence[Landscape]:
     """The likelihood and the constraints of the sound reading's last iteration, around what was learned."""
     learned = fitted.learned[SOUND.name]
-    kernel = [name for name in learned.prior.kernel.hyperparameters if name in learned.prior.learned]
+    (own,) = learned.prior.parts
+    kernel = [name for name in own.kernel.hyperparameters if name in own.learned]
     # Where the noise is learned too, the landscape is cut at its learned value.
-    prior = replace(learned.prior, fixed=frozenset(learned.prior.hyperparameters.keys() - set(kernel)))
+    prior = replace(own, fixed=frozenset(own.hyperparameters.keys() - set(kernel)))
     space = experiment.search_space(fitted.samples)
     problem = ConstrainedProblem(
-        fitted.samples,
-        prior,
+        (fitted.samples,),
+        JointPrior((prior,)),
         SearchSpace({name: bounds for name, bounds in space.bounds.items() if name in kernel}),
-        SOUND.constraints(learned.reference.plant, learned.final_step or 0),
+        SOUND.constraints(experiment.plant, learned.final_step or 0),
     )
     first, second = (prior.hyperparameters[name] for name in kernel)
     grids = []
@@ -75,7 +78,7 @@ def _prediction(experiment: AsymptoticExperiment, fitted: Fitted) -> Figure:
     truth = GROUND_TRUTHS.get(experiment.ground_truth or "")
     return plots.prediction(
         fitted.samples,
-        {name: learned.reference for name, learned in fitted.learned.items()},
+        {name: ScalarReference.of(learned.reference) for name, learned in fitted.learned.items()},
         SOUND.name,
         steps,
         true_reference=truth(steps * experiment.system.sampling_time) if truth else None,

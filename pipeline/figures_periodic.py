@@ -12,6 +12,7 @@ from pipeline.ground_truth import GROUND_TRUTHS
 from pipeline.learning.growth import growth_rates
 from pipeline.results import Results
 from pipeline.systems.margins import MarginProfile
+from pipeline.systems.scalar import ScalarReference
 from pipeline.tables import read_columns
 
 # Looks go by position: in this order the references of every figure.
@@ -43,7 +44,7 @@ def _prediction(experiment: PeriodicExperiment, fitted: Fitted) -> Figure:
     truth = GROUND_TRUTHS.get(experiment.ground_truth or "")
     return plots.periodic_prediction(
         fitted.samples,
-        {method: fitted.learned[method].reference for method in _CURVES},
+        {method: ScalarReference.of(fitted.learned[method].reference) for method in _CURVES},
         "exact",
         steps,
         _FIRST_STEPS,
@@ -56,8 +57,8 @@ def _growth(experiment: PeriodicExperiment, fitted: Fitted) -> dict[str, plots.G
     wanted = experiment.periodic
     end = wanted.last_step * experiment.system.sampling_time
     times, edges = np.linspace(0, end, _POINTS), np.linspace(0, end, wanted.intervals + 1)
-    signals = {method: fitted.learned[method].reference.signal for method in _CURVES}
-    rates = growth_rates(signals["intervals"], experiment.constrained_system, tuple(edges.tolist()))
+    signals = {method: fitted.learned[method].reference.signals[0] for method in _CURVES}
+    rates = growth_rates(signals["intervals"], experiment.plant, tuple(edges.tolist()))
     derivatives = {method: signal.derivative(times) for method, signal in signals.items()}
     panels = {"ours (growth rates: those of the intervals)": plots.GrowthIntervals(times, derivatives, edges, *rates)}
     if experiment.published_derivative and experiment.published_growth_rates:

@@ -31,7 +31,7 @@ def learn(experiment: AsymptoticExperiment, samples: Samples) -> tuple[Fitted, d
 
 
 def _unconstrained(experiment: AsymptoticExperiment, samples: Samples) -> LearnedReference:
-    problem = ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples))
+    problem = ConstrainedProblem((samples,), experiment.learned_prior, experiment.search_space(samples))
     solution = solve(problem)
     if not isinstance(solution, Solution):
         raise NoReferenceError(f"experiment {experiment.name}, unconstrained: {solution.explanation}")
@@ -42,9 +42,9 @@ def _run(experiment: AsymptoticExperiment, samples: Samples, reading: Reading) -
     first, last = experiment.algorithm1.first_step, experiment.algorithm1.last_step
     with tqdm(total=last - first + 1, desc=f"{experiment.name}: {reading.name}", unit="fit", disable=None) as bar:
         return algorithm1(
-            samples,
+            (samples,),
             experiment.learned_prior,
-            experiment.constrained_system,
+            experiment.plant,
             experiment.search_space(samples),
             reading,
             first,

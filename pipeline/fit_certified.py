@@ -12,7 +12,7 @@ CERTIFIED = "certified"
 def certified(experiment: Experiment, samples: Samples) -> LearnedReference:
     """Learned with a proof for all real times. Raises NoReferenceError, saying what stands in its way."""
     plant = experiment.constrained_system
-    found = learn_certified(samples, experiment.learned_prior, plant, experiment.search_space(samples))
+    found = learn_certified((samples,), experiment.learned_prior, plant, experiment.search_space(samples))
     if not isinstance(found, Certified):
         raise NoReferenceError(f"experiment {experiment.name}, {CERTIFIED}: {found.explanation}")
     return LearnedReference.of(CERTIFIED, found.solution, plant, fits=found.solution.fits)

@@ -17,7 +17,7 @@ from pipeline.errors import NoReferenceError
 from pipeline.experiments import PeriodicExperiment
 from pipeline.experiments.fields import SampleDraw
 from pipeline.fit_certified import CERTIFIED, certified
-from pipeline.gp.posterior import Posterior
+from pipeline.gp.joint import JointPosterior
 from pipeline.gp.samples import Samples
 from pipeline.ground_truth import GROUND_TRUTHS
 from pipeline.learning import periodic
@@ -52,22 +52,22 @@ def learn(experiment: PeriodicExperiment, samples: Samples) -> tuple[Fitted, dic
 
 
 def _methods(experiment: PeriodicExperiment) -> dict[str, Constraints]:
-    plant, wanted, prior = experiment.constrained_system, experiment.periodic, experiment.learned_prior
+    plant, wanted, (prior,) = experiment.plant, experiment.periodic, experiment.learned_prior.parts
     methods = {
         UNCONSTRAINED: (),
         GRID: grid(plant, wanted.last_step),
         INTERVALS: intervals(plant, wanted.last_step, wanted.intervals, wanted.backoff),
-        EXACT: exact(plant, wanted.backoff),
+        EXACT: exact(experiment.constrained_system, wanted.backoff),
     }
     if "period" in prior.fixed:
         with suppress(ValueError):  # else the instants fall dense in the period, and `exact` is what there is
-            methods[SAMPLED] = sampled(plant, periodic.period_of(prior.kernel))
+            methods[SAMPLED] = sampled(plant, periodic.period_of([prior.kernel]))
     return methods
 
 
 def _found(experiment: PeriodicExperiment, samples: Samples, constraints: Constraints) -> Found:
     plant, space = experiment.constrained_system, experiment.search_space(samples)
-    return periodic.learn(samples, experiment.learned_prior, plant, space, constraints)
+    return periodic.learn((samples,), experiment.learned_prior, plant, space, constraints)
 
 
 def _rounds(experiment: PeriodicExperiment, found: Found) -> dict[str, Array]:
@@ -103,7 +103,7 @@ def _columns(table: type[Conservatism] | type[Draws], rows: list[list[float]]) -
 
 def _interval_row(experiment: PeriodicExperiment, samples: Samples, count: int) -> list[float]:
     """The entries of `Conservatism` for η = `count`; empty where (9) has no solution."""
-    plant, wanted = experiment.constrained_system, experiment.periodic
+    plant, wanted = experiment.plant, experiment.periodic
     outcome = _found(experiment, samples, intervals(plant, wanted.last_step, count, wanted.backoff)).outcome
     if not isinstance(outcome, Solution):
         return []
@@ -129,12 +129,12 @@ def _draw_row(experiment: PeriodicExperiment, seed: int) -> list[float]:
 def _summary(experiment: PeriodicExperiment, solution: Solution) -> list[float]:
     """l, the period, and the root mean square distance to the true reference at the verified steps."""
     times = np.arange(experiment.verification.last_step + 1, dtype=float) * experiment.system.sampling_time
-    off = solution.posterior.mean(times) - GROUND_TRUTHS[experiment.ground_truth or ""](times)
-    period = periodic.period_of(solution.posterior.prior.kernel)
+    off = solution.posterior.signals[0](times) - GROUND_TRUTHS[experiment.ground_truth or ""](times)
+    period = periodic.period_of([solution.posterior.signals[0].kernel])
     return [solution.objective, period, float(np.sqrt(np.mean(off**2)))]
 
 
-def _margins(experiment: PeriodicExperiment, posterior: Posterior) -> list[float]:
+def _margins(experiment: PeriodicExperiment, posterior: JointPosterior) -> list[float]:
     """The smallest margins of state and input over all phases."""
     constraints = exact(experiment.constrained_system)
     return [float(np.min(c.closest(posterior)[1])) * c.quantity.bounds.width for c in constraints]

@@ -20,7 +20,7 @@ def generate(experiment: Experiment, results: Results) -> None:
         if samples.times[0] < 0:
             raise ValueError(f"samples: times must not be negative (steps count from 0), got {samples.times[0]:g} s")
         # Raises where the samples are too few for what is to be learned from them.
-        ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples))
+        ConstrainedProblem((samples,), experiment.learned_prior, experiment.search_space(samples))
         experiment.check(samples)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: {error}") from error

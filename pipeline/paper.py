@@ -9,7 +9,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize_scalar
 
 from pipeline.arrays import Array
-from pipeline.systems.scalar import ConstrainedSystem
+from pipeline.systems.scalar import Scalar
 
 _PRINTED = Path("data/paper/printed_numbers.csv")
 
@@ -37,9 +37,9 @@ def period_of_curve(times: Array, values: Array, between: tuple[float, float], h
     return float(best.x), float(best.fun)
 
 
-def states_behind(plant: ConstrainedSystem, lower: Array, upper: Array) -> tuple[Array, Array]:
+def states_behind(plant: Scalar, lower: Array, upper: Array) -> tuple[Array, Array]:
     """Smallest and largest state that growth rates [1/s] were made for: Assumption 5, solved for x (a < 1, b > 0)."""
-    a, b, c, t_s = plant.system.a, plant.system.b, plant.system.c, plant.sampling_time
+    a, b, c, t_s = plant.a, plant.b, plant.c, plant.sampling_time
     slowest, fastest = plant.input_set.lower, plant.input_set.upper
     return (b * slowest + c - t_s * lower) / (1 - a), (b * fastest + c - t_s * upper) / (1 - a)
 

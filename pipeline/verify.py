@@ -20,6 +20,7 @@ from pipeline.results import Results
 from pipeline.systems.definition import smallest_defect
 from pipeline.systems.margins import MarginProfile, margin_profile
 from pipeline.systems.reference import Reference
+from pipeline.systems.scalar import Scalar
 
 _CLAIMS_A_PROOF = {"certified", "exact"}
 _PERIODS = 100
@@ -89,14 +90,16 @@ def _instants(experiment: Experiment, reference: Reference) -> list[MarginProfil
     phases."""
     last_step = experiment.verification.last_step
     if isinstance(experiment, PeriodicExperiment):
-        last_step = round(_PERIODS * period_of(reference.signal.kernel) / reference.plant.sampling_time)
+        last_step = round(
+            _PERIODS * period_of([signal.kernel for signal in reference.signals]) / reference.plant.sampling_time
+        )
     return [margin_profile(reference, q, last_step, 1) for q in reference.quantities]
 
 
 def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None:
     """Bounds for all time after the last verified step; None where the kernel gives none."""
-    plant = reference.plant
-    bounds = tail(reference.signal, last_step * plant.sampling_time)
+    plant = Scalar.of(reference.plant)
+    bounds = tail(reference.signals[0], last_step * plant.sampling_time)
     if bounds is None:
         return None
     return {
@@ -112,5 +115,6 @@ def _error(experiment: Experiment, reference: Reference) -> float | None:
     """Root mean square distance to the ground truth at the verified steps; None where the truth is unknown."""
     if experiment.ground_truth is None:
         return None
-    times = reference.instants(np.arange(experiment.verification.last_step + 1, dtype=float))
-    return float(np.sqrt(np.mean((reference.state(times) - GROUND_TRUTHS[experiment.ground_truth](times)) ** 2)))
+    steps = np.arange(experiment.verification.last_step + 1, dtype=float)
+    truth = GROUND_TRUTHS[experiment.ground_truth](reference.instants(steps))
+    return float(np.sqrt(np.mean((reference.state(steps)[:, 0] - truth) ** 2)))

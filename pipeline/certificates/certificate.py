@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
 from pipeline.certificates.cover import Cover
 from pipeline.gp.combinations import Product, Sum
@@ -13,12 +14,15 @@ from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from pipeline.gp.signal import KernelSum
+from pipeline.systems.constrained import ConstrainedSystem
+from pipeline.systems.functional import Functional
 from pipeline.systems.interval import Interval
+from pipeline.systems.linear import Linear
+from pipeline.systems.polytope import Polytope
 from pipeline.systems.reference import Reference
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
 
 FORMAT = "trackable certificate"
-VERSION = 1
+VERSION = 2
 
 _KERNELS: dict[str, type[Kernel]] = {
     kernel.__name__: kernel
@@ -34,7 +38,7 @@ _CLAIMS: dict[str, type[AllTimes | AllPhases | OnWindow | AtInstants]] = {
 
 @dataclass(frozen=True)
 class Certificate:
-    """The state of `reference` stays in X, its input in U, at the times that `claim` names, with room for rounding.
+    """States and inputs of `reference` keep their bounds at the times that `claim` names, with room for rounding.
 
     Each quantity keeps `evaluation_error` away from its bounds: what float64 evaluation gives at a float64 time
     |t| ≤ `evaluated_until` [s] stays inside too. `covers` holds the boxes of the proof (none for instants), `terms` is
@@ -53,27 +57,35 @@ class Certificate:
         """What is proved, in a sentence."""
         boxes = {name: len(cover.radii) for name, cover in self.covers.items()}
         how = f" ({', '.join(f'{n} boxes for the {name}' for name, n in boxes.items())})" if boxes else ""
-        x, u = self.reference.plant.state_set, self.reference.plant.input_set
-        return f"proved for {self.claim}: the state stays in {x} and the input in {u}{how}"
+        stays = " and ".join(f"the {q.name} stays in {q.bounds}" for q in self.reference.quantities)
+        return f"proved for {self.claim}: {stays}{how}"
 
     def to_dict(self) -> dict[str, Any]:
         """As nested dicts, lists, strings and numbers; every float64 as it is, so that `repr` keeps it."""
-        signal, plant = self.reference.signal, self.reference.plant
+        plant = self.reference.plant
         kind = next(kind for kind, cls in _CLAIMS.items() if isinstance(self.claim, cls))
         return {
             "format": FORMAT,
             "version": VERSION,
             "claim": {"kind": kind, **dataclasses.asdict(self.claim), **self._proof},
-            "signal": {
-                "kernel": _kernel_to_dict(signal.kernel),
-                "mean": float(signal.mean),
-                "centres": signal.centres.tolist(),
-                "weights": signal.weights.tolist(),
+            "signals": [_signal_to_dict(signal) for signal in self.reference.signals],
+            "system": {
+                "A": plant.system.A.tolist(),
+                "B": plant.system.B.tolist(),
+                "c": plant.system.c.tolist(),
+                "states": list(plant.system.states),
+                "inputs": list(plant.system.inputs),
+                "sampling_time": float(plant.sampling_time),
             },
-            "system": {**_floats(plant.system), "sampling_time": float(plant.sampling_time)},
-            "state_set": _floats(plant.state_set),
-            "input_set": _floats(plant.input_set),
-            "evaluation": {"until": self.evaluated_until, **self.evaluation_error},
+            "trajectories": {
+                "states": [_functional_to_dict(x) for x in plant.flatness.states],
+                "inputs": [_functional_to_dict(u) for u in plant.flatness.inputs],
+            },
+            "bounds": [
+                {"name": q.name, "of": kind, "row": row.tolist(), "lower": bounds.lower, "upper": bounds.upper}
+                for q, (kind, row, bounds) in zip(plant.quantities, _rows(plant), strict=True)
+            ],
+            "evaluation": {"until": self.evaluated_until, "errors": self.evaluation_error},
         }
 
     @property
@@ -86,33 +98,52 @@ class Certificate:
         """The inverse of `to_dict`; KeyError, TypeError or ValueError where `data` is nothing that it returns."""
         if (data["format"], data["version"]) != (FORMAT, VERSION):
             raise ValueError(f"certificate: expected {FORMAT!r} version {VERSION}, got {data['format']!r}")
-        claim, signal, system = dict(data["claim"]), data["signal"], dict(data["system"])
-        evaluation = dict(data["evaluation"])
+        claim, system = dict(data["claim"]), data["system"]
         covers, terms = claim.pop("covers", {}), claim.pop("terms", 0)
-        sampling_time = system.pop("sampling_time")
-        until = evaluation.pop("until")
+        linear = Linear(system["A"], system["B"], system["c"], tuple(system["states"]), tuple(system["inputs"]))
+        sets = [_set_from_dicts([b for b in data["bounds"] if b["of"] == kind], size) for kind, size in (
+            ("state", len(linear.states)), ("input", len(linear.inputs)))]  # fmt: skip
         return cls(
             reference=Reference(
-                KernelSum(
-                    _kernel_from_dict(signal["kernel"]),
-                    signal["mean"],
-                    np.array(signal["centres"], dtype=float),
-                    np.array(signal["weights"], dtype=float),
-                ),
-                ConstrainedSystem(
-                    ScalarLinear(**system), Interval(**data["state_set"]), Interval(**data["input_set"]), sampling_time
-                ),
+                tuple(_signal_from_dict(signal) for signal in data["signals"]),
+                ConstrainedSystem(linear, sets[0], sets[1], system["sampling_time"]),
             ),
             claim=_CLAIMS[claim.pop("kind")](**claim),
             terms=terms,
             covers={name: Cover(tuple(c["ends"]), tuple(c["radii"])) for name, c in covers.items()},
-            evaluation_error=evaluation,
-            evaluated_until=until,
+            evaluation_error=dict(data["evaluation"]["errors"]),
+            evaluated_until=data["evaluation"]["until"],
         )
 
 
-def _floats(value: ScalarLinear | Interval) -> dict[str, float]:
-    return {name: float(number) for name, number in dataclasses.asdict(value).items()}
+def _rows(plant: ConstrainedSystem) -> list[tuple[str, Array, Interval]]:
+    of_states = [("state", *row) for row in plant.state_set.intervals]
+    return of_states + [("input", *row) for row in plant.input_set.intervals]
+
+
+def _set_from_dicts(bounds: list[dict[str, Any]], dimension: int) -> Polytope:
+    rows = np.array([b["row"] for b in bounds], dtype=float).reshape(len(bounds), dimension)
+    return Polytope(rows, np.array([b["lower"] for b in bounds]), np.array([b["upper"] for b in bounds]), dimension)
+
+
+def _functional_to_dict(functional: Functional) -> dict[str, Any]:
+    """Exact numbers as "p/q"."""
+    weights = [[str(w) for w in of_signal] for of_signal in functional.weights]
+    return {"offset": str(functional.offset), "weights": weights}
+
+
+def _signal_to_dict(signal: KernelSum) -> dict[str, Any]:
+    return {
+        "kernel": _kernel_to_dict(signal.kernel),
+        "mean": float(signal.mean),
+        "centres": signal.centres.tolist(),
+        "weights": signal.weights.tolist(),
+    }
+
+
+def _signal_from_dict(data: dict[str, Any]) -> KernelSum:
+    centres, weights = np.array(data["centres"], dtype=float), np.array(data["weights"], dtype=float)
+    return KernelSum(_kernel_from_dict(data["kernel"]), data["mean"], centres, weights)
 
 
 def _kernel_to_dict(kernel: Kernel) -> dict[str, Any]:

@@ -1,16 +1,17 @@
 """Learning with a proof: fit, try to prove, give the proof more room or the fit more time, repeat."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.certificates.certificate import Certificate
 from pipeline.certificates.outcome import Counterexample, Unproved
-from pipeline.certificates.prove import common_period, prove
+from pipeline.certificates.prove import common_period, prove, reference_period
 from pipeline.certificates.rounding import evaluation_errors
+from pipeline.gp.joint import JointPrior
 from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
-from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
 from pipeline.learning.basins import best_of
 from pipeline.learning.exchange import solve, tightened
@@ -18,9 +19,9 @@ from pipeline.learning.index_set import AllPhases, IndexSet, Window
 from pipeline.learning.problem import ROUNDING_BACKOFF, ConstrainedProblem, Constraint, NoSolution, Solution
 from pipeline.learning.screening import screened
 from pipeline.learning.space import SearchSpace
+from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.quantity import Quantity
 from pipeline.systems.reference import Reference
-from pipeline.systems.scalar import ConstrainedSystem
 
 _LARGEST_BACKOFF = 1e-2
 _MOST_ROUNDS = 30
@@ -49,15 +50,15 @@ class Certified:
 
 
 def learn_certified(
-    samples: Samples, prior: Prior, plant: ConstrainedSystem, space: SearchSpace
+    samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, space: SearchSpace
 ) -> Certified | NoSolution | Counterexample | Unproved:
     """The best reference that keeps its bounds provably and for all times; otherwise what stands in the way.
 
     Real times are constrained: all phases of a periodic kernel, else a window from 0 on that grows where a later time
     turns out to break a bound. Deterministic.
     """
-    span = float(samples.times[-1] - samples.times[0]) + plant.sampling_time
-    end = float(samples.times[-1]) + span
+    last = max(float(s.times[-1]) for s in samples)
+    end = 2 * last - min(float(s.times[0]) for s in samples) + plant.sampling_time
     rounds = 0
     while True:
         first = _fit(_problem(samples, prior, plant, space, end, ROUNDING_BACKOFF), None)
@@ -66,7 +67,7 @@ def learn_certified(
             rounds += 1
             if not isinstance(found, Solution):
                 return found
-            reference = Reference(found.posterior.signal, plant)
+            reference = Reference(found.posterior.signals, plant)
             outcome = prove(reference)
             if isinstance(outcome, Certificate):
                 assert isinstance(first, Solution)
@@ -85,13 +86,21 @@ def learn_certified(
 def _fit(problem: ConstrainedProblem, before: Solution | None) -> Solution | NoSolution:
     if before:
         return tightened(before, problem)
-    if isinstance(problem.prior.kernel, Periodic):  # the likelihood has a basin for every multiple of the period
+    kernels = [part.kernel for part in problem.prior.parts]
+    if len(kernels) == 1 and isinstance(
+        kernels[0], Periodic
+    ):  # the likelihood has a basin for every multiple of the period
         return best_of(problem, screened(problem, max(_FEWEST_BASINS, problem.space.starts))).outcome
     return solve(problem)
 
 
 def _problem(
-    samples: Samples, prior: Prior, plant: ConstrainedSystem, space: SearchSpace, end: float, backoff: float
+    samples: tuple[Samples, ...],
+    prior: JointPrior,
+    plant: ConstrainedSystem,
+    space: SearchSpace,
+    end: float,
+    backoff: float,
 ) -> ConstrainedProblem:
     """Half of the back-off is kept between the times of the program too; the other half is the program's own room."""
     times: IndexSet = AllPhases(_period) if _is_periodic(prior) else Window(0.0, end)
@@ -99,7 +108,7 @@ def _problem(
         samples,
         prior,
         space,
-        tuple(Constraint(_drawn_in(q, backoff / 2), times, backoff / 2) for q in (plant.state, plant.input)),
+        tuple(Constraint(_drawn_in(q, backoff / 2), times, backoff / 2) for q in plant.quantities),
     )
 
 
@@ -107,14 +116,17 @@ def _drawn_in(quantity: Quantity, by: float) -> Quantity:
     return replace(quantity, bounds=quantity.bounds.shrunk(by * quantity.bounds.width))
 
 
-def _is_periodic(prior: Prior) -> bool:
-    """Whether the kernel has a period whatever is learned."""
-    kept = all(name in prior.fixed for name in prior.hyperparameters if name.endswith("period"))
-    return isinstance(prior.kernel, Periodic) or (kept and common_period(prior.kernel) is not None)
+def _is_periodic(prior: JointPrior) -> bool:
+    """Whether all kernels have one period whatever is learned."""
+    periods = {common_period(part.kernel) for part in prior.parts}
+    names = [name for name in prior.hyperparameters if name.endswith("period")]
+    kept = all(name in prior.fixed for name in names)
+    plain = names == ["period"] and all(isinstance(part.kernel, Periodic) for part in prior.parts)
+    return len(periods) == 1 and None not in periods and (kept or plain)
 
 
-def _period(kernel: Kernel) -> float:
-    period = common_period(kernel)
+def _period(kernels: Sequence[Kernel]) -> float:
+    period = common_period(kernels[0])
     assert period is not None
     return period
 
@@ -125,6 +137,7 @@ def _failed_at(outcome: Counterexample | Unproved) -> float:
 
 def _relative_error(reference: Reference) -> float:
     """The largest error of float64 evaluation in a period or soon after the samples, as a part of a bound's width."""
-    until = 1e3 * (common_period(reference.signal.kernel) or float(np.max(np.abs(reference.signal.centres))))
+    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.signals)
+    until = 1e3 * (reference_period(reference) or latest)
     errors = evaluation_errors(reference, until)
     return max(errors[q.name] / q.bounds.width for q in reference.quantities)

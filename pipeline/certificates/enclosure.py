@@ -9,10 +9,11 @@ import numpy as np
 from flint import arb, arb_poly, arb_series
 
 from pipeline.certificates.balls import ball_arithmetic
-from pipeline.certificates.exact import ExactQuantity, centres_and_weights
+from pipeline.certificates.exact import ExactQuantity
 from pipeline.certificates.growth import on_disc
 from pipeline.certificates.series import has_periodic_part, is_analytic, taylor
 from pipeline.gp.kernel import Kernel
+from pipeline.gp.signal import KernelSum
 
 _MAX_CUTS = 400
 _BEYOND_HALF = 1.01
@@ -48,20 +49,25 @@ def remainder(quantity: ExactQuantity, box: Box, terms: int) -> arb:
     By Cauchy's estimate with |κ| ≤ M on |z − r| < ρ: Σ_(k ≥ terms) |κ⁽ᵏ⁾(r)| hᵏ/k! ≤ M (h/ρ)^terms / (1 − h/ρ). If the
     kink of a Matérn kernel lies in the box, the branch of the box's middle is continued beyond it.
     """
-    kernel, total = quantity.signal.kernel, arb(0)
+    total = arb(0)
     with ball_arithmetic(2):
         middle, half = _midpoint(box)
         radius = arb(box.radius)
         missed = _geometric_rest(half / radius, terms)
-        continued = arb(0) if is_analytic(kernel) else _oddness(kernel, half * _BEYOND_HALF, radius, terms)
-        for w, s in quantity.terms:
-            for t_i, c in centres_and_weights(quantity.signal):
-                r, weight = middle + s - arb(t_i), abs(w * arb(c))
-                total += weight * on_disc(kernel, r, radius) * missed
-                if not _side(box, s, t_i):
-                    # A middle of uncertain sign is next to the kink, or else nothing is known.
-                    total += weight * (continued if r > 0 or r < 0 or abs(r) < half / 1000 else arb.pos_inf())
+        kernels = {term.signal.kernel for term in quantity.terms}
+        continued = {kernel: _continued(kernel, half, radius, terms) for kernel in kernels}
+        for term, shift, weight in quantity.summands():
+            kernel, r = term.signal.kernel, middle + shift
+            total += abs(weight) * on_disc(kernel, r, radius) * missed
+            if not _side(box, shift):
+                # A middle of uncertain sign is next to the kink, or else nothing is known.
+                known = r > 0 or r < 0 or abs(r) < half / 1000
+                total += abs(weight) * (continued[kernel] if known else arb.pos_inf())
         return total
+
+
+def _continued(kernel: Kernel, half: arb, radius: arb, terms: int) -> arb:
+    return arb(0) if is_analytic(kernel) else _oddness(kernel, half * _BEYOND_HALF, radius, terms)
 
 
 def _geometric_rest(ratio: arb, terms: int) -> arb:
@@ -86,39 +92,50 @@ def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
     with ball_arithmetic(terms):
         middle, half = _midpoint(box)
         polynomial = arb_poly([quantity.offset])
-        for w, s in quantity.terms:
-            for t_i, c in centres_and_weights(quantity.signal):
-                r = middle + s - arb(t_i)
-                # κ is even: differences are mirrored to the branch of r ≥ 0.
-                mirror = _side(box, s, t_i) or (1 if r >= 0 else -1)
-                series = arb_series([mirror * r, mirror * half], prec=terms)
-                polynomial += arb_poly(taylor(quantity.signal.kernel, series).coeffs()) * (w * arb(c))
+        for term, shift, weight in quantity.summands():
+            r = middle + shift
+            # κ is even: differences are mirrored to the branch of r ≥ 0.
+            mirror = _side(box, shift) or (1 if r >= 0 else -1)
+            series = arb_series([mirror * r, mirror * half], prec=terms)
+            polynomial += arb_poly(taylor(term.signal.kernel, series).coeffs()) * weight
         return Enclosure(polynomial, rest)
 
 
 def best_radius(quantity: ExactQuantity, start: float, end: float, terms: int) -> float:
     """A radius of discs [s] that makes the remainder small in the box [start, end] [s]; any other is valid too."""
-    signal, half = quantity.signal, (end - start) / 2
-    shifts = np.array([float(s) for _, s in quantity.terms])
-    nearest = float(np.min(np.abs(start + half + shifts[:, None] - signal.centres)))
+    half = (end - start) / 2
     with ball_arithmetic(2):
-        # Of a repeating kernel some crest is always near.
-        r = arb(0) if has_periodic_part(signal.kernel) else arb(nearest)
+        signals = _signals(quantity, start + half)
         radii = [half * ratio for ratio in _RATIOS]
-        bounds = [on_disc(signal.kernel, r, arb(radius)) * (arb(half) / arb(radius)) ** terms for radius in radii]
+        bounds = [
+            sum((on_disc(kernel, r, arb(radius)) for kernel, r in signals), arb(0)) * (arb(half) / arb(radius)) ** terms
+            for radius in radii
+        ]
         sizes = [float(bound.upper()) if bound.is_finite() else math.inf for bound in bounds]
         return radii[sizes.index(min(sizes))]
+
+
+def _signals(quantity: ExactQuantity, middle: float) -> list[tuple[Kernel, arb]]:
+    """The kernel of each signal, and how far the nearest centre is [s]; of a repeating kernel some crest always is."""
+    shifts: dict[int, tuple[KernelSum, list[float]]] = {}
+    for term in quantity.terms:
+        shifts.setdefault(id(term.signal), (term.signal, []))[1].append(float(term.shift))
+    found = []
+    for signal, looks in shifts.values():
+        nearest = float(np.min(np.abs(middle + np.array(looks)[:, None] - signal.centres)))
+        found.append((signal.kernel, arb(0) if has_periodic_part(signal.kernel) else arb(nearest)))
+    return found
 
 
 def _midpoint(box: Box) -> tuple[arb, arb]:
     return (arb(box.start) + arb(box.end)) / 2, (arb(box.end) - arb(box.start)) / 2
 
 
-def _side(box: Box, shift: arb, centre: float) -> int:
-    """On which side of the centre t + shift certainly stays for all t in the box: −1, 1, or 0 where on neither."""
-    if arb(box.start) + shift >= arb(centre):
+def _side(box: Box, shift: arb) -> int:
+    """On which side of zero t + shift certainly stays for all t in the box: −1, 1, or 0 where on neither."""
+    if arb(box.start) + shift >= 0:
         return 1
-    return -1 if arb(box.end) + shift <= arb(centre) else 0
+    return -1 if arb(box.end) + shift <= 0 else 0
 
 
 def _is_positive(polynomial: arb_poly) -> bool:

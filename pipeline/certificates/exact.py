@@ -1,6 +1,8 @@
 """A reference's bounded quantities as exact real functions of time, defined by the stored numbers alone."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 
 from flint import arb
 
@@ -9,30 +11,47 @@ from pipeline.certificates.growth import beyond
 from pipeline.certificates.series import value
 from pipeline.gp.signal import KernelSum
 from pipeline.systems.interval import Interval
+from pipeline.systems.quantity import Quantity
 from pipeline.systems.reference import Reference
-from pipeline.systems.scalar import ConstrainedSystem
+
+
+@dataclass(frozen=True)
+class Term:
+    """w (z(t + s) − m) with z − m = Σ_i c_i κ(t − t_i): one look at a `signal`, `weight` w, `shift` s [s]."""
+
+    signal: KernelSum
+    weight: arb
+    shift: arb
+
+    @property
+    def pairs(self) -> list[tuple[float, float]]:
+        """(t_i, c_i) of the signal."""
+        return list(zip(self.signal.centres.tolist(), self.signal.weights.tolist(), strict=True))
 
 
 @dataclass(frozen=True)
 class ExactQuantity:
-    """q(t) = offset + Σ_j w_j Σ_i c_i κ(t + s_j − t_i), wanted in `bounds`; `terms` holds the (w_j, s_j).
+    """q(t) = offset + Σ_j w_j (z_j(t + s_j) − m_j), wanted in `bounds`; offset is its value at rest.
 
     The weights are those of the formulas, not of their float64 evaluation: 1/b is a ball, no rounded quotient.
     """
 
     name: str
-    signal: KernelSum
-    terms: tuple[tuple[arb, arb], ...]
+    terms: tuple[Term, ...]
     offset: arb
     bounds: Interval
+
+    def summands(self) -> Iterator[tuple[Term, arb, arb]]:
+        """All w c κ(t + s − t_i): the term, s − t_i and w c."""
+        for term in self.terms:
+            for t_i, c in term.pairs:
+                yield term, term.shift - arb(t_i), term.weight * arb(c)
 
     def at(self, t: arb) -> arb:
         """Enclosure of q(t)."""
         with ball_arithmetic():
-            pairs = [(arb(t_i), arb(c)) for t_i, c in centres_and_weights(self.signal)]
-            kernel = self.signal.kernel
             return self.offset + sum(
-                (w * sum((c * value(kernel, t + s - t_i) for t_i, c in pairs), arb(0)) for w, s in self.terms), arb(0)
+                (weight * value(term.signal.kernel, t + shift) for term, shift, weight in self.summands()), arb(0)
             )
 
     def margin_at(self, t: arb) -> arb:
@@ -42,43 +61,55 @@ class ExactQuantity:
             return (q - arb(self.bounds.lower)).min(arb(self.bounds.upper) - q)
 
 
-def centres_and_weights(signal: KernelSum) -> list[tuple[float, float]]:
-    """(t_i, c_i) of a signal."""
-    return list(zip(signal.centres.tolist(), signal.weights.tolist(), strict=True))
+def exact_quantities(reference: Reference) -> tuple[ExactQuantity, ...]:
+    """Everything that is bounded."""
+    return tuple(_exact(reference, quantity) for quantity in reference.quantities)
 
 
-def exact_quantities(reference: Reference) -> tuple[ExactQuantity, ExactQuantity]:
-    """x_r(t) = m⁺(t) and u_r(t) = (m⁺(t + T_s) − a m⁺(t) − c)/b."""
-    plant, signal = reference.plant, reference.signal
+def _exact(reference: Reference, quantity: Quantity) -> ExactQuantity:
+    functional = quantity.functional
     with ball_arithmetic():
-        a, b, c, mean = (arb(v) for v in (plant.system.a, plant.system.b, plant.system.c, signal.mean))
-        step = arb(plant.sampling_time)
-        return (
-            ExactQuantity("state", signal, ((arb(1), arb(0)),), mean, plant.state_set),
-            ExactQuantity(
-                "input", signal, ((1 / b, step), (-a / b, arb(0))), (mean - a * mean - c) / b, plant.input_set
-            ),
+        terms = tuple(
+            Term(signal, rational(w), j * arb(functional.sampling_time))
+            for signal, weights in zip(reference.signals, functional.weights, strict=True)
+            for j, w in enumerate(weights)
+            if w
         )
+        at_rest = rational(functional.offset) + sum((term.weight * arb(term.signal.mean) for term in terms), arb(0))
+    return ExactQuantity(quantity.name, terms, at_rest, quantity.bounds)
+
+
+def rational(number: Fraction) -> arb:
+    """A ball around a rational number."""
+    return arb(number.numerator) / arb(number.denominator)
 
 
 def limits_beyond(reference: Reference, start: arb) -> dict[str, tuple[arb, arb]]:
     """Centre and reach of an interval that holds each quantity for all real t ≥ `start` [s]: an over-estimate.
 
-    With e = m⁺ − m: |e(t)| ≤ m̄ = Σ |c_i| K_i and |ė(t)| ≤ Σ |c_i| D_i, where K_i and D_i bound |κ| and |κ̇| at all
-    distances from start − t_i on. u_r(t) − u_m is ((1 − a) e(t) + (e(t + T_s) − e(t)))/b, or (e(t + T_s) − a e(t))/b.
+    With e = z − m: |e(t)| ≤ R = Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i, where K_i and D_i bound |κ| and |κ̇| at all
+    distances from start − t_i on. So Σ_j w_j e(t + j T_s) is at most Σ_j |w_j| R; and since it is
+    Σ_j w_j e(t) + Σ_j w_j (e(t + j T_s) − e(t)), at most |Σ_j w_j| R + T_s Σ_j j |w_j| D.
     """
-    signal = reference.signal
     with ball_arithmetic(2):
-        reach, rate = arb(0), arb(0)
-        for t_i, c in centres_and_weights(signal):
-            kappa, slope = beyond(signal.kernel, (start - arb(t_i)).max(arb(0)))
-            reach += abs(arb(c)) * kappa
-            rate += abs(arb(c)) * slope
-        return {"state": (arb(signal.mean), reach), "input": _input_limits(reference.plant, signal.mean, reach, rate)}
+        envelopes = [_envelope(signal, start) for signal in reference.signals]
+        limits = {}
+        for quantity, exact in zip(reference.quantities, exact_quantities(reference), strict=True):
+            reach = arb(0)
+            for (size, rate), weights in zip(envelopes, quantity.functional.weights, strict=True):
+                by_reach = rational(sum((abs(w) for w in weights), Fraction(0))) * size
+                steps = rational(sum((j * abs(w) for j, w in enumerate(weights)), Fraction(0)))
+                by_rate = rational(abs(sum(weights, Fraction(0)))) * size
+                by_rate += arb(quantity.functional.sampling_time) * steps * rate
+                reach += by_rate.min(by_reach)
+            limits[quantity.name] = exact.offset, reach
+        return limits
 
 
-def _input_limits(plant: ConstrainedSystem, mean: float, reach: arb, rate: arb) -> tuple[arb, arb]:
-    a, b, c, m = arb(plant.system.a), arb(plant.system.b), arb(plant.system.c), arb(mean)
-    by_rate = abs(1 - a) * reach + arb(plant.sampling_time) * rate
-    by_reach = (1 + abs(a)) * reach
-    return (m - a * m - c) / b, by_rate.min(by_reach) / abs(b)
+def _envelope(signal: KernelSum, start: arb) -> tuple[arb, arb]:
+    reach, rate = arb(0), arb(0)
+    for t_i, c in zip(signal.centres.tolist(), signal.weights.tolist(), strict=True):
+        kappa, slope = beyond(signal.kernel, (start - arb(t_i)).max(arb(0)))
+        reach += abs(arb(c)) * kappa
+        rate += abs(arb(c)) * slope
+    return reach, rate

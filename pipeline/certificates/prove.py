@@ -28,13 +28,13 @@ _LATEST_STEP = 100_000
 
 def prove(reference: Reference) -> Outcome:
     """Every real t ≥ 0: by one period where the kernel has one, by a cover and a decaying envelope otherwise."""
-    period = common_period(reference.signal.kernel)
+    period = reference_period(reference)
     return prove_while_settling(reference) if period is None else prove_for_all_phases(reference, period)
 
 
 def prove_for_all_phases(reference: Reference, period: float) -> Outcome:
     """Every real t, for a kernel with this period [s], to the bit (ValueError for others)."""
-    if period != common_period(reference.signal.kernel):
+    if period != reference_period(reference):
         raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
     return _Task(reference, period).cover_window(AllPhases(period), 0.0, period)
 
@@ -68,8 +68,15 @@ def common_period(kernel: Kernel) -> float | None:
     return kernel.period if isinstance(kernel, Periodic) else None
 
 
+def reference_period(reference: Reference) -> float | None:
+    """The period [s] that all signals have; None where there is none."""
+    periods = {common_period(signal.kernel) for signal in reference.signals}
+    return periods.pop() if len(periods) == 1 else None
+
+
 def _span(reference: Reference) -> float:
-    return float(np.max(np.abs(reference.signal.centres))) + reference.plant.sampling_time
+    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.signals)
+    return latest + max(reference.plant.flatness.orders) * reference.plant.sampling_time
 
 
 @dataclass(frozen=True)
@@ -81,7 +88,7 @@ class _Task:
 
     @cached_property
     def until(self) -> float:
-        return evaluated_until(self.reference.signal.kernel, self.window)
+        return evaluated_until(self.reference.signals, self.window)
 
     @cached_property
     def errors(self) -> dict[str, float]:
@@ -137,7 +144,8 @@ class _Task:
     @property
     def _beyond_analysis(self) -> Unproved:
         reason = "a stored number is too large or too small for the analysis of rounding"
-        return Unproved("state", self.reference.plant.state_set, (-np.inf, np.inf), np.inf, reason)
+        first = self.reference.quantities[0]
+        return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _failure_at(self, quantity: ExactQuantity, t: arb, time: float, step: int | None = None) -> Failure | None:
         """Whether one time, exactly t, already decides the question."""

@@ -5,18 +5,23 @@ within 4 units in the last place. Everything else follows from the formulas in p
 what is of second order in u is covered by a per cent on top.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from flint import arb
 
 from pipeline.certificates.balls import ball_arithmetic, float_above
+from pipeline.certificates.exact import rational
 from pipeline.certificates.growth import beyond
 from pipeline.certificates.series import has_periodic_part
 from pipeline.gp.combinations import Product, Sum
 from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.radial import RationalQuadratic
+from pipeline.gp.signal import KernelSum
+from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.reference import Reference
 
 _SLACK = 1.02
@@ -62,45 +67,71 @@ def _sensitivity(kernel: Kernel, reach: arb) -> _Sensitivity:
 
 
 def evaluation_errors(reference: Reference, until: float) -> dict[str, float]:
-    """Bounds of |float64 − exact| of `Reference.state(t)` and `Reference.input(t)` at all times |t| ≤ `until` [s].
+    """Bounds of |float64 − exact| of each bounded quantity of a reference at all times |t| ≤ `until` [s].
 
     They hold at a float64 t, and against the exact k T_s where t is the rounded product.
     """
-    signal, system = reference.signal, reference.plant.system
-    n = signal.weights.size
+    plant = reference.plant
     with ball_arithmetic(2):
-        u = arb(2) ** -53
-        weight = sum((abs(arb(c)) for c in signal.weights.tolist()), arb(0))
-        centre = max(abs(t) for t in signal.centres.tolist())
-        reach = 2 * (arb(until) + arb(reference.plant.sampling_time) + arb(centre))
-        kernel = _sensitivity(signal.kernel, reach)
-        # r̂ is off by 3 u (|r| + |t_i|) at most, and each formula sees r itself with up to 6 more relative roundings.
-        one = kernel.formula + 10 * kernel.stretch + 4 * arb(centre) * kernel.slope + (n + 4) * kernel.size
-        size = abs(arb(signal.mean)) + weight * kernel.size
-        state = u * (weight * one + 4 * size)
-        a, b, c = abs(arb(system.a)), abs(arb(system.b)), abs(arb(system.c))
-        inputs = ((1 + a) * state + 8 * u * ((1 + a) * size + c)) / b
-        tiny = arb(2) ** -300  # underflows
-        return {
-            "state": float_above(_SLACK * state + tiny),
-            "input": float_above(_SLACK * inputs + tiny * (1 + (1 + a) / b)),
-        }
+        latest = arb(until) + max(plant.flatness.orders) * arb(plant.sampling_time)
+        of_signals = [_signal_error(signal, latest) for signal in reference.signals]
+        errors = {}
+        for name, weights, offset in _uncancelled(plant):
+            total = sum((rational(w) * error for w, (error, _) in zip(weights, of_signals, strict=True)), arb(0))
+            size = sum((rational(w) * size for w, (_, size) in zip(weights, of_signals, strict=True)), rational(offset))
+            roundings = 8 + sum(plant.flatness.orders) + sum(plant.system.B.shape)
+            tiny = arb(2) ** -300 * (1 + rational(sum(weights, Fraction(0))))  # underflows
+            errors[name] = float_above(_SLACK * (total + roundings * arb(2) ** -53 * size) + tiny)
+        return errors
 
 
-def evaluated_until(kernel: Kernel, window: float) -> float:
+def _signal_error(signal: KernelSum, latest: arb) -> tuple[arb, arb]:
+    """Bounds of |float64 − exact| and of |z| of a signal at times up to `latest` [s]."""
+    n, u = signal.weights.size, arb(2) ** -53
+    weight = sum((abs(arb(c)) for c in signal.weights.tolist()), arb(0))
+    centre = arb(float(np.max(np.abs(signal.centres))))
+    kernel = _sensitivity(signal.kernel, 2 * (latest + centre))
+    # r̂ is off by 3 u (|r| + |t_i|) at most, and each formula sees r itself with up to 6 more relative roundings.
+    one = kernel.formula + 10 * kernel.stretch + 4 * centre * kernel.slope + (n + 4) * kernel.size
+    size = abs(arb(signal.mean)) + weight * kernel.size
+    return u * (weight * one + 4 * size), size
+
+
+def _uncancelled(plant: ConstrainedSystem) -> Iterator[tuple[str, list[Fraction], Fraction]]:
+    """For each bounded row: Σ_i |row_i| Σ_j |w_ij| of every signal, and Σ_i |row_i offset_i|.
+
+    What cancels in exact arithmetic need not cancel when states are evaluated one by one and combined then.
+    """
+    of_states = [(row, plant.flatness.states) for row, _ in plant.state_set.intervals]
+    of_inputs = [(row, plant.flatness.inputs) for row, _ in plant.input_set.intervals]
+    for quantity, (row, parts) in zip(plant.quantities, [*of_states, *of_inputs], strict=True):
+        sizes = [abs(Fraction(v)) for v in row.tolist()]
+        weights = [
+            sum((size * abs(w) for size, q in zip(sizes, parts, strict=True) for w in q.weights[c]), Fraction(0))
+            for c in range(plant.signals)
+        ]
+        yield quantity.name, weights, sum((s * abs(q.offset) for s, q in zip(sizes, parts, strict=True)), Fraction(0))
+
+
+def evaluated_until(signals: Iterable[KernelSum], window: float) -> float:
     """Up to when evaluation is claimed [s]: a thousand times the given window where the error grows with time."""
-    return 1e3 * window if has_periodic_part(kernel) else LATEST
+    return 1e3 * window if any(has_periodic_part(signal.kernel) for signal in signals) else LATEST
 
 
 def has_sane_numbers(reference: Reference) -> bool:
     """Whether every stored number is of a size for which the analysis above holds (no overflow, no lost factor)."""
-    signal, plant = reference.signal, reference.plant
-    numbers = [signal.mean, plant.system.a, plant.system.b, plant.system.c]
-    positive = [*signal.kernel.hyperparameters.values(), plant.sampling_time, abs(plant.system.b)]
+    plant = reference.plant
+    weights = [w for _, row, offset in _uncancelled(plant) for w in (*row, offset) if w]
+    if not (plant.sampling_time >= _SMALLEST and all(_SMALLEST <= w <= _LARGEST for w in weights)):
+        return False
+    return all(_is_sane(signal) for signal in reference.signals)
+
+
+def _is_sane(signal: KernelSum) -> bool:
+    hyperparameters = list(signal.kernel.hyperparameters.values())
+    numbers = np.concatenate([[signal.mean], hyperparameters, signal.weights, signal.centres])
     with ball_arithmetic(2):
         size = beyond(signal.kernel, arb(0))[0]
         return bool(
-            np.all(np.abs(np.concatenate([numbers, positive, signal.weights, signal.centres])) <= _LARGEST)
-            and min(positive) >= _SMALLEST
-            and size <= _LARGEST_KERNEL
+            np.all(np.abs(numbers) <= _LARGEST) and min(hyperparameters) >= _SMALLEST and size <= _LARGEST_KERNEL
         )

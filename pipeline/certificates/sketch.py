@@ -31,13 +31,17 @@ class Sketch:
 
 def sketch(reference: Reference, quantity: Quantity, start: float, end: float) -> Sketch:
     """Margins on a regular grid, at their local minima, and at each centre: a short length scale shows nowhere else."""
-    signal = reference.signal
+    signals, functional = reference.signals, quantity.functional
 
     def margin(t: Array) -> Array:
-        return quantity.bounds.margin(quantity(signal, t))
+        return quantity.margin(signals, t)
 
-    centres = (signal.centres[:, None] - np.array([0.0, quantity.sampling_time])).ravel()
-    lowest = Window(start, end).local_minima(margin, signal.kernel)
+    looks = [
+        (signals[c].centres[:, None] - functional.sampling_time * np.arange(len(weights))).ravel()
+        for c, weights in functional.rounded
+    ]
+    centres = np.concatenate(looks)
+    lowest = Window(start, end).local_minima(margin, [signal.kernel for signal in signals])
     times = np.unique(np.concatenate([np.linspace(start, end, _LOOKS), centres, lowest]))
     times = times[(times >= start) & (times <= end)]
     return Sketch(times, margin(times))

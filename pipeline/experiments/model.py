@@ -19,12 +19,14 @@ from pipeline.experiments.fields import (
     Verification,
     which_samples,
 )
+from pipeline.gp.joint import JointPrior
 from pipeline.gp.prior import NOISE, Prior
 from pipeline.gp.samples import Samples
 from pipeline.ground_truth import GROUND_TRUTHS
 from pipeline.learning.periodic import period_of
 from pipeline.learning.space import SearchSpace
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.systems.constrained import ConstrainedSystem
+from pipeline.systems.scalar import Scalar, scalar
 
 
 class Experiment(Fields):
@@ -60,20 +62,25 @@ class Experiment(Fields):
     def constrained_system(self) -> ConstrainedSystem:
         """The system with its sets."""
         s = self.system
-        return ConstrainedSystem(ScalarLinear(s.a, s.b, s.c), self.state_set, self.input_set, s.sampling_time)
+        return scalar(s.a, s.b, s.c, state_set=self.state_set, input_set=self.input_set, sampling_time=s.sampling_time)
 
     @property
-    def learned_prior(self) -> Prior:
+    def plant(self) -> Scalar:
+        """The system as the paper's methods take it."""
+        return Scalar.of(self.constrained_system)
+
+    @property
+    def learned_prior(self) -> JointPrior:
         """The prior, with what is known of it fixed."""
         noise, choice = self.prior.noise_std, self.prior.kernel
         fixed = choice.fixed | ({NOISE} if noise.bounds is None else set())
-        return Prior(choice.kernel, noise.value, self.prior.mean, frozenset(fixed))
+        return JointPrior((Prior(choice.kernel, noise.value, self.prior.mean, frozenset(fixed)),))
 
     def search_space(self, samples: Samples) -> SearchSpace:
         """Where the learned hyperparameters are looked for: as written, or from the scales of the samples."""
         noise = self.prior.noise_std.bounds
         bounds: dict[str, Any] = {**self.prior.kernel.bounds, **({NOISE: noise} if noise else {})}
-        return SearchSpace.around(samples, self.learned_prior, bounds, self.search.starts)
+        return SearchSpace.around((samples,), self.learned_prior, bounds, self.search.starts)
 
     def drawn(self, draw: SampleDraw, seed: int) -> Samples:
         """The samples that a seed gives."""
@@ -114,7 +121,7 @@ class PeriodicExperiment(Experiment):
     @model_validator(mode="after")
     def _has_a_period(self) -> "PeriodicExperiment":
         try:
-            period_of(self.prior.kernel.kernel)
+            period_of([self.prior.kernel.kernel])
         except TypeError as error:
             raise ValueError(f"prior.kernel: {error}") from None
         if self.periodic.draws and not isinstance(self.samples, SampleDraw):
@@ -123,7 +130,11 @@ class PeriodicExperiment(Experiment):
 
     def check(self, samples: Samples) -> None:
         space, prior = self.search_space(samples), self.learned_prior
-        longest = space.bounds["period"].upper if "period" in space.bounds else period_of(prior.kernel)
+        longest = (
+            space.bounds["period"].upper
+            if "period" in space.bounds
+            else period_of([part.kernel for part in prior.parts])
+        )
         for name, last_step in (("periodic", self.periodic.last_step), ("verification", self.verification.last_step)):
             if last_step * self.system.sampling_time < longest * (1 - 1e-12):
                 raise ValueError(

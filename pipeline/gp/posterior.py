@@ -30,12 +30,13 @@ class Posterior:
     @cached_property
     def weights(self) -> Array:
         """c = (K + σ_n² I)⁻¹ (y − m), shape (n,)."""
-        return self._solve(self.samples.values - self.prior.mean)
+        return self._solve(self._residual)
 
     @cached_property
     def signal(self) -> KernelSum:
         """The posterior mean as a function of time."""
-        return KernelSum(self.prior.kernel, self.prior.mean, self.samples.times, self.weights)
+        spread = self.samples.stencil.spread(self.weights)
+        return KernelSum(self.prior.kernel, self.prior.mean, self._centres, spread)
 
     def mean(self, t: Array) -> Array:
         """m⁺(t), the shape of t [s]."""
@@ -48,7 +49,7 @@ class Posterior:
     def variance(self, t: Array) -> Array:
         """Variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
         t = np.asarray(t, dtype=float)
-        cross = self.prior.kernel(t[..., None] - self.samples.times)
+        cross = self._seen(self.prior.kernel(t[..., None] - self._centres))
         explained = np.sum(cross * self._solve(cross.reshape(-1, len(self.samples)).T).T.reshape(cross.shape), axis=-1)
         return np.asarray(np.maximum(self.prior.kernel(np.zeros(())) - explained, 0.0))
 
@@ -61,14 +62,13 @@ class Posterior:
 
         Shapes (order + 1, *t.shape) and (p, order + 1, *t.shape).
         """
-        jet, gradient = self.prior.kernel.jet_and_gradient(
-            np.asarray(t, dtype=float)[..., None] - self.samples.times, order
-        )
-        mean = jet @ self.weights
+        jet, gradient = self.prior.kernel.jet_and_gradient(np.asarray(t, dtype=float)[..., None] - self._centres, order)
+        mean = jet @ self.signal.weights
         mean[0] += self.prior.mean
         through_kernel = np.zeros((len(gradient) + 1, *mean.shape))
-        through_kernel[:-1] = gradient @ self.weights
-        through_weights = np.moveaxis(jet @ self._weights_gradient.T, -1, 0)
+        through_kernel[:-1] = gradient @ self.signal.weights
+        spread = self.samples.stencil.spread(self._weights_gradient)
+        through_weights = np.moveaxis(jet @ spread.T, -1, 0)
         return np.asarray(mean), np.asarray(through_kernel[self._learned] + through_weights)
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
@@ -78,11 +78,30 @@ class Posterior:
         The gradient is tr((A⁻¹ − c cᵀ) ∂A).
         """
         n, c = len(self.samples), self.weights
-        value = 2 * np.sum(np.log(np.diag(self._factor))) + c @ (self.samples.values - self.prior.mean)
+        value = 2 * np.sum(np.log(np.diag(self._factor))) + c @ self._residual
         inner = self._inverse - np.outer(c, c)
         by_kernel = np.einsum("ij,pij->p", inner, self._gram_gradient)
-        by_noise = 2 * self.prior.noise_std**2 * np.trace(inner)
+        by_noise = 2 * self._noise_variance @ np.diag(inner)
         return float(value + n * np.log(2 * np.pi)), np.append(by_kernel, by_noise)[self._learned]
+
+    @property
+    def _centres(self) -> Array:
+        return self.samples.stencil.centres(self.samples.times)
+
+    @property
+    def _residual(self) -> Array:
+        """y − m, the prior mean of what is sampled."""
+        return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
+
+    @property
+    def _noise_variance(self) -> Array:
+        return (self.prior.noise_std * self.samples.relative_noise) ** 2
+
+    def _seen(self, cross: Array) -> Array:
+        """Covariances with the samples, shape (…, n), from those with the process at the centres."""
+        weights = self.samples.stencil.weights
+        parts = np.split(cross, len(weights), axis=-1)
+        return np.asarray(sum(w * part for w, part in zip(weights, parts, strict=True)))
 
     @cached_property
     def _learned(self) -> list[int]:
@@ -90,9 +109,12 @@ class Posterior:
 
     @cached_property
     def _gram_and_gradient(self) -> tuple[Array, Array]:
-        t = self.samples.times
-        jet, gradient = self.prior.kernel.jet_and_gradient(t[:, None] - t, 0)
-        return np.asarray(jet[0]), np.asarray(gradient[:, 0])
+        """Of what is sampled: Σ_d ρ_d κ(t_i − t_k + d step) over the lags of the stencil."""
+        difference = self.samples.times[:, None] - self.samples.times
+        lags = self.samples.stencil.lags
+        parts = [(rho, *self.prior.kernel.jet_and_gradient(difference + lag, 0)) for rho, lag in lags]
+        gram = sum(rho * jet[0] for rho, jet, _ in parts)
+        return np.asarray(gram), np.asarray(sum(rho * gradient[:, 0] for rho, _, gradient in parts))
 
     @property
     def _gram_gradient(self) -> Array:
@@ -103,7 +125,7 @@ class Posterior:
     def _factor(self) -> Array:
         """Lower Cholesky factor of K + σ_n² I."""
         gram = self._gram_and_gradient[0].copy()
-        gram.flat[:: len(gram) + 1] += self.prior.noise_std**2
+        gram.flat[:: len(gram) + 1] += self._noise_variance
         factor, info = lapack.dpotrf(gram, lower=True, clean=True)
         if info:
             values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
@@ -125,5 +147,5 @@ class Posterior:
     def _weights_gradient(self) -> Array:
         """∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, shape (p, n)."""
         by_kernel = self._gram_gradient @ self.weights
-        by_noise = 2 * self.prior.noise_std**2 * self.weights
+        by_noise = 2 * self._noise_variance * self.weights
         return -self._solve(np.vstack([by_kernel, by_noise])[self._learned].T).T

@@ -1,24 +1,34 @@
 """Noisy samples of a signal."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from pipeline.arrays import Array
+from pipeline.gp.stencil import POINT, Stencil
+
+_UNIFORM = np.empty(0)
 
 
 @dataclass(frozen=True)
 class Samples:
     """`values` y_i observed at strictly increasing `times` t_i [s], both of shape (n,).
 
+    Sample i has noise of standard deviation σ_n · `relative_noise`_i, all ones where not given: with σ_n = 1 known they
+    are the samples' own. `stencil` says how they see the process that is learned.
+
     Raises ValueError, naming the first offending entry, where they are not finite, not increasing or not of one length.
     """
 
     times: Array
     values: Array
+    relative_noise: Array = field(default_factory=lambda: _UNIFORM)
+    stencil: Stencil = POINT
 
     def __post_init__(self) -> None:
-        for name in ("times", "values"):
+        if self.relative_noise is _UNIFORM:
+            object.__setattr__(self, "relative_noise", np.ones(np.shape(self.times)))
+        for name in ("times", "values", "relative_noise"):
             array = np.array(getattr(self, name), dtype=float)
             if array.ndim != 1 or array.size == 0:
                 raise ValueError(f"samples: {name} must be a non-empty one-dimensional array, got shape {array.shape}")
@@ -26,10 +36,14 @@ class Samples:
                 raise ValueError(f"samples: {name}[{bad[0]}] must be finite, got {array[bad[0]]}")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
-        if self.times.shape != self.values.shape:
-            raise ValueError(
-                f"samples: as many times as values are needed, got {self.times.size} and {self.values.size}"
-            )
+        for name in ("values", "relative_noise"):
+            if self.times.shape != getattr(self, name).shape:
+                what = name.replace("_", " ")
+                raise ValueError(
+                    f"samples: as many times as {what} are needed, got {self.times.size} and {getattr(self, name).size}"
+                )
+        if bad := np.flatnonzero(self.relative_noise <= 0).tolist():
+            raise ValueError(f"samples: relative_noise[{bad[0]}] must be positive, got {self.relative_noise[bad[0]]:g}")
         if bad := np.flatnonzero(np.diff(self.times) <= 0).tolist():
             i = bad[0]
             what = "repeats" if self.times[i + 1] == self.times[i] else "lies before"

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.gp.posterior import Posterior
-from pipeline.gp.prior import Prior
+from pipeline.gp.joint import JointPosterior, JointPrior
 from pipeline.gp.samples import Samples
 from pipeline.learning.exchange import solve, tightened
 from pipeline.learning.index_set import Steps
@@ -17,7 +16,7 @@ from pipeline.learning.problem import ConstrainedProblem, Constraint, NoSolution
 from pipeline.learning.space import SearchSpace
 from pipeline.learning.tail import Tail, tail
 from pipeline.systems.interval import Interval
-from pipeline.systems.scalar import ConstrainedSystem
+from pipeline.systems.scalar import Scalar
 
 
 @dataclass(frozen=True)
@@ -30,9 +29,9 @@ class Reading:
     name: str
     last_state: Callable[[int], int]
     last_input: Callable[[int], int]
-    growth_states: Callable[[Tail, Posterior], Interval]
+    growth_states: Callable[[Tail, JointPosterior], Interval]
 
-    def constraints(self, plant: ConstrainedSystem, k_bar: int) -> tuple[Constraint, ...]:
+    def constraints(self, plant: Scalar, k_bar: int) -> tuple[Constraint, ...]:
         """What iteration k̄ asks of the posterior mean."""
         return (
             Constraint(plant.state, Steps(0, self.last_state(k_bar), plant.sampling_time)),
@@ -40,8 +39,8 @@ class Reading:
         )
 
 
-def _around_posterior_mean(bounds: Tail, posterior: Posterior) -> Interval:
-    centre = posterior.mean(np.array(bounds.start)).item()
+def _around_posterior_mean(bounds: Tail, posterior: JointPosterior) -> Interval:
+    centre = posterior.signals[0](np.array(bounds.start)).item()
     return Interval(centre - bounds.mean_bound, centre + bounds.mean_bound)
 
 
@@ -72,7 +71,7 @@ class Iteration:
     def explanation(self) -> str:
         """Why the loop does not end here: which test fails, and by how much."""
         if self.tail is None or self.growth_rates is None:
-            zeta = self.solution.posterior.prior.kernel.decay_distance
+            zeta = self.solution.posterior.signals[0].kernel.decay_distance
             return f"at k̄ = {self.k_bar} a sample still lies within ζ = {zeta:.4g} s of t̄, so that no bound is monotone"
         low, high = self.growth_rates
         return (
@@ -106,9 +105,9 @@ class Run:
 
 
 def algorithm1(
-    samples: Samples,
-    prior: Prior,
-    plant: ConstrainedSystem,
+    samples: tuple[Samples, ...],
+    prior: JointPrior,
+    plant: Scalar,
     space: SearchSpace,
     reading: Reading,
     first_step: int,
@@ -131,9 +130,9 @@ def algorithm1(
     return Run(tuple(iterations), None)
 
 
-def _test(plant: ConstrainedSystem, reading: Reading, k_bar: int, solution: Solution) -> Iteration:
+def _test(plant: Scalar, reading: Reading, k_bar: int, solution: Solution) -> Iteration:
     posterior = solution.posterior
-    bounds = tail(posterior.signal, k_bar * plant.sampling_time)
+    bounds = tail(posterior.signals[0], k_bar * plant.sampling_time)
     if bounds is None:
         return Iteration(k_bar, solution, None, None, keeps_states=False, keeps_rates=False)
     rates = plant.growth_rates(reading.growth_states(bounds, posterior))

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.gp.posterior import IllConditioned, Posterior
+from pipeline.gp.joint import JointPosterior
+from pipeline.gp.posterior import IllConditioned
 from pipeline.learning.nonlinear import Program
 from pipeline.learning.problem import ConstrainedProblem, Infeasible, NoSolution, NothingFactored, Solution
 
@@ -61,7 +62,7 @@ class Attempt:
     """A point with what the constraints say of it: places and relative margins where each margin is smallest."""
 
     log_theta: Array
-    posterior: Posterior
+    posterior: JointPosterior
     objective: float
     minima: tuple[tuple[Array, Array], ...]
 
@@ -94,8 +95,8 @@ class Attempt:
     def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
-        mean, quantities = problem.prior.mean, [c.quantity for c in problem.constraints]
-        at_rest = tuple(q for q in quantities if not q.bounds.holds_inside(q.at_rest(mean)))
+        means, quantities = [part.mean for part in problem.prior.parts], [c.quantity for c in problem.constraints]
+        at_rest = tuple(q for q in quantities if not q.bounds.holds_inside(q.functional.at_rest(means)))
         return Infeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, at_rest)
 
 

@@ -6,13 +6,13 @@ from itertools import pairwise
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.gp.posterior import Posterior
+from pipeline.gp.joint import JointPosterior
 from pipeline.gp.signal import KernelSum
 from pipeline.learning.index_set import Window
 from pipeline.learning.problem import ROUNDING_BACKOFF, Bounded
 from pipeline.systems.interval import Interval
 from pipeline.systems.quantity import Quantity
-from pipeline.systems.scalar import ConstrainedSystem
+from pipeline.systems.scalar import Scalar
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class GrowthRates(Bounded):
     differentiated. Unlike the exact input form, it lets derivative and state be worst at different times.
     """
 
-    plant: ConstrainedSystem
+    plant: Scalar
     edges: tuple[float, ...]
     backoff: float = ROUNDING_BACKOFF
 
@@ -40,35 +40,35 @@ class GrowthRates(Bounded):
     def none(self) -> Array:
         return np.empty((0, 2))
 
-    def closest(self, posterior: Posterior) -> tuple[Array, Array]:
+    def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
         """The two worst pairs of each interval, one for each bound of U."""
-        b = self.plant.system.b
-        slowest, fastest = _extremes(posterior.signal, self.edges, order=1, sign=1 / b)
-        lowest, highest = _extremes(posterior.signal, self.edges, order=0, sign=(1 - self.plant.system.a) / b)
+        (signal,), b = posterior.signals, self.plant.b
+        slowest, fastest = _extremes(signal, self.edges, order=1, sign=1 / b)
+        lowest, highest = _extremes(signal, self.edges, order=0, sign=(1 - self.plant.a) / b)
         pairs = np.concatenate([np.column_stack([slowest, lowest]), np.column_stack([fastest, highest])])
         bounds = self.quantity.bounds
         return pairs, bounds.margin(self.value(posterior, pairs)) / bounds.width
 
-    def value(self, posterior: Posterior, places: Array) -> Array:
+    def value(self, posterior: JointPosterior, places: Array) -> Array:
         """The quantity at n pairs (t, s): shape (n,)."""
         t, s = places.T
-        return self._combined(posterior.derivative(t), posterior.mean(s)) - self._offset
+        return self._combined(posterior.signals[0].derivative(t), posterior.signals[0](s)) - self._offset
 
-    def value_and_gradient(self, posterior: Posterior, places: Array) -> tuple[Array, Array]:
-        jet, gradient = posterior.jet_and_gradient(places.T, 1)
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        jet, gradient = posterior.jet_and_gradient(0, places.T, 1)
         value = self._combined(jet[1, 0], jet[0, 1]) - self._offset
         return value, self._combined(gradient[:, 1, 0], gradient[:, 0, 1])
 
     def _combined(self, rate: Array, state: Array) -> Array:
-        a, b = self.plant.system.a, self.plant.system.b
+        a, b = self.plant.a, self.plant.b
         return np.asarray((self.plant.sampling_time * rate + (1 - a) * state) / b)
 
     @property
     def _offset(self) -> float:
-        return self.plant.system.c / self.plant.system.b
+        return self.plant.c / self.plant.b
 
 
-def growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tuple[float, ...]) -> tuple[Array, Array]:
+def growth_rates(signal: KernelSum, plant: Scalar, edges: tuple[float, ...]) -> tuple[Array, Array]:
     """[τ_low, τ_high] on each of the η intervals between `edges` [s], for the states met there: shapes (η,)."""
     lowest, highest = _extremes(signal, edges, order=0, sign=1.0)
     states = zip(signal(lowest).tolist(), signal(highest).tolist(), strict=True)
@@ -83,7 +83,7 @@ def _extremes(signal: KernelSum, edges: tuple[float, ...], order: int, sign: flo
         return np.asarray(sign * signal.jet(t, order)[order])
 
     window = Window(edges[0], edges[-1])
-    turns = [window.local_minima(f, signal.kernel) for f in (derivative, lambda t: -derivative(t))]
+    turns = [window.local_minima(f, [signal.kernel]) for f in (derivative, lambda t: -derivative(t))]
     times = np.unique(np.concatenate([*turns, edges]))
     values = derivative(times)
     ends = np.searchsorted(times, edges)

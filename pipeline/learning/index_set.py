@@ -1,7 +1,7 @@
 """The times at which a constraint has to hold, and where on them it is closest to failing."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,10 +18,10 @@ _REFINEMENTS, _NARROWER = 4, 0.1
 
 
 class IndexSet(ABC):
-    """A set of times [s]; what it is may depend on the kernel, whose period is learned."""
+    """A set of times [s]; what it is may depend on the signals' kernels, whose period is learned."""
 
     @abstractmethod
-    def local_minima(self, margin: Callable[[Array], Array], kernel: Kernel) -> Array:
+    def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
         """Times of the set at which `margin` has its local minima, in increasing order."""
 
 
@@ -33,7 +33,7 @@ class Steps(IndexSet):
     last: int
     sampling_time: float
 
-    def local_minima(self, margin: Callable[[Array], Array], kernel: Kernel) -> Array:
+    def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
         times = np.arange(self.first, self.last + 1, dtype=float) * self.sampling_time
         return np.asarray(times[_dips(margin(times))])
 
@@ -45,26 +45,26 @@ class Window(IndexSet):
     start: float
     end: float
 
-    def local_minima(self, margin: Callable[[Array], Array], kernel: Kernel) -> Array:
-        return _refined_minima(margin, self.start, self.end, kernel)
+    def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
+        return _refined_minima(margin, self.start, self.end, kernels)
 
 
 @dataclass(frozen=True)
 class AllPhases(IndexSet):
-    """All real times of a signal whose kernel is periodic: one period of the kernel as it is at the moment.
+    """All real times of signals whose kernels are periodic: one common period as it is at the moment.
 
     A time found here stays a time of the set when the period moves.
     """
 
-    period: Callable[[Kernel], float]
+    period: Callable[[Sequence[Kernel]], float]
 
-    def local_minima(self, margin: Callable[[Array], Array], kernel: Kernel) -> Array:
-        return _refined_minima(margin, 0.0, self.period(kernel), kernel)
+    def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
+        return _refined_minima(margin, 0.0, self.period(kernels), kernels)
 
 
-def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, kernel: Kernel) -> Array:
+def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, kernels: Sequence[Kernel]) -> Array:
     """Local minima of a continuous margin: dips of a grid, each followed down by ever narrower parabolas."""
-    looks = _LOOKS_PER_CORRELATION_TIME * (end - start) / kernel.correlation_time
+    looks = _LOOKS_PER_CORRELATION_TIME * (end - start) / min(kernel.correlation_time for kernel in kernels)
     times = np.linspace(start, end, int(np.clip(looks, _FEWEST_LOOKS, _MOST_LOOKS)) + 1)
     values, reach = margin(times), times[1] - times[0]
     dips = _dips(values)

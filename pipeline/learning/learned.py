@@ -7,11 +7,11 @@ from typing import Self
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.gp.prior import Prior
+from pipeline.gp.joint import JointPrior
 from pipeline.learning.algorithm1 import Iteration
 from pipeline.learning.problem import Solution
+from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.reference import Reference
-from pipeline.systems.scalar import ConstrainedSystem
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class LearnedReference:
     solved (`fits`), None for methods without them."""
 
     method: str
-    prior: Prior
+    prior: JointPrior
     reference: Reference
     objective: float
     final_step: int | None = None
@@ -38,7 +38,7 @@ class LearnedReference:
         fits: int | None = None,
     ) -> Self:
         posterior = solution.posterior
-        return cls(method, posterior.prior, Reference(posterior.signal, plant), solution.objective, final_step, fits)
+        return cls(method, posterior.prior, Reference(posterior.signals, plant), solution.objective, final_step, fits)
 
 
 @dataclass(frozen=True)

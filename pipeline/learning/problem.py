@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.gp.posterior import Posterior
-from pipeline.gp.prior import Prior
+from pipeline.gp.joint import JointPosterior, JointPrior
+from pipeline.gp.prior import NOISE
 from pipeline.gp.samples import Samples
 from pipeline.learning.index_set import IndexSet
 from pipeline.learning.space import SearchSpace
@@ -33,14 +33,14 @@ class Bounded(ABC):
         """No place at all, in the shape of places."""
 
     @abstractmethod
-    def closest(self, posterior: Posterior) -> tuple[Array, Array]:
+    def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
         """Places where the margin is locally smallest, and the relative margins (n,) there.
 
         Relative: a part of the bounds' width, negative where broken, 1/2 at the centre.
         """
 
     @abstractmethod
-    def value_and_gradient(self, posterior: Posterior, places: Array) -> tuple[Array, Array]:
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
         """The quantity at n places and its ∂/∂ln θ: shapes (n,) and (p, n)."""
 
 
@@ -56,38 +56,45 @@ class Constraint(Bounded):
     def none(self) -> Array:
         return np.empty(0)
 
-    def closest(self, posterior: Posterior) -> tuple[Array, Array]:
+    def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
         margin = partial(self.relative_margin, posterior)
-        times = self.index_set.local_minima(margin, posterior.prior.kernel)
+        times = self.index_set.local_minima(margin, [signal.kernel for signal in posterior.signals])
         return times, margin(times)
 
-    def relative_margin(self, posterior: Posterior, t: Array) -> Array:
+    def relative_margin(self, posterior: JointPosterior, t: Array) -> Array:
         """Distance to the nearer bound as a part of the bounds' width: negative where broken, 1/2 at the centre."""
-        bounds = self.quantity.bounds
-        return bounds.margin(self.quantity(posterior.mean, t)) / bounds.width
+        return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
 
-    def value_and_gradient(self, posterior: Posterior, places: Array) -> tuple[Array, Array]:
-        jet, gradient = posterior.jet_and_gradient(self.quantity.instants(places), 0)
-        weights = np.array(self.quantity.weights)
-        return self.quantity.offset + weights @ jet[0], weights @ gradient[:, 0]
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        functional = self.quantity.functional
+        value = np.full(len(places), float(functional.offset))
+        gradient = np.zeros((len(posterior.prior.learned), len(places)))
+        for c, weights in functional.rounded:
+            jet, by_theta = posterior.jet_and_gradient(c, functional.instants(places, len(weights)), 0)
+            value += weights @ jet[0]
+            gradient += weights @ by_theta[:, 0]
+        return value, gradient
 
 
 @dataclass(frozen=True)
 class ConstrainedProblem:
     """minimise l(θ) over the `space` of the prior's learned hyperparameters, subject to `constraints` on m⁺(·|θ).
 
-    Raises ValueError for fewer samples than learned hyperparameters.
+    One set of samples for each process of the prior. Raises ValueError for fewer samples than learned hyperparameters.
     """
 
-    samples: Samples
-    prior: Prior
+    samples: tuple[Samples, ...]
+    prior: JointPrior
     space: SearchSpace
     constraints: tuple[Bounded, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        if len(self.samples) < len(self.prior.learned):
+        count = sum(len(samples) for samples in self.samples)
+        if len(self.samples) != len(self.prior.parts):
+            raise ValueError(f"samples: needed for {len(self.prior.parts)} processes, got {len(self.samples)}")
+        if count < len(self.prior.learned):
             raise ValueError(
-                f"samples: at least as many samples as learned hyperparameters are needed, got {len(self.samples)} "
+                f"samples: at least as many samples as learned hyperparameters are needed, got {count} "
                 f"for {len(self.prior.learned)} ({', '.join(self.prior.learned)})"
             )
 
@@ -97,8 +104,8 @@ class ConstrainedProblem:
                 f"got {', '.join(self.space.bounds)}"
             )
 
-    def posterior(self, log_theta: Array) -> Posterior:
-        return Posterior(self.prior.with_log_hyperparameters(log_theta), self.samples)
+    def posterior(self, log_theta: Array) -> JointPosterior:
+        return JointPosterior(self.prior.with_log_hyperparameters(log_theta), self.samples)
 
 
 @dataclass(frozen=True)
@@ -109,7 +116,7 @@ class Solution:
     the nonlinear programs that were solved.
     """
 
-    posterior: Posterior
+    posterior: JointPosterior
     objective: float
     active: tuple[Array, ...]
     fits: int
@@ -128,13 +135,14 @@ class NoSolution(ABC):
 class NothingFactored(NoSolution):
     """K + σ_n² I has no Cholesky factor in float64 anywhere the search looked: nothing can be said of feasibility."""
 
-    prior: Prior
+    prior: JointPrior
 
     @property
     def explanation(self) -> str:
+        noise = " or ".join(f"{v:.3g}" for name, v in self.prior.hyperparameters.items() if name.endswith(NOISE))
         return (
             f"K + σ_n² I is not positive definite in float64 at any point of the search: noise_std = "
-            f"{self.prior.noise_std:.3g} is too small for samples this close, or the search space too wide"
+            f"{noise} is too small for samples this close, or the search space too wide"
         )
 
 
@@ -147,7 +155,7 @@ class Infeasible(NoSolution):
     feasible, and only the search space can stand in the way.
     """
 
-    best: Posterior
+    best: JointPosterior
     quantity: Quantity
     time: float
     violation: float
@@ -156,10 +164,11 @@ class Infeasible(NoSolution):
     @property
     def explanation(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.best.prior.hyperparameters.items())
-        mean = self.best.prior.mean
+        means = [part.mean for part in self.best.prior.parts]
+        level = ", ".join(f"{mean:g}" for mean in means)
         rest = "".join(
-            f"the prior mean {mean:g} is no admissible equilibrium (its {q.name} {q.at_rest(mean):.4g} does not lie "
-            f"inside {q.bounds}), so that nothing guarantees that the problem is feasible: choose another; "
+            f"the prior mean {level} is no admissible equilibrium (its {q.name} {q.functional.at_rest(means):.4g} does "
+            f"not lie inside {q.bounds}), so that nothing guarantees that the problem is feasible: choose another; "
             for q in self.broken_at_rest[:1]
         )
         return (

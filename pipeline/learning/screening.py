@@ -13,6 +13,7 @@ from pipeline.arrays import Array
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.prior import NOISE
 from pipeline.learning.problem import ConstrainedProblem
+from pipeline.learning.space import amplitude
 
 _LOOKS = 1200
 _AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0
@@ -27,8 +28,10 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
     First come points that keep all bounds at a few phases, by objective; then others, by how much they break them. What
     the constraints say about *where* bounds are to be kept is not looked at.
     """
-    if not isinstance(problem.prior.kernel, Periodic):
-        raise TypeError(f"screening needs a periodic kernel, got {type(problem.prior.kernel).__name__}")
+    kernels = [part.kernel for part in problem.prior.parts]
+    if not (len(kernels) == 1 and isinstance(kernels[0], Periodic)):
+        names = ", ".join(type(kernel).__name__ for kernel in kernels)
+        raise TypeError(f"screening needs one signal with a periodic kernel, got {names}")
     points = problem.space.points(_LOOKS)
     amplitudes = _amplitudes(problem)
     looks = [_best_amplitude(problem, amplitudes, point) for point in points]
@@ -44,23 +47,26 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
 
 def _best_amplitude(problem: ConstrainedProblem, amplitudes: Array, log_theta: Array) -> tuple[float, float, Array]:
     """Violation, objective and ln θ at the best of some amplitudes; the point's other coordinates stay."""
-    prior = problem.prior.with_log_hyperparameters(log_theta)
-    kernel, times = prior.kernel, problem.samples.times
+    (prior,), (samples,) = problem.prior.with_log_hyperparameters(log_theta).parts, problem.samples
+    kernel, times = prior.kernel, samples.times
     assert isinstance(kernel, Periodic)
     unit = replace(kernel, signal_std=1.0)
-    residual = problem.samples.values - prior.mean
-    power, vectors = np.linalg.eigh(unit(times[:, None] - times))
-    along = vectors.T @ residual
+    residual, uneven = samples.values - samples.stencil.at_rest(prior.mean), samples.relative_noise
+    difference = times[:, None] - times
+    gram = sum(rho * unit(difference + lag) for rho, lag in samples.stencil.lags)
+    power, vectors = np.linalg.eigh(gram / np.outer(uneven, uneven))  # in units of each sample's own noise
+    along = vectors.T @ (residual / uneven)
     # Eigenvalues of K + σ_n² I, one row for each amplitude.
     spectrum = amplitudes[:, None] ** 2 * np.maximum(power, 0) + prior.noise_std**2
     objective = np.sum(np.log(spectrum) + along**2 / spectrum, axis=1) + len(times) * np.log(2 * np.pi)
-    weights = vectors @ (amplitudes**2 * along[:, None] / spectrum.T)
+    weights = (vectors @ (amplitudes**2 * along[:, None] / spectrum.T)).T / uneven
+    centres, weights = samples.stencil.centres(times), samples.stencil.spread(weights).T
     phases = np.arange(_PHASES) / _PHASES * kernel.period
     margin = np.zeros(len(amplitudes))
     for constraint in problem.constraints:
         quantity = constraint.quantity
-        values = quantity(lambda t: prior.mean + unit(t[..., None] - times) @ weights, phases)
-        margin = np.minimum(margin, np.min(quantity.bounds.margin(values), axis=0) / quantity.bounds.width)
+        rays = (lambda t: prior.mean + unit(t[..., None] - centres) @ weights,)  # one for each amplitude
+        margin = np.minimum(margin, np.min(quantity.margin(rays, phases), axis=0) / quantity.bounds.width)
     best = np.lexsort((objective, -margin))[0]
     if "signal_std" in problem.prior.learned:
         log_theta = log_theta.copy()
@@ -70,10 +76,10 @@ def _best_amplitude(problem: ConstrainedProblem, amplitudes: Array, log_theta: A
 
 def _amplitudes(problem: ConstrainedProblem) -> Array:
     """Amplitudes around that of the samples, inside the search space; where θ₁ is known, that one."""
-    kernel = problem.prior.kernel
-    assert isinstance(kernel, Periodic)
-    if "signal_std" not in problem.prior.learned:
-        return np.array([kernel.signal_std])
-    scale = float(np.sqrt(np.mean((problem.samples.values - problem.prior.mean) ** 2))) or problem.prior.noise_std
+    (prior,), (samples,) = problem.prior.parts, problem.samples
+    assert isinstance(prior.kernel, Periodic)
+    if "signal_std" not in prior.learned:
+        return np.array([prior.kernel.signal_std])
+    scale = amplitude(samples, prior)
     bounds = problem.space.bounds["signal_std"]
     return np.clip(np.geomspace(_LOWEST * scale, _HIGHEST * scale, _AMPLITUDES), bounds.lower, bounds.upper)

@@ -6,6 +6,7 @@ from typing import Self
 import numpy as np
 
 from pipeline.arrays import Array
+from pipeline.gp.joint import JointPrior
 from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
 from pipeline.systems.interval import Interval
@@ -39,7 +40,13 @@ class SearchSpace:
             raise ValueError(f"search: starts must be at least 1, got {self.starts}")
 
     @classmethod
-    def around(cls, samples: Samples, prior: Prior, bounds: dict[str, Interval] | None = None, starts: int = 8) -> Self:
+    def around(
+        cls,
+        samples: tuple[Samples, ...],
+        prior: JointPrior,
+        bounds: dict[str, Interval] | None = None,
+        starts: int = 8,
+    ) -> Self:
         """Bounds from the scales of the samples for every learned hyperparameter that `bounds` does not name.
 
         Amplitudes are measured by the root mean square of y − m, times by the samples' span and smallest spacing.
@@ -91,9 +98,22 @@ class SearchSpace:
         return np.asarray(np.maximum(log_theta - np.log(by) * amplitude, self.log_lower))
 
 
-def _default(name: str, samples: Samples, prior: Prior) -> tuple[Interval, Interval | None]:
-    """Bounds, and where to start within them if that is not their middle half."""
-    amplitude = float(np.sqrt(np.mean((samples.values - prior.mean) ** 2))) or prior.noise_std
+def amplitude(samples: Samples, prior: Prior) -> float:
+    """Root mean square of y − m, in the unit of the process; the noise's where the samples show none."""
+    stencil = samples.stencil
+    seen = float(np.sqrt(np.mean((samples.values - stencil.at_rest(prior.mean)) ** 2))) or prior.noise_std
+    return seen / abs(sum(stencil.weights) or 1.0)
+
+
+def _default(name: str, samples: tuple[Samples, ...], prior: JointPrior) -> tuple[Interval, Interval | None]:
+    """Bounds, and where to start within them if that is not their middle half: of the first process with that name."""
+    place = prior.learned.index(name)
+    process = next(i for i, places in enumerate(prior.places) if place in places)
+    own = prior.parts[process].learned[prior.places[process].index(place)]
+    return _of_process(own, samples[process], prior.parts[process])
+
+
+def _of_process(name: str, samples: Samples, prior: Prior) -> tuple[Interval, Interval | None]:
     span = float(samples.times[-1] - samples.times[0]) or 1.0
     spacing = float(np.min(np.diff(samples.times), initial=span))
     kind = name.rsplit(".", 1)[-1]
@@ -104,6 +124,6 @@ def _default(name: str, samples: Samples, prior: Prior) -> tuple[Interval, Inter
     if kind == "period":  # seen once at least, and three samples each time: with two it may be an alias
         whole = Interval(span * min(0.5, 3 / max(len(samples) - 1, 1)), span)
         return whole, whole  # local minima lie everywhere in it
-    scale = 1.0 if kind == "shape" else amplitude
+    scale = 1.0 if kind == "shape" else amplitude(samples, prior)
     (low, high), (first, last) = _SPREAD[kind]
     return Interval(low * scale, high * scale), Interval(first * scale, last * scale)

@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.gp.signal import KernelSum
 from pipeline.systems.interval import Interval
-from pipeline.systems.scalar import ConstrainedSystem
+from pipeline.systems.scalar import Scalar
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Tail:
         """Where the signal stays: around the *prior* mean (the paper's line 7 prints the posterior's)."""
         return Interval(self.mean - self.mean_bound, self.mean + self.mean_bound)
 
-    def keeps_states(self, plant: ConstrainedSystem) -> bool:
+    def keeps_states(self, plant: Scalar) -> bool:
         """Line 7: every later state lies in X."""
         return plant.state_set.contains(self.states)
 
@@ -36,13 +36,13 @@ class Tail:
         low, high = rates
         return low <= -self.derivative_bound and self.derivative_bound <= high
 
-    def inputs(self, plant: ConstrainedSystem) -> Interval:
+    def inputs(self, plant: Scalar) -> Interval:
         """An interval that holds u_r(t) for all later t (an over-estimate).
 
         With e = m⁺ − m, u_r(t) = u_m + ((1 − a) e(t) + (e(t + T_s) − e(t)))/b, where u_m holds the prior mean.
         """
-        a, b = plant.system.a, plant.system.b
-        centre = plant.system.equilibrium_input(self.mean)
+        a, b = plant.a, plant.b
+        centre = plant.equilibrium_input(self.mean)
         reach = (abs(1 - a) * self.mean_bound + self.derivative_bound * plant.sampling_time) / abs(b)
         return Interval(centre - reach, centre + reach)
 

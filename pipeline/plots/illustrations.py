@@ -24,11 +24,11 @@ from pipeline.plots.style import (
     step_label,
     styled,
 )
-from pipeline.systems.reference import Reference
+from pipeline.systems.scalar import ScalarReference
 
 
 @styled
-def tube(reference: Reference, steps: Array) -> Figure:
+def tube(reference: ScalarReference, steps: Array) -> Figure:
     """Reference states at consecutive `steps` k, what each can reach by the next, and the inputs that are used."""
     figure = Figure(figsize=(COLUMN, 3.5))
     states, inputs = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1])
@@ -45,7 +45,7 @@ def tube(reference: Reference, steps: Array) -> Figure:
     return figure
 
 
-def _fans(axes: Axes, reference: Reference, steps: Array) -> None:
+def _fans(axes: Axes, reference: ScalarReference, steps: Array) -> None:
     t = reference.instants(steps)
     x, (low, high) = reference.state(t), reference.tube(t)
     fans = [[(k, y), (k + 1, bottom), (k + 1, top)] for k, y, bottom, top in zip(steps, x, low, high, strict=True)]
@@ -60,7 +60,7 @@ def _fans(axes: Axes, reference: Reference, steps: Array) -> None:
     state_bounds(axes, reference.plant.state_set, side="left")
 
 
-def _inputs(axes: Axes, reference: Reference, steps: Array) -> None:
+def _inputs(axes: Axes, reference: ScalarReference, steps: Array) -> None:
     bounds = reference.plant.input_set
     u = reference.input(reference.instants(steps))
     axes.axhspan(bounds.lower, bounds.upper, facecolor=FAINT, edgecolor="none", label=r"input set $\mathcal{U}$")
@@ -73,7 +73,9 @@ def _inputs(axes: Axes, reference: Reference, steps: Array) -> None:
 
 
 @styled
-def asymptotic(reference: Reference, samples: Samples, transient_step: int, final_step: int, last_step: int) -> Figure:
+def asymptotic(
+    reference: ScalarReference, samples: Samples, transient_step: int, final_step: int, last_step: int
+) -> Figure:
     """An asymptotically constant reference up to `last_step`, and the bound m ± m̄ from where it only narrows.
 
     The signal behind the samples varies until `transient_step`; from `final_step` k̄ on the bound lies inside X.
@@ -100,7 +102,7 @@ def asymptotic(reference: Reference, samples: Samples, transient_step: int, fina
     return figure
 
 
-def _envelope(axes: Axes, reference: Reference, k: Array) -> None:
+def _envelope(axes: Axes, reference: ScalarReference, k: Array) -> None:
     """m ± m̄(t) from where all samples lie further back than ζ; the axes cut off what is too wide for them."""
     signal = reference.signal
     tails = [(step, found) for step, t in zip(k, reference.instants(k), strict=True) if (found := tail(signal, t))]

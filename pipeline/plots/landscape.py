@@ -15,7 +15,7 @@ from pipeline.arrays import Array
 from pipeline.learning.landscape import Landscape
 from pipeline.learning.learned import Trace
 from pipeline.plots.style import FAINT, GREY, INK, PAGE, SYMBOLS, reference_looks, styled
-from pipeline.systems.reference import Reference
+from pipeline.systems.scalar import ScalarReference
 
 # Contours of l − min l, each about three times the one before.
 _LEVELS: Final = (0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000)
@@ -33,7 +33,7 @@ _OPTIMA: Final[tuple[dict[str, Any], ...]] = (
 
 
 @styled
-def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str, Reference]) -> Figure:
+def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str, ScalarReference]) -> Figure:
     """Objective and feasible set on each grid (an overview, a closer look), Algorithm 1's path and the optima found.
 
     The grids span the first two hyperparameters of the trace; others, if learned too, are not shown.
@@ -66,7 +66,7 @@ def _contours(axes: Axes, panel: Landscape, lowest: float) -> None:
     axes.clabel(lines, fontsize=6, fmt="%g")
 
 
-def _optima(axes: Axes, references: Mapping[str, Reference], names: Sequence[str]) -> None:
+def _optima(axes: Axes, references: Mapping[str, ScalarReference], names: Sequence[str]) -> None:
     for (name, looks), shape in zip(reference_looks(references).items(), cycle(_OPTIMA)):
         theta = references[name].signal.kernel.hyperparameters
         label = f"optimum, {looks['label']}"

@@ -24,7 +24,7 @@ from pipeline.plots.style import (
     step_label,
     styled,
 )
-from pipeline.systems.reference import Reference
+from pipeline.systems.scalar import ScalarReference
 
 _SHADE: Final[dict[str, Any]] = {"facecolor": FAINT, "edgecolor": "none", "zorder": 0}
 _EDGE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 1}
@@ -44,7 +44,7 @@ class GrowthIntervals:
 @styled
 def periodic_prediction(
     samples: Samples,
-    references: Mapping[str, Reference],
+    references: Mapping[str, ScalarReference],
     tube_of: str,
     steps: Array,
     first_steps: int,
@@ -82,7 +82,7 @@ def periodic_prediction(
     return figure
 
 
-def _impossible_steps(axes: Axes, reference: Reference, steps: Array, color: str) -> None:
+def _impossible_steps(axes: Axes, reference: ScalarReference, steps: Array, color: str) -> None:
     """A dot at each state from which no admissible input leads to the next."""
     t = reference.instants(steps)
     broken = reference.plant.input_set.margin(reference.input(t)) < 0

@@ -23,7 +23,7 @@ from pipeline.plots.style import (
     step_label,
     styled,
 )
-from pipeline.systems.reference import Reference
+from pipeline.systems.scalar import ScalarReference
 
 # A panel carries about this many marks of a published curve, so that the line beneath stays visible.
 _MARKS: Final = 16
@@ -44,7 +44,7 @@ class Published:
 @styled
 def prediction(
     samples: Samples,
-    references: Mapping[str, Reference],
+    references: Mapping[str, ScalarReference],
     tube_of: str,
     steps: Array,
     *,
@@ -84,7 +84,7 @@ def prediction(
     return figure
 
 
-def _excursion(references: Iterable[Reference], steps: Array) -> list[tuple[float, float]]:
+def _excursion(references: Iterable[ScalarReference], steps: Array) -> list[tuple[float, float]]:
     """From where to where some reference is outside X, and a little more; nothing where that is never, or all over."""
     outside = [r.plant.state_set.margin(r.state(r.instants(steps))) < 0 for r in references]
     leaving = steps[np.any(outside, axis=0)]
@@ -94,7 +94,7 @@ def _excursion(references: Iterable[Reference], steps: Array) -> list[tuple[floa
     return [(float(max(steps[0], leaving[0] - around)), float(min(steps[-1], leaving[-1] + around)))]
 
 
-def reachable(axes: Axes, reference: Reference, steps: Array) -> None:
+def reachable(axes: Axes, reference: ScalarReference, steps: Array) -> None:
     """What each state can reach, one step on: pale; and the part of it inside X: darker."""
     low, high = reference.tube(reference.instants(steps))
     states = reference.plant.state_set
@@ -104,7 +104,7 @@ def reachable(axes: Axes, reference: Reference, steps: Array) -> None:
     axes.fill_between(steps + 1, *inside, where=inside[0] < inside[1], facecolor=PALE, edgecolor="none", label=label)
 
 
-def _curves(axes: Axes, references: Mapping[str, Reference], steps: Array, true_reference: Array | None) -> None:
+def _curves(axes: Axes, references: Mapping[str, ScalarReference], steps: Array, true_reference: Array | None) -> None:
     for looks, reference in zip(reference_looks(references).values(), references.values(), strict=True):
         axes.plot(steps, reference.state(reference.instants(steps)), **looks)
     if true_reference is not None:
@@ -121,7 +121,7 @@ def _published(axes: Axes, published: Published, every: int) -> None:
         axes.plot(published.k[some] + 1, ends[some], "_", color=INK, markersize=4, markeredgewidth=0.7, label=label)
 
 
-def _state_range(references: Iterable[Reference], steps: Array) -> tuple[float, float]:
+def _state_range(references: Iterable[ScalarReference], steps: Array) -> tuple[float, float]:
     x = np.array([r.state(r.instants(steps)) for r in references])
     around = 0.15 * float(np.ptp(x))
     return float(x.min()) - around, float(x.max()) + around

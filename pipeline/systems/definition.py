@@ -10,14 +10,14 @@ from pipeline.systems.reference import Reference
 
 
 def smallest_defect(reference: Reference, last_step: int) -> float:
-    """min over u(0…last_step) ∈ U of max_k |x_r(k+1) − f(x_r(k), u(k))|: zero (to solver accuracy) where followable.
+    """min over u(0…last_step) ∈ U of max_k |x_r(k+1) − f(x_r(k), u(k))|_∞: zero (to solver accuracy) where followable.
 
-    In the unit of the state: how far, at the least, the system falls off the reference in some step.
+    In the unit of the states: how far, at the least, the system falls off the reference in some step.
     """
-    states = reference.state(reference.instants(np.arange(last_step + 2, dtype=float)))
-    system, inputs = reference.plant.system, reference.plant.input_set
-    u = cp.Variable(last_step + 1)
-    gap = states[1:] - (system.a * states[:-1] + system.b * u + system.c)
-    program = cp.Problem(cp.Minimize(cp.max(cp.abs(gap))), [u >= inputs.lower, u <= inputs.upper])
+    states = reference.state(np.arange(last_step + 2, dtype=float))
+    system, (H, h) = reference.plant.system, reference.plant.input_set.inequalities
+    u = cp.Variable((last_step + 1, system.B.shape[1]))
+    gap = states[1:] - states[:-1] @ system.A.T - u @ system.B.T - system.c
+    program = cp.Problem(cp.Minimize(cp.max(cp.abs(gap))), [u @ H.T <= h[None, :]])
     program.solve(solver=cp.CLARABEL)
     return float(program.value)

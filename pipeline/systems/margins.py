@@ -38,7 +38,7 @@ def margin_profile(reference: Reference, quantity: Quantity, last_step: int, ins
     """Margins at `instants_per_step` times in each of the intervals 0 … last_step."""
     steps = np.arange(last_step + 1, dtype=float)[:, None]
     times = reference.instants(steps + np.arange(instants_per_step) / instants_per_step)
-    margins = quantity.bounds.margin(quantity(reference.signal, times))
+    margins = quantity.margin(reference.signals, times)
     smallest = np.argmin(margins, axis=1, keepdims=True)
     return MarginProfile(
         quantity,

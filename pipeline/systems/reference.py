@@ -1,39 +1,70 @@
 """A reference: what everything downstream takes."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from pipeline.arrays import Array
 from pipeline.gp.signal import KernelSum
+from pipeline.systems.constrained import ConstrainedSystem
+from pipeline.systems.functional import Functional
 from pipeline.systems.quantity import Quantity
-from pipeline.systems.scalar import ConstrainedSystem
 
 
-@dataclass(frozen=True)
+class Window(NamedTuple):
+    """`states` x_r(k), …, x_r(k + N), shape (N + 1, n), and `inputs` u_r(k), …, u_r(k + N − 1), shape (N, m)."""
+
+    states: Array
+    inputs: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Reference:
-    """A learned signal as the reference x_r(k) = m⁺(k T_s) of a constrained system."""
+    """Learned signals as flat outputs of a system: they determine the states x_r and inputs u_r of the reference.
 
-    signal: KernelSum
+    The system follows: x_r(k + 1) = A x_r(k) + B u_r(k) + c for every k, and in real time from t to t + T_s.
+    """
+
+    signals: tuple[KernelSum, ...]
     plant: ConstrainedSystem
+
+    def __post_init__(self) -> None:
+        if len(self.signals) != self.plant.signals:
+            raise ValueError(f"reference: the system needs {self.plant.signals} signals, got {len(self.signals)}")
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Everything that is bounded: trackable means that each stays in its bounds at t = k T_s for all k ≥ 0."""
-        return (self.plant.state, self.plant.input)
+        """Everything that is bounded."""
+        return self.plant.quantities
 
-    def state(self, t: Array) -> Array:
-        """x_r at t [s]."""
-        return self.plant.state(self.signal, t)
+    def quantity(self, name: str) -> Quantity:
+        return next(q for q in self.quantities if q.name == name)
 
-    def input(self, t: Array) -> Array:
-        """u_r at t [s]: the one input that takes x_r(t) to x_r(t + T_s)."""
-        return self.plant.input(self.signal, t)
+    def state(self, k: Array | int) -> Array:
+        """x_r(k) at steps k (any shape; between steps too): shape (*k.shape, n)."""
+        return self.state_at(self.instants(k))
 
-    def instants(self, steps: Array) -> Array:
+    def input(self, k: Array | int) -> Array:
+        """u_r(k), which takes x_r(k) to x_r(k + 1): shape (*k.shape, m)."""
+        return self.input_at(self.instants(k))
+
+    def window(self, k: int, horizon: int) -> Window:
+        """What a predictive controller needs at step k: `horizon` steps ahead."""
+        steps = k + np.arange(horizon + 1.0)
+        return Window(self.state(steps), self.input(steps[:-1]))
+
+    def state_at(self, t: Array) -> Array:
+        """x_r at t [s]: shape (*t.shape, n)."""
+        return self._values(self.plant.flatness.states, t)
+
+    def input_at(self, t: Array) -> Array:
+        """u_r at t [s], which takes x_r(t) to x_r(t + T_s): shape (*t.shape, m)."""
+        return self._values(self.plant.flatness.inputs, t)
+
+    def instants(self, steps: Array | int) -> Array:
         """The times k T_s [s] of steps k."""
         return np.asarray(steps) * self.plant.sampling_time
 
-    def tube(self, t: Array) -> tuple[Array, Array]:
-        """Ends of the reachable tube at t + T_s: what the system can reach from x_r(t) in one step."""
-        return self.plant.successor_set(self.state(t))
+    def _values(self, functionals: tuple[Functional, ...], t: Array) -> Array:
+        return np.stack([functional(self.signals, t) for functional in functionals], axis=-1)

@@ -1,59 +1,57 @@
-"""Scalar linear systems with bounded state and input."""
+"""What the paper does with scalar systems only: tubes and growth rates."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.arrays import Array
+from pipeline.gp.signal import KernelSum
+from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.interval import Interval
+from pipeline.systems.linear import Linear
+from pipeline.systems.polytope import Polytope
 from pipeline.systems.quantity import Quantity
+from pipeline.systems.reference import Reference
+
+
+def scalar(
+    a: float, b: float, c: float = 0.0, *, state_set: Interval, input_set: Interval, sampling_time: float
+) -> ConstrainedSystem:
+    """x(k+1) = a x(k) + b u(k) + c with x ∈ X and u ∈ U. ValueError for b = 0 or sets without interior."""
+    x, u = (Polytope.box(np.array([s.lower]), np.array([s.upper])) for s in (state_set, input_set))
+    return ConstrainedSystem(Linear.scalar(a, b, c), x, u, sampling_time)
 
 
 @dataclass(frozen=True)
-class ScalarLinear:
-    """x(k+1) = a x(k) + b u(k) + c, with b ≠ 0 (ValueError otherwise)."""
+class Scalar:
+    """A view of a scalar system by its numbers, for Assumption 5 and program (9) of the paper."""
 
     a: float
     b: float
-    c: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not all(math.isfinite(v) for v in (self.a, self.b, self.c)) or self.b == 0:
-            raise ValueError(f"system: a, b, c must be finite and b ≠ 0, got a={self.a}, b={self.b}, c={self.c}")
-
-    def successor(self, x: Array, u: Array) -> Array:
-        return np.asarray(self.a * x + self.b * u + self.c)
-
-    def input(self, x: Array, successor: Array) -> Array:
-        """The one input that takes x to the given successor: u = (x⁺ − a x − c)/b."""
-        return np.asarray((successor - self.a * x - self.c) / self.b)
-
-    def equilibrium_input(self, x: float) -> float:
-        """The input that holds the state at x."""
-        return (x - self.a * x - self.c) / self.b
-
-
-@dataclass(frozen=True)
-class ConstrainedSystem:
-    """A system with its `state_set` X, its `input_set` U and its `sampling_time` T_s [s]."""
-
-    system: ScalarLinear
+    c: float
     state_set: Interval
     input_set: Interval
     sampling_time: float
+    state: Quantity
+    input: Quantity
 
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.sampling_time) and self.sampling_time > 0):
-            raise ValueError(f"system: sampling_time must be a positive finite number, got {self.sampling_time!r}")
-        for name, bounds in (("state_set", self.state_set), ("input_set", self.input_set)):
-            if bounds.width == 0:
-                raise ValueError(f"system: {name} must have an interior, got {bounds}")
+    @classmethod
+    def of(cls, plant: ConstrainedSystem) -> "Scalar":
+        """ValueError for systems with more than one state or input, or an unbounded one."""
+        system = plant.system
+        if system.B.shape != (1, 1) or len(plant.quantities) != 2:
+            raise ValueError(
+                f"only a scalar system with bounded state and input has growth rates, got {len(system.states)} states, "
+                f"{len(system.inputs)} inputs and {len(plant.quantities)} bounded quantities"
+            )
+        state, entry = plant.quantities
+        a, b, c = system.A.item(), system.B.item(), system.c.item()
+        return cls(a, b, c, state.bounds, entry.bounds, plant.sampling_time, state, entry)
 
     def successor_set(self, x: Array) -> tuple[Array, Array]:
-        """Lower and upper end of {f(x, u) : u ∈ U}, the reachable tube one step on: exact, elementwise in x."""
+        """Lower and upper end of {a x + b u + c : u ∈ U}, the reachable tube one step on: exact, elementwise in x."""
         x = np.asarray(x, dtype=float)
-        ends = [self.system.successor(x, np.full_like(x, u)) for u in (self.input_set.lower, self.input_set.upper)]
+        ends = [np.asarray(self.a * x + self.b * u + self.c) for u in (self.input_set.lower, self.input_set.upper)]
         return np.minimum(*ends), np.maximum(*ends)
 
     def growth_rates(self, states: Interval) -> tuple[float, float]:
@@ -66,13 +64,35 @@ class ConstrainedSystem:
         low, high = self.successor_set(x)
         return np.max(low - x).item() / self.sampling_time, np.min(high - x).item() / self.sampling_time
 
-    @property
-    def state(self) -> Quantity:
-        """x_r(t) = m⁺(t), wanted in X."""
-        return Quantity("state", (1.0,), 0.0, self.state_set, self.sampling_time)
+    def equilibrium_input(self, x: float) -> float:
+        """The input that holds the state at x."""
+        return (x - self.a * x - self.c) / self.b
 
-    @property
-    def input(self) -> Quantity:
-        """u_r(t) = (m⁺(t + T_s) − a m⁺(t) − c)/b, wanted in U."""
-        a, b, c = self.system.a, self.system.b, self.system.c
-        return Quantity("input", (-a / b, 1 / b), -c / b, self.input_set, self.sampling_time)
+
+@dataclass(frozen=True)
+class ScalarReference:
+    """A view of a scalar system's reference: values in the shape of the times [s] asked for, and the tube around it."""
+
+    signal: KernelSum
+    plant: Scalar
+
+    @classmethod
+    def of(cls, reference: Reference) -> "ScalarReference":
+        """ValueError for other systems."""
+        return cls(reference.signals[0], Scalar.of(reference.plant))
+
+    def state(self, t: Array) -> Array:
+        """x_r at t [s]."""
+        return self.plant.state((self.signal,), t)
+
+    def input(self, t: Array) -> Array:
+        """u_r at t [s]."""
+        return self.plant.input((self.signal,), t)
+
+    def instants(self, steps: Array) -> Array:
+        """The times k T_s [s] of steps k."""
+        return np.asarray(steps) * self.plant.sampling_time
+
+    def tube(self, t: Array) -> tuple[Array, Array]:
+        """Ends of the reachable tube at t + T_s: what the system can reach from x_r(t) in one step."""
+        return self.plant.successor_set(self.state(t))

@@ -1,0 +1,46 @@
+"""How samples see a process: not always directly, but as a weighted sum of it at shifted times."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.arrays import Array
+
+
+@dataclass(frozen=True)
+class Stencil:
+    """y(t) = offset + Σ_j w_j g(t + j `step`), step in seconds: what is sampled, in terms of a process g.
+
+    Raises ValueError without a weight different from zero.
+    """
+
+    weights: tuple[float, ...]
+    step: float = 0.0
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not any(self.weights):
+            raise ValueError("stencil: samples must depend on the process, but all weights are zero")
+
+    def at_rest(self, level: float) -> float:
+        """What is sampled of a constant process."""
+        return self.offset + sum(self.weights) * level
+
+    def centres(self, t: Array) -> Array:
+        """The instants t + j step [s] of the process that samples at t (shape (n,)) see: shape (n · len(weights),)."""
+        return np.concatenate([t + j * self.step for j in range(len(self.weights))])
+
+    def spread(self, values: Array) -> Array:
+        """The transpose of sampling: values (…, n) at the samples, weighted, at the centres: (…, n · len(weights))."""
+        return np.concatenate([w * values for w in self.weights], axis=-1)
+
+    @property
+    def lags(self) -> list[tuple[float, float]]:
+        """(ρ_d, d step) with cov(y(t), y(t')) = Σ_d ρ_d κ(t − t' + d step)."""
+        last = len(self.weights) - 1
+        correlation = np.correlate(self.weights, self.weights, mode="full").tolist()
+        return [(rho, d * self.step) for d, rho in zip(range(-last, last + 1), correlation, strict=True)]
+
+
+POINT = Stencil((1.0,))
+"""Samples of the process itself."""

@@ -1,0 +1,72 @@
+"""A system with its sets: what has to be bounded for a reference to be trackable."""
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+from pipeline.arrays import Array
+from pipeline.systems.flatness import Flatness, flatness
+from pipeline.systems.functional import Functional, combined
+from pipeline.systems.linear import Linear
+from pipeline.systems.polytope import Polytope
+from pipeline.systems.quantity import Quantity
+
+
+@dataclass(frozen=True, eq=False)
+class ConstrainedSystem:
+    """A system with its `state_set` X, its `input_set` U and its `sampling_time` T_s [s].
+
+    Raises ValueError where the sets do not fit the system, and where it is not controllable.
+    """
+
+    system: Linear
+    state_set: Polytope
+    input_set: Polytope
+    sampling_time: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.sampling_time) and self.sampling_time > 0):
+            raise ValueError(f"system: sampling_time must be a positive finite number, got {self.sampling_time!r}")
+        n, m = self.system.B.shape
+        for name, bounds, dimension in (("state_set", self.state_set, n), ("input_set", self.input_set, m)):
+            if bounds.dimension != dimension:
+                raise ValueError(f"system: {name} must have dimension {dimension}, got {bounds.dimension}")
+        _ = self.flatness  # raise what it refuses
+
+    @cached_property
+    def flatness(self) -> Flatness:
+        """States and inputs as functionals of the signals that are learned."""
+        return flatness(self.system, self.sampling_time)
+
+    @property
+    def signals(self) -> int:
+        """How many signals are learned."""
+        return len(self.flatness.orders)
+
+    @cached_property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """All that is bounded: trackable means that each stays in its bounds at t = k T_s for all k ≥ 0."""
+        return (
+            *_bounded(self.state_set, self.flatness.states, self.system.states, "state"),
+            *_bounded(self.input_set, self.flatness.inputs, self.system.inputs, "input"),
+        )
+
+
+def _bounded(
+    wanted: Polytope, coordinates: tuple[Functional, ...], names: tuple[str, ...], kind: str
+) -> list[Quantity]:
+    """A quantity for each row; the row of one coordinate is called as that is."""
+    quantities = []
+    for i, (row, bounds) in enumerate(wanted.intervals):
+        quantities.append(Quantity(_name(row, names, f"{kind} row {i + 1}"), _along(row, coordinates), bounds))
+    return quantities
+
+
+def _along(row: Array, coordinates: tuple[Functional, ...]) -> Functional:
+    return combined([Fraction(v) for v in row.tolist()], coordinates)
+
+
+def _name(row: Array, names: tuple[str, ...], otherwise: str) -> str:
+    alone = [name for name, weight in zip(names, row.tolist(), strict=True) if weight]
+    return alone[0] if len(alone) == 1 and max(row) == 1 else otherwise
