@@ -503,8 +503,9 @@ def _check_sizes(certificate: Any) -> str | None:
     for signal in certificate["signals"]:
         numbers += [*signal["centres"], *signal["weights"], signal["mean"]]
         positive += [part[name] for part in _parts(signal["kernel"]) for name in _KERNELS[part["type"]]]
-    sizes = [size for q in _quantities(certificate) for size in (*q.gross, q.gross_offset) if size]
-    if max(map(abs, [*numbers, *positive, *sizes])) > 10**30 or min([*positive, *sizes]) < Fraction(1, 10**30):
+    factors = [size for q in _quantities(certificate) for size in (*q.gross, q.gross_offset) if size]
+    positive += [float(min(max(factor, Fraction(1, 10**40)), Fraction(10**40))) for factor in factors]
+    if max(map(abs, [*numbers, *positive])) > 1e30 or min(positive) < 1e-30:
         return "sizes: some number is too large or too small for the analysis of rounding"
     if certificate["evaluation"]["until"] > 1e60 or not all(
         _at_most(_beyond(signal["kernel"], _ZERO)[0], 1e100) for signal in certificate["signals"]
