@@ -1,21 +1,20 @@
 """Learning with a proof: fit, try to prove, give the proof more room or the fit more time, repeat."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.certificates.certificate import Certificate
+from pipeline.certificates.goal import Goal, for_all_times
 from pipeline.certificates.outcome import Counterexample, Unproved
-from pipeline.certificates.prove import common_period, prove, reference_period
+from pipeline.certificates.prove import reference_period
 from pipeline.certificates.rounding import evaluation_errors
 from pipeline.gp.joint import JointPrior
-from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.samples import Samples
 from pipeline.learning.basins import best_of
 from pipeline.learning.exchange import solve, tightened
-from pipeline.learning.index_set import AllPhases, IndexSet, Window
 from pipeline.learning.problem import ROUNDING_BACKOFF, ConstrainedProblem, Constraint, NoSolution, Solution
 from pipeline.learning.screening import screened
 from pipeline.learning.space import SearchSpace
@@ -50,37 +49,42 @@ class Certified:
 
 
 def learn_certified(
-    samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, space: SearchSpace
+    samples: tuple[Samples, ...],
+    prior: JointPrior,
+    plant: ConstrainedSystem,
+    space: SearchSpace,
+    goal: Goal | None = None,
+    on_round: Callable[[int], object] = lambda rounds: None,
 ) -> Certified | NoSolution | Counterexample | Unproved:
-    """The best reference that keeps its bounds provably and for all times; otherwise what stands in the way.
+    """The best reference that keeps its bounds provably; otherwise what stands in the way. Deterministic.
 
-    Real times are constrained: all phases of a periodic kernel, else a window from 0 on that grows where a later time
-    turns out to break a bound. Deterministic.
+    The goal is all times where none is given. `on_round` hears how many fits were tried.
     """
-    last = max(float(s.times[-1]) for s in samples)
-    end = 2 * last - min(float(s.times[0]) for s in samples) + plant.sampling_time
+    goal = goal or for_all_times(samples, prior, plant)
     rounds = 0
     while True:
-        first = _fit(_problem(samples, prior, plant, space, end, ROUNDING_BACKOFF), None)
+        first = _fit(_problem(samples, prior, plant, space, goal, ROUNDING_BACKOFF), None)
         found, backoff = first, ROUNDING_BACKOFF
         while True:
             rounds += 1
+            on_round(rounds)
             if not isinstance(found, Solution):
                 return found
             reference = Reference(found.posterior.signals, plant)
-            outcome = prove(reference)
+            outcome = goal.prove(reference)
             if isinstance(outcome, Certificate):
                 assert isinstance(first, Solution)
                 return Certified(found, reference, outcome, backoff, found.objective - first.objective, rounds)
-            if (later := _failed_at(outcome)) > end and not _is_periodic(prior):
+            if goal.asks_beyond(_failed_at(outcome)):
                 break
             backoff = max(10 * backoff, 4 * _relative_error(reference))
             if backoff > _LARGEST_BACKOFF or rounds >= _MOST_ROUNDS:
                 return outcome
-            found = _fit(_problem(samples, prior, plant, space, end, backoff), found)
-        if not later < 1e3 * end or rounds >= _MOST_ROUNDS:
+            found = _fit(_problem(samples, prior, plant, space, goal, backoff), found)
+        longer = goal.longer(_failed_at(outcome))
+        if longer is None or rounds >= _MOST_ROUNDS:
             return outcome
-        end = 1.5 * later
+        goal = longer
 
 
 def _fit(problem: ConstrainedProblem, before: Solution | None) -> Solution | NoSolution:
@@ -99,36 +103,20 @@ def _problem(
     prior: JointPrior,
     plant: ConstrainedSystem,
     space: SearchSpace,
-    end: float,
+    goal: Goal,
     backoff: float,
 ) -> ConstrainedProblem:
     """Half of the back-off is kept between the times of the program too; the other half is the program's own room."""
-    times: IndexSet = AllPhases(_period) if _is_periodic(prior) else Window(0.0, end)
     return ConstrainedProblem(
         samples,
         prior,
         space,
-        tuple(Constraint(_drawn_in(q, backoff / 2), times, backoff / 2) for q in plant.quantities),
+        tuple(Constraint(_drawn_in(q, backoff / 2), goal.times, backoff / 2) for q in plant.quantities),
     )
 
 
 def _drawn_in(quantity: Quantity, by: float) -> Quantity:
     return replace(quantity, bounds=quantity.bounds.shrunk(by * quantity.bounds.width))
-
-
-def _is_periodic(prior: JointPrior) -> bool:
-    """Whether all kernels have one period whatever is learned."""
-    periods = {common_period(part.kernel) for part in prior.parts}
-    names = [name for name in prior.hyperparameters if name.endswith("period")]
-    kept = all(name in prior.fixed for name in names)
-    plain = names == ["period"] and all(isinstance(part.kernel, Periodic) for part in prior.parts)
-    return len(periods) == 1 and None not in periods and (kept or plain)
-
-
-def _period(kernels: Sequence[Kernel]) -> float:
-    period = common_period(kernels[0])
-    assert period is not None
-    return period
 
 
 def _failed_at(outcome: Counterexample | Unproved) -> float:
