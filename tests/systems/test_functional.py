@@ -56,10 +56,7 @@ def test_any_functional_against_a_loop(functionals, t):
 @pytest.mark.parametrize("weights", [((), ()), ((THIRD,), (THIRD, THIRD))])
 def test_values_have_the_shape_of_the_times(shape, weights):
     t = np.linspace(0, 1, int(np.prod(shape))).reshape(shape)
-    values = Functional(weights, Fraction(2), 0.1)((np.sin, np.cos), t)
-    assert np.broadcast_shapes(values.shape, shape) == shape
-    if weights[0]:
-        assert values.shape == shape
+    assert Functional(weights, Fraction(2), 0.1)((np.sin, np.cos), t).shape == shape
 
 
 def test_signals_with_trailing_axes_keep_them():
