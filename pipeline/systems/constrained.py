@@ -56,10 +56,13 @@ class ConstrainedSystem:
 def _bounded(
     wanted: Polytope, coordinates: tuple[Functional, ...], names: tuple[str, ...], kind: str
 ) -> list[Quantity]:
-    """A quantity for each row; the row of one coordinate is called as that is."""
-    quantities = []
+    """A quantity for each row; the first row of one coordinate is called as that is."""
+    quantities: list[Quantity] = []
     for i, (row, bounds) in enumerate(wanted.intervals):
-        quantities.append(Quantity(_name(row, names, f"{kind} row {i + 1}"), _along(row, coordinates), bounds))
+        by_number = f"{kind} row {i + 1}"
+        name = _name(row, names, by_number)
+        taken = any(quantity.name == name for quantity in quantities)
+        quantities.append(Quantity(by_number if taken else name, _along(row, coordinates), bounds))
     return quantities
 
 
