@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
-from pipeline.gp.radial import SquaredExponential
+from pipeline.gp.periodic import Periodic
+from pipeline.gp.radial import Matern52, SquaredExponential
 from pipeline.gp.signal import KernelSum
 from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.interval import Interval
@@ -62,3 +63,34 @@ plants = st.builds(
     input_set=intervals(),
     sampling_time=st.floats(1e-3, 2),
 )
+
+
+def controllable(seed: int, states: int = 4, inputs: int = 2) -> Linear:
+    """Up to so many states and inputs; a third stable, a third sparse (chains of different lengths), a third wild."""
+    rng = np.random.default_rng(seed)
+    n, m = int(rng.integers(1, states + 1)), int(rng.integers(1, inputs + 1))
+    while True:
+        A, B, c = rng.normal(size=(n, n)), rng.normal(size=(n, m)), rng.normal(size=n) * rng.integers(2)
+        if seed % 3 == 0:
+            A *= rng.uniform(0.3, 0.97) / np.max(np.abs(np.linalg.eigvals(A)))
+        if seed % 3 == 1:
+            A, B = (rng.choice([0, 0, 1, -1], size=matrix.shape) * matrix for matrix in (A, B))
+        reached = np.hstack([np.linalg.matrix_power(A, k) @ B for k in range(n)])
+        if np.linalg.matrix_rank(reached) == n and np.linalg.cond(reached) < 1e4:
+            return Linear(A, B, c)
+
+
+def is_stable(system: Linear) -> bool:
+    return bool(np.max(np.abs(np.linalg.eigvals(system.A))) < 0.98)
+
+
+def unbounded(system: Linear, sampling_time: float) -> ConstrainedSystem:
+    n, m = system.B.shape
+    sets = (Polytope(np.empty((0, d)), np.empty(0), np.empty(0), d) for d in (n, m))
+    return ConstrainedSystem(system, *sets, sampling_time)
+
+
+def random_signal(rng: np.random.Generator) -> KernelSum:
+    kernels = SquaredExponential(1.0, 0.4), Matern52(0.7, 0.8), Periodic(1.0, 0.9, 2.3)
+    centres = np.sort(rng.uniform(0, 3, 6))
+    return KernelSum(kernels[int(rng.integers(3))], float(rng.normal()), centres, rng.normal(size=6))

@@ -13,7 +13,7 @@ from pipeline.gp.signal import KernelSum
 from pipeline.systems.reference import Reference
 from pipeline.systems.scalar import ScalarReference
 from tests.gp.instances import over
-from tests.systems.instances import PLANTS, SCALARS, SIGNAL, plants
+from tests.systems.instances import PLANTS, SCALARS, SIGNAL, controllable, is_stable, plants, random_signal, unbounded
 
 TIMES = np.linspace(-0.2, 2.0, 45)
 
@@ -95,3 +95,73 @@ def test_the_scalar_view_has_the_same_states_and_inputs(plant):
 def test_a_signal_is_needed_for_each_flat_output(count):
     with pytest.raises(ValueError, match=f"^reference: the system needs 1 signals, got {count}$"):
         Reference((SIGNAL,) * count, PLANTS["example1"])
+
+
+# Systems with several states and inputs.
+
+STEPS = np.arange(3000)
+
+
+def general(seed: int) -> Reference:
+    rng, system = np.random.default_rng(1000 + seed), controllable(seed)
+    plant = unbounded(system, 0.05)
+    return Reference(tuple(random_signal(rng) for _ in range(plant.signals)), plant)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_every_step_of_a_random_system_lands_on_the_next(seed):
+    reference = general(seed)
+    system, x, u = reference.plant.system, reference.state(STEPS), reference.input(STEPS)
+    assert (x.shape, u.shape) == ((3000, system.A.shape[0]), (3000, system.B.shape[1]))
+    assert np.ptp(x) > 1e-3
+    landed = system.successor(x[:-1], u[:-1])
+    np.testing.assert_allclose(landed, x[1:], rtol=0, atol=1e-9 * np.max(np.abs(x)))
+
+
+@pytest.mark.parametrize("seed", [seed for seed in range(50) if is_stable(controllable(seed))])
+def test_a_stable_system_stays_on_its_reference_without_feedback(seed):
+    reference = general(seed)
+    states, inputs = reference.state(STEPS), reference.input(STEPS)
+    x, off = states[0], []
+    for expected, u in zip(states, inputs, strict=True):
+        off.append(np.max(np.abs(x - expected)))
+        x = reference.plant.system.successor(x, u)
+    assert max(off) <= 1e-9 * np.max(np.abs(states))
+
+
+def test_random_systems_are_of_all_kinds():
+    systems = [controllable(seed) for seed in range(50)]
+    assert {system.B.shape for system in systems} == {(n, m) for n in (1, 2, 3, 4) for m in (1, 2)}
+    assert sum(is_stable(system) for system in systems) >= 15
+    assert len({unbounded(system, 0.05).flatness.orders for system in systems}) >= 7
+    assert sum(bool(np.any(system.c)) for system in systems) >= 15
+
+
+@pytest.mark.parametrize("seed", range(0, 50, 7))
+def test_a_window_is_what_lies_ahead(seed):
+    reference = general(seed)
+    for k, horizon in ((0, 1), (5, 20), (2999, 3)):
+        states, inputs = reference.window(k, horizon)
+        assert (len(states), len(inputs)) == (horizon + 1, horizon)
+        for i in range(horizon):
+            np.testing.assert_allclose(states[i], reference.state(k + i), rtol=1e-12, atol=1e-12)
+            np.testing.assert_allclose(inputs[i], reference.input(k + i), rtol=1e-12, atol=1e-11)
+        np.testing.assert_allclose(states[-1], reference.state(k + horizon), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("shape", [(), (4,), (2, 3), (0,)])
+def test_coordinates_come_last(shape):
+    reference = general(3)
+    n, m = reference.plant.system.B.shape
+    k = np.arange(int(np.prod(shape))).reshape(shape)
+    assert reference.state(k).shape == reference.state_at(k * 0.05).shape == (*shape, n)
+    assert reference.input(k).shape == reference.input_at(k * 0.05).shape == (*shape, m)
+    np.testing.assert_array_equal(reference.state(k), reference.state_at(reference.instants(k)))
+    np.testing.assert_array_equal(reference.input(k), reference.input_at(reference.instants(k)))
+
+
+def test_the_system_follows_in_real_time_too():
+    reference = general(4)
+    t = np.linspace(-0.3, 4, 777)
+    landed = reference.plant.system.successor(reference.state_at(t), reference.input_at(t))
+    np.testing.assert_allclose(landed, reference.state_at(t + 0.05), atol=1e-10)
