@@ -18,7 +18,10 @@ def two_harmonics(t: Array) -> Array:
     return np.asarray(np.sin(2 * t) + 0.5 * np.sin(4 * t + 1))
 
 
-GROUND_TRUTHS: dict[str, Callable[[Array], Array]] = {
+GroundTruth = Callable[[Array], Array]
+"""A signal over time [s]."""
+
+GROUND_TRUTHS: dict[str, GroundTruth] = {
     "setpoint_change": setpoint_change,
     "two_harmonics": two_harmonics,
 }

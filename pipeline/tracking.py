@@ -202,7 +202,7 @@ def learn_reference(
     goal = _goal(kind, seen, prior, plant, window)
     space = SearchSpace.around(seen, prior, {name: Interval(*b) for name, b in (bounds or {}).items()}, starts)
     with tqdm(desc="learn reference", unit="fit", disable=None if progress else True) as bar:
-        found = learn_certified(seen, prior, plant, space, goal, lambda rounds: bar.update())
+        found = learn_certified(seen, prior, plant, space, goal, lambda done: bar.update())
     if not isinstance(found, Certified):
         raise NotTrackableError(found)
     posterior = found.solution.posterior

@@ -43,7 +43,7 @@ class JointPrior:
     def hyperparameters(self) -> dict[str, float]:
         """All of them, in natural units, process by process."""
         return {
-            self._called(process, name): value
+            self.called(process, name): value
             for process, part in zip(self.names, self.parts, strict=True)
             for name, value in part.hyperparameters.items()
         }
@@ -55,7 +55,7 @@ class JointPrior:
     @cached_property
     def learned(self) -> tuple[str, ...]:
         """Names of the hyperparameters that are learned, in the order of every gradient."""
-        named = [self._called(process, name) for process, part in self._named for name in part.learned]
+        named = [self.called(process, name) for process, part in self._named for name in part.learned]
         return tuple(dict.fromkeys(named))
 
     @property
@@ -71,7 +71,7 @@ class JointPrior:
             )
         parts = []
         for process, part in self._named:
-            own = {n: values[called] for n in part.hyperparameters if (called := self._called(process, n)) in values}
+            own = {n: values[called] for n in part.hyperparameters if (called := self.called(process, n)) in values}
             parts.append(replace(part.with_hyperparameters(own), fixed=part.fixed | own.keys()))
         return replace(self, parts=tuple(parts))
 
@@ -79,7 +79,7 @@ class JointPrior:
         """The inverse of `log_hyperparameters`."""
         values = dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True))
         parts = [
-            part.with_hyperparameters({name: values[self._called(process, name)] for name in part.learned})
+            part.with_hyperparameters({name: values[self.called(process, name)] for name in part.learned})
             for process, part in self._named
         ]
         return replace(self, parts=tuple(parts))
@@ -88,14 +88,15 @@ class JointPrior:
     def places(self) -> tuple[list[int], ...]:
         """For each process, where its learned hyperparameters stand among all."""
         return tuple(
-            [self.learned.index(self._called(process, name)) for name in part.learned] for process, part in self._named
+            [self.learned.index(self.called(process, name)) for name in part.learned] for process, part in self._named
         )
 
     @property
     def _named(self) -> list[tuple[str, Prior]]:
         return list(zip(self.names, self.parts, strict=True))
 
-    def _called(self, process: str, name: str) -> str:
+    def called(self, process: str, name: str) -> str:
+        """What a process's hyperparameter is called among all."""
         plain = len(self.parts) == 1 or name in self.shared
         return name if plain else f"{process}.{name}"
 

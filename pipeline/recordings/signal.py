@@ -39,8 +39,10 @@ class Signal:
         return self.times.size
 
     def samples(self) -> Samples:
-        """What a Gaussian process learns from; the noise of each sample stays here."""
-        return Samples(self.times, self.values)
+        """What a Gaussian process learns from; where the noise of each sample is known, in units of noise_std = 1."""
+        if self.noise_std is None:
+            return Samples(self.times, self.values)
+        return Samples(self.times, self.values, self.noise_std)
 
     def select(self, start: float, end: float) -> "Signal":
         """The samples with start ≤ time ≤ end [s]. InputError where there is none."""
