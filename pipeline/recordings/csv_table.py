@@ -1,5 +1,6 @@
 """The text of a CSV file as named cells, with the line that each stands on."""
 
+import codecs
 import csv
 import io
 from collections.abc import Collection, Iterator, Sequence
@@ -13,7 +14,7 @@ from pipeline.recordings.decimals import DECIMAL_MARKS, POINT
 
 SEPARATORS = (",", ";", "\t")
 MISSING = ("", "-", "na", "n/a", "nan", "null")
-UTF8 = ("utf-8", "utf8")
+UTF8 = ("utf-8", "utf-8-sig")
 UTF8_MARK = b"\xef\xbb\xbf"
 
 
@@ -85,7 +86,7 @@ def _text(path: Path, encoding: str) -> str:
     try:
         data = path.read_bytes()
         if data.startswith(UTF8_MARK):
-            if encoding.casefold() not in UTF8:
+            if codecs.lookup(encoding).name not in UTF8:
                 raise InputError(
                     f"{path}: it begins with the mark of UTF-8, but its encoding is said to be {encoding!r}"
                 )

@@ -68,7 +68,7 @@ def plain(number: Decimal) -> str:
 
 def shown(value: object) -> str:
     """A decoded value for a message: a number as it was written, and not too much of anything."""
-    text = str(value) if isinstance(value, Decimal) else repr(value)
+    text = str(value) if isinstance(value, Decimal) else repr(value).replace("\n", " ")
     return text if len(text) <= 80 else f"{text[:79]}…"
 
 

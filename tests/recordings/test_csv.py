@@ -55,6 +55,7 @@ WRITTEN: dict[str, tuple[str | bytes, CsvLayout]] = {
     "other comments": ("% a\nt,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(comment="%")),
     "lines to skip": ("Device,7\n\nt,x\n[s],[mm]\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(skip=(1, 4))),
     "mark of UTF-8": (b"\xef\xbb\xbft,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
+    "mark of UTF-8, said": (b"\xef\xbb\xbft,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(encoding="UTF-8-SIG")),
     "UTF-8": ("t,x,größe\n0,1.5,µ\n0.1,-2,µ\n0.25,3e-7,µ\n", CsvLayout()),
     "Latin-1": ("t,x,größe\n0,1.5,µ\n0.1,-2,µ\n0.25,3e-7,µ\n".encode("latin-1"), CsvLayout(encoding="latin-1")),
     "UTF-16": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n".encode("utf-16"), CsvLayout(encoding="utf-16")),
