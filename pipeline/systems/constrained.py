@@ -48,25 +48,31 @@ class ConstrainedSystem:
     def quantities(self) -> tuple[Quantity, ...]:
         """All that is bounded: trackable means that each stays in its bounds at t = k T_s for all k ≥ 0."""
         return (
-            *_bounded(self.state_set, self.flatness.states, self.system.states, "state"),
-            *_bounded(self.input_set, self.flatness.inputs, self.system.inputs, "input"),
+            *_bounded(self.state_set, self.flatness.states, self.system.states),
+            *_bounded(self.input_set, self.flatness.inputs, self.system.inputs),
         )
 
 
-def _bounded(
-    wanted: Polytope, coordinates: tuple[Functional, ...], names: tuple[str, ...], kind: str
-) -> list[Quantity]:
-    """A quantity for each row; the row of one coordinate is called as that is."""
-    quantities = []
-    for i, (row, bounds) in enumerate(wanted.intervals):
-        quantities.append(Quantity(_name(row, names, f"{kind} row {i + 1}"), _along(row, coordinates), bounds))
-    return quantities
+def _bounded(wanted: Polytope, coordinates: tuple[Functional, ...], names: tuple[str, ...]) -> list[Quantity]:
+    """A quantity for each row, called as the row is written; rows of one name are numbered."""
+    found: dict[str, Quantity] = {}
+    for row, bounds in wanted.intervals:
+        called = name = _name(row, names)
+        while name in found:
+            name = f"{called} ({len([other for other in found if other.startswith(called)]) + 1})"
+        found[name] = Quantity(name, _along(row, coordinates), bounds)
+    return list(found.values())
 
 
 def _along(row: Array, coordinates: tuple[Functional, ...]) -> Functional:
     return combined([Fraction(v) for v in row.tolist()], coordinates)
 
 
-def _name(row: Array, names: tuple[str, ...], otherwise: str) -> str:
-    alone = [name for name, weight in zip(names, row.tolist(), strict=True) if weight]
-    return alone[0] if len(alone) == 1 and max(row) == 1 else otherwise
+def _name(row: Array, names: tuple[str, ...]) -> str:
+    """x, or x+y, or x-0.5y."""
+    signed = []
+    for weight, name in zip(row.tolist(), names, strict=True):
+        if weight:
+            size = "" if abs(weight) == 1 else f"{abs(weight):.3g}"
+            signed.append(f"{'-' if weight < 0 else '+'}{size}{name}")
+    return "".join(signed).removeprefix("+")
