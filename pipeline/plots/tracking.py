@@ -39,10 +39,10 @@ def tracking(references: Mapping[str, Reference], observed: Mapping[str, Observe
         if name in bounds:
             _between(axes, bounds[name])
         axes.set_ylabel(name)
+        axes.yaxis.set_label_coords(-0.075, 0.5)  # below each other, whatever the ticks
     panels[-1].set(xlabel="time $t$ [s]", xlim=(times[0], times[-1]))
     found = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     figure.legend(found.values(), found, loc="outside upper center", ncols=5)
-    figure.align_ylabels()
     return figure
 
 
