@@ -40,8 +40,7 @@ def sketch(reference: Reference, quantity: Quantity, start: float, end: float) -
         (signals[c].centres[:, None] - functional.sampling_time * np.arange(len(weights))).ravel()
         for c, weights in functional.rounded
     ]
-    centres = np.concatenate(looks)
     lowest = Window(start, end).local_minima(margin, [signal.kernel for signal in signals])
-    times = np.unique(np.concatenate([np.linspace(start, end, _LOOKS), centres, lowest]))
+    times = np.unique(np.concatenate([np.linspace(start, end, _LOOKS), *looks, lowest]))
     times = times[(times >= start) & (times <= end)]
     return Sketch(times, margin(times))

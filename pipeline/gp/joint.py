@@ -19,7 +19,8 @@ class JointPrior:
     """Independent processes with `names`, one prior each; hyperparameters named in `shared` are the same for all.
 
     A hyperparameter is called `<process>.<name>`, but plainly `<name>` if it is shared or there is one process only.
-    Raises ValueError where names repeat, or what is shared starts at different values or is fixed for some only.
+    Raises ValueError where names repeat, or what is shared is unknown, starts at different values or is fixed for some
+    only.
     """
 
     parts: tuple[Prior, ...]
@@ -31,6 +32,8 @@ class JointPrior:
             raise ValueError(f"prior: one name for each process is needed, got {self.names} for {len(self.parts)}")
         for name in sorted(self.shared):
             having = [part for part in self.parts if name in part.hyperparameters]
+            if not having:
+                raise ValueError(f"prior: {name} is shared, but no process has a hyperparameter of that name")
             if len({(part.hyperparameters[name], name in part.fixed) for part in having}) > 1:
                 raise ValueError(f"prior: {name} is shared, so that all processes must have the same {name}")
 

@@ -1,6 +1,7 @@
 """A system with its sets: what has to be bounded for a reference to be trackable."""
 
 import math
+from collections import Counter
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -55,13 +56,14 @@ class ConstrainedSystem:
 
 def _bounded(wanted: Polytope, coordinates: tuple[Functional, ...], names: tuple[str, ...]) -> list[Quantity]:
     """A quantity for each row, called as the row is written; rows of one name are numbered."""
-    found: dict[str, Quantity] = {}
+    written = Counter[str]()
+    quantities = []
     for row, bounds in wanted.intervals:
-        called = name = _name(row, names)
-        while name in found:
-            name = f"{called} ({len([other for other in found if other.startswith(called)]) + 1})"
-        found[name] = Quantity(name, _along(row, coordinates), bounds)
-    return list(found.values())
+        name = _name(row, names)
+        written[name] += 1
+        numbered = name if written[name] == 1 else f"{name} ({written[name]})"
+        quantities.append(Quantity(numbered, _along(row, coordinates), bounds))
+    return quantities
 
 
 def _along(row: Array, coordinates: tuple[Functional, ...]) -> Functional:
