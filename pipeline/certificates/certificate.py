@@ -55,10 +55,9 @@ class Certificate:
     @property
     def explanation(self) -> str:
         """What is proved, in a sentence."""
-        boxes = {name: len(cover.radii) for name, cover in self.covers.items()}
-        how = f" ({', '.join(f'{n} boxes for the {name}' for name, n in boxes.items())})" if boxes else ""
-        stays = " and ".join(f"the {q.name} stays in {q.bounds}" for q in self.reference.quantities)
-        return f"proved for {self.claim}: {stays}{how}"
+        boxes = {name: f" ({len(cover.radii)} boxes)" for name, cover in self.covers.items()}
+        kept = ", ".join(f"{q.name} in {q.bounds}{boxes.get(q.name, '')}" for q in self.reference.quantities)
+        return f"proved for {self.claim}: {kept}"
 
     def to_dict(self) -> dict[str, Any]:
         """As nested dicts, lists, strings and numbers; every float64 as it is, so that `repr` keeps it."""

@@ -1,5 +1,6 @@
 """Several processes, each with samples of its own: learned together where something else ties them."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -45,7 +46,7 @@ class JointPrior:
     def hyperparameters(self) -> dict[str, float]:
         """All of them, in natural units, process by process."""
         return {
-            self._called(process, name): value
+            self.called(process, name): value
             for process, part in zip(self.names, self.parts, strict=True)
             for name, value in part.hyperparameters.items()
         }
@@ -57,7 +58,7 @@ class JointPrior:
     @cached_property
     def learned(self) -> tuple[str, ...]:
         """Names of the hyperparameters that are learned, in the order of every gradient."""
-        named = [self._called(process, name) for process, part in self._named for name in part.learned]
+        named = [self.called(process, name) for process, part in self._named for name in part.learned]
         return tuple(dict.fromkeys(named))
 
     @property
@@ -65,11 +66,23 @@ class JointPrior:
         """ln θ of the learned ones, shape (p,)."""
         return np.log([self.hyperparameters[name] for name in self.learned])
 
+    def with_known(self, values: Mapping[str, float]) -> Self:
+        """The named hyperparameters at these values, and learned no longer. ValueError for unknown names."""
+        if unknown := values.keys() - self.hyperparameters.keys():
+            raise ValueError(
+                f"prior: {', '.join(sorted(unknown))} is no hyperparameter; there are {', '.join(self.hyperparameters)}"
+            )
+        parts = []
+        for process, part in self._named:
+            own = {n: values[called] for n in part.hyperparameters if (called := self.called(process, n)) in values}
+            parts.append(replace(part.with_hyperparameters(own), fixed=part.fixed | own.keys()))
+        return replace(self, parts=tuple(parts))
+
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """The inverse of `log_hyperparameters`."""
         values = dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True))
         parts = [
-            part.with_hyperparameters({name: values[self._called(process, name)] for name in part.learned})
+            part.with_hyperparameters({name: values[self.called(process, name)] for name in part.learned})
             for process, part in self._named
         ]
         return replace(self, parts=tuple(parts))
@@ -78,14 +91,15 @@ class JointPrior:
     def places(self) -> tuple[list[int], ...]:
         """For each process, where its learned hyperparameters stand among all."""
         return tuple(
-            [self.learned.index(self._called(process, name)) for name in part.learned] for process, part in self._named
+            [self.learned.index(self.called(process, name)) for name in part.learned] for process, part in self._named
         )
 
     @property
     def _named(self) -> list[tuple[str, Prior]]:
         return list(zip(self.names, self.parts, strict=True))
 
-    def _called(self, process: str, name: str) -> str:
+    def called(self, process: str, name: str) -> str:
+        """What a process's hyperparameter is called among all."""
         plain = len(self.parts) == 1 or name in self.shared
         return name if plain else f"{process}.{name}"
 
@@ -114,6 +128,11 @@ class JointPosterior:
             total += value
             gradient[places] += by_own
         return total, gradient
+
+    def variance_of(self, weights: Sequence[tuple[int, Array]], t: Array, step: float) -> Array:
+        """Variance of Σ_c Σ_j w_cj g_c(t + j step), from pairs (c, w_c), at t [s]: the shape of t."""
+        looks = ((c, w, np.stack([t + j * step for j in range(len(w))])) for c, w in weights)
+        return np.asarray(sum((self.parts[c].variance_of(w, instants) for c, w, instants in looks), np.zeros(())))
 
     def jet_and_gradient(self, process: int, t: Array, order: int) -> tuple[Array, Array]:
         """As of one process, but with ∂/∂ln θ of all learned hyperparameters: shape (p, order + 1, *t.shape)."""

@@ -48,10 +48,15 @@ class Posterior:
 
     def variance(self, t: Array) -> Array:
         """Variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
-        t = np.asarray(t, dtype=float)
-        cross = self._seen(self.prior.kernel(t[..., None] - self._centres))
+        return self.variance_of(np.ones(1), np.asarray(t, dtype=float)[None])
+
+    def variance_of(self, weights: Array, t: Array) -> Array:
+        """Variance of Σ_j w_j g(t_j), with weights (J,) and times t [s] of shape (J, …): the shape of t_0."""
+        kernel = self.prior.kernel
+        cross = np.tensordot(weights, self._seen(kernel(t[..., None] - self._centres)), axes=1)
         explained = np.sum(cross * self._solve(cross.reshape(-1, len(self.samples)).T).T.reshape(cross.shape), axis=-1)
-        return np.asarray(np.maximum(self.prior.kernel(np.zeros(())) - explained, 0.0))
+        before = np.einsum("j,l,jl...->...", weights, weights, kernel(t[:, None] - t[None]))
+        return np.asarray(np.maximum(before - explained, 0.0))
 
     def mean_gradient(self, t: Array) -> Array:
         """∂m⁺(t)/∂ln θ of the learned hyperparameters: shape (p, *t.shape)."""

@@ -17,7 +17,7 @@ def smallest_defect(reference: Reference, last_step: int) -> float:
     states = reference.state(np.arange(last_step + 2, dtype=float))
     system, (H, h) = reference.plant.system, reference.plant.input_set.inequalities
     u = cp.Variable((last_step + 1, system.B.shape[1]))
-    gap = states[1:] - states[:-1] @ system.A.T - u @ system.B.T - system.c
-    program = cp.Problem(cp.Minimize(cp.max(cp.abs(gap))), [u @ H.T <= h[None, :]])
+    gap = (states[1:] - states[:-1] @ system.A.T - system.c) - u @ system.B.T
+    program = cp.Problem(cp.Minimize(cp.max(cp.abs(gap))), [u @ H.T <= np.tile(h, (last_step + 1, 1))])
     program.solve(solver=cp.CLARABEL)
     return float(program.value)

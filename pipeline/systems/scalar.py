@@ -35,11 +35,16 @@ class Scalar:
     state: Quantity
     input: Quantity
 
+    @staticmethod
+    def describes(plant: ConstrainedSystem) -> bool:
+        """Whether there is one state and one input, both bounded."""
+        return plant.system.B.shape == (1, 1) and len(plant.quantities) == 2
+
     @classmethod
     def of(cls, plant: ConstrainedSystem) -> "Scalar":
         """ValueError for systems with more than one state or input, or an unbounded one."""
         system = plant.system
-        if system.B.shape != (1, 1) or len(plant.quantities) != 2:
+        if not cls.describes(plant):
             raise ValueError(
                 f"only a scalar system with bounded state and input has growth rates, got {len(system.states)} states, "
                 f"{len(system.inputs)} inputs and {len(plant.quantities)} bounded quantities"
