@@ -156,7 +156,7 @@ def test_references_of_general_systems_return() -> None:
     with np.errstate(all="ignore"):
         assert again.state_at(t).tobytes() == GENERAL.state_at(t).tobytes()
         assert again.input_at(t).tobytes() == GENERAL.input_at(t).tobytes()
-    assert [q.name for q in again.quantities] == ["position", "state row 2"]
+    assert [q.name for q in again.quantities] == ["position", "0.333velocity-level"]
 
 
 def test_samples_return() -> None:
