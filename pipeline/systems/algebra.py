@@ -59,18 +59,18 @@ def over(a: Maybe, b: Expression) -> Maybe:
     return None if a is None else Quotient(a, b)
 
 
-def derivative(expression: Expression, name: str) -> Maybe:
-    """∂/∂`name`, exactly; None where that is zero everywhere."""
+def derivative(expression: Expression, *names: str) -> Maybe:
+    """∂/∂x, exactly, if all variables of these `names` are x plus something constant; None where that is zero."""
     known: dict[int, Maybe] = {}
     for node in parts(expression):
-        known[id(node)] = _slope(node, name, lambda operand: known[id(operand)])
+        known[id(node)] = _slope(node, names, lambda operand: known[id(operand)])
     return known[id(expression)]
 
 
-def _slope(node: Expression, name: str, of: Callable[[Expression], Maybe]) -> Maybe:
+def _slope(node: Expression, names: tuple[str, ...], of: Callable[[Expression], Maybe]) -> Maybe:
     slope: Maybe = None
     match node:
-        case Variable(own) if own == name:
+        case Variable(own) if own in names:
             slope = ONE
         case Sum(a, b):
             slope = plus(of(a), of(b))

@@ -2,25 +2,28 @@
 
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 
 from pipeline.arrays import Array
 from pipeline.systems.flatness import Flatness, flatness
-from pipeline.systems.functional import Functional, combined
 from pipeline.systems.linear import Linear
+from pipeline.systems.nonlinear import Nonlinear
 from pipeline.systems.polytope import Polytope
 from pipeline.systems.quantity import Quantity
+from pipeline.systems.trajectory import Trajectory, combined
+
+System = Linear | Nonlinear
 
 
 @dataclass(frozen=True, eq=False)
 class ConstrainedSystem:
     """A system with its `state_set` X, its `input_set` U and its `sampling_time` T_s [s].
 
-    Raises ValueError where the sets do not fit the system, and where it is not controllable.
+    Raises ValueError where the sets do not fit the system, where a linear one is not controllable, and where an input
+    of a nonlinear one is not bounded.
     """
 
-    system: Linear
+    system: System
     state_set: Polytope
     input_set: Polytope
     sampling_time: float
@@ -28,15 +31,22 @@ class ConstrainedSystem:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.sampling_time) and self.sampling_time > 0):
             raise ValueError(f"system: sampling_time must be a positive finite number, got {self.sampling_time!r}")
-        n, m = self.system.B.shape
+        n, m = len(self.system.states), len(self.system.inputs)
         for name, bounds, dimension in (("state_set", self.state_set, n), ("input_set", self.input_set, m)):
             if bounds.dimension != dimension:
                 raise ValueError(f"system: {name} must have dimension {dimension}, got {bounds.dimension}")
+        if isinstance(self.system, Nonlinear) and (free := _free(self.system.inputs, self.input_set)):
+            raise ValueError(
+                f"system: every input of a nonlinear system must be bounded, as nothing else shows that there is one "
+                f"that f can be solved for, but {', '.join(free)} is free; a bound that is never reached will do"
+            )
         _ = self.flatness  # raise what it refuses
 
     @cached_property
     def flatness(self) -> Flatness:
-        """States and inputs as functionals of the signals that are learned."""
+        """States and inputs in terms of the signals that are learned."""
+        if isinstance(self.system, Nonlinear):
+            return self.system.flatness(self.sampling_time)
         return flatness(self.system, self.sampling_time)
 
     @property
@@ -54,19 +64,20 @@ class ConstrainedSystem:
 
 
 def _bounded(
-    wanted: Polytope, coordinates: tuple[Functional, ...], names: tuple[str, ...], kind: str
+    wanted: Polytope, coordinates: tuple[Trajectory, ...], names: tuple[str, ...], kind: str
 ) -> list[Quantity]:
     """A quantity for each row; the row of one coordinate is called as that is."""
-    quantities = []
-    for i, (row, bounds) in enumerate(wanted.intervals):
-        quantities.append(Quantity(_name(row, names, f"{kind} row {i + 1}"), _along(row, coordinates), bounds))
-    return quantities
-
-
-def _along(row: Array, coordinates: tuple[Functional, ...]) -> Functional:
-    return combined([Fraction(v) for v in row.tolist()], coordinates)
+    return [
+        Quantity(_name(row, names, f"{kind} row {i + 1}"), combined(row.tolist(), coordinates), bounds)
+        for i, (row, bounds) in enumerate(wanted.intervals)
+    ]
 
 
 def _name(row: Array, names: tuple[str, ...], otherwise: str) -> str:
     alone = [name for name, weight in zip(names, row.tolist(), strict=True) if weight]
     return alone[0] if len(alone) == 1 and max(row) == 1 else otherwise
+
+
+def _free(names: tuple[str, ...], wanted: Polytope) -> list[str]:
+    """The coordinates that no row looks at."""
+    return [name for name, column in zip(names, wanted.rows.T, strict=True) if not column.any()]

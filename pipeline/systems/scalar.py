@@ -37,8 +37,10 @@ class Scalar:
 
     @classmethod
     def of(cls, plant: ConstrainedSystem) -> "Scalar":
-        """ValueError for systems with more than one state or input, or an unbounded one."""
+        """ValueError for nonlinear systems, and those with more than one state or input, or an unbounded one."""
         system = plant.system
+        if not isinstance(system, Linear):
+            raise ValueError("only a linear system has growth rates, got a nonlinear one")
         if system.B.shape != (1, 1) or len(plant.quantities) != 2:
             raise ValueError(
                 f"only a scalar system with bounded state and input has growth rates, got {len(system.states)} states, "
