@@ -10,37 +10,41 @@ from pipeline.certificates.certificate import Certificate
 from pipeline.codec import dumps, loads
 from pipeline.errors import InputError
 from pipeline.files import to_json
-from pipeline.gp.posterior import Posterior
-from pipeline.gp.samples import Samples
+from pipeline.gp.joint import JointPosterior
 from pipeline.learning.learned import LearnedReference, Trace
 from pipeline.learning.study import Study
 from pipeline.logs import Log, LogError, Series, read_log, write_log
 from pipeline.results import Results
+from pipeline.sampled import Sampled
 from pipeline.systems.margins import MarginProfile
-from pipeline.systems.scalar import ScalarReference
+from pipeline.systems.scalar import Scalar, ScalarReference
 
 _SAMPLES = "samples.json"
 _STUDY = "study.json"
 
 
-def write_samples(results: Results, samples: Samples, truth: tuple[Array, Array] | None) -> None:
-    """Samples, and the ground truth as (times, values) where it is known."""
-    series = [Series("/samples", samples.times, {"value": samples.values})]
-    if truth:
-        series.append(Series("/ground_truth", truth[0], {"value": truth[1]}))
-    _write(results, "samples", series, {_SAMPLES: dumps(samples)})
+def write_samples(results: Results, sampled: Sampled, truths: Mapping[str, tuple[Array, Array]]) -> None:
+    """Samples, and by their names the ground truths as (times, values) where these are known."""
+    topics = {"samples": sampled.by_name, "held_out": sampled.held_out_by_name}
+    series = [
+        Series(f"/{topic}/{name}", samples.times, {"value": samples.values})
+        for topic, by_name in topics.items()
+        for name, samples in by_name.items()
+    ]
+    series += [Series(f"/ground_truth/{name}", times, {"value": values}) for name, (times, values) in truths.items()]
+    _write(results, "samples", series, {_SAMPLES: dumps(sampled)})
 
 
-def read_samples(results: Results) -> Samples:
+def read_samples(results: Results) -> Sampled:
     """The samples of the generate stage. InputError where it has not run, LogError where its log is damaged."""
-    return loads(Samples, _read(results, "samples").attachments[_SAMPLES])
+    return loads(Sampled, _read(results, "samples").attachments[_SAMPLES])
 
 
 @dataclass(frozen=True)
 class Fitted:
     """What the fit stage hands on: learned references by method, traces of those that have one, and a study of them."""
 
-    samples: Samples
+    sampled: Sampled
     learned: Mapping[str, LearnedReference]
     traces: Mapping[str, Trace]
     study: Study | None = None
@@ -53,26 +57,26 @@ def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
             _trace(name, trace, fitted.learned[name].reference.plant.sampling_time)
             for name, trace in fitted.traces.items()
         ),
-        *(_curves(fitted.samples, reference, times) for reference in fitted.learned.values()),
+        *(_curves(fitted.sampled, reference, times) for reference in fitted.learned.values()),
     ]
     attachments = {f"{name}.json": dumps(reference) for name, reference in fitted.learned.items()}
     if fitted.study:
         attachments[_STUDY] = dumps(fitted.study)
-    _write(results, "fit", series, {_SAMPLES: dumps(fitted.samples), **attachments})
+    _write(results, "fit", series, {_SAMPLES: dumps(fitted.sampled), **attachments})
 
 
 def read_fit(results: Results) -> Fitted:
     """The inverse of `write_fit`. InputError where the stage has not run, LogError where its log is damaged."""
     log = _read(results, "fit")
     attachments = dict(log.attachments)
-    samples = loads(Samples, attachments.pop(_SAMPLES))
+    sampled = loads(Sampled, attachments.pop(_SAMPLES))
     study = attachments.pop(_STUDY, None)
     learned = {name.removesuffix(".json"): loads(LearnedReference, data) for name, data in attachments.items()}
     topics = {series.topic: series for series in log.series}
     traces = {
         name: Trace.from_columns(topics[topic].fields) for name in learned if (topic := f"/iterations/{name}") in topics
     }
-    return Fitted(samples, learned, traces, loads(Study, study) if study else None)
+    return Fitted(sampled, learned, traces, loads(Study, study) if study else None)
 
 
 def write_margins(
@@ -112,21 +116,18 @@ def _trace(name: str, trace: Trace, sampling_time: float) -> Series:
     return Series(f"/iterations/{name}", trace.k_bar * sampling_time, trace.columns())
 
 
-def _curves(samples: Samples, learned: LearnedReference, times: Array) -> Series:
-    """The reference over time; the tube at t is what can be reached at t + T_s."""
-    reference = ScalarReference.of(learned.reference)
-    successor_lower, successor_upper = reference.tube(times)
-    return Series(
-        f"/references/{learned.method}",
-        times,
-        {
-            "mean": reference.state(times),
-            "std": np.sqrt(Posterior(learned.prior.parts[0], samples).variance(times)),
-            "input": reference.input(times),
-            "successor_lower": successor_lower,
-            "successor_upper": successor_upper,
-        },
-    )
+def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series:
+    """States with their standard deviations, and inputs, over time; for scalar systems the tube at t + T_s too."""
+    reference, posterior = learned.reference, JointPosterior(learned.prior, sampled.samples)
+    plant = reference.plant
+    states, inputs = reference.state_at(times), reference.input_at(times)
+    curves = {name: states[:, i] for i, name in enumerate(plant.system.states)}
+    for name, functional in zip(plant.system.states, plant.flatness.states, strict=True):
+        curves[f"{name}_std"] = np.sqrt(posterior.variance_of(functional.rounded, times, plant.sampling_time))
+    curves |= {name: inputs[:, i] for i, name in enumerate(plant.system.inputs)}
+    if Scalar.describes(plant):
+        curves["successor_lower"], curves["successor_upper"] = ScalarReference.of(reference).tube(times)
+    return Series(f"/references/{learned.method}", times, curves)
 
 
 def _write(results: Results, stage: str, series: Sequence[Series], attachments: Mapping[str, bytes]) -> None:

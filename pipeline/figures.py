@@ -5,8 +5,8 @@ from collections.abc import Callable
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from pipeline import figures_asymptotic, figures_periodic, plots
-from pipeline.experiments import AsymptoticExperiment, Experiment, PeriodicExperiment
+from pipeline import figures_asymptotic, figures_periodic, figures_tracking, plots
+from pipeline.experiments import AsymptoticExperiment, Experiment, PeriodicExperiment, TrackingExperiment
 from pipeline.results import Results
 
 
@@ -23,4 +23,6 @@ def drawings(experiment: Experiment, results: Results) -> dict[str, Callable[[],
             return figures_asymptotic.drawings(experiment, results)
         case PeriodicExperiment():
             return figures_periodic.drawings(experiment, results)
+        case TrackingExperiment():
+            return figures_tracking.drawings(experiment, results)
     raise TypeError(f"no figures of a {type(experiment).__name__}")

@@ -31,11 +31,11 @@ def drawings(experiment: AsymptoticExperiment, results: Results) -> dict[str, Ca
     sound = fitted.learned[SOUND.name]
     plant, final_step = experiment.plant, sound.final_step or 0
     references = {name: ScalarReference.of(learned.reference) for name, learned in fitted.learned.items()}
-    last_sample = round(float(fitted.samples.times[-1]) / plant.sampling_time)
+    last_sample = round(float(fitted.sampled.only.times[-1]) / plant.sampling_time)
     by_name: dict[str, Callable[[], Figure]] = {
         "tube": lambda: plots.tube(references[SOUND.name], np.arange(_STEPS_OF_TUBE, dtype=float)),
         "asymptotic": lambda: plots.asymptotic(
-            references[SOUND.name], fitted.samples, last_sample, final_step, round(1.5 * final_step)
+            references[SOUND.name], fitted.sampled.only, last_sample, final_step, round(1.5 * final_step)
         ),
         "convergence": lambda: plots.convergence(
             fitted.traces[AS_PUBLISHED.name], plant.state_set, sound.prior.parts[0].mean
@@ -57,9 +57,9 @@ def landscapes(experiment: AsymptoticExperiment, fitted: Fitted) -> Sequence[Lan
     kernel = [name for name in own.kernel.hyperparameters if name in own.learned]
     # Where the noise is learned too, the landscape is cut at its learned value.
     prior = replace(own, fixed=frozenset(own.hyperparameters.keys() - set(kernel)))
-    space = experiment.search_space(fitted.samples)
+    space = experiment.search_space(fitted.sampled.samples)
     problem = ConstrainedProblem(
-        (fitted.samples,),
+        fitted.sampled.samples,
         JointPrior((prior,)),
         SearchSpace({name: bounds for name, bounds in space.bounds.items() if name in kernel}),
         SOUND.constraints(experiment.plant, learned.final_step or 0),
@@ -77,7 +77,7 @@ def _prediction(experiment: AsymptoticExperiment, fitted: Fitted) -> Figure:
     steps = np.arange(round(1.5 * final_step) + 1, dtype=float)
     truth = GROUND_TRUTHS.get(experiment.ground_truth or "")
     return plots.prediction(
-        fitted.samples,
+        fitted.sampled.only,
         {name: ScalarReference.of(learned.reference) for name, learned in fitted.learned.items()},
         SOUND.name,
         steps,

@@ -43,7 +43,7 @@ def _prediction(experiment: PeriodicExperiment, fitted: Fitted) -> Figure:
     steps = np.arange(experiment.periodic.last_step + 1, dtype=float)
     truth = GROUND_TRUTHS.get(experiment.ground_truth or "")
     return plots.periodic_prediction(
-        fitted.samples,
+        fitted.sampled.only,
         {method: ScalarReference.of(fitted.learned[method].reference) for method in _CURVES},
         "exact",
         steps,

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pipeline import fit_asymptotic, fit_periodic
+from pipeline import fit_asymptotic, fit_periodic, fit_tracking
 from pipeline.archive import Fitted, read_samples, write_fit
 from pipeline.arrays import Array
-from pipeline.experiments import AsymptoticExperiment, Experiment, PeriodicExperiment
+from pipeline.experiments import AsymptoticExperiment, Experiment, PeriodicExperiment, TrackingExperiment
 from pipeline.files import write_json, write_text
-from pipeline.gp.samples import Samples
 from pipeline.results import Results
+from pipeline.sampled import Sampled
 from pipeline.tables import to_csv
 
 _INSTANTS_PER_STEP = 2
@@ -19,18 +19,20 @@ _INSTANTS_PER_STEP = 2
 def fit(experiment: Experiment, results: Results) -> None:
     """Learn the references. Raises NoReferenceError, before anything is written, where one cannot be had."""
     fitted, iterations, seconds = _learned(experiment, read_samples(results))
-    steps = np.arange(_INSTANTS_PER_STEP * experiment.verification.last_step + 1) / _INSTANTS_PER_STEP
-    write_fit(results, fitted, steps * experiment.system.sampling_time)
+    steps = np.arange(_INSTANTS_PER_STEP * experiment.last_step + 1) / _INSTANTS_PER_STEP
+    write_fit(results, fitted, steps * experiment.constrained_system.sampling_time)
     write_text(results.iterations, to_csv(iterations))
     if seconds:
         write_json(results.timings, seconds)
 
 
-def _learned(experiment: Experiment, samples: Samples) -> tuple[Fitted, Mapping[str, Array], Mapping[str, float]]:
+def _learned(experiment: Experiment, sampled: Sampled) -> tuple[Fitted, Mapping[str, Array], Mapping[str, float]]:
     """References, iterations, and how long each method took [s] where that is a question."""
     match experiment:
         case AsymptoticExperiment():
-            return *fit_asymptotic.learn(experiment, samples), {}
+            return *fit_asymptotic.learn(experiment, sampled), {}
         case PeriodicExperiment():
-            return fit_periodic.learn(experiment, samples)
+            return fit_periodic.learn(experiment, sampled)
+        case TrackingExperiment():
+            return *fit_tracking.learn(experiment, sampled), {}
     raise TypeError(f"no way to learn from a {type(experiment).__name__}")

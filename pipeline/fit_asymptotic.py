@@ -12,13 +12,15 @@ from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND, Reading, Run, algo
 from pipeline.learning.exchange import solve
 from pipeline.learning.learned import LearnedReference, Trace
 from pipeline.learning.problem import ConstrainedProblem, Solution
+from pipeline.sampled import Sampled
 
 READINGS = (AS_PUBLISHED, SOUND)
 _TABLE = ("k_bar", "mean_bound", "growth_lower", "growth_upper", "derivative_bound")
 
 
-def learn(experiment: AsymptoticExperiment, samples: Samples) -> tuple[Fitted, dict[str, Array]]:
+def learn(experiment: AsymptoticExperiment, sampled: Sampled) -> tuple[Fitted, dict[str, Array]]:
     """The references, and the iterations of Algorithm 1 as published. Raises NoReferenceError."""
+    samples = sampled.samples
     learned, traces = [_unconstrained(experiment, samples)], {}
     for reading in READINGS:
         run = _run(experiment, samples, reading)
@@ -27,22 +29,22 @@ def learn(experiment: AsymptoticExperiment, samples: Samples) -> tuple[Fitted, d
     learned.append(certified(experiment, samples))
     trace = traces[AS_PUBLISHED.name]
     table = {name: values for name, values in trace.columns().items() if name in {*trace.hyperparameters, *_TABLE}}
-    return Fitted(samples, {reference.method: reference for reference in learned}, traces), table
+    return Fitted(sampled, {reference.method: reference for reference in learned}, traces), table
 
 
-def _unconstrained(experiment: AsymptoticExperiment, samples: Samples) -> LearnedReference:
-    problem = ConstrainedProblem((samples,), experiment.learned_prior, experiment.search_space(samples))
+def _unconstrained(experiment: AsymptoticExperiment, samples: tuple[Samples, ...]) -> LearnedReference:
+    problem = ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples))
     solution = solve(problem)
     if not isinstance(solution, Solution):
         raise NoReferenceError(f"experiment {experiment.name}, unconstrained: {solution.explanation}")
     return LearnedReference.of("unconstrained", solution, experiment.constrained_system)
 
 
-def _run(experiment: AsymptoticExperiment, samples: Samples, reading: Reading) -> Run:
+def _run(experiment: AsymptoticExperiment, samples: tuple[Samples, ...], reading: Reading) -> Run:
     first, last = experiment.algorithm1.first_step, experiment.algorithm1.last_step
     with tqdm(total=last - first + 1, desc=f"{experiment.name}: {reading.name}", unit="fit", disable=None) as bar:
         return algorithm1(
-            (samples,),
+            samples,
             experiment.learned_prior,
             experiment.plant,
             experiment.search_space(samples),

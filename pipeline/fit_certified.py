@@ -1,6 +1,8 @@
 """The certified reference of an experiment, whatever its kind."""
 
-from pipeline.certificates.certified import Certified, learn_certified
+from collections.abc import Callable
+
+from pipeline.certificates.certified import Certified, Round, learn_certified
 from pipeline.errors import NoReferenceError
 from pipeline.experiments import Experiment
 from pipeline.gp.samples import Samples
@@ -9,10 +11,13 @@ from pipeline.learning.learned import LearnedReference
 CERTIFIED = "certified"
 
 
-def certified(experiment: Experiment, samples: Samples) -> LearnedReference:
-    """Learned with a proof for all real times. Raises NoReferenceError, saying what stands in its way."""
+def certified(
+    experiment: Experiment, samples: tuple[Samples, ...], on_round: Callable[[Round], object] = lambda done: None
+) -> LearnedReference:
+    """Learned with a proof of the experiment's goal. Raises NoReferenceError, saying what stands in its way."""
     plant = experiment.constrained_system
-    found = learn_certified((samples,), experiment.learned_prior, plant, experiment.search_space(samples))
+    space, goal = experiment.search_space(samples), experiment.goal(samples)
+    found = learn_certified(samples, experiment.learned_prior, plant, space, goal, on_round)
     if not isinstance(found, Certified):
         raise NoReferenceError(f"experiment {experiment.name}, {CERTIFIED}: {found.explanation}")
     return LearnedReference.of(CERTIFIED, found.solution, plant, fits=found.solution.fits)

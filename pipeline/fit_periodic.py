@@ -26,13 +26,14 @@ from pipeline.learning.learned import LearnedReference
 from pipeline.learning.periodic import Constraints, exact, grid, intervals, sampled
 from pipeline.learning.problem import Solution
 from pipeline.learning.study import Conservatism, Draws, Study
+from pipeline.sampled import Sampled
 
 UNCONSTRAINED, GRID, INTERVALS, EXACT, SAMPLED = "unconstrained", "grid", "intervals", "exact", "sampled"
 
 
-def learn(experiment: PeriodicExperiment, samples: Samples) -> tuple[Fitted, dict[str, Array], dict[str, float]]:
+def learn(experiment: PeriodicExperiment, sampled: Sampled) -> tuple[Fitted, dict[str, Array], dict[str, float]]:
     """References by method, the rounds of the exact form's exchange, and seconds by method. Raises NoReferenceError."""
-    plant = experiment.constrained_system
+    plant, samples = experiment.constrained_system, sampled.samples
     learned: dict[str, LearnedReference] = {}
     seconds: dict[str, float] = {}
     rounds: dict[str, Array] = {}
@@ -48,7 +49,7 @@ def learn(experiment: PeriodicExperiment, samples: Samples) -> tuple[Fitted, dic
     begin = time.perf_counter()
     learned[CERTIFIED] = certified(experiment, samples)
     seconds[CERTIFIED] = round(time.perf_counter() - begin, 3)
-    return Fitted(samples, learned, {}, _study(experiment, samples)), rounds, seconds
+    return Fitted(sampled, learned, {}, _study(experiment, samples)), rounds, seconds
 
 
 def _methods(experiment: PeriodicExperiment) -> dict[str, Constraints]:
@@ -65,9 +66,9 @@ def _methods(experiment: PeriodicExperiment) -> dict[str, Constraints]:
     return methods
 
 
-def _found(experiment: PeriodicExperiment, samples: Samples, constraints: Constraints) -> Found:
+def _found(experiment: PeriodicExperiment, samples: tuple[Samples, ...], constraints: Constraints) -> Found:
     plant, space = experiment.constrained_system, experiment.search_space(samples)
-    return periodic.learn((samples,), experiment.learned_prior, plant, space, constraints)
+    return periodic.learn(samples, experiment.learned_prior, plant, space, constraints)
 
 
 def _rounds(experiment: PeriodicExperiment, found: Found) -> dict[str, Array]:
@@ -81,7 +82,7 @@ def _rounds(experiment: PeriodicExperiment, found: Found) -> dict[str, Array]:
     }
 
 
-def _study(experiment: PeriodicExperiment, samples: Samples) -> Study:
+def _study(experiment: PeriodicExperiment, samples: tuple[Samples, ...]) -> Study:
     """The heavy part, spread over the machine's cores: the numbers do not depend on how."""
     wanted = experiment.periodic
     with ProcessPoolExecutor(mp_context=get_context("spawn"), initializer=_one_thread) as pool:
@@ -101,7 +102,7 @@ def _columns(table: type[Conservatism] | type[Draws], rows: list[list[float]]) -
     return list(np.array(rows, dtype=float).reshape(len(rows), len(fields(table))).T)
 
 
-def _interval_row(experiment: PeriodicExperiment, samples: Samples, count: int) -> list[float]:
+def _interval_row(experiment: PeriodicExperiment, samples: tuple[Samples, ...], count: int) -> list[float]:
     """The entries of `Conservatism` for η = `count`; empty where (9) has no solution."""
     plant, wanted = experiment.plant, experiment.periodic
     outcome = _found(experiment, samples, intervals(plant, wanted.last_step, count, wanted.backoff)).outcome
@@ -113,7 +114,7 @@ def _interval_row(experiment: PeriodicExperiment, samples: Samples, count: int) 
 def _draw_row(experiment: PeriodicExperiment, seed: int) -> list[float]:
     """The entries of `Draws` for one seed."""
     assert isinstance(experiment.samples, SampleDraw)
-    samples = experiment.drawn(experiment.samples, seed)
+    samples = (experiment.drawn(experiment.samples, seed),)
     free = _found(experiment, samples, ()).outcome
     if not isinstance(free, Solution):
         raise NoReferenceError(f"experiment {experiment.name}, seed {seed}: {free.explanation}")

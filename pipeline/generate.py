@@ -3,41 +3,46 @@
 import numpy as np
 
 from pipeline.archive import write_samples
+from pipeline.collect import collect
 from pipeline.errors import InputError
-from pipeline.experiments import Experiment
+from pipeline.experiments import Experiment, ScalarExperiment, TrackingExperiment
 from pipeline.experiments.fields import SampleDraw, SampleFile
+from pipeline.experiments.model import STATE
 from pipeline.gp.samples import Samples
-from pipeline.ground_truth import GROUND_TRUTHS
 from pipeline.learning.problem import ConstrainedProblem
 from pipeline.results import Results
+from pipeline.sampled import Sampled
 from pipeline.tables import column, read_columns
 
 
 def generate(experiment: Experiment, results: Results) -> None:
     """Write the samples, and the ground truth at every verified step where it is known."""
     try:
-        samples = _samples(experiment)
-        if samples.times[0] < 0:
-            raise ValueError(f"samples: times must not be negative (steps count from 0), got {samples.times[0]:g} s")
+        sampled = _sampled(experiment)
+        for name, samples in sampled.by_name.items():
+            if samples.times[0] < 0:
+                raise ValueError(
+                    f"samples: times must not be negative (steps count from 0), got {samples.times[0]:g} s of {name}"
+                )
         # Raises where the samples are too few for what is to be learned from them.
-        ConstrainedProblem((samples,), experiment.learned_prior, experiment.search_space(samples))
-        experiment.check(samples)
+        ConstrainedProblem(sampled.samples, experiment.learned_prior, experiment.search_space(sampled.samples))
+        experiment.check(sampled.samples)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: {error}") from error
-    truth = None
-    if experiment.ground_truth:
-        times = np.arange(experiment.verification.last_step + 1, dtype=float) * experiment.system.sampling_time
-        truth = times, GROUND_TRUTHS[experiment.ground_truth](times)
-    write_samples(results, samples, truth)
+    times = np.arange(experiment.last_step + 1, dtype=float) * experiment.constrained_system.sampling_time
+    truths = {name: (times, truth(times)) for name, truth in experiment.truths.items()}
+    write_samples(results, sampled, truths)
 
 
-def _samples(experiment: Experiment) -> Samples:
-    sampling_time = experiment.system.sampling_time
-    match experiment.samples:
-        case SampleFile() as source:
-            return _read_csv(source, sampling_time)
-        case SampleDraw() as draw:
-            return experiment.drawn(draw, draw.seed)
+def _sampled(experiment: Experiment) -> Sampled:
+    match experiment:
+        case TrackingExperiment():
+            return collect(experiment)
+        case ScalarExperiment(samples=SampleFile() as source):
+            return Sampled((STATE,), (_read_csv(source, experiment.system.sampling_time),))
+        case ScalarExperiment(samples=SampleDraw() as draw):
+            return Sampled((STATE,), (experiment.drawn(draw, draw.seed),))
+    raise TypeError(f"no samples of a {type(experiment).__name__}")
 
 
 def _read_csv(source: SampleFile, sampling_time: float) -> Samples:

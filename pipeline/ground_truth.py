@@ -1,4 +1,4 @@
-"""The signals behind the paper's examples: known to whoever draws samples, never to the learner."""
+"""The signals behind samples that are drawn: known to whoever draws them, never to the learner."""
 
 from collections.abc import Callable
 
@@ -18,7 +18,23 @@ def two_harmonics(t: Array) -> Array:
     return np.asarray(np.sin(2 * t) + 0.5 * np.sin(4 * t + 1))
 
 
-GROUND_TRUTHS: dict[str, Callable[[Array], Array]] = {
+def docking_x(t: Array) -> Array:
+    """A vehicle that comes to rest at the origin in 5 s, from 3 m behind it: the way ahead [m]."""
+    left = 1 - np.clip(t / 5, 0, 1)
+    return np.asarray(-3 * left**2 * (3 - 2 * left))
+
+
+def docking_y(t: Array) -> Array:
+    """The same vehicle, around something in its way: to the side [m]."""
+    return np.asarray(1.2 * np.sin(np.pi * np.clip(t / 5, 0, 1)) ** 2)
+
+
+GroundTruth = Callable[[Array], Array]
+"""A signal over time [s]."""
+
+GROUND_TRUTHS: dict[str, GroundTruth] = {
     "setpoint_change": setpoint_change,
     "two_harmonics": two_harmonics,
+    "docking_x": docking_x,
+    "docking_y": docking_y,
 }

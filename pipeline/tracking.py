@@ -26,10 +26,11 @@ from pipeline.gp.samples import Samples
 from pipeline.learning.problem import NoSolution
 from pipeline.learning.space import SearchSpace
 from pipeline.systems.constrained import ConstrainedSystem
+from pipeline.systems.functional import Functional
 from pipeline.systems.interval import Interval
 from pipeline.systems.reference import Reference, Window
 from pipeline.systems.sampling import default_sample, sampled_signals
-from pipeline.systems.trajectory import Trajectory
+from pipeline.systems.trajectory import Coordinate
 
 T = TypeVar("T")
 
@@ -115,17 +116,17 @@ class TrackableReference:
     def _posterior(self) -> JointPosterior:
         return JointPosterior(self.prior, self.samples)
 
-    def _std(self, trajectories: tuple[Trajectory, ...], k: Array | int) -> Array:
+    def _std(self, coordinates: tuple[Coordinate, ...], k: Array | int) -> Array:
         t = np.asarray(self.reference.instants(k), dtype=float)
-        variances = [self._variance(trajectory, t) for trajectory in trajectories]
+        variances = [self._variance(q, t) for q in coordinates]
         return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
 
-    def _variance(self, trajectory: Trajectory, t: Array) -> Array:
+    def _variance(self, q: Coordinate, t: Array) -> Array:
         """Of formulas to first order, with other weights at each time."""
-        if trajectory.functional:
-            return self._posterior.variance_of(trajectory.functional.rounded, t, trajectory.sampling_time)
+        if isinstance(q, Functional):
+            return self._posterior.variance_of(q.rounded, t, q.sampling_time)
         each = [
-            self._posterior.variance_of(trajectory.weights_at(self.reference.signals, at), at, trajectory.sampling_time)
+            self._posterior.variance_of(q.weights_at(self.reference.signals, at), at, q.sampling_time)
             for at in t.reshape(-1, 1)
         ]
         return np.array(each).reshape(t.shape)
@@ -212,7 +213,7 @@ def learn_reference(
     goal = _goal(kind, seen, prior, plant, window)
     space = SearchSpace.around(seen, prior, {name: Interval(*b) for name, b in (bounds or {}).items()}, starts)
     with tqdm(desc="learn reference", unit="fit", disable=None if progress else True) as bar:
-        found = learn_certified(seen, prior, plant, space, goal, lambda rounds: bar.update())
+        found = learn_certified(seen, prior, plant, space, goal, lambda done: bar.update())
     if not isinstance(found, Certified):
         raise NotTrackableError(found)
     posterior = found.solution.posterior

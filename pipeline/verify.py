@@ -6,17 +6,18 @@ import numpy as np
 from tqdm import tqdm
 
 from pipeline.archive import read_fit, write_margins
+from pipeline.arrays import Array
 from pipeline.certificates.certificate import Certificate
-from pipeline.certificates.prove import Outcome, prove, prove_at_instants
+from pipeline.certificates.prove import Outcome, prove_at_instants
 from pipeline.errors import NoReferenceError
 from pipeline.experiments import Experiment, PeriodicExperiment
 from pipeline.files import write_json
-from pipeline.ground_truth import GROUND_TRUTHS
 from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND
 from pipeline.learning.learned import LearnedReference
 from pipeline.learning.periodic import period_of
 from pipeline.learning.tail import tail
 from pipeline.results import Results
+from pipeline.sampled import Sampled
 from pipeline.systems.definition import smallest_defect
 from pipeline.systems.margins import MarginProfile, margin_profile
 from pipeline.systems.reference import Reference
@@ -32,18 +33,22 @@ def verify(experiment: Experiment, results: Results) -> None:
 
     Raises NoReferenceError, before anything is written, where a reference that claims a certificate has none.
     """
-    learned = read_fit(results).learned
+    fitted = read_fit(results)
+    learned = fitted.learned
     margins: dict[str, list[MarginProfile]] = {}
     metrics: dict[str, dict[str, Any]] = {}
     certificates: dict[str, Certificate] = {}
     for method, found in tqdm(learned.items(), desc=f"{experiment.name}: verify", disable=None):
         margins[method] = _profiles(experiment, found.reference)
-        proof = prove_for(method, found.reference)
+        proof = prove_for(experiment, method, fitted.sampled, found.reference)
         if isinstance(proof, Certificate):
             certificates[method] = proof
         elif method in _CLAIMS_A_PROOF:
             raise NoReferenceError(f"experiment {experiment.name}: {method} has no proof: {proof.explanation}")
-        metrics[method] = {**_metrics(experiment, found, margins[method]), "proof": proof.explanation}
+        metrics[method] = {
+            **_metrics(experiment, fitted.sampled, found, margins[method]),
+            "proof": proof.explanation,
+        }
     write_margins(results, margins, metrics, certificates)
     for method, certificate in certificates.items():
         write_json(results.certificate(method), certificate.to_dict())
@@ -52,18 +57,20 @@ def verify(experiment: Experiment, results: Results) -> None:
     write_json(results.metrics, metrics)
 
 
-def prove_for(method: str, reference: Reference) -> Outcome:
-    """A proof of what the method claims: Algorithm 1 speaks of the sampled instants, everything else of all times."""
-    return prove_at_instants(reference) if method in _AT_INSTANTS else prove(reference)
+def prove_for(experiment: Experiment, method: str, sampled: Sampled, reference: Reference) -> Outcome:
+    """A proof of what the method claims: Algorithm 1 speaks of the sampled instants, everything else of the goal."""
+    return prove_at_instants(reference) if method in _AT_INSTANTS else experiment.goal(sampled.samples).prove(reference)
 
 
 def _profiles(experiment: Experiment, reference: Reference) -> list[MarginProfile]:
-    grid = experiment.verification
-    return [margin_profile(reference, q, grid.last_step, grid.instants_per_step) for q in reference.quantities]
+    last_step, count = experiment.last_step, experiment.instants_per_step
+    return [margin_profile(reference, q, last_step, count) for q in reference.quantities]
 
 
-def _metrics(experiment: Experiment, learned: LearnedReference, profiles: list[MarginProfile]) -> dict[str, Any]:
-    last_step = experiment.verification.last_step
+def _metrics(
+    experiment: Experiment, sampled: Sampled, learned: LearnedReference, profiles: list[MarginProfile]
+) -> dict[str, Any]:
+    last_step = experiment.last_step
     violated = sorted({k for profile in _instants(experiment, learned.reference) for k in profile.violated_steps})
     metrics: dict[str, Any] = {
         **learned.prior.hyperparameters,
@@ -72,7 +79,7 @@ def _metrics(experiment: Experiment, learned: LearnedReference, profiles: list[M
         "first_violated_step": violated[0] if violated else None,
         "last_violated_step": violated[-1] if violated else None,
         "smallest_defect": smallest_defect(learned.reference, last_step),
-        "rmse": _error(experiment, learned.reference),
+        **_errors(experiment, sampled, learned.reference),
     }
     for profile in profiles:
         name, (margin, time) = profile.quantity.name, profile.worst
@@ -81,14 +88,15 @@ def _metrics(experiment: Experiment, learned: LearnedReference, profiles: list[M
         metrics[f"worst_{name}_margin_at_steps"] = float(np.min(profile.at_steps))
     if learned.fits is not None:
         metrics["fits"] = learned.fits
-    metrics["tail"] = _tail_metrics(learned.reference, last_step)
+    if Scalar.describes(learned.reference.plant):
+        metrics["tail"] = _tail_metrics(learned.reference, last_step)
     return metrics
 
 
 def _instants(experiment: Experiment, reference: Reference) -> list[MarginProfile]:
     """Margins at the sampled instants: of a periodic reference those of many periods, since they fall on ever new
     phases."""
-    last_step = experiment.verification.last_step
+    last_step = experiment.last_step
     if isinstance(experiment, PeriodicExperiment):
         last_step = round(
             _PERIODS * period_of([signal.kernel for signal in reference.signals]) / reference.plant.sampling_time
@@ -111,10 +119,22 @@ def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None
     }
 
 
-def _error(experiment: Experiment, reference: Reference) -> float | None:
-    """Root mean square distance to the ground truth at the verified steps; None where the truth is unknown."""
-    if experiment.ground_truth is None:
-        return None
-    steps = np.arange(experiment.verification.last_step + 1, dtype=float)
-    truth = GROUND_TRUTHS[experiment.ground_truth](reference.instants(steps))
-    return float(np.sqrt(np.mean((reference.state(steps)[:, 0] - truth) ** 2)))
+def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> dict[str, float | None]:
+    """Root mean square distances of what is sampled: to the ground truth at the verified steps where that is known, and
+    to the samples that were held out."""
+    steps = np.arange(experiment.last_step + 1, dtype=float)
+    alone = len(sampled.names) == 1
+    errors: dict[str, float | None] = {}
+    for name, truth in experiment.truths.items():
+        off = _sampled_state(reference, name, reference.instants(steps)) - truth(reference.instants(steps))
+        errors["rmse" if alone else f"rmse_{name}"] = float(np.sqrt(np.mean(off**2)))
+    if alone and not errors:
+        errors["rmse"] = None
+    for name, later in sampled.held_out_by_name.items():
+        off = _sampled_state(reference, name, later.times) - later.values
+        errors["held_out_rmse" if alone else f"held_out_rmse_{name}"] = float(np.sqrt(np.mean(off**2)))
+    return errors
+
+
+def _sampled_state(reference: Reference, name: str, t: Array) -> Array:
+    return np.asarray(reference.state_at(t)[..., reference.plant.system.states.index(name)])

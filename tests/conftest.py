@@ -1,5 +1,7 @@
-"""One hypothesis profile for the whole suite, the same examples on every machine; one BLAS thread, as in stages."""
+"""One hypothesis profile for the whole suite, the same examples everywhere; one BLAS thread, as in stages; long files
+first."""
 
+import pytest
 from hypothesis import settings
 from threadpoolctl import threadpool_limits
 
@@ -7,3 +9,19 @@ settings.register_profile("reproducible", derandomize=True, deadline=None, max_e
 settings.load_profile("reproducible")
 
 threadpool_limits(limits=1)
+
+# A file is one worker's (`--dist loadfile`): what begins late must be short, or the other workers wait for it.
+_LONGEST = (
+    "test_stages_periodic.py",
+    "test_tampering.py",
+    "test_stages.py",
+    "test_soundness.py",
+    "test_periodic_random.py",
+    "test_plots.py",
+    "test_periodic.py",
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    rank = {name: place for place, name in enumerate(_LONGEST)}
+    items.sort(key=lambda item: rank.get(item.path.name, len(rank)))

@@ -1,22 +1,68 @@
-"""Stages run from outside, as a user runs them, and what they leave behind."""
+"""The command line from outside, as a user calls it, and from inside, without the second that Python takes to start."""
 
+import contextlib
+import io
 import os
 import subprocess
 import sys
 from pathlib import Path
+from unittest import mock
 
 from pipeline import ROOT
+from pipeline import __main__ as command_line
 
 STAGES = ("generate", "fit", "verify", "figures")
+Done = subprocess.CompletedProcess[str]
 
 
-def run(stage: str, folder: Path, experiment: str = "example1", **environment: str) -> subprocess.CompletedProcess[str]:
+def run(stage: str, folder: Path, experiment: str = "example1", **environment: str) -> Done:
     """One stage with the parameters in `folder`, warnings being errors; its results go to the folder too."""
+    return _python("-m", "pipeline", stage, *_arguments(folder, experiment), **environment)
+
+
+def run_all(folder: Path, experiment: str = "example1", **environment: str) -> Done:
+    """All stages one after the other in one process: what a stage leaves in memory must not reach the next one."""
+    return _python("-m", "tests.stages", *_arguments(folder, experiment), **environment)
+
+
+def run_here(stage: str, folder: Path, experiment: str = "example1") -> Done:
+    """One stage as `run` does it, but in this process."""
+    return call(stage, *_arguments(folder, experiment))
+
+
+def call(*arguments: str, folder: Path = ROOT) -> Done:
+    """`python -m pipeline …` in this process, called in a folder."""
+    out, errors = io.StringIO(), io.StringIO()
+    with (
+        mock.patch.object(sys, "argv", ["pipeline", *arguments]),
+        contextlib.chdir(folder),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(errors),
+    ):
+        try:
+            command_line.run()
+        except SystemExit as ended:
+            code = ended.code or 0
+        else:
+            code = 0
+    assert isinstance(code, int)
+    return subprocess.CompletedProcess(arguments, code, out.getvalue(), errors.getvalue())
+
+
+def written(folder: Path) -> dict[str, bytes]:
+    """Every file of the results but wall clocks, which differ from run to run."""
+    results = folder / "results"
+    files = (p for p in sorted(results.rglob("*")) if p.is_file() and p.name != "timings.json")
+    return {str(p.relative_to(results)): p.read_bytes() for p in files}
+
+
+def _arguments(folder: Path, experiment: str) -> tuple[str, ...]:
+    return experiment, "--params", str(folder / "params.yaml"), "--results", str(folder / "results")
+
+
+def _python(*arguments: str, **environment: str) -> Done:
     return subprocess.run(
-        [
-            *(sys.executable, "-W", "error", "-m", "pipeline", stage, experiment),
-            *("--params", str(folder / "params.yaml"), "--results", str(folder / "results")),
-        ],
+        [sys.executable, "-W", "error", *arguments],
         cwd=ROOT,
         env={**os.environ, **environment},
         capture_output=True,
@@ -25,8 +71,8 @@ def run(stage: str, folder: Path, experiment: str = "example1", **environment: s
     )
 
 
-def written(folder: Path) -> dict[str, bytes]:
-    """Every file of the results but wall clocks, which differ from run to run."""
-    results = folder / "results"
-    files = (p for p in sorted(results.rglob("*")) if p.is_file() and p.name != "timings.json")
-    return {str(p.relative_to(results)): p.read_bytes() for p in files}
+if __name__ == "__main__":
+    for each in STAGES:
+        ended = call(each, *sys.argv[1:])
+        if ended.returncode:
+            sys.exit(ended.stderr)

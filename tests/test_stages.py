@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pipeline import ROOT
-from tests.stages import STAGES, run, written
+from tests.stages import STAGES, call, run, run_all, run_here, written
 
 PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 SHORT = PARAMS.replace("algorithm1: {first_step: 70", "algorithm1: {first_step: 128")
@@ -70,8 +70,8 @@ def test_the_committed_trace_is_complete() -> None:
 def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> None:
     """Also with other numbers of BLAS threads and another hash seed: neither may reach the results."""
     (tmp_path / "params.yaml").write_text(SHORT, encoding="utf-8")
-    for stage in STAGES:
-        assert run(stage, tmp_path, PYTHONHASHSEED="7", OPENBLAS_NUM_THREADS="2").returncode == 0
+    done = run_all(tmp_path, PYTHONHASHSEED="7", OPENBLAS_NUM_THREADS="2")
+    assert done.returncode == 0, done.stderr
     assert written(tmp_path) == written(finished)
 
 
@@ -90,7 +90,7 @@ def test_unusable_parameters_leave_earlier_results(
     before = written(finished)
     (tmp_path / "params.yaml").write_text(SHORT.replace(right, wrong), encoding="utf-8")
     (tmp_path / "results").symlink_to(finished / "results")
-    done = run("generate", tmp_path)
+    done = run_here("generate", tmp_path)
     assert done.returncode == 2
     assert names in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
@@ -114,7 +114,7 @@ def test_unusable_samples_are_one_sentence(text: str, names: str, tmp_path: Path
     (tmp_path / "samples.csv").write_text(text)
     params = SHORT.replace("data/paper/example1_samples.csv", str(tmp_path / "samples.csv"))
     (tmp_path / "params.yaml").write_text(params, encoding="utf-8")
-    done = run("generate", tmp_path)
+    done = run_here("generate", tmp_path)
     assert done.returncode == 2, done.stderr
     assert names in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
@@ -124,8 +124,8 @@ def test_unusable_samples_are_one_sentence(text: str, names: str, tmp_path: Path
 def test_an_infeasible_problem_says_by_how_much_where_and_why(tmp_path: Path) -> None:
     params = SHORT.replace("state_set: [-2.0, 0.05]", "state_set: [-0.9, -0.5]")
     (tmp_path / "params.yaml").write_text(params, encoding="utf-8")
-    assert run("generate", tmp_path).returncode == 0
-    done = run("fit", tmp_path)
+    assert run_here("generate", tmp_path).returncode == 0
+    done = run_here("fit", tmp_path)
     assert done.returncode == 1
     assert "no admissible equilibrium" in done.stderr
     assert "breaks the state bounds [-0.9, -0.5] at t = " in done.stderr
@@ -135,8 +135,8 @@ def test_an_infeasible_problem_says_by_how_much_where_and_why(tmp_path: Path) ->
 def test_a_loop_that_does_not_end_says_why(tmp_path: Path) -> None:
     params = SHORT.replace("first_step: 128, last_step: 300", "first_step: 128, last_step: 129", 1)
     (tmp_path / "params.yaml").write_text(params, encoding="utf-8")
-    assert run("generate", tmp_path).returncode == 0
-    done = run("fit", tmp_path)
+    assert run_here("generate", tmp_path).returncode == 0
+    done = run_here("fit", tmp_path)
     assert done.returncode == 1
     assert "did not end" in done.stderr
     assert "not inside the state set" in done.stderr
@@ -144,14 +144,14 @@ def test_a_loop_that_does_not_end_says_why(tmp_path: Path) -> None:
 
 def test_a_damaged_or_missing_log_is_one_sentence_that_names_it(finished: Path, tmp_path: Path) -> None:
     (tmp_path / "params.yaml").write_text(SHORT, encoding="utf-8")
-    done = run("fit", tmp_path)
+    done = run_here("fit", tmp_path)
     assert done.returncode == 2
     assert "samples.mcap: not there yet" in done.stderr
     (tmp_path / "results/example1").mkdir(parents=True)
     whole = (finished / "results/example1/samples.mcap").read_bytes()
     for damaged in (whole[:-10], whole[:300] + bytes([whole[300] ^ 4]) + whole[301:], b""):
         (tmp_path / "results/example1/samples.mcap").write_bytes(damaged)
-        done = run("fit", tmp_path)
+        done = run_here("fit", tmp_path)
         assert done.returncode == 2
         assert "samples.mcap" in done.stderr
         assert len(done.stderr.strip().splitlines()) == 1
@@ -171,31 +171,21 @@ def test_a_killed_stage_leaves_earlier_results(finished: Path, tmp_path: Path) -
     assert written(tmp_path) == before
 
 
-def check(path: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-W", "error", "-m", "pipeline", "check", str(path)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
 def test_certificates_are_checked_on_the_command_line(finished: Path, tmp_path: Path) -> None:
     certificate = finished / "results/example1/certificates/certified.json"
-    proved = check(certificate)
+    proved = call("check", str(certificate))
     assert (proved.returncode, proved.stderr) == (0, "")
     assert proved.stdout.startswith("For all real t ≥ 0")
     tighter = json.loads(certificate.read_text())
     tighter["state_set"]["upper"] = 0.049
     (tmp_path / "tighter.json").write_text(json.dumps(tighter))
-    failed = check(tmp_path / "tighter.json")
+    failed = call("check", str(tmp_path / "tighter.json"))
     assert failed.returncode == 1
     assert "does not prove" in failed.stderr
     for text in ("{}", "no JSON", json.dumps({**tighter, "more": 1})):
         (tmp_path / "none.json").write_text(text)
-        assert check(tmp_path / "none.json").returncode == 2
-    assert check(tmp_path / "missing.json").returncode == 2
+        assert call("check", str(tmp_path / "none.json")).returncode == 2
+    assert call("check", str(tmp_path / "missing.json")).returncode == 2
 
 
 def test_every_reference_says_what_is_proved_of_it(finished: Path) -> None:
@@ -206,6 +196,7 @@ def test_every_reference_says_what_is_proved_of_it(finished: Path) -> None:
 
 
 def test_help_lists_every_stage() -> None:
-    done = subprocess.run([sys.executable, "-m", "pipeline", "--help"], capture_output=True, text=True, check=True)
+    done = call("--help")
+    assert done.returncode == 0
     for stage in (*STAGES, "notebook"):
         assert stage in done.stdout

@@ -57,10 +57,9 @@ class Certificate:
     @property
     def explanation(self) -> str:
         """What is proved, in a sentence."""
-        boxes = {name: len(cover.radii) for name, cover in self.covers.items()}
-        how = f" ({', '.join(f'{n} boxes for the {name}' for name, n in boxes.items())})" if boxes else ""
-        stays = " and ".join(f"the {q.name} stays in {q.bounds}" for q in self.reference.quantities)
-        return f"proved for {self.claim}: {stays}{how}"
+        boxes = {name: f" ({len(cover.radii)} boxes)" for name, cover in self.covers.items()}
+        kept = ", ".join(f"{q.name} in {q.bounds}{boxes.get(q.name, '')}" for q in self.reference.quantities)
+        return f"proved for {self.claim}: {kept}"
 
     def to_dict(self) -> dict[str, Any]:
         """As nested dicts, lists, strings and numbers; every float64 as it is, so that `repr` keeps it."""
@@ -122,8 +121,8 @@ def _system_to_dict(plant: ConstrainedSystem) -> dict[str, Any]:
     if isinstance(system, Nonlinear):
         return {"system": {"f": [to_lists(formula) for formula in system.f], **about}}
     trajectories = {
-        kind: [_functional_to_dict(part.functional) for part in parts if part.functional]
-        for kind, parts in (("states", plant.flatness.states), ("inputs", plant.flatness.inputs))
+        kind: [_functional_to_dict(q) for q in coordinates if isinstance(q, Functional)]
+        for kind, coordinates in (("states", plant.flatness.states), ("inputs", plant.flatness.inputs))
     }
     matrices = {"A": system.A.tolist(), "B": system.B.tolist(), "c": system.c.tolist()}
     return {"system": {**matrices, **about}, "trajectories": trajectories}

@@ -28,6 +28,15 @@ _FEWEST_BASINS = 16
 
 
 @dataclass(frozen=True)
+class Round:
+    """One fit on the way: bounds drawn in by `backoff`, l there, and whether that is `proved`."""
+
+    backoff: float
+    objective: float
+    proved: bool
+
+
+@dataclass(frozen=True)
 class Certified:
     """A learned reference with its proof.
 
@@ -54,11 +63,11 @@ def learn_certified(
     plant: ConstrainedSystem,
     space: SearchSpace,
     goal: Goal | None = None,
-    on_round: Callable[[int], object] = lambda rounds: None,
+    on_round: Callable[[Round], object] = lambda done: None,
 ) -> Certified | NoSolution | Counterexample | Unproved:
     """The best reference that keeps its bounds provably; otherwise what stands in the way. Deterministic.
 
-    The goal is all times where none is given. `on_round` hears how many fits were tried.
+    The goal is all times where none is given. `on_round` hears of each fit.
     """
     goal = goal or for_all_times(samples, prior, plant)
     rounds = 0
@@ -67,11 +76,11 @@ def learn_certified(
         found, backoff = first, ROUNDING_BACKOFF
         while True:
             rounds += 1
-            on_round(rounds)
             if not isinstance(found, Solution):
                 return found
             reference = Reference(found.posterior.signals, plant)
             outcome = goal.prove(reference)
+            on_round(Round(backoff, found.objective, isinstance(outcome, Certificate)))
             if isinstance(outcome, Certificate):
                 assert isinstance(first, Solution)
                 return Certified(found, reference, outcome, backoff, found.objective - first.objective, rounds)

@@ -79,6 +79,7 @@ def check(data: object) -> Verdict:
     except _UnreadableError as error:
         return NotACertificate(str(error))
     for step in (
+        _check_shapes,
         _check_trajectories,
         _check_sizes,
         _check_rounding,

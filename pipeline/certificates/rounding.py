@@ -28,7 +28,7 @@ from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.expression import Constant, Power, evaluate, parts
 from pipeline.systems.functional import Functional
 from pipeline.systems.reference import Reference
-from pipeline.systems.trajectory import Trajectory
+from pipeline.systems.trajectory import Coordinate, Trajectory
 
 _SLACK = 1.02
 _FORMULA = 40
@@ -103,15 +103,15 @@ class _Row:
 
     name: str
     weights: list[Fraction]
-    parts: tuple[Trajectory, ...]
+    parts: tuple[Coordinate, ...]
 
     @property
     def functionals(self) -> list[Functional]:
-        return [part.functional for part in self.parts if part.functional]
+        return [part for part in self.parts if isinstance(part, Functional)]
 
     @property
-    def is_formula(self) -> bool:
-        return not all(part.functional for part in self.parts)
+    def formulas(self) -> list[Trajectory]:
+        return [part for part in self.parts if isinstance(part, Trajectory)]
 
 
 def _rows(plant: ConstrainedSystem) -> list[_Row]:
@@ -130,11 +130,11 @@ def _row_error(reference: Reference, row: _Row, until: float) -> float:
         latest = arb(until) + max(plant.flatness.orders) * arb(plant.sampling_time)
         of_signals = [_signal_error(signal, latest) for signal in reference.signals]
         roundings = 8 + sum(plant.flatness.orders) + len(plant.system.states) + len(plant.system.inputs)
-        if not row.is_formula:
+        if not row.formulas:
             weights, offset = _uncancelled(row.weights, row.functionals)
             return float_above(_SLACK * _functional_error(weights, offset, of_signals, roundings).error)
         total, size = arb(0), arb(0)
-        for weight, part in zip(row.weights, row.parts, strict=True):
+        for weight, part in zip(row.weights, row.formulas, strict=True):
             if weight:
                 found = _formula_error(plant, part, of_signals, roundings)
                 total += rational(abs(weight)) * found.error
@@ -210,10 +210,10 @@ def has_sane_numbers(reference: Reference) -> bool:
     """Whether every stored number is of a size for which the analysis above holds (no overflow, no lost factor)."""
     plant = reference.plant
     rows = _rows(plant)
-    gross = [_uncancelled(row.weights, row.functionals) for row in rows if not row.is_formula]
+    gross = [_uncancelled(row.weights, row.functionals) for row in rows if not row.formulas]
     weights = [w for of_signals, offset in gross for w in (*of_signals, offset) if w]
-    weights += [abs(w) for row in rows if row.is_formula for w in row.weights if w]
-    weights += [abs(Fraction(c)) for row in rows for part in row.parts for c in _constants(part) if c]
+    weights += [abs(w) for row in rows if row.formulas for w in row.weights if w]
+    weights += [abs(Fraction(c)) for row in rows for part in row.formulas for c in _constants(part) if c]
     if not (plant.sampling_time >= _SMALLEST and all(_SMALLEST <= w <= _LARGEST for w in weights)):
         return False
     return all(_is_sane(signal) for signal in reference.signals)

@@ -50,9 +50,8 @@ def sketch(reference: Reference, quantity: Quantity, start: float, end: float) -
         for _, functional in trajectory.arguments
         for c, weights in functional.rounded
     ]
-    centres = np.concatenate(looks)
     lowest = Window(start, end).local_minima(margin, [signal.kernel for signal in signals])
-    times = np.unique(np.concatenate([np.linspace(start, end, _LOOKS), centres, lowest]))
+    times = np.unique(np.concatenate([np.linspace(start, end, _LOOKS), *looks, lowest]))
     times = times[(times >= start) & (times <= end)]
     slopes = trajectory.slopes({name: functional(signals, times) for name, functional in trajectory.arguments})
     sizes = {name: np.broadcast_to(np.abs(slope), times.shape) for name, slope in slopes.items()}

@@ -122,7 +122,8 @@ class Verification(Fields):
     instants_per_step: Annotated[int, Field(ge=100)]
 
 
-def _tuple(written: object) -> object:
+def as_tuple(written: object) -> object:
+    """A list as the tuple that a frozen field holds; anything else as it is."""
     return tuple(written) if isinstance(written, list) else written
 
 
@@ -135,5 +136,5 @@ class Periodic(Fields):
     last_step: PositiveInt
     intervals: PositiveInt
     backoff: Annotated[float, Field(gt=0, le=0.01)]
-    conservatism: Annotated[tuple[PositiveInt, ...], BeforeValidator(_tuple)] = ()
+    conservatism: Annotated[tuple[PositiveInt, ...], BeforeValidator(as_tuple)] = ()
     draws: NonNegativeInt = 0

@@ -9,9 +9,15 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from pipeline.errors import InputError
-from pipeline.experiments.model import KINDS, Experiment
+from pipeline.experiments.model import AsymptoticExperiment, Experiment, PeriodicExperiment
+from pipeline.experiments.tracking import TrackingExperiment
 
 PARAMS = Path("params.yaml")
+KINDS: dict[str, type[Experiment]] = {
+    "asymptotic": AsymptoticExperiment,
+    "periodic": PeriodicExperiment,
+    "tracking": TrackingExperiment,
+}
 
 
 def load_experiments(path: Path = PARAMS) -> dict[str, Experiment]:

@@ -1,10 +1,13 @@
-"""Experiments, one class for each kind of reference, and what their fields mean to the mathematics."""
+"""Experiments on scalar systems, one class for each kind of reference, and what their fields mean to mathematics."""
 
-from typing import Annotated, Any, Literal
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
+from pipeline.certificates.goal import Goal, for_all_times
 from pipeline.experiments.fields import (
     Algorithm1,
     Fields,
@@ -22,26 +25,76 @@ from pipeline.experiments.fields import (
 from pipeline.gp.joint import JointPrior
 from pipeline.gp.prior import NOISE, Prior
 from pipeline.gp.samples import Samples
-from pipeline.ground_truth import GROUND_TRUTHS
+from pipeline.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.learning.periodic import period_of
 from pipeline.learning.space import SearchSpace
 from pipeline.systems.constrained import ConstrainedSystem
+from pipeline.systems.interval import Interval
 from pipeline.systems.scalar import Scalar, scalar
+
+STATE = "state"
+"""What is sampled of a scalar system."""
 
 
 class Experiment(Fields):
-    """What every entry of params.yaml has, validated."""
+    """What every entry of params.yaml has, validated, and what the stages ask of it."""
 
     kind: str
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$")]
     title: str
+    search: Search
+
+    @property
+    @abstractmethod
+    def constrained_system(self) -> ConstrainedSystem:
+        """The system with its sets."""
+
+    @property
+    @abstractmethod
+    def learned_prior(self) -> JointPrior:
+        """The prior, with what is known of it fixed."""
+
+    @property
+    @abstractmethod
+    def truths(self) -> Mapping[str, GroundTruth]:
+        """The signals behind the samples, by what is sampled, where they are known."""
+
+    @property
+    @abstractmethod
+    def bounds(self) -> dict[str, Interval]:
+        """Where hyperparameters are sought, for those of which that is written."""
+
+    @property
+    @abstractmethod
+    def last_step(self) -> int:
+        """Up to which step references are looked at."""
+
+    @property
+    @abstractmethod
+    def instants_per_step(self) -> int:
+        """At how many times in each sampling interval."""
+
+    def search_space(self, samples: tuple[Samples, ...]) -> SearchSpace:
+        """Where the learned hyperparameters are looked for: as written, or from the scales of the samples."""
+        return SearchSpace.around(samples, self.learned_prior, self.bounds, self.search.starts)
+
+    def goal(self, samples: tuple[Samples, ...]) -> Goal:
+        """What a certified reference has to be proved for."""
+        return for_all_times(samples, self.learned_prior, self.constrained_system)
+
+    def check(self, samples: tuple[Samples, ...]) -> None:
+        """Raise ValueError where the samples leave something open that the parameters cannot know."""
+
+
+class ScalarExperiment(Experiment):
+    """One state, one input: what the paper's methods are for."""
+
     ground_truth: str | None = None
     samples: Annotated[SampleFile | SampleDraw, BeforeValidator(which_samples)]
     system: System
     state_set: IntervalField
     input_set: IntervalField
     prior: PriorFields
-    search: Search
     verification: Verification
 
     @field_validator("ground_truth")
@@ -52,7 +105,7 @@ class Experiment(Fields):
         return value
 
     @model_validator(mode="after")
-    def _consistent(self) -> "Experiment":
+    def _consistent(self) -> "ScalarExperiment":
         _ = self.constrained_system, self.learned_prior  # raise what the mathematics would refuse
         if isinstance(self.samples, SampleDraw) and self.ground_truth is None:
             raise ValueError("samples are drawn from the ground truth, but ground_truth is not given")
@@ -60,7 +113,6 @@ class Experiment(Fields):
 
     @property
     def constrained_system(self) -> ConstrainedSystem:
-        """The system with its sets."""
         s = self.system
         return scalar(s.a, s.b, s.c, state_set=self.state_set, input_set=self.input_set, sampling_time=s.sampling_time)
 
@@ -70,17 +122,27 @@ class Experiment(Fields):
         return Scalar.of(self.constrained_system)
 
     @property
+    def truths(self) -> Mapping[str, GroundTruth]:
+        return {STATE: GROUND_TRUTHS[self.ground_truth]} if self.ground_truth else {}
+
+    @property
+    def last_step(self) -> int:
+        return self.verification.last_step
+
+    @property
+    def instants_per_step(self) -> int:
+        return self.verification.instants_per_step
+
+    @property
     def learned_prior(self) -> JointPrior:
-        """The prior, with what is known of it fixed."""
         noise, choice = self.prior.noise_std, self.prior.kernel
         fixed = choice.fixed | ({NOISE} if noise.bounds is None else set())
         return JointPrior((Prior(choice.kernel, noise.value, self.prior.mean, frozenset(fixed)),))
 
-    def search_space(self, samples: Samples) -> SearchSpace:
-        """Where the learned hyperparameters are looked for: as written, or from the scales of the samples."""
+    @property
+    def bounds(self) -> dict[str, Interval]:
         noise = self.prior.noise_std.bounds
-        bounds: dict[str, Any] = {**self.prior.kernel.bounds, **({NOISE: noise} if noise else {})}
-        return SearchSpace.around((samples,), self.learned_prior, bounds, self.search.starts)
+        return {**self.prior.kernel.bounds, **({NOISE: noise} if noise else {})}
 
     def drawn(self, draw: SampleDraw, seed: int) -> Samples:
         """The samples that a seed gives."""
@@ -89,11 +151,8 @@ class Experiment(Fields):
         noise = draw.noise_std * np.random.default_rng(seed).standard_normal(times.size)
         return Samples(times, GROUND_TRUTHS[self.ground_truth or ""](times) + noise)
 
-    def check(self, samples: Samples) -> None:
-        """Raise ValueError where the samples leave something open that the parameters cannot know."""
 
-
-class AsymptoticExperiment(Experiment):
+class AsymptoticExperiment(ScalarExperiment):
     """A reference that becomes constant: Algorithm 1."""
 
     kind: Literal["asymptotic"]
@@ -110,7 +169,7 @@ class AsymptoticExperiment(Experiment):
         return self
 
 
-class PeriodicExperiment(Experiment):
+class PeriodicExperiment(ScalarExperiment):
     """A periodic reference: the paper's (6) and (9), and the exact form."""
 
     kind: Literal["periodic"]
@@ -128,7 +187,7 @@ class PeriodicExperiment(Experiment):
             raise ValueError("periodic.draws compares seeds, but the samples are not drawn")
         return self
 
-    def check(self, samples: Samples) -> None:
+    def check(self, samples: tuple[Samples, ...]) -> None:
         space, prior = self.search_space(samples), self.learned_prior
         longest = (
             space.bounds["period"].upper
@@ -141,6 +200,3 @@ class PeriodicExperiment(Experiment):
                     f"{name}.last_step = {last_step} steps last {last_step * self.system.sampling_time:g} s, and have "
                     f"to last at least one period, which may be as long as {longest:g} s"
                 )
-
-
-KINDS: dict[str, type[Experiment]] = {"asymptotic": AsymptoticExperiment, "periodic": PeriodicExperiment}

@@ -19,7 +19,8 @@ class JointPrior:
     """Independent processes with `names`, one prior each; hyperparameters named in `shared` are the same for all.
 
     A hyperparameter is called `<process>.<name>`, but plainly `<name>` if it is shared or there is one process only.
-    Raises ValueError where names repeat, or what is shared starts at different values or is fixed for some only.
+    Raises ValueError where names repeat, or what is shared is unknown, starts at different values or is fixed for some
+    only.
     """
 
     parts: tuple[Prior, ...]
@@ -31,6 +32,8 @@ class JointPrior:
             raise ValueError(f"prior: one name for each process is needed, got {self.names} for {len(self.parts)}")
         for name in sorted(self.shared):
             having = [part for part in self.parts if name in part.hyperparameters]
+            if not having:
+                raise ValueError(f"prior: {name} is shared, but no process has a hyperparameter of that name")
             if len({(part.hyperparameters[name], name in part.fixed) for part in having}) > 1:
                 raise ValueError(f"prior: {name} is shared, so that all processes must have the same {name}")
 
@@ -43,7 +46,7 @@ class JointPrior:
     def hyperparameters(self) -> dict[str, float]:
         """All of them, in natural units, process by process."""
         return {
-            self._called(process, name): value
+            self.called(process, name): value
             for process, part in zip(self.names, self.parts, strict=True)
             for name, value in part.hyperparameters.items()
         }
@@ -55,7 +58,7 @@ class JointPrior:
     @cached_property
     def learned(self) -> tuple[str, ...]:
         """Names of the hyperparameters that are learned, in the order of every gradient."""
-        named = [self._called(process, name) for process, part in self._named for name in part.learned]
+        named = [self.called(process, name) for process, part in self._named for name in part.learned]
         return tuple(dict.fromkeys(named))
 
     @property
@@ -71,7 +74,7 @@ class JointPrior:
             )
         parts = []
         for process, part in self._named:
-            own = {n: values[called] for n in part.hyperparameters if (called := self._called(process, n)) in values}
+            own = {n: values[called] for n in part.hyperparameters if (called := self.called(process, n)) in values}
             parts.append(replace(part.with_hyperparameters(own), fixed=part.fixed | own.keys()))
         return replace(self, parts=tuple(parts))
 
@@ -79,7 +82,7 @@ class JointPrior:
         """The inverse of `log_hyperparameters`."""
         values = dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True))
         parts = [
-            part.with_hyperparameters({name: values[self._called(process, name)] for name in part.learned})
+            part.with_hyperparameters({name: values[self.called(process, name)] for name in part.learned})
             for process, part in self._named
         ]
         return replace(self, parts=tuple(parts))
@@ -88,14 +91,15 @@ class JointPrior:
     def places(self) -> tuple[list[int], ...]:
         """For each process, where its learned hyperparameters stand among all."""
         return tuple(
-            [self.learned.index(self._called(process, name)) for name in part.learned] for process, part in self._named
+            [self.learned.index(self.called(process, name)) for name in part.learned] for process, part in self._named
         )
 
     @property
     def _named(self) -> list[tuple[str, Prior]]:
         return list(zip(self.names, self.parts, strict=True))
 
-    def _called(self, process: str, name: str) -> str:
+    def called(self, process: str, name: str) -> str:
+        """What a process's hyperparameter is called among all."""
         plain = len(self.parts) == 1 or name in self.shared
         return name if plain else f"{process}.{name}"
 

@@ -7,9 +7,11 @@ from pipeline.plots.margins import margins
 from pipeline.plots.periodic import GrowthIntervals, conservatism, growth_intervals, periodic_prediction
 from pipeline.plots.prediction import Published, prediction
 from pipeline.plots.style import save, svg
+from pipeline.plots.tracking import Observed, tracking
 
 __all__ = [
     "GrowthIntervals",
+    "Observed",
     "Published",
     "asymptotic",
     "conservatism",
@@ -21,5 +23,6 @@ __all__ = [
     "prediction",
     "save",
     "svg",
+    "tracking",
     "tube",
 ]

@@ -1,6 +1,7 @@
 """A system with its sets: what has to be bounded for a reference to be trackable."""
 
 import math
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,7 +11,7 @@ from pipeline.systems.linear import Linear
 from pipeline.systems.nonlinear import Nonlinear
 from pipeline.systems.polytope import Polytope
 from pipeline.systems.quantity import Quantity
-from pipeline.systems.trajectory import Trajectory, combined
+from pipeline.systems.trajectory import Coordinate, combined
 
 System = Linear | Nonlinear
 
@@ -58,24 +59,31 @@ class ConstrainedSystem:
     def quantities(self) -> tuple[Quantity, ...]:
         """All that is bounded: trackable means that each stays in its bounds at t = k T_s for all k ≥ 0."""
         return (
-            *_bounded(self.state_set, self.flatness.states, self.system.states, "state"),
-            *_bounded(self.input_set, self.flatness.inputs, self.system.inputs, "input"),
+            *_bounded(self.state_set, self.flatness.states, self.system.states),
+            *_bounded(self.input_set, self.flatness.inputs, self.system.inputs),
         )
 
 
-def _bounded(
-    wanted: Polytope, coordinates: tuple[Trajectory, ...], names: tuple[str, ...], kind: str
-) -> list[Quantity]:
-    """A quantity for each row; the row of one coordinate is called as that is."""
-    return [
-        Quantity(_name(row, names, f"{kind} row {i + 1}"), combined(row.tolist(), coordinates), bounds)
-        for i, (row, bounds) in enumerate(wanted.intervals)
-    ]
+def _bounded(wanted: Polytope, coordinates: tuple[Coordinate, ...], names: tuple[str, ...]) -> list[Quantity]:
+    """A quantity for each row, called as the row is written; rows of one name are numbered."""
+    written = Counter[str]()
+    quantities = []
+    for row, bounds in wanted.intervals:
+        name = _name(row, names)
+        written[name] += 1
+        numbered = name if written[name] == 1 else f"{name} ({written[name]})"
+        quantities.append(Quantity(numbered, combined(row.tolist(), coordinates), bounds))
+    return quantities
 
 
-def _name(row: Array, names: tuple[str, ...], otherwise: str) -> str:
-    alone = [name for name, weight in zip(names, row.tolist(), strict=True) if weight]
-    return alone[0] if len(alone) == 1 and max(row) == 1 else otherwise
+def _name(row: Array, names: tuple[str, ...]) -> str:
+    """x, or x+y, or x-0.5y."""
+    signed = []
+    for weight, name in zip(row.tolist(), names, strict=True):
+        if weight:
+            size = "" if abs(weight) == 1 else f"{abs(weight):.3g}"
+            signed.append(f"{'-' if weight < 0 else '+'}{size}{name}")
+    return "".join(signed).removeprefix("+")
 
 
 def _free(names: tuple[str, ...], wanted: Polytope) -> list[str]:

@@ -20,6 +20,6 @@ def smallest_defect(reference: Reference, last_step: int) -> float:
     u = cp.Variable((last_step + 1, gain.shape[-1]))
     pushed = [cp.sum(cp.multiply(gain[:, i], u), axis=1) for i in range(gain.shape[1])]
     gap = states[1:] - drift - cp.vstack(pushed).T
-    program = cp.Problem(cp.Minimize(cp.max(cp.abs(gap))), [u @ H.T <= h[None, :]])
+    program = cp.Problem(cp.Minimize(cp.max(cp.abs(gap))), [u @ H.T <= np.tile(h, (last_step + 1, 1))])
     program.solve(solver=cp.CLARABEL)
     return float(program.value)

@@ -18,7 +18,7 @@ from flint import fmpq, fmpq_mat
 from pipeline.arrays import Array
 from pipeline.systems.functional import Functional
 from pipeline.systems.linear import Linear
-from pipeline.systems.trajectory import Trajectory
+from pipeline.systems.trajectory import Coordinate
 
 _WORST_CONDITION = 1e13
 _REFUSED = "system: must be controllable, so that its states can be led where a reference wants them"
@@ -28,8 +28,8 @@ _REFUSED = "system: must be controllable, so that its states can be led where a 
 class Flatness:
     """`states[i]` is x_i and `inputs[i]` is u_i, in terms of the flat outputs; `orders` are their κ_c."""
 
-    states: tuple[Trajectory, ...]
-    inputs: tuple[Trajectory, ...]
+    states: tuple[Functional, ...]
+    inputs: tuple[Coordinate, ...]
     orders: tuple[int, ...]
 
 
@@ -77,12 +77,15 @@ def flatness(system: Linear, sampling_time: float) -> Flatness:
 
 def _functionals(
     channels: list[list[list[Fraction]]], scales: list[Fraction], offset: fmpq_mat, sampling_time: float
-) -> tuple[Trajectory, ...]:
-    weights = [
-        tuple(tuple(w / scale for w in channel[i]) for channel, scale in zip(channels, scales, strict=True))
+) -> tuple[Functional, ...]:
+    return tuple(
+        Functional(
+            tuple(tuple(w / scale for w in channel[i]) for channel, scale in zip(channels, scales, strict=True)),
+            _fraction(offset[i, 0]),
+            sampling_time,
+        )
         for i in range(offset.nrows())
-    ]
-    return tuple(Trajectory.of(Functional(w, _fraction(offset[i, 0]), sampling_time)) for i, w in enumerate(weights))
+    )
 
 
 def _scale(channel: list[list[Fraction]]) -> Fraction:

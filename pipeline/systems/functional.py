@@ -29,6 +29,8 @@ class Functional:
     def __call__(self, signals: Signals, t: Array) -> Array:
         """q at t [s], the shape of t."""
         t = np.asarray(t, dtype=float)
+        if not self.rounded:
+            return np.full(t.shape, float(self.offset))
         seen = (np.tensordot(w, signals[c](self.instants(t, len(w))), axes=1) for c, w in self.rounded)
         return np.asarray(sum(seen, np.asarray(float(self.offset))))
 

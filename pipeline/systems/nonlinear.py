@@ -111,7 +111,7 @@ class Nonlinear:
             looks[later] = _look(i, n, (Fraction(0), Fraction(1)), sampling_time)
         formulas = [self.solution.inputs[name] for name in self.inputs]
         return Flatness(
-            tuple(Trajectory.of(looks[name]) for name in self.states),
+            tuple(looks[name] for name in self.states),
             tuple(Trajectory.made(formula, looks) for formula in formulas),
             (1,) * n,
         )

@@ -73,6 +73,11 @@ class Polytope:
         H, h = np.array(H, dtype=float), np.array(h, dtype=float)
         if H.ndim != 2 or h.shape != (len(H),) or not H.size:
             raise ValueError(f"set: H must be a matrix with a row for each entry of h, got {H.shape} and {h.shape}")
+        if bad := np.flatnonzero(~np.isfinite(np.column_stack([H, h])).all(axis=1)).tolist():
+            raise ValueError(
+                f"set: row {bad[0]} of H x ≤ h must be finite, got {H[bad[0]].tolist()} and {h[bad[0]]:g}: leave out "
+                "what bounds nothing"
+            )
         rows: list[Array] = []
         bounds: list[tuple[float, float]] = []
         taken: set[int] = set()
@@ -90,15 +95,24 @@ class Polytope:
     @property
     def depth(self) -> float:
         """The largest part of each row's width by which some point lies inside on both sides; ≤ 0 without interior."""
-        width = (self.upper - self.lower)[:, None]
+        if not np.all(self.lower < self.upper):
+            return -np.inf
+        # In half widths, about a point as central as can be: solvers take numbers from 1e15 on, or to 1e-9, for none.
+        half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
+        sizes = np.abs(self.rows)
+        unit = np.min(np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0), axis=0)
+        matrix = self.rows * np.where(np.isfinite(unit), unit, 1.0) / half[:, None]
+        middle = (self.upper / 2 + self.lower / 2) / half
+        off = middle - matrix @ np.linalg.lstsq(matrix, middle)[0]
+        twice = np.full((len(matrix), 1), 2.0)
         program = linprog(
             np.append(np.zeros(self.dimension), -1.0),
-            A_ub=np.vstack([np.hstack([self.rows, width]), np.hstack([-self.rows, width])]),
-            b_ub=np.concatenate([self.upper, -self.lower]),
+            A_ub=np.vstack([np.hstack([matrix, twice]), np.hstack([-matrix, twice])]),
+            b_ub=np.concatenate([1 + off, 1 - off]),
             bounds=[(None, None)] * self.dimension + [(None, 1.0)],
             method="highs",
         )
-        return float(program.x[-1]) if program.x is not None and np.all(width > 0) else -np.inf
+        return float(program.x[-1]) if program.x is not None else -np.inf
 
     @property
     def inequalities(self) -> tuple[Array, Array]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.systems.functional import Signals
+from pipeline.systems.functional import Functional, Signals
 from pipeline.systems.interval import Interval
 from pipeline.systems.trajectory import Trajectory
 
@@ -18,6 +18,11 @@ class Quantity:
     name: str
     trajectory: Trajectory
     bounds: Interval
+
+    @property
+    def functional(self) -> Functional | None:
+        """The functional that it is; None where it is a formula of some."""
+        return self.trajectory.functional
 
     def __call__(self, signals: Signals, t: Array) -> Array:
         """The value at t [s]; NaN or infinite where it is not defined."""

@@ -9,7 +9,7 @@ from pipeline.arrays import Array
 from pipeline.gp.signal import KernelSum
 from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.quantity import Quantity
-from pipeline.systems.trajectory import Trajectory
+from pipeline.systems.trajectory import Coordinate
 
 
 class Window(NamedTuple):
@@ -66,5 +66,5 @@ class Reference:
         """The times k T_s [s] of steps k."""
         return np.asarray(steps) * self.plant.sampling_time
 
-    def _values(self, trajectories: tuple[Trajectory, ...], t: Array) -> Array:
-        return np.stack([trajectory(self.signals, t) for trajectory in trajectories], axis=-1)
+    def _values(self, coordinates: tuple[Coordinate, ...], t: Array) -> Array:
+        return np.stack([q(self.signals, t) for q in coordinates], axis=-1)

@@ -1,6 +1,6 @@
 """What a person samples are states; what is learned are flat outputs: how the one shows the other."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from pipeline.gp.samples import Samples
@@ -8,29 +8,34 @@ from pipeline.gp.stencil import POINT, Stencil
 from pipeline.systems.constrained import ConstrainedSystem
 
 
-def sampled_signals(
-    plant: ConstrainedSystem, given: Mapping[str, Samples]
-) -> tuple[tuple[str, ...], tuple[Samples, ...]]:
-    """Names and samples in the order of the flat outputs, each with the stencil through which its samples see it.
+def seen_through(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str, Stencil]:
+    """In the order of the flat outputs: which of the names shows it, and how.
 
-    Samples are given by the name of a state, or of a flat output (z1, z2, …) itself. Raises ValueError where a name is
-    unknown, a state shows several flat outputs or the level of none, or a flat output is seen not once exactly.
+    Names are those of states, or of flat outputs (z1, z2, …) themselves. Raises ValueError where a name is unknown, a
+    state shows several flat outputs or the level of none, or a flat output is seen not once exactly.
     """
-    found: dict[int, tuple[str, Samples]] = {}
-    for name, samples in given.items():
+    found: dict[int, tuple[str, Stencil]] = {}
+    for name in names:
         signal, stencil = _seen(plant, name)
         if signal in found:
             raise ValueError(f"samples: {name} and {found[signal][0]} show the same flat output; give one of them")
-        found[signal] = name, replace(samples, stencil=stencil)
+        found[signal] = name, stencil
     if missing := [signal for signal in range(plant.signals) if signal not in found]:
-        shown = {signal: _showing(plant, signal) for signal in missing}
-        wanted = "; ".join(f"one of {', '.join(names)}" for names in shown.values())
+        wanted = "; ".join(f"one of {', '.join(_showing(plant, signal))}" for signal in missing)
+        given = ", ".join(name for name, _ in found.values()) or "nothing"
         raise ValueError(
             f"samples: {plant.signals} flat outputs determine all states, one for each input that matters, but "
-            f"{len(missing)} of them cannot be seen in samples of {', '.join(given) or 'nothing'}: also give {wanted}"
+            f"{len(missing)} of them cannot be seen in samples of {given}: also give {wanted}"
         )
-    names, samples_of = zip(*(found[signal] for signal in range(plant.signals)), strict=True)
-    return names, samples_of
+    return dict(found[signal] for signal in range(plant.signals))
+
+
+def sampled_signals(
+    plant: ConstrainedSystem, given: Mapping[str, Samples]
+) -> tuple[tuple[str, ...], tuple[Samples, ...]]:
+    """Names and samples in the order of the flat outputs, each with its stencil. ValueError as `seen_through`."""
+    stencils = seen_through(plant, given)
+    return tuple(stencils), tuple(replace(given[name], stencil=stencil) for name, stencil in stencils.items())
 
 
 def default_sample(plant: ConstrainedSystem) -> str:

@@ -35,13 +35,18 @@ class Scalar:
     state: Quantity
     input: Quantity
 
+    @staticmethod
+    def describes(plant: ConstrainedSystem) -> bool:
+        """Whether the system is linear with one state and one input, both bounded."""
+        return isinstance(plant.system, Linear) and plant.system.B.shape == (1, 1) and len(plant.quantities) == 2
+
     @classmethod
     def of(cls, plant: ConstrainedSystem) -> "Scalar":
         """ValueError for nonlinear systems, and those with more than one state or input, or an unbounded one."""
         system = plant.system
         if not isinstance(system, Linear):
             raise ValueError("only a linear system has growth rates, got a nonlinear one")
-        if system.B.shape != (1, 1) or len(plant.quantities) != 2:
+        if not cls.describes(plant):
             raise ValueError(
                 f"only a scalar system with bounded state and input has growth rates, got {len(system.states)} states, "
                 f"{len(system.inputs)} inputs and {len(plant.quantities)} bounded quantities"

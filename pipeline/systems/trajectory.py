@@ -9,7 +9,6 @@ from typing import Self
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.gp.stencil import Stencil
 from pipeline.systems.algebra import Maybe, derivative, plus, times
 from pipeline.systems.expression import Constant, Expression, Variable, at_floats, variables
 from pipeline.systems.functional import Functional, Signals
@@ -43,11 +42,6 @@ class Trajectory:
     def functional(self) -> Functional | None:
         """The functional that it is; None where it is a formula of some."""
         return self.arguments[0][1] if isinstance(self.formula, Variable) else None
-
-    @property
-    def stencil(self) -> tuple[int, Stencil] | None:
-        """The one signal it is a weighted sum of, and how; None where it is none, or one of several signals."""
-        return self.functional.stencil if self.functional else None
 
     @property
     def sampling_time(self) -> float:
@@ -104,14 +98,19 @@ class Trajectory:
         return tuple(found)
 
 
-def combined(row: Sequence[float], trajectories: Sequence[Trajectory]) -> Trajectory:
-    """Σ_i row_i q_i; of functionals another functional, exactly."""
-    functionals = [q.functional for q in trajectories if q.functional]
-    if len(functionals) == len(trajectories):
+Coordinate = Functional | Trajectory
+"""A state or an input: of a linear system always a functional."""
+
+
+def combined(row: Sequence[float], coordinates: Sequence[Coordinate]) -> Trajectory:
+    """Σ_i row_i q_i, of coordinates that are all of one kind; of functionals another functional, exactly."""
+    functionals = [q for q in coordinates if isinstance(q, Functional)]
+    if functionals:
         return Trajectory.of(combined_functional([Fraction(v) for v in row], functionals))
-    total: Maybe = None
-    for r, trajectory in zip(row, trajectories, strict=True):
-        if r:
-            total = plus(total, times(Constant(r), trajectory.formula))
+    total, arguments = None, dict[str, Functional]()
+    for r, q in zip(row, coordinates, strict=True):
+        if r and isinstance(q, Trajectory):
+            total = plus(total, times(Constant(r), q.formula))
+            arguments.update(q.arguments)
     assert total is not None
-    return Trajectory.made(total, {name: q for trajectory in trajectories for name, q in trajectory.arguments})
+    return Trajectory.made(total, arguments)

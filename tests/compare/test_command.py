@@ -1,35 +1,23 @@
 """The command: exit codes, revisions, and what it writes."""
 
 import json
-import os
 import subprocess
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from tests.compare.project import CLAIMS, ROOT, edit_json, edit_text
+from tests.stages import Done, call
 
-PROGRAM = (
-    "from pipeline.__main__ import main, run; from pipeline.compare.command import compare; "
-    "main.add_command(compare); run()"
-)
 OPTIONS = ("--tolerances", str(ROOT / "tolerances.yaml"))
 
 
-def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+def run(folder: Path, *arguments: str) -> Done:
     claims = folder / "claims.yaml"
     if not claims.exists():  # JSON is YAML
         claims.write_text(CLAIMS.model_dump_json(exclude_unset=True))
-    return subprocess.run(
-        [sys.executable, "-W", "error", "-c", PROGRAM, "compare", *arguments],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return call("compare", *arguments, folder=folder)
 
 
 def git(folder: Path, *arguments: str) -> None:
@@ -116,7 +104,7 @@ def test_a_folder_without_results_is_one_sentence(base: Path, new: Path, tmp_pat
     refused(run(new, str(base), str(tmp_path / "empty"), *OPTIONS), "holds no results")
 
 
-def refused(done: subprocess.CompletedProcess[str], said: str) -> None:
+def refused(done: Done, said: str) -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert said in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1

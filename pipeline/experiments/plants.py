@@ -1,0 +1,88 @@
+"""Systems and sets of several states and inputs, as written in params.yaml."""
+
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, PositiveFloat, model_validator
+
+from pipeline.experiments.fields import Fields
+from pipeline.systems.linear import Linear
+from pipeline.systems.polytope import Polytope
+
+
+def _matrix(written: object) -> object:
+    rows = written if isinstance(written, list) and all(isinstance(row, list) for row in written) else None
+    if rows is None or len({len(row) for row in rows}) != 1 or not all(_is_number(v) for row in rows for v in row):
+        raise ValueError("expected a matrix: a list of rows of numbers, all of one length")
+    return tuple(tuple(float(v) for v in row) for row in rows)
+
+
+def _vector(written: object) -> object:
+    if not (isinstance(written, list) and written and all(map(_is_number, written))):
+        raise ValueError("expected a list of numbers")
+    return tuple(float(v) for v in written)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+Matrix = Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_matrix)]
+Vector = Annotated[tuple[float, ...], BeforeValidator(_vector)]
+Names = Annotated[tuple[str, ...], BeforeValidator(lambda w: tuple(w) if isinstance(w, list) else w)]
+
+
+class LinearModel(Fields):
+    """x(k+1) = A x(k) + B u(k) + c; with `continuous`, ẋ = A x + B u + c with the input held over each sample."""
+
+    A: Matrix
+    B: Matrix
+    c: Vector | None = None
+    continuous: bool = False
+    states: Names
+    inputs: Names
+    sampling_time: PositiveFloat
+
+    @property
+    def linear(self) -> Linear:
+        """The discrete-time system. ValueError where shapes do not fit."""
+        A, B = np.array(self.A), np.array(self.B)
+        c = np.zeros(len(A)) if self.c is None else np.array(self.c)
+        if self.continuous:
+            return Linear.discretised(A, B, self.sampling_time, c, self.states, self.inputs)
+        return Linear(A, B, c, self.states, self.inputs)
+
+
+class SetFields(Fields):
+    """A box (`lower`, `upper`), a polytope H x ≤ h, or what both have in common."""
+
+    lower: Vector | None = None
+    upper: Vector | None = None
+    H: Matrix | None = None
+    h: Vector | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> "SetFields":
+        if (self.lower is None) != (self.upper is None) or (self.H is None) != (self.h is None):
+            raise ValueError("expected lower with upper, and H with h")
+        if self.lower is None and self.H is None:
+            raise ValueError("expected lower and upper, H and h, or all four")
+        return self
+
+    @property
+    def polytope(self) -> Polytope:
+        """The set. ValueError where it has no interior, or is not bounded."""
+        if self.H is None or self.h is None:
+            return Polytope.box(np.array(self.lower), np.array(self.upper))
+        rows, sides = np.array(self.H), np.array(self.h)
+        if self.lower is not None and self.upper is not None:
+            H, h = Polytope.box(np.array(self.lower), np.array(self.upper)).inequalities
+            rows, sides = np.vstack([H, rows]), np.concatenate([h, sides])
+        return Polytope.halfspaces(rows, sides)
+
+
+def _set(written: Any) -> object:
+    return SetFields.model_validate(written)
+
+
+SetField = Annotated[SetFields, BeforeValidator(_set)]

@@ -1,0 +1,96 @@
+"""Where the samples of one name come from, as written in params.yaml: drawn, or recorded in a CSV or MCAP file."""
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, model_validator
+
+from pipeline.experiments.fields import Fields, ProjectPath, Steps, as_tuple
+from pipeline.recordings import CLOCKS, REPAIRS
+
+
+class Drawn(Fields):
+    """Drawn from a ground truth at `steps`, with independent normal noise from NumPy's default generator."""
+
+    ground_truth: str
+    steps: Steps
+    noise_std: PositiveFloat
+    seed: NonNegativeInt
+
+
+class Excerpt(Fields):
+    """Which part of a recording is learned from, and which kept back to compare with.
+
+    Learned are samples from `start` to `end` [s], roughly `every` seconds apart; times count from `start`. Those of the
+    `held_out` seconds that follow are kept back. Values count from `level`, or from the median of those learned from.
+    """
+
+    start: NonNegativeFloat = 0.0
+    end: PositiveFloat
+    every: NonNegativeFloat = 0.0
+    held_out: NonNegativeFloat = 0.0
+    level: float | Literal["median"] = 0.0
+    scale: float = 1.0
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Excerpt":
+        if not self.start < self.end:
+            raise ValueError(f"expected start < end, got {self.start} and {self.end}")
+        return self
+
+
+def _known_repairs(written: object) -> object:
+    written = as_tuple(written)
+    if isinstance(written, tuple) and (unknown := [name for name in written if name not in REPAIRS]):
+        raise ValueError(f"there is no repair {unknown[0]!r}; there are {', '.join(REPAIRS)}")
+    return written
+
+
+def _known_clock(written: object) -> object:
+    if written not in CLOCKS:
+        raise ValueError(f"expected one of {', '.join(CLOCKS)}")
+    return written
+
+
+Repairs = Annotated[tuple[str, ...], BeforeValidator(_known_repairs)]
+
+
+class CsvColumn(Fields):
+    """A column of a CSV file over its time column, see pipeline.recordings.read_csv; `repairs` in their order."""
+
+    csv: ProjectPath
+    time_column: str
+    time_unit: Annotated[str, BeforeValidator(_known_clock)]
+    value_column: str
+    noise_column: str | None = None
+    separator: str | None = None
+    decimal: Literal[".", ","] = "."
+    encoding: str = "utf-8"
+    repairs: Repairs = ()
+    excerpt: Excerpt
+
+
+class McapField(Fields):
+    """A field of the messages on a topic of an MCAP file, see pipeline.recordings.read_mcap; timed by the log time."""
+
+    mcap: ProjectPath
+    topic: str
+    field: str
+    noise_field: str | None = None
+    repairs: Repairs = ()
+    excerpt: Excerpt
+
+
+Source = Drawn | CsvColumn | McapField
+
+
+def which_source(written: object) -> object:
+    """A source, by what is written. ValueError for none."""
+    if not isinstance(written, dict):
+        raise ValueError("expected a mapping with one of `ground_truth`, `csv`, `mcap`")
+    for key, source in (("ground_truth", Drawn), ("csv", CsvColumn), ("mcap", McapField)):
+        if key in written:
+            return source.model_validate(written)
+    raise ValueError("expected one of `ground_truth` (drawn), `csv`, `mcap` (recorded)")
+
+
+SourceField = Annotated[Source, BeforeValidator(which_source)]

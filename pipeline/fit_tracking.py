@@ -1,0 +1,47 @@
+"""References of systems with several states and inputs: unconstrained, and certified."""
+
+import numpy as np
+from tqdm import tqdm
+
+from pipeline.archive import Fitted
+from pipeline.arrays import Array
+from pipeline.certificates.certified import Round
+from pipeline.errors import NoReferenceError
+from pipeline.experiments import TrackingExperiment
+from pipeline.fit_certified import CERTIFIED, certified
+from pipeline.learning.basins import best_of
+from pipeline.learning.learned import LearnedReference
+from pipeline.learning.problem import ConstrainedProblem, Solution
+from pipeline.sampled import Sampled
+
+UNCONSTRAINED = "unconstrained"
+
+
+def learn(experiment: TrackingExperiment, sampled: Sampled) -> tuple[Fitted, dict[str, Array]]:
+    """The references, and the rounds of fit and proof. Raises NoReferenceError."""
+    rounds: list[Round] = []
+    with tqdm(desc=f"{experiment.name}: fit", unit="fit", disable=None) as bar:
+        free = _unconstrained(experiment, sampled)
+        bar.update()
+
+        def on_round(done: Round) -> None:
+            rounds.append(done)
+            bar.update()
+
+        proved = certified(experiment, sampled.samples, on_round)
+    table = {
+        "round": np.arange(1.0, len(rounds) + 1),
+        "backoff": np.array([done.backoff for done in rounds]),
+        "objective": np.array([done.objective for done in rounds]),
+        "proved": np.array([float(done.proved) for done in rounds]),
+    }
+    return Fitted(sampled, {UNCONSTRAINED: free, CERTIFIED: proved}, {}), table
+
+
+def _unconstrained(experiment: TrackingExperiment, sampled: Sampled) -> LearnedReference:
+    space = experiment.search_space(sampled.samples)
+    problem = ConstrainedProblem(sampled.samples, experiment.learned_prior, space)
+    outcome = best_of(problem, space.start_points()).outcome
+    if not isinstance(outcome, Solution):
+        raise NoReferenceError(f"experiment {experiment.name}, {UNCONSTRAINED}: {outcome.explanation}")
+    return LearnedReference.of(UNCONSTRAINED, outcome, experiment.constrained_system)

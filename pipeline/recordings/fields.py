@@ -1,0 +1,87 @@
+"""Fields inside a message, by a path like `pose.position.x` or `joints[2].angle`, whatever the message is made of."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from decimal import Decimal
+from itertools import islice
+from types import SimpleNamespace
+
+from google.protobuf.message import Message as Protobuf
+
+_NAME = re.compile(r"[^.\[]+")
+_INDEX = re.compile(r"\[(\d+)\]\.?", re.ASCII)
+_DEPTH = 8
+_LISTED = 60
+
+
+def find(node: object, path: str) -> object:
+    """What stands at `path`; None where it is unset or null, or something around it is. LookupError: no such field."""
+    if not path or node is None:
+        return node
+    if isinstance(node, Mapping):
+        # A key may have dots of its own, as "left.rate" has in this project's logs: the longest goes first.
+        for name, rest in _splits(path):
+            if name in node:
+                return find(node[name], rest)
+        raise LookupError(path)
+    if isinstance(node, Sequence) and not isinstance(node, str):
+        index = _INDEX.match(path)
+        if index is None:
+            raise LookupError(path)
+        return find(node[int(index[1])], path[index.end() :])
+    match = _NAME.match(path)
+    if match is None:
+        raise LookupError(path)
+    return find(_attribute(node, match[0]), path[match.end() :].removeprefix("."))
+
+
+def leaves(message: object) -> list[str]:
+    """The paths of the numbers and texts in a message; of a list, those of its first entry; of very many, some."""
+    found = list(islice(_leaves(message, "", _DEPTH), _LISTED + 1))
+    return found if len(found) <= _LISTED else [*found[:_LISTED], "…"]
+
+
+def _splits(path: str) -> Iterator[tuple[str, str]]:
+    """The name that a path may start with, the longest first, and what follows it."""
+    yield path, ""
+    for end in range(len(path) - 1, 0, -1):
+        if path[end] in ".[":
+            yield path[:end], path[end:].removeprefix(".")
+
+
+def _attribute(node: object, name: str) -> object:
+    """A field of a Protobuf or ROS 2 message; None where it tells unset from zero, and is unset."""
+    if isinstance(node, Protobuf):
+        field = node.DESCRIPTOR.fields_by_name[name]
+        return None if field.has_presence and not node.HasField(name) else getattr(node, name)
+    if isinstance(node, SimpleNamespace) and name in _slots(node):
+        return getattr(node, name)
+    raise LookupError(name)
+
+
+def _slots(message: SimpleNamespace) -> Sequence[str]:
+    return getattr(type(message), "__slots__", ())
+
+
+def _leaves(node: object, path: str, depth: int) -> Iterator[str]:
+    if depth == 0:
+        return
+    if isinstance(node, int | float | Decimal | str):
+        yield path
+    for name, child in _children(node):
+        dot = "." if path and not name.startswith("[") else ""
+        yield from _leaves(child, f"{path}{dot}{name}", depth - 1)
+
+
+def _children(node: object) -> Iterator[tuple[str, object]]:
+    if isinstance(node, Mapping):
+        yield from ((str(key), child) for key, child in node.items())
+    elif isinstance(node, Protobuf):
+        for name, field in node.DESCRIPTOR.fields_by_name.items():
+            # An unset message would list its type's fields, and without end where that contains itself.
+            if field.message_type is None or not field.has_presence or node.HasField(name):
+                yield name, getattr(node, name)
+    elif isinstance(node, SimpleNamespace):
+        yield from ((name, getattr(node, name)) for name in _slots(node))
+    elif isinstance(node, Sequence) and not isinstance(node, str) and node:
+        yield "[0]", node[0]
