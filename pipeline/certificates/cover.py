@@ -1,5 +1,6 @@
 """Boxes of time that together cover a window, each with an enclosure inside the bounds: guessed fast, then proved."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from flint import arb
@@ -7,10 +8,12 @@ from flint import arb
 from pipeline.certificates.balls import ball_arithmetic, float_above
 from pipeline.certificates.enclosure import Box, best_radius, enclosure, remainder
 from pipeline.certificates.exact import ExactQuantity
+from pipeline.certificates.formulas import UndefinedError
 from pipeline.certificates.sketch import Sketch
 
 TERMS = 16
 _MOST_BOXES = 20_000
+_TOO_WIDE = "no enclosure found in this box is narrow enough"
 
 
 @dataclass(frozen=True)
@@ -23,9 +26,10 @@ class Cover:
 
 @dataclass(frozen=True)
 class Hole:
-    """A box in which no enclosure was found that stays inside the bounds."""
+    """A box in which no enclosure was found that stays inside the bounds, and why."""
 
     box: Box
+    reason: str
 
 
 def cover(quantity: ExactQuantity, sketch: Sketch, start: float, end: float, reserve: float) -> Cover | Hole:
@@ -37,16 +41,25 @@ def cover(quantity: ExactQuantity, sketch: Sketch, start: float, end: float, res
     while waiting:
         box = waiting.pop()
         room = sketch.smallest(box.start, box.end) - reserve
-        if float_above(remainder(quantity, box, TERMS)) <= room / 2 and enclosure(quantity, box, TERMS).stays_in(
-            lower, upper
-        ):
-            proved.append(box)
-            continue
+        reason = _TOO_WIDE
+        if _missed(quantity, box, sketch.steepest(box.start, box.end)) <= room / 2:
+            try:
+                if enclosure(quantity, box, TERMS).stays_in(lower, upper):
+                    proved.append(box)
+                    continue
+            except UndefinedError as undefined:
+                reason = str(undefined)
         middle = box.start + (box.end - box.start) / 2
         if not box.start < middle < box.end or len(waiting) + len(proved) > _MOST_BOXES:
-            return Hole(box)
+            return Hole(box, reason)
         waiting += [_box(quantity, middle, box.end), _box(quantity, box.start, middle)]
     return Cover((start, *(box.end for box in proved)), tuple(box.radius for box in proved))
+
+
+def _missed(quantity: ExactQuantity, box: Box, slopes: Mapping[str, float]) -> float:
+    """About what the enclosure's polynomial will miss: cheaply, to sort out boxes that are much too wide."""
+    missed = (float_above(remainder(functional, box, TERMS)) for functional in quantity.arguments.values())
+    return sum(slope * rest for slope, rest in zip(slopes.values(), missed, strict=True))
 
 
 def _box(quantity: ExactQuantity, start: float, end: float) -> Box:

@@ -2,20 +2,19 @@
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
-from math import comb
 
 import numpy as np
 from flint import arb, arb_poly, arb_series
 
 from pipeline.certificates.balls import ball_arithmetic
-from pipeline.certificates.exact import ExactQuantity
+from pipeline.certificates.exact import ExactFunctional, ExactQuantity
 from pipeline.certificates.growth import on_disc
+from pipeline.certificates.models import Enclosure, Models
 from pipeline.certificates.series import has_periodic_part, is_analytic, taylor
 from pipeline.gp.kernel import Kernel
 from pipeline.gp.signal import KernelSum
+from pipeline.systems.expression import evaluate
 
-_MAX_CUTS = 400
 _BEYOND_HALF = 1.01
 _RATIOS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0)
 
@@ -29,21 +28,7 @@ class Box:
     radius: float
 
 
-@dataclass(frozen=True)
-class Enclosure:
-    """q(midpoint + h x) for x in [−1, 1] lies within `remainder` of the polynomial with these `coefficients`."""
-
-    coefficients: arb_poly
-    remainder: arb
-
-    def stays_in(self, lower: arb, upper: arb) -> bool:
-        """Whether q certainly stays in [lower, upper] on the whole box."""
-        return _is_positive(self.coefficients - (lower + self.remainder)) and _is_positive(
-            (upper - self.remainder) - self.coefficients
-        )
-
-
-def remainder(quantity: ExactQuantity, box: Box, terms: int) -> arb:
+def remainder(functional: ExactFunctional, box: Box, terms: int) -> arb:
     """Bound of what a Taylor polynomial of so many terms leaves out anywhere in the box; infinite if the disc is small.
 
     By Cauchy's estimate with |κ| ≤ M on |z − r| < ρ: Σ_(k ≥ terms) |κ⁽ᵏ⁾(r)| hᵏ/k! ≤ M (h/ρ)^terms / (1 − h/ρ). If the
@@ -54,9 +39,9 @@ def remainder(quantity: ExactQuantity, box: Box, terms: int) -> arb:
         middle, half = _midpoint(box)
         radius = arb(box.radius)
         missed = _geometric_rest(half / radius, terms)
-        kernels = {term.signal.kernel for term in quantity.terms}
+        kernels = {term.signal.kernel for term in functional.terms}
         continued = {kernel: _continued(kernel, half, radius, terms) for kernel in kernels}
-        for term, shift, weight in quantity.summands():
+        for term, shift, weight in functional.summands():
             kernel, r = term.signal.kernel, middle + shift
             total += abs(weight) * on_disc(kernel, r, radius) * missed
             if not _side(box, shift):
@@ -87,12 +72,18 @@ def _oddness(kernel: Kernel, reach: arb, radius: arb, terms: int) -> arb:
 
 
 def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
-    """Taylor polynomial with so many terms, and its remainder."""
-    rest = remainder(quantity, box, terms)
+    """Polynomial with so many terms, and its remainder. UndefinedError where the quantity may not be defined."""
+    arguments = {name: _enclosure(functional, box, terms) for name, functional in quantity.arguments.items()}
+    with ball_arithmetic(terms):
+        return evaluate(quantity.formula, arguments, Models())
+
+
+def _enclosure(functional: ExactFunctional, box: Box, terms: int) -> Enclosure:
+    rest = remainder(functional, box, terms)
     with ball_arithmetic(terms):
         middle, half = _midpoint(box)
-        polynomial = arb_poly([quantity.offset])
-        for term, shift, weight in quantity.summands():
+        polynomial = arb_poly([functional.offset])
+        for term, shift, weight in functional.summands():
             r = middle + shift
             # κ is even: differences are mirrored to the branch of r ≥ 0.
             mirror = _side(box, shift) or (1 if r >= 0 else -1)
@@ -136,33 +127,3 @@ def _side(box: Box, shift: arb) -> int:
     if arb(box.start) + shift >= 0:
         return 1
     return -1 if arb(box.end) + shift <= 0 else 0
-
-
-def _is_positive(polynomial: arb_poly) -> bool:
-    """Whether a polynomial is certainly ≥ 0 on [−1, 1]: Bernstein coefficients, on halves of halves where needed.
-
-    A polynomial lies in the convex hull of its Bernstein coefficients; the outer two are its values at the ends.
-    """
-    with ball_arithmetic():
-        a = polynomial(arb_poly([-1, 2])).coeffs() or [arb(0)]
-        n = len(a) - 1
-        pieces = [[sum((arb(comb(k, j)) / comb(n, j) * a[j] for j in range(k + 1)), arb(0)) for k in range(n + 1)]]
-        for _ in range(_MAX_CUTS):
-            if not pieces:
-                return True
-            b = pieces.pop()
-            if not (b[0] >= 0 and b[-1] >= 0):
-                return False
-            if not all(coefficient >= 0 for coefficient in b):
-                pieces.extend(_halves(b))
-        return False
-
-
-def _halves(b: list[arb]) -> tuple[list[arb], list[arb]]:
-    """De Casteljau: the Bernstein coefficients on the left and on the right half."""
-    left, right = [b[0]], [b[-1]]
-    while len(b) > 1:
-        b = [(p + q) / 2 for p, q in pairwise(b)]
-        left.append(b[0])
-        right.append(b[-1])
-    return left, right[::-1]

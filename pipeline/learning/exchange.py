@@ -88,15 +88,18 @@ class Attempt:
         return all(bool(np.all(margins >= 0)) for _, margins in self.minima)
 
     def broken(self, known: tuple[Array, ...]) -> list[Array] | None:
-        """The places of each constraint where it is broken; None where all of them are known already."""
-        found = [places[margins < 0] for places, margins in self.minima]
+        """The places of each constraint where it is broken; None where all of them are known already.
+
+        Where a quantity is not defined it has no slope either: another constraint has to lead back to where it is.
+        """
+        found = [places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima]
         return found if any(len(united(old, new)) > len(old) for old, new in zip(known, found, strict=True)) else None
 
     def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
         means, quantities = [part.mean for part in problem.prior.parts], [c.quantity for c in problem.constraints]
-        at_rest = tuple(q for q in quantities if not q.bounds.holds_inside(q.functional.at_rest(means)))
+        at_rest = tuple(q for q in quantities if not q.bounds.holds_inside(q.at_rest(means)))
         return Infeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, at_rest)
 
 

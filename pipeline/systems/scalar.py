@@ -37,13 +37,15 @@ class Scalar:
 
     @staticmethod
     def describes(plant: ConstrainedSystem) -> bool:
-        """Whether there is one state and one input, both bounded."""
-        return plant.system.B.shape == (1, 1) and len(plant.quantities) == 2
+        """Whether the system is linear with one state and one input, both bounded."""
+        return isinstance(plant.system, Linear) and plant.system.B.shape == (1, 1) and len(plant.quantities) == 2
 
     @classmethod
     def of(cls, plant: ConstrainedSystem) -> "Scalar":
-        """ValueError for systems with more than one state or input, or an unbounded one."""
+        """ValueError for nonlinear systems, and those with more than one state or input, or an unbounded one."""
         system = plant.system
+        if not isinstance(system, Linear):
+            raise ValueError("only a linear system has growth rates, got a nonlinear one")
         if not cls.describes(plant):
             raise ValueError(
                 f"only a scalar system with bounded state and input has growth rates, got {len(system.states)} states, "
