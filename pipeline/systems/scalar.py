@@ -37,8 +37,8 @@ class Scalar:
 
     @staticmethod
     def describes(plant: ConstrainedSystem) -> bool:
-        """Whether there is one state and one input, both bounded."""
-        return plant.system.B.shape == (1, 1) and len(plant.quantities) == 2
+        """Whether there is one state and one input, each in one interval of its own."""
+        return all(np.array_equal(bounds.rows, [[1.0]]) for bounds in (plant.state_set, plant.input_set))
 
     @classmethod
     def of(cls, plant: ConstrainedSystem) -> "Scalar":
