@@ -9,7 +9,7 @@ from pipeline.arrays import Array
 from pipeline.certificates.certified import Certified, learn_certified
 from pipeline.certificates.claim import AllPhases, AllTimes
 from pipeline.certificates.outcome import Counterexample, Unproved
-from pipeline.control.answer import Step
+from pipeline.control.answer import Infeasible, Status
 from pipeline.control.controller import Controller
 from pipeline.control.loop import Loop, joined, simulate
 from pipeline.gp.joint import JointPrior
@@ -97,9 +97,12 @@ def judged(controller: Controller, k: int, state: Array, samples: tuple[Samples,
     if not holds_for_ever(learned):
         return Offer(k, counts, learned, False, f"proved for {learned.certificate.claim} only")
     answer = controller.step(k, state, learned.reference)
-    if isinstance(answer, Step):
-        return Offer(k, counts, learned, True, answer.explanation)
-    return Offer(k, counts, learned, False, answer.explanation, answer.widening)
+    if isinstance(answer, Infeasible):
+        return Offer(k, counts, learned, False, answer.explanation, answer.widening)
+    # On the reference that is followed a tolerance makes up for rounding. There is no reason to start out with it.
+    if answer.status is Status.WIDENED:
+        return Offer(k, counts, learned, False, f"within the tolerance only: {answer.explanation}", -answer.slack)
+    return Offer(k, counts, learned, True, answer.explanation)
 
 
 def holds_for_ever(learned: Certified) -> bool:

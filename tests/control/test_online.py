@@ -8,7 +8,7 @@ import pytest
 from pipeline.certificates.certified import Certified, learn_certified
 from pipeline.certificates.claim import OnWindow
 from pipeline.certificates.outcome import Unproved
-from pipeline.control.controller import Controller
+from pipeline.control.controller import TOLERANCE, Controller
 from pipeline.control.online import Online, judged, receding, relearning, simulate_online
 from pipeline.gp.joint import JointPrior
 from pipeline.gp.prior import Prior
@@ -76,6 +76,16 @@ def test_a_reference_out_of_the_controllers_reach_is_not_taken(first):
     assert not loop.offers[0].taken
     assert loop.reference is first.reference
     assert loop.loop.first_infeasible is None
+
+
+def test_a_reference_within_the_controllers_tolerance_only_is_not_taken(first):
+    short = Controller(PLANT, 1, np.eye(1), np.eye(1))
+    # In one step 0.9 x + 0.5 u, with u in [-0.5, 0.5], has to be where the reference is next.
+    farthest = (first.reference.state(31) + 0.25) / 0.9
+    offers = [judged(short, 30, farthest + by, STREAM, first) for by in (-1e-6, 2e-8, 1e-6)]
+    assert [offer.taken for offer in offers] == [True, False, False]
+    assert offers[1].reason.startswith("within the tolerance only: ")
+    assert 0 < offers[1].widening < TOLERANCE < offers[2].widening
 
 
 def test_what_has_no_solution_is_not_taken():
