@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import lapack
 
 from pipeline.arrays import Array
+from pipeline.gp.dense import Dense
+from pipeline.gp.factored import Factored
 from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
 from pipeline.gp.signal import KernelSum
@@ -30,7 +31,7 @@ class Posterior:
     @cached_property
     def weights(self) -> Array:
         """c = (K + σ_n² I)⁻¹ (y − m), shape (n,)."""
-        return self._solve(self.samples.values - self.prior.mean)
+        return self._factored.solve(self.samples.values - self.prior.mean)
 
     @cached_property
     def signal(self) -> KernelSum:
@@ -49,7 +50,9 @@ class Posterior:
         """Variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
         t = np.asarray(t, dtype=float)
         cross = self.prior.kernel(t[..., None] - self.samples.times)
-        explained = np.sum(cross * self._solve(cross.reshape(-1, len(self.samples)).T).T.reshape(cross.shape), axis=-1)
+        explained = np.sum(
+            cross * self._factored.solve(cross.reshape(-1, len(self.samples)).T).T.reshape(cross.shape), axis=-1
+        )
         return np.asarray(np.maximum(self.prior.kernel(np.zeros(())) - explained, 0.0))
 
     def mean_gradient(self, t: Array) -> Array:
@@ -78,52 +81,31 @@ class Posterior:
         The gradient is tr((A⁻¹ − c cᵀ) ∂A).
         """
         n, c = len(self.samples), self.weights
-        value = 2 * np.sum(np.log(np.diag(self._factor))) + c @ (self.samples.values - self.prior.mean)
-        inner = self._inverse - np.outer(c, c)
-        by_kernel = np.einsum("ij,pij->p", inner, self._gram_gradient)
-        by_noise = 2 * self.prior.noise_std**2 * np.trace(inner)
+        value = self._factored.log_determinant + c @ (self.samples.values - self.prior.mean)
+        by_kernel, diagonal = self._factored.contracted(c)
+        by_noise = 2 * self.prior.noise_std**2 * np.sum(diagonal)
         return float(value + n * np.log(2 * np.pi)), np.append(by_kernel, by_noise)[self._learned]
 
     @cached_property
     def _learned(self) -> list[int]:
-        return [i for i, name in enumerate(self.prior.hyperparameters) if name in self.prior.learned]
+        return [i for i, name in enumerate(self.prior.hyperparameters) if name not in self.prior.fixed]
 
     @cached_property
-    def _gram_and_gradient(self) -> tuple[Array, Array]:
-        t = self.samples.times
-        jet, gradient = self.prior.kernel.jet_and_gradient(t[:, None] - t, 0)
-        return np.asarray(jet[0]), np.asarray(gradient[:, 0])
-
-    @property
-    def _gram_gradient(self) -> Array:
-        """∂K/∂ln θ_j of the kernel's hyperparameters, shape (p, n, n)."""
-        return self._gram_and_gradient[1]
-
-    @cached_property
-    def _factor(self) -> Array:
-        """Lower Cholesky factor of K + σ_n² I."""
-        gram = self._gram_and_gradient[0].copy()
-        gram.flat[:: len(gram) + 1] += self.prior.noise_std**2
-        factor, info = lapack.dpotrf(gram, lower=True, clean=True)
-        if info:
+    def _factored(self) -> Factored:
+        """A = K + σ_n² I."""
+        factored = Dense.of(self.samples.times, self._covariance, self.prior.noise_std**2)
+        if factored is None:
             values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
             raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")
-        return np.asarray(factor)
+        return factored
 
-    def _solve(self, right: Array) -> Array:
-        solution, _ = lapack.dpotrs(self._factor, right, lower=True)
-        return np.asarray(solution.reshape(right.shape))
-
-    @cached_property
-    def _inverse(self) -> Array:
-        lower, _ = lapack.dpotri(self._factor, lower=True)  # above the diagonal the factor's zeros remain
-        inverse = lower + lower.T
-        inverse.flat[:: len(inverse) + 1] /= 2
-        return np.asarray(inverse)
+    def _covariance(self, r: Array) -> tuple[Array, Array]:
+        jet, gradient = self.prior.kernel.jet_and_gradient(r, 0)
+        return np.asarray(jet[0]), np.asarray(gradient[:, 0])
 
     @cached_property
     def _weights_gradient(self) -> Array:
         """∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, shape (p, n)."""
-        by_kernel = self._gram_gradient @ self.weights
+        by_kernel = self._factored.gradient_times(self.weights)
         by_noise = 2 * self.prior.noise_std**2 * self.weights
-        return -self._solve(np.vstack([by_kernel, by_noise])[self._learned].T).T
+        return -self._factored.solve(np.vstack([by_kernel, by_noise])[self._learned].T).T
