@@ -1,16 +1,21 @@
 """The posterior: factored once, then asked often."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from pipeline.arrays import Array
+from pipeline.gp.blocks import in_blocks
 from pipeline.gp.dense import Dense
 from pipeline.gp.factored import Factored
+from pipeline.gp.grid import Grid
 from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
 from pipeline.gp.signal import KernelSum
+from pipeline.gp.toeplitz import Toeplitz
+
+_FEWEST_REGULAR = 200  # samples: fewer, and a Cholesky factor is found sooner
 
 
 class IllConditioned(ArithmeticError):
@@ -21,8 +26,9 @@ class IllConditioned(ArithmeticError):
 class Posterior:
     """A Gaussian process given samples.
 
-    One Cholesky factor of K + σ_n² I carries the weights, the variance, the likelihood with its gradient, and the
-    gradient of the mean. Raises IllConditioned, on first use, where that factor does not exist.
+    One factor of K + σ_n² I carries the weights, the variance, the likelihood with its gradient, and the gradient of
+    the mean: that of a Toeplitz matrix where there are many samples, regularly spaced, and rounding allows it, else
+    that of Cholesky. Raises IllConditioned, on first use, where neither exists.
     """
 
     prior: Prior
@@ -49,10 +55,7 @@ class Posterior:
     def variance(self, t: Array) -> Array:
         """Variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
         t = np.asarray(t, dtype=float)
-        cross = self.prior.kernel(t[..., None] - self.samples.times)
-        explained = np.sum(
-            cross * self._factored.solve(cross.reshape(-1, len(self.samples)).T).T.reshape(cross.shape), axis=-1
-        )
+        (explained,) = in_blocks(self._explained, t, 4 * len(self.samples))
         return np.asarray(np.maximum(self.prior.kernel(np.zeros(())) - explained, 0.0))
 
     def mean_gradient(self, t: Array) -> Array:
@@ -64,15 +67,9 @@ class Posterior:
 
         Shapes (order + 1, *t.shape) and (p, order + 1, *t.shape).
         """
-        jet, gradient = self.prior.kernel.jet_and_gradient(
-            np.asarray(t, dtype=float)[..., None] - self.samples.times, order
-        )
-        mean = jet @ self.weights
-        mean[0] += self.prior.mean
-        through_kernel = np.zeros((len(gradient) + 1, *mean.shape))
-        through_kernel[:-1] = gradient @ self.weights
-        through_weights = np.moveaxis(jet @ self._weights_gradient.T, -1, 0)
-        return np.asarray(mean), np.asarray(through_kernel[self._learned] + through_weights)
+        width = (order + 1) * len(self.prior.hyperparameters) * len(self.samples)
+        jet, gradient = in_blocks(partial(self._jet_and_gradient, order), np.asarray(t, dtype=float), width)
+        return jet, gradient
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
         """l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ, shape (p,).
@@ -86,6 +83,21 @@ class Posterior:
         by_noise = 2 * self.prior.noise_std**2 * np.sum(diagonal)
         return float(value + n * np.log(2 * np.pi)), np.append(by_kernel, by_noise)[self._learned]
 
+    def _explained(self, t: Array) -> tuple[Array]:
+        """k(t)ᵀ (K + σ_n² I)⁻¹ k(t)."""
+        cross = self.prior.kernel(t[..., None] - self.samples.times)
+        columns = cross.reshape(-1, len(self.samples)).T
+        return (np.sum(cross * self._factored.solve(columns).T.reshape(cross.shape), axis=-1),)
+
+    def _jet_and_gradient(self, order: int, t: Array) -> tuple[Array, Array]:
+        jet, gradient = self.prior.kernel.jet_and_gradient(t[..., None] - self.samples.times, order)
+        mean = jet @ self.weights
+        mean[0] += self.prior.mean
+        through_kernel = np.zeros((len(gradient) + 1, *mean.shape))
+        through_kernel[:-1] = gradient @ self.weights
+        through_weights = np.moveaxis(jet @ self._weights_gradient.T, -1, 0)
+        return np.asarray(mean), np.asarray(through_kernel[self._learned] + through_weights)
+
     @cached_property
     def _learned(self) -> list[int]:
         return [i for i, name in enumerate(self.prior.hyperparameters) if name not in self.prior.fixed]
@@ -93,11 +105,19 @@ class Posterior:
     @cached_property
     def _factored(self) -> Factored:
         """A = K + σ_n² I."""
-        factored = Dense.of(self.samples.times, self._covariance, self.prior.noise_std**2)
+        times, noise_variance = self.samples.times, self.prior.noise_std**2
+        factored = self._toeplitz() or Dense.of(times, self._covariance, noise_variance)
         if factored is None:
             values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
             raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")
         return factored
+
+    def _toeplitz(self) -> Factored | None:
+        times, kernel = self.samples.times, self.prior.kernel
+        if len(times) < _FEWEST_REGULAR or (grid := Grid.of(times)) is None:
+            return None
+        slope = kernel(np.zeros(())).item() / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
+        return Toeplitz.of(grid, self._covariance, self.prior.noise_std**2, slope)
 
     def _covariance(self, r: Array) -> tuple[Array, Array]:
         jet, gradient = self.prior.kernel.jet_and_gradient(r, 0)
