@@ -13,6 +13,7 @@ from pipeline.systems.scalar import Scalar
 from tests.gp.instances import formula
 
 DIGITS = 60
+_EXACTLY = 3
 _PI = np.longdouble("3.14159265358979323846264338327950288")
 
 
@@ -60,6 +61,14 @@ def margin(reference: Reference, name: str, t):
     with mp.workdps(DIGITS):
         q, wanted = exactly(reference, name, t), reference.quantity(name).bounds
         return min(q - mp.mpf(wanted.lower), mp.mpf(wanted.upper) - q)
+
+
+def smallest(reference: Reference, name: str, times: list[float]):
+    """The smallest margin at any of some times, to many digits: those of the times that look worst in extended
+    precision."""
+    values, wanted = extended(reference, name, np.array(times)), reference.quantity(name).bounds
+    margins = np.minimum(values - np.longdouble(wanted.lower), np.longdouble(wanted.upper) - values)
+    return min(margin(reference, name, times[i]) for i in np.argsort(margins)[:_EXACTLY])
 
 
 def extended(reference: Reference, name: str, t: np.ndarray) -> np.ndarray:
@@ -118,11 +127,12 @@ def extremes(reference: Reference, name: str, start: float, end: float, looks: i
         values = sign * extended(reference, name, times)
         padded = np.concatenate([[-np.inf], values, [-np.inf]])
         peaks = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
-        for i in peaks[np.argsort(values[peaks])[-3:]]:
-            low, high = times[max(i - 1, 0)], times[min(i + 1, times.size - 1)]
-            for _ in range(9):
-                near = np.linspace(low, high, 17)
-                best = int(np.argmax(sign * extended(reference, name, near)))
-                low, high = near[max(best - 1, 0)], near[min(best + 1, 16)]
-            found.append(float(near[best]))
+        highest = peaks[np.argsort(values[peaks])[-3:]]
+        low, high = times[np.maximum(highest - 1, 0)], times[np.minimum(highest + 1, times.size - 1)]
+        rows = np.arange(highest.size)
+        for _ in range(9):  # all peaks at once, each in its own row
+            near = np.linspace(low, high, 17, axis=1)
+            best = np.argmax(sign * extended(reference, name, near.ravel()).reshape(near.shape), axis=1)
+            low, high = near[rows, np.maximum(best - 1, 0)], near[rows, np.minimum(best + 1, 16)]
+        found += near[rows, best].tolist()
     return found

@@ -37,7 +37,8 @@ def smallest_margin(reference: Reference, claim, name: str):
             steps = np.arange(min(last, 2000) + 20)
             values = naive.extended(reference, name, steps * np.longdouble(reference.plant.sampling_time))
             times = [naive.instant(reference, int(k)) for k in (np.argmax(values), np.argmin(values))]
-    return min(naive.margin(reference, name, t) for t in times)
+            return min(naive.margin(reference, name, t) for t in times)
+    return naive.smallest(reference, name, times)
 
 
 def assert_nothing_false_is_claimed(cases: dict[int, Case]) -> Counter[type]:
