@@ -14,10 +14,13 @@ from pipeline.certificates.growth import on_disc
 from pipeline.certificates.models import Enclosure, Models
 from pipeline.certificates.series import has_periodic_part, is_analytic, taylor
 from pipeline.gp.kernel import Kernel
-from pipeline.systems.expression import evaluate
+from pipeline.systems.expression import Variable, evaluate
 
 _BEYOND_HALF = 1.01
 _REMEMBERED = 4096  # enclosures of looks: quantities are bisected alike
+_ROOM = 4
+"""A checker that bounds what formulas miss a little more crudely still agrees."""
+
 _RATIOS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0)
 
 
@@ -76,8 +79,11 @@ def _oddness(kernel: Kernel, reach: arb, radius: arb, terms: int) -> arb:
 def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
     """Polynomial with so many terms, and its remainder. UndefinedError where the quantity may not be defined."""
     arguments = {name: _enclosure(functional, box, terms) for name, functional in quantity.arguments.items()}
+    if isinstance(quantity.formula, Variable):
+        return arguments[quantity.formula.name]
     with ball_arithmetic(terms):
-        return evaluate(quantity.formula, arguments, Models())
+        found = evaluate(quantity.formula, arguments, Models())
+        return Enclosure(found.coefficients, _ROOM * found.remainder)
 
 
 def _enclosure(functional: ExactFunctional, box: Box, terms: int) -> Enclosure:

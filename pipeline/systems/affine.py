@@ -8,7 +8,8 @@ The rules (a part that is not there is None; a factor 1 is left out; nothing els
 
 x⁺ = f0 + G u is then solved for u, gains that are the number 0 not being there. As long as an equation holds one
 unknown input only, the first such equation gives that input, (x⁺ − f0 − Σ known G u)/G; what remains is solved by
-Cramer's rule. Determinants are expanded along their first row, and Cramer's numerators along the column in question.
+Cramer's rule, inputs in their order. Determinants are expanded along their first row, and Cramer's numerators along the
+column in question.
 
 So every part of f is in some input's formula, and f is defined, and solved by one u only, where all of these are.
 """
@@ -93,8 +94,8 @@ class Solved:
     pivots: tuple[Expression, ...]
 
 
-def solved(equations: Sequence[Affine], successors: Sequence[Expression]) -> Solved:
-    """u of successors[i] = equations[i], for as many inputs as equations.
+def solved(equations: Sequence[Affine], successors: Sequence[Expression], inputs: Sequence[str]) -> Solved:
+    """u of successors[i] = equations[i], for as many `inputs` as equations.
 
     Raises ValueError where they cannot be solved whatever the states are, and where more than `MOST_COUPLED` inputs
     occur together in all of the equations that are left.
@@ -113,14 +114,14 @@ def solved(equations: Sequence[Affine], successors: Sequence[Expression]) -> Sol
         for other in open_rows:
             known = rows[other].pop(name, None)
             rests[other] = minus(rests[other], times(known, found[name]))
-    names = list(dict.fromkeys(name for equation in equations for name in equation.gains if name not in found))
+    names = [name for name in inputs if name not in found]
     if len(open_rows) > MOST_COUPLED:
         raise ValueError(
             f"system: at most {MOST_COUPLED} inputs may be coupled with each other, but {', '.join(names)} are"
         )
     matrix = [[rows[i].get(name) for name in names] for i in open_rows]
     if open_rows:
-        determinant = _there(_determinant(matrix) if len(names) == len(open_rows) else None, ", ".join(names) or "any")
+        determinant = _there(_determinant(matrix) if len(names) == len(open_rows) else None, ", ".join(names))
         pivots.append(determinant)
         for j, name in enumerate(names):
             found[name] = _there(over(_numerator(matrix, [rests[i] for i in open_rows], j), determinant), name)

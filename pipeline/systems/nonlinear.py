@@ -83,7 +83,7 @@ class Nonlinear:
     @cached_property
     def solution(self) -> Solved:
         """u = G(x)⁻¹ (x⁺ − f0(x)), in terms of `states` and `successors`."""
-        return solved(self.equations, [Variable(name) for name in self.successors])
+        return solved(self.equations, [Variable(name) for name in self.successors], self.inputs)
 
     def successor(self, x: Array, u: Array) -> Array:
         """f(x, u) for x of shape (…, n) and u of shape (…, n); NaN or infinite where it is not defined."""
