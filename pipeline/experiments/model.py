@@ -7,7 +7,6 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from pipeline.experiments.fields import (
     Algorithm1,
-    Fields,
     IntervalField,
     Periodic,
     PriorFields,
@@ -25,6 +24,7 @@ from pipeline.ground_truth import GROUND_TRUTHS
 from pipeline.learning.periodic import period_of
 from pipeline.learning.space import SearchSpace
 from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.yaml_file import Fields
 
 
 class Experiment(Fields):
