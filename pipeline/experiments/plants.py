@@ -5,11 +5,11 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, PositiveFloat, model_validator
 
-from pipeline.experiments.fields import Fields
 from pipeline.models import MODELS
 from pipeline.systems.constrained import System
 from pipeline.systems.linear import Linear
 from pipeline.systems.polytope import Polytope
+from pipeline.yaml_file import Fields
 
 
 def _matrix(written: object) -> object:

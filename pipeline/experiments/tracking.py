@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, PositiveInt, model_validator
 
 from pipeline.certificates.goal import Goal, for_all_times, on_window
-from pipeline.experiments.fields import Fields, PriorFields
+from pipeline.experiments.fields import PriorFields
 from pipeline.experiments.model import Experiment
 from pipeline.experiments.plants import ModelField, SetField
 from pipeline.experiments.sources import Drawn, Source, SourceField
@@ -17,6 +17,7 @@ from pipeline.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.interval import Interval
 from pipeline.systems.sampling import seen_through
+from pipeline.yaml_file import Fields
 
 
 class Looks(Fields):

@@ -208,7 +208,8 @@ def _text(node: Expression, binding: int) -> str:
             inner = f"{_text(left, own)} {node.symbol} {_text(right, own + 1)}"
             return inner if own >= binding else f"({inner})"
         case Power(base, exponent):
-            return f"{_text(base, 4)}^{_text(Constant(exponent), 4)}"
+            inner = f"{_text(base, 4)}^{_text(Constant(exponent), 4)}"
+            return inner if binding < 4 else f"({inner})"
         case Function(name, argument):
             return f"{name}({_text(argument, 0)})"
     raise TypeError(f"no expression: {node!r}")

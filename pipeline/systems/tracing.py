@@ -162,7 +162,8 @@ class Symbol:
                 return ufunc(*(_as_objects(value) for value in given))
             name = ufunc.__name__
             if name in _OPERATORS:
-                return _OPERATORS[name](*given)
+                # A NumPy scalar's own operator would only ask again.
+                return _OPERATORS[name](*(v.item() if isinstance(v, np.generic) else v for v in given))
             if len(given) == 1 and name in _METHODS:
                 return getattr(self, name)()
         raise NoFormulaError(f"system: f must be written in {_KNOWN}; it uses np.{ufunc.__name__}")

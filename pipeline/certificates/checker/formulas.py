@@ -143,12 +143,12 @@ class Intervals:
         if is_multiplied(exponent):
             return whole_power(a, int(exponent))
         require_positive("power", a)
-        return exp(iv.mpf(exponent) * log(a))
+        return bounded(exp(iv.mpf(exponent) * log(a)))
 
     def function(self, name: str, a: Real) -> Real:
         require_positive(name, a)
         required(bool(abs(a).b < 1e100), "an argument of a function has no bound")
-        return {"exp": exp, "log": log, "sqrt": sqrt, "sin": sin, "cos": cos}[name](a)
+        return bounded({"exp": exp, "log": log, "sqrt": sqrt, "sin": sin, "cos": cos}[name](a))
 
 
 def slope_of(name: str, a: Real) -> Real:
