@@ -11,7 +11,7 @@ from unittest import mock
 from pipeline import ROOT
 from pipeline import __main__ as command_line
 
-STAGES = ("generate", "fit", "verify", "figures")
+STAGES = ("generate", "fit", "verify", "control", "figures")
 Done = subprocess.CompletedProcess[str]
 
 
