@@ -33,7 +33,9 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
     figures = {
         f"example1/figures/{n}.svg" for n in ("tube", "asymptotic", "convergence", "prediction", "landscape", "margins")
     }
-    figures |= {f"example1/figures/{n}.svg" for n in ("closed-loop", "cost", "infeasibility", "feasible-set")}
+    figures |= {
+        f"example1/figures/{n}.svg" for n in ("closed-loop", "cost", "infeasibility", "feasible-set", "relearning")
+    }
     others = {
         f"example1/{n}" for n in ("samples.mcap", "fit.mcap", "iterations.csv", "verification.mcap", "metrics.json")
     }

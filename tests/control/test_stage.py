@@ -23,7 +23,7 @@ from tests.stages import call, written
 PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 SHORT = PARAMS.replace(
     "      steps: 10000\n", "      steps: 120\n      logged: 100\n      horizons: [2, 20]\n"
-).replace("last: 200, every: 10}, noise_std: 0.01, seed: 7", "last: 80, every: 10}, noise_std: 0.01, seed: 7")
+).replace("last: 120, every: 10}, noise_std: 0.01, seed: 7", "last: 80, every: 10}, noise_std: 0.01, seed: 7")
 
 
 def run(folder: Path, params: str = SHORT, example=None):
@@ -94,11 +94,12 @@ def test_the_log_holds_what_the_metrics_count(metrics, closed):
 
 
 def test_references_learned_again_are_logged_with_a_reason(metrics, closed):
-    (offer,) = metrics["online"]["offers"]
-    assert (offer["step"], offer["samples"]) == (80, [8])
-    assert offer["reason"]
+    offers = metrics["online"]["offers"]
+    assert [offer["step"] for offer in offers] == [30, 40, 50, 60, 70, 80]
+    assert [offer["samples"] for offer in offers] == [[4], [5], [6], [6], [6], [6]]
+    assert all(offer["reason"] for offer in offers)
     assert metrics["online"]["infeasible_steps"] == 0
-    assert closed.offered["taken"].tolist() == [float(offer["taken"])]
+    assert closed.offered["taken"].tolist() == [float(offer["taken"]) for offer in offers]
     assert closed.online.steps[-1] == 130
 
 
@@ -123,10 +124,10 @@ def test_wall_clocks_are_kept_apart(finished):
 def test_the_figures_and_tables_can_be_shown(finished):
     results = Results("example1", finished / "results")
     drawn = drawings(load_experiment("example1", finished / "params.yaml"), results)
-    assert set(drawn) == {"closed-loop", "cost", "infeasibility", "feasible-set"}
+    assert set(drawn) == {"closed-loop", "cost", "infeasibility", "feasible-set", "relearning"}
     assert all(svg(draw()) == svg(draw()) for draw in drawn.values())
     assert len(table_of_loops(results).rows) == 9
-    assert len(table_of_offers(results).rows) == 1
+    assert len(table_of_offers(results).rows) == 6
 
 
 def test_without_a_fit_it_says_what_to_run(tmp_path):
@@ -139,7 +140,7 @@ def test_without_a_fit_it_says_what_to_run(tmp_path):
     ("right", "wrong", "sentence"),
     [
         ("      steps: 120\n", "      steps: 0\n", "control.steps: expected"),
-        ("        window: 8\n", "        window: some\n", "control.online.window: expected"),
+        ("        window: 6\n", "        window: some\n", "control.online.window: expected"),
         ("      steps: 120\n", "      step: 120\n", "control.step: is not a known field"),
     ],
 )
