@@ -23,7 +23,7 @@ from tests.stages import call, written
 PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 SHORT = PARAMS.replace(
     "      steps: 10000\n", "      steps: 120\n      logged: 100\n      horizons: [2, 20]\n"
-).replace("last: 120, every: 10}, noise_std: 0.01, seed: 7", "last: 80, every: 10}, noise_std: 0.01, seed: 7")
+).replace("last: 120, every: 10}, noise_std: 0.02, seed: 7", "last: 80, every: 10}, noise_std: 0.02, seed: 7")
 
 
 def run(folder: Path, params: str = SHORT, example=None):
