@@ -44,7 +44,24 @@ _stage("generate", "Stage 1: take or draw the noisy samples.")
 _stage("fit", "Stage 2: learn the references.")
 _stage("verify", "Stage 3: margins at finely sampled times, and what holds ever after.")
 _stage("figures", "Stage 4: draw the figures.")
-_stage("notebook", "Stage 5: execute the experiment's notebook in place.")
+
+
+@main.command("notebook", short_help="Stage 5: execute a notebook in place.")
+@click.argument("name")
+@click.option("--params", type=click.Path(path_type=Path), default=PARAMS, show_default=True, help="Parameter file.")
+def _notebook(name: str, params: Path) -> None:
+    """Execute notebooks/NAME.ipynb in place; an experiment of that name without one gets a copy of the template."""
+    from pipeline.notebook import exists, notebook  # noqa: PLC0415  as for the stages
+
+    notebook(name if exists(name) else load_experiment(name, params).name)
+
+
+@main.command("record", short_help="Write the simulated recordings.")
+def _record() -> None:
+    """Write the simulated recordings of data/recordings: inputs of the experiments beyond the paper."""
+    from pipeline.record import record  # noqa: PLC0415  as for the stages
+
+    record()
 
 
 @main.command("check", short_help="Check a certificate, independently of what found it.")

@@ -9,22 +9,25 @@ from nbclient.exceptions import CellExecutionError
 from traitlets.config import Config
 
 from pipeline.errors import InputError
-from pipeline.experiments import Experiment
 from pipeline.files import write_text
-from pipeline.results import Results
 
 NOTEBOOKS = Path("notebooks")
 TEMPLATE = NOTEBOOKS / "template.ipynb"
 _TIMEOUT = 600  # seconds for one cell
 
 
-def notebook(experiment: Experiment, results: Results) -> None:
-    """Execute notebooks/<experiment>.ipynb; an experiment without one gets a copy of the template.
+def exists(name: str) -> bool:
+    """Whether there is a notebook of that name."""
+    return _path(name).exists()
+
+
+def notebook(name: str) -> None:
+    """Execute notebooks/<name>.ipynb; where there is none, a copy of the template for the experiment of that name.
 
     The same code, results and packages give the same bytes: no clocks, cell numbers for identifiers, one kernel name.
     """
-    path = NOTEBOOKS / f"{experiment.name}.ipynb"
-    source = _read(path if path.exists() else TEMPLATE, experiment.name)
+    path = _path(name)
+    source = _read(path if path.exists() else TEMPLATE, name)
     with TemporaryDirectory() as sockets:
         client = NotebookClient(
             source,
@@ -41,6 +44,10 @@ def notebook(experiment: Experiment, results: Results) -> None:
         except CellExecutionError as error:
             raise InputError(f"{path}: a cell failed, and the notebook was left as it was: {error}") from error
     write_text(path, nbformat.writes(_stable(executed)) + "\n")
+
+
+def _path(name: str) -> Path:
+    return NOTEBOOKS / f"{name}.ipynb"
 
 
 def _read(path: Path, experiment: str) -> nbformat.NotebookNode:

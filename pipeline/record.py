@@ -12,13 +12,25 @@ from pipeline.files import to_json, write_text
 from pipeline.logs import Log, Series, write_log
 
 RECORDINGS = Path("data/recordings")
-_BREATHING_SEED, _TANK_SEED = 7, 11
+_AXIS_SEED, _BREATHING_SEED, _TANK_SEED = 3, 7, 11
 
 
 def record(folder: Path = RECORDINGS) -> None:
     """Write all recordings. Raises OSError."""
+    write_text(folder / "axis.csv", axis(seed=_AXIS_SEED))
     write_text(folder / "breathing.csv", breathing(seconds=90.0, seed=_BREATHING_SEED))
     write_log(folder / "tank.mcap", tank(seconds=300.0, seed=_TANK_SEED))
+
+
+def axis(seed: int) -> str:
+    """The position [mm] of a machine axis that is moved by hand to its rest position, about every 60 ms [ms]."""
+    rng = np.random.default_rng(seed)
+    stamps = 60 * np.arange(36) + rng.integers(-9, 10, 36)
+    stamps[0] = 0
+    left = 1 - np.clip(stamps / 1500, 0, 1)
+    positions = -80 * left**3 * (10 - 15 * left + 6 * left**2) + 0.5 * rng.standard_normal(stamps.size)
+    rows = (f"{stamp};{position:.1f}".replace(".", ",") for stamp, position in zip(stamps, positions, strict=True))
+    return "\n".join(["time [ms];position [mm]", *rows, ""])
 
 
 def breathing(seconds: float, seed: int) -> str:

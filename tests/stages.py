@@ -74,5 +74,6 @@ def _python(*arguments: str, **environment: str) -> Done:
 if __name__ == "__main__":
     for each in STAGES:
         ended = call(each, *sys.argv[1:])
+        sys.stderr.write(ended.stderr)
         if ended.returncode:
-            sys.exit(ended.stderr)
+            sys.exit(ended.returncode)

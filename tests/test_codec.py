@@ -13,16 +13,20 @@ from pipeline.arrays import Array
 from pipeline.codec import KERNELS, CodecError, decode, dumps, encode, loads
 from pipeline.files import to_json
 from pipeline.gp.combinations import Product, Sum
+from pipeline.gp.joint import JointPrior
 from pipeline.gp.kernel import Elementary, Kernel
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.prior import Prior
 from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from pipeline.gp.samples import Samples
 from pipeline.gp.signal import KernelSum
+from pipeline.gp.stencil import Stencil
+from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.interval import Interval
-from pipeline.systems.quantity import Quantity
+from pipeline.systems.linear import Linear
+from pipeline.systems.polytope import Polytope
 from pipeline.systems.reference import Reference
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.systems.scalar import scalar
 
 ELEMENTARY: tuple[type[Elementary], ...] = (SquaredExponential, Matern32, Matern52, RationalQuadratic, Periodic)
 positive = st.floats(1e-3, 1e3)
@@ -32,8 +36,10 @@ kernels = st.recursive(
     elementary, lambda part: st.builds(Sum, part, part) | st.builds(Product, part, part), max_leaves=5
 )
 plants = st.builds(
-    ConstrainedSystem,
-    system=st.builds(ScalarLinear, any_float, positive, any_float),
+    scalar,
+    any_float,
+    positive,
+    any_float,
     state_set=st.builds(Interval, st.floats(-9, -1), st.floats(1, 9)),
     input_set=st.builds(Interval, st.floats(-9, -1), st.floats(1, 9)),
     sampling_time=positive,
@@ -41,18 +47,44 @@ plants = st.builds(
 vectors = st.lists(any_float, min_size=1, max_size=6).map(np.array)
 
 KERNEL = Sum(Product(SquaredExponential(0.1 + 0.2, 1 / 3), Periodic(1.0, 2.0, 3.0)), RationalQuadratic(1.0, 2.0, 0.7))
-PLANT = ConstrainedSystem(ScalarLinear(0.9, -0.1), Interval(-1.0, 1.0), Interval(-2.0, 2.0), 0.1)
-REFERENCE = Reference(KernelSum(KERNEL, -0.0, np.array([0.0, 0.1]), np.array([5e-324, -1e300])), PLANT)
+PLANT = scalar(0.9, -0.1, state_set=Interval(-1.0, 1.0), input_set=Interval(-2.0, 2.0), sampling_time=0.1)
+SIGNAL = KernelSum(KERNEL, -0.0, np.array([0.0, 0.1]), np.array([5e-324, -1e300]))
+REFERENCE = Reference((SIGNAL,), PLANT)
+GENERAL = Reference(
+    (SIGNAL, KernelSum(Matern32(1.0, 1 / 3), 0.1, np.array([0.5]), np.array([-0.0]))),
+    ConstrainedSystem(
+        Linear(
+            np.array([[1.0, 0.1, 0.0], [0.0, 1 / 3, 0.0], [1e-300, 0.0, -0.9]]),
+            np.array([[0.0, 0.0], [1.0, 0.2], [0.0, 0.7]]),
+            np.array([0.1, -0.0, 0.3]),
+            ("position", "velocity", "level"),
+            ("force", "flow"),
+        ),
+        Polytope(np.array([[1.0, 0.0, 0.0], [0.0, 1 / 3, -1.0]]), np.array([-1.0, -2.0]), np.array([0.1, 2.0])),
+        Polytope.box(np.array([-np.inf, -np.inf]), np.array([np.inf, np.inf])),
+        0.05,
+    ),
+)
 VALUES = [
     KERNEL,
     REFERENCE,
-    REFERENCE.signal,
+    GENERAL,
+    SIGNAL,
     PLANT,
-    PLANT.input,
+    GENERAL.plant,
+    GENERAL.plant.system,
+    GENERAL.plant.state_set,
+    GENERAL.plant.input_set,
     Interval(-1.0, 2.0),
     Prior(KERNEL, 0.1, fixed=frozenset({"noise_std", "right.shape", "left.right.period"})),
     Prior(KERNEL, 0.1, fixed=frozenset()),
     Samples(np.array([0.1, 0.2]), np.array([-0.0, 1e-300])),
+    Samples(np.array([0.1, 0.2]), np.array([-0.0, 1e-300]), np.array([1 / 3, 2.0]), Stencil((0.1, -1 / 3), 0.1, -0.0)),
+    JointPrior(
+        (Prior(KERNEL, 0.1, fixed=frozenset()), Prior(SquaredExponential(0.1, 0.7), 0.1, fixed=frozenset())),
+        ("x", "y"),
+        frozenset({"noise_std"}),
+    ),
 ]
 
 
@@ -70,18 +102,29 @@ def test_kernels_return(kernel: Kernel) -> None:
     assert loads(type(kernel), dumps(kernel)) == kernel
 
 
+def same_plant(one: ConstrainedSystem, other: ConstrainedSystem) -> bool:
+    """Bit for bit."""
+    pairs = [(one.system.A, other.system.A), (one.system.B, other.system.B), (one.system.c, other.system.c)]
+    for ours, theirs in ((one.state_set, other.state_set), (one.input_set, other.input_set)):
+        pairs += [(ours.rows, theirs.rows), (ours.lower, theirs.lower), (ours.upper, theirs.upper)]
+    names = [(p.system.states, p.system.inputs, p.sampling_time, p.state_set.dimension) for p in (one, other)]
+    return names[0] == names[1] and all(a.shape == b.shape and a.tobytes() == b.tobytes() for a, b in pairs)
+
+
 @given(kernels, plants, any_float, st.lists(st.tuples(any_float, any_float), max_size=6), vectors)
 def test_references_return_bit_for_bit(
     kernel: Kernel, plant: ConstrainedSystem, mean: float, terms: list[tuple[float, float]], t: Array
 ) -> None:
     centres, weights = np.array([c for c, _ in terms]), np.array([w for _, w in terms])
-    reference = Reference(KernelSum(kernel, mean, centres, weights), plant)
+    reference = Reference((KernelSum(kernel, mean, centres, weights),), plant)
     again = loads(Reference, dumps(reference))
-    assert again.plant == plant
-    assert again.signal.centres.dtype == again.signal.weights.dtype == np.dtype(float)
+    assert dumps(again.plant) == dumps(plant)
+    assert same_plant(again.plant, plant)
+    (signal,) = again.signals
+    assert signal.centres.dtype == signal.weights.dtype == np.dtype(float)
     with np.errstate(all="ignore"):
-        assert again.state(t).tobytes() == reference.state(t).tobytes()
-        assert again.input(t).tobytes() == reference.input(t).tobytes()
+        assert again.state_at(t).tobytes() == reference.state_at(t).tobytes()
+        assert again.input_at(t).tobytes() == reference.input_at(t).tobytes()
 
 
 @pytest.mark.parametrize("value", VALUES, ids=names)
@@ -101,9 +144,19 @@ def test_priors_return(kernel: Kernel, noise_std: float, mean: float, data: st.D
     assert encode(prior)["fixed"] == sorted(fixed)
 
 
-@given(st.builds(Quantity, st.text(), st.lists(any_float).map(tuple), any_float, st.just(Interval(0.0, 1.0)), positive))
-def test_quantities_return(quantity: Quantity) -> None:
-    assert loads(Quantity, dumps(quantity)) == quantity
+@given(st.builds(Stencil, st.lists(any_float).filter(any).map(tuple), any_float, any_float))
+def test_stencils_return(stencil: Stencil) -> None:
+    assert loads(Stencil, dumps(stencil)) == stencil
+
+
+def test_references_of_general_systems_return() -> None:
+    again = loads(Reference, dumps(GENERAL))
+    assert same_plant(again.plant, GENERAL.plant)
+    t = np.linspace(-1, 3, 20)
+    with np.errstate(all="ignore"):
+        assert again.state_at(t).tobytes() == GENERAL.state_at(t).tobytes()
+        assert again.input_at(t).tobytes() == GENERAL.input_at(t).tobytes()
+    assert [q.name for q in again.quantities] == ["position", "0.333velocity-level"]
 
 
 def test_samples_return() -> None:
@@ -120,8 +173,10 @@ def test_what_the_json_looks_like() -> None:
         "mean": 0.0,
         "fixed": ["noise_std"],
     }
-    assert encode(PLANT.state)["weights"] == [1.0]
-    assert encode(REFERENCE)["signal"]["centres"] == [0.0, 0.1]
+    assert encode(Stencil((1.0,), 0.5)) == {"weights": [1.0], "step": 0.5, "offset": 0.0}
+    assert encode(REFERENCE)["signals"][0]["centres"] == [0.0, 0.1]
+    assert encode(PLANT.system) == {"A": [[0.9]], "B": [[-0.1]], "c": [0.0], "states": ["state"], "inputs": ["input"]}
+    assert encode(PLANT.state_set) == {"rows": [[1.0]], "lower": [-1.0], "upper": [1.0], "dimension": 1}
 
 
 def test_numbers_of_numpy_are_written_as_numbers() -> None:
@@ -150,6 +205,7 @@ def edited(value: object, *path: str | int, to: Any) -> Any:
 SE = SquaredExponential(1.0, 2.0)
 PRIOR = Prior(SE, 0.1)
 SAMPLES = Samples(np.array([0.0, 1.0]), np.array([2.0, 3.0]))
+STENCIL = Stencil((1.0, -2.0), 0.5)
 
 
 @pytest.mark.parametrize(
@@ -178,16 +234,26 @@ SAMPLES = Samples(np.array([0.0, 1.0]), np.array([2.0, 3.0]))
         (Prior, edited(PRIOR, "kernel", "lengthscale", to=-1.0), "lengthscale must be a positive"),
         (Prior, edited(PRIOR, "kernel", to=None), "an object with a type, got None @ $.kernel"),
         (Periodic, encode(SE), "must be one of Periodic, got 'SquaredExponential' @ $"),
-        (Reference, edited(REFERENCE, "signal", "kernel", "left", "right", "period", to="1"), "left.right.period"),
-        (Reference, edited(REFERENCE, "signal", "weights", 1, to="1"), "[1] must be a number, got '1'"),
-        (Reference, edited(REFERENCE, "signal", "weights", 0, to=[1.0]), "[0] must be a number, got [1.0]"),
-        (Reference, edited(REFERENCE, "signal", "weights", 0, to=True), "[0] must be a number, got True"),
-        (Reference, edited(REFERENCE, "signal", "weights", to=1.0), "must be a list of numbers, got 1.0"),
+        (Reference, edited(REFERENCE, "signals", 0, "kernel", "left", "right", "period", to="1"), "left.right.period"),
+        (Reference, edited(REFERENCE, "signals", 0, "weights", 1, to="1"), "[1] must be a number, got '1'"),
+        (
+            Reference,
+            edited(REFERENCE, "signals", 0, "weights", 0, to=[1.0]),
+            "must be lists of one length, got [[1.0], ",
+        ),
+        (Linear, edited(PLANT.system, "A", 0, to=1.0), "A must be a square matrix, got shape (1,)"),
+        (Linear, edited(GENERAL.plant.system, "A", 1, to=[1.0, 2.0]), "must be lists of one length, got [[1.0, 0.1"),
+        (Linear, edited(GENERAL.plant.system, "A", 1, 2, to="0"), "[1] [2] must be a number, got '0' @ $.A"),
+        (Linear, edited(GENERAL.plant.system, "states", 1, to=2), "must be of type str, got 2 @ $.states"),
+        (Polytope, edited(PLANT.state_set, "upper", 0, to=-1.0), "must have an interior"),
+        (Reference, edited(REFERENCE, "signals", to=[]), "the system needs 1 signals, got 0"),
+        (Reference, edited(REFERENCE, "signals", 0, "weights", 0, to=True), "[0] must be a number, got True"),
+        (Reference, edited(REFERENCE, "signals", 0, "weights", to=1.0), "must be a list of numbers, got 1.0"),
         (Samples, edited(SAMPLES, "times", 1, to=0.0), "samples: times must increase strictly"),
-        (Quantity, edited(PLANT.input, "weights", to=""), "@ $.weights"),
-        (Quantity, edited(PLANT.input, "weights", to={}), "@ $.weights"),
-        (Quantity, edited(PLANT.input, "weights", 1, to="2"), "must be a number, got '2' @ $.weights"),
-        (Quantity, edited(PLANT.input, "name", to=1), "must be of type str, got 1 @ $.name"),
+        (Linear, edited(PLANT.system, "states", to=""), "@ $.states"),
+        (Linear, edited(PLANT.system, "states", to={}), "@ $.states"),
+        (Stencil, edited(STENCIL, "weights", 1, to="2"), "must be a number, got '2' @ $.weights"),
+        (JointPrior, edited(JointPrior((PRIOR,)), "names", 0, to=1), "must be of type str, got 1 @ $.names"),
     ],
 )
 def test_what_does_not_fit_is_refused_with_its_place(wanted: type, data: Any, complaint: str) -> None:
@@ -219,12 +285,11 @@ class Unknown(Elementary):
 @pytest.mark.parametrize(
     ("make", "complaint"),
     [
-        (lambda: replace(REFERENCE.signal, mean=math.nan), r"nan @ \$.mean"),
-        (lambda: replace(REFERENCE.signal, weights=np.array([1.0, np.inf])), r"\[1\] must be finite.* @ \$.weights"),
-        (lambda: replace(REFERENCE.signal, weights=np.ones((2, 2))), r"\[0\] must be a number"),
-        (lambda: replace(REFERENCE.signal, weights=np.array(1.0)), "list of numbers"),
-        (lambda: replace(PLANT.state, offset=True), r"got True @ \$.offset"),
-        (lambda: replace(PLANT.state, name=3), r"got 3 @ \$.name"),
+        (lambda: replace(SIGNAL, mean=math.nan), r"nan @ \$.mean"),
+        (lambda: replace(SIGNAL, weights=np.array([1.0, np.inf])), r"\[1\] must be finite.* @ \$.weights"),
+        (lambda: replace(SIGNAL, weights=np.array(1.0)), "list of numbers"),
+        (lambda: replace(STENCIL, offset=True), r"got True @ \$.offset"),
+        (lambda: JointPrior((PRIOR,), (3,)), r"got 3 @ \$.names"),
         (Unknown, "a kernel must be one of SquaredExponential"),
         (lambda: Interval, "only a dataclass"),
         (lambda: [1.0], "only a dataclass"),

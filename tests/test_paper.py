@@ -5,7 +5,7 @@ import pytest
 
 from pipeline.paper import period_of_curve, reach_in_intervals, states_behind
 from pipeline.systems.interval import Interval
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.systems.scalar import Scalar, scalar
 
 TIMES = np.linspace(0, 4, 401)
 
@@ -20,7 +20,8 @@ def test_the_period_of_a_sum_of_harmonics(period):
 
 
 def test_growth_rates_tell_the_states_they_were_made_for():
-    plant = ConstrainedSystem(ScalarLinear(0.9, 0.1, 0.02), Interval(-2, 2), Interval(-3, 1.4), 0.01)
+    sets = {"state_set": Interval(-2, 2), "input_set": Interval(-3, 1.4)}
+    plant = Scalar.of(scalar(0.9, 0.1, 0.02, **sets, sampling_time=0.01))
     low, high = plant.growth_rates(Interval(-0.7, 1.1))
     lowest, highest = states_behind(plant, np.array([low]), np.array([high]))
     assert (lowest.item(), highest.item()) == pytest.approx((-0.7, 1.1), abs=1e-12)

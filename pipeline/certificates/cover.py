@@ -1,13 +1,13 @@
 """Boxes of time that together cover a window, each with an enclosure inside the bounds: guessed fast, then proved."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from flint import arb
 
 from pipeline.certificates.balls import ball_arithmetic, float_above
 from pipeline.certificates.enclosure import Box, best_radius, enclosure, remainder
-from pipeline.certificates.exact import ExactQuantity
+from pipeline.certificates.exact import ExactQuantity, Look
 from pipeline.certificates.formulas import UndefinedError
 from pipeline.certificates.sketch import Sketch
 
@@ -32,11 +32,16 @@ class Hole:
     reason: str
 
 
-def cover(quantity: ExactQuantity, sketch: Sketch, start: float, end: float, reserve: float) -> Cover | Hole:
-    """Boxes from `start` to `end` [s] in which the quantity stays inside its bounds, both drawn in by `reserve`."""
+def cover(
+    quantity: ExactQuantity, looks: Collection[Look], sketch: Sketch, start: float, end: float, reserve: float
+) -> Cover | Hole:
+    """Boxes from `start` to `end` [s] in which the quantity stays inside its bounds, both drawn in by `reserve`.
+
+    Discs are chosen for all of the `looks`, which other quantities take too: equal boxes are enclosed once for all.
+    """
     with ball_arithmetic():
         lower, upper = arb(quantity.bounds.lower) + arb(reserve), arb(quantity.bounds.upper) - arb(reserve)
-    waiting = [_box(quantity, start, end)]
+    waiting = [_box(looks, start, end)]
     proved: list[Box] = []
     while waiting:
         box = waiting.pop()
@@ -52,7 +57,7 @@ def cover(quantity: ExactQuantity, sketch: Sketch, start: float, end: float, res
         middle = box.start + (box.end - box.start) / 2
         if not box.start < middle < box.end or len(waiting) + len(proved) > _MOST_BOXES:
             return Hole(box, reason)
-        waiting += [_box(quantity, middle, box.end), _box(quantity, box.start, middle)]
+        waiting += [_box(looks, middle, box.end), _box(looks, box.start, middle)]
     return Cover((start, *(box.end for box in proved)), tuple(box.radius for box in proved))
 
 
@@ -62,5 +67,5 @@ def _missed(quantity: ExactQuantity, box: Box, slopes: Mapping[str, float]) -> f
     return sum(slope * rest for slope, rest in zip(slopes.values(), missed, strict=True))
 
 
-def _box(quantity: ExactQuantity, start: float, end: float) -> Box:
-    return Box(start, end, best_radius(quantity, start, end, TERMS))
+def _box(looks: Collection[Look], start: float, end: float) -> Box:
+    return Box(start, end, best_radius(looks, start, end, TERMS))

@@ -1,8 +1,9 @@
 """A reference's bounded quantities as exact real functions of time, defined by the stored numbers alone."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 from flint import arb
 
@@ -16,42 +17,44 @@ from pipeline.systems.interval import Interval
 from pipeline.systems.reference import Reference
 
 
-@dataclass(frozen=True)
-class Term:
-    """w (z(t + s) − m) with z − m = Σ_i c_i κ(t − t_i): one look at a `signal`, `weight` w, `shift` s [s]."""
+@dataclass(frozen=True, eq=False)
+class Look:
+    """z(t + s) − m = Σ_i c_i κ(t + s − t_i): a `signal` as it is `shift` s [s] later.
+
+    Quantities share the looks at their signals, so that what is enclosed of a look is enclosed once for all.
+    """
 
     signal: KernelSum
-    weight: arb
     shift: arb
 
-    @property
-    def pairs(self) -> list[tuple[float, float]]:
-        """(t_i, c_i) of the signal."""
-        return list(zip(self.signal.centres.tolist(), self.signal.weights.tolist(), strict=True))
+    @cached_property
+    def summands(self) -> list[tuple[arb, arb]]:
+        """All s − t_i and c_i."""
+        with ball_arithmetic():
+            pairs = zip(self.signal.centres.tolist(), self.signal.weights.tolist(), strict=True)
+            return [(self.shift - arb(t_i), arb(c)) for t_i, c in pairs]
+
+    def at(self, t: arb) -> arb:
+        """Enclosure of z(t + s) − m."""
+        with ball_arithmetic():
+            kernel = self.signal.kernel
+            return sum((c * value(kernel, t + shift) for shift, c in self.summands), arb(0))
 
 
 @dataclass(frozen=True)
 class ExactFunctional:
-    """q(t) = offset + Σ_j w_j (z_j(t + s_j) − m_j); offset is its value at rest.
+    """q(t) = offset + Σ_j w_j (z_j(t + s_j) − m_j), with pairs (w_j, look) in `terms`; offset is its value at rest.
 
     The weights are those of the formulas, not of their float64 evaluation: 1/b is a ball, no rounded quotient.
     """
 
-    terms: tuple[Term, ...]
+    terms: tuple[tuple[arb, Look], ...]
     offset: arb
-
-    def summands(self) -> Iterator[tuple[Term, arb, arb]]:
-        """All w c κ(t + s − t_i): the term, s − t_i and w c."""
-        for term in self.terms:
-            for t_i, c in term.pairs:
-                yield term, term.shift - arb(t_i), term.weight * arb(c)
 
     def at(self, t: arb) -> arb:
         """Enclosure of q(t)."""
         with ball_arithmetic():
-            return self.offset + sum(
-                (weight * value(term.signal.kernel, t + shift) for term, shift, weight in self.summands()), arb(0)
-            )
+            return self.offset + sum((weight * look.at(t) for weight, look in self.terms), arb(0))
 
 
 @dataclass(frozen=True)
@@ -64,9 +67,9 @@ class ExactQuantity:
     bounds: Interval
 
     @property
-    def terms(self) -> tuple[Term, ...]:
+    def looks(self) -> tuple[Look, ...]:
         """Every look at a signal."""
-        return tuple(term for functional in self.arguments.values() for term in functional.terms)
+        return tuple(look for functional in self.arguments.values() for _, look in functional.terms)
 
     def at(self, t: arb) -> arb:
         """Enclosure of q(t). UndefinedError where it may not be defined."""
@@ -82,27 +85,29 @@ class ExactQuantity:
 
 def exact_quantities(reference: Reference) -> tuple[ExactQuantity, ...]:
     """Everything that is bounded."""
+    looks: dict[tuple[int, int], Look] = {}
     return tuple(
         ExactQuantity(
             quantity.name,
             quantity.trajectory.formula,
-            {name: _exact(reference, functional) for name, functional in quantity.trajectory.arguments},
+            {name: _exact(reference, functional, looks) for name, functional in quantity.trajectory.arguments},
             quantity.bounds,
         )
         for quantity in reference.quantities
     )
 
 
-def _exact(reference: Reference, functional: Functional) -> ExactFunctional:
+def _exact(reference: Reference, functional: Functional, looks: dict[tuple[int, int], Look]) -> ExactFunctional:
+    """With the looks that there are already, and new ones added to them."""
     with ball_arithmetic():
-        terms = tuple(
-            Term(signal, rational(w), j * arb(functional.sampling_time))
-            for signal, weights in zip(reference.signals, functional.weights, strict=True)
-            for j, w in enumerate(weights)
-            if w
-        )
-        at_rest = rational(functional.offset) + sum((term.weight * arb(term.signal.mean) for term in terms), arb(0))
-    return ExactFunctional(terms, at_rest)
+        terms = []
+        for c, weights in enumerate(functional.weights):
+            for j, w in enumerate(weights):
+                if w:
+                    new = Look(reference.signals[c], j * arb(functional.sampling_time))
+                    terms.append((rational(w), looks.setdefault((c, j), new)))
+        at_rest = rational(functional.offset) + sum((w * arb(look.signal.mean) for w, look in terms), arb(0))
+    return ExactFunctional(tuple(terms), at_rest)
 
 
 def rational(number: Fraction) -> arb:

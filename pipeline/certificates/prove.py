@@ -111,8 +111,9 @@ class _Task:
             if failure := self._failure_at(quantity, arb(drawn.worst_time), drawn.worst_time):
                 return failure
         covers: dict[str, Cover] = {}
+        looks = tuple(dict.fromkeys(look for quantity in self.quantities for look in quantity.looks))
         for quantity, drawn in zip(self.quantities, sketches, strict=True):
-            found = cover(quantity, drawn, start, end, self.errors[quantity.name])
+            found = cover(quantity, looks, drawn, start, end, self.errors[quantity.name])
             if isinstance(found, Hole):
                 return self._explained(quantity, found)
             covers[quantity.name] = found

@@ -22,7 +22,7 @@ from pipeline.certificates.series import has_periodic_part
 from pipeline.gp.combinations import Product, Sum
 from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
-from pipeline.gp.radial import RationalQuadratic
+from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from pipeline.gp.signal import KernelSum
 from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.expression import Constant, Power, evaluate, parts
@@ -42,11 +42,12 @@ _LARGEST, _SMALLEST, _LARGEST_KERNEL = 1e30, 1e-30, 1e100
 
 @dataclass(frozen=True)
 class _Sensitivity:
-    """Over-estimates for |r| ≤ some reach: of |κ|, of |κ̇|, of |r κ̇|, and of the formula's own roundings in u."""
+    """Over-estimates for |r| ≤ some reach: of |κ|, |κ̇|, |r κ̇| and |r κ|, and of the formula's own roundings in u."""
 
     size: arb
     slope: arb
     stretch: arb
+    moment: arb
     formula: arb
 
 
@@ -55,12 +56,20 @@ def _sensitivity(kernel: Kernel, reach: arb) -> _Sensitivity:
         f, g = _sensitivity(kernel.left, reach), _sensitivity(kernel.right, reach)
         if isinstance(kernel, Sum):
             size = f.size + g.size
-            return _Sensitivity(size, f.slope + g.slope, f.stretch + g.stretch, f.formula + g.formula + 2 * size)
+            return _Sensitivity(
+                size,
+                f.slope + g.slope,
+                f.stretch + g.stretch,
+                f.moment + g.moment,
+                f.formula + g.formula + 2 * size,
+            )
         size = f.size * g.size
         return _Sensitivity(
             size,
             f.slope * g.size + f.size * g.slope,
-            f.stretch * g.size + f.size * g.stretch,
+            # What goes on for ever is no matter far out, where the other factor has decayed.
+            (f.stretch * g.size).min(f.slope * g.moment) + (f.size * g.stretch).min(f.moment * g.slope),
+            (f.moment * g.size).min(f.size * g.moment),
             f.formula * g.size + f.size * g.formula + 2 * size,
         )
     size, slope = beyond(kernel, arb(0))
@@ -69,7 +78,19 @@ def _sensitivity(kernel: Kernel, reach: arb) -> _Sensitivity:
     formula = _FORMULA * size
     if isinstance(kernel, RationalQuadratic):
         formula += 8 * arb(kernel.shape) * size  # the power −α of a rounded base
-    return _Sensitivity(size, slope, stretch, formula)
+    return _Sensitivity(size, slope, stretch, _moment(kernel, reach, size), formula)
+
+
+def _moment(kernel: Kernel, reach: arb, size: arb) -> arb:
+    """Bound of |r κ|: θ₁² θ₂ times the largest x e^(−x²/2); x (1 + x) e^(−x) ≤ 0.85; x (1 + x + x²/3) e^(−x) ≤ 1.18."""
+    match kernel:
+        case SquaredExponential(lengthscale=length):
+            return size * arb(length) * (arb(-1) / 2).exp()
+        case Matern32(lengthscale=length):
+            return size * arb(length) / arb(3).sqrt() * arb(85) / 100
+        case Matern52(lengthscale=length):
+            return size * arb(length) / arb(5).sqrt() * arb(118) / 100
+    return reach * size
 
 
 def evaluation_errors(reference: Reference, until: float) -> dict[str, float]:

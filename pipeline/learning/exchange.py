@@ -57,6 +57,18 @@ def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
     return solve(problem, warm=solution)
 
 
+def followed(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Solve a problem whose bounds are those of `solution`'s, moved a little: its minimiser leads to the new one.
+
+    Where that is lost on the way, all starts are tried again.
+    """
+    search = _Search(problem, solution.active)
+    search.sweep(Program.minimise, [solution.posterior.prior.log_hyperparameters])
+    if search.incumbent is None:
+        return solve(problem, warm=solution)
+    return Solution(search.incumbent.posterior, search.incumbent.objective, search.times, search.fits)
+
+
 @dataclass(frozen=True)
 class Attempt:
     """A point with what the constraints say of it: places and relative margins where each margin is smallest."""

@@ -19,6 +19,8 @@ _SPREAD = {
     "shape": ((1e-2, 1e4), (0.3, 30.0)),
 }
 _RELATIVE_LENGTHSCALE = (0.1, 10.0)
+# Weights of a difference add up to zero, but for rounding.
+_CANCELLED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,9 @@ def amplitude(samples: Samples, prior: Prior) -> float:
     """Root mean square of y − m, in the unit of the process; the noise's where the samples show none."""
     stencil = samples.stencil
     seen = float(np.sqrt(np.mean((samples.values - stencil.at_rest(prior.mean)) ** 2))) or prior.noise_std
-    return seen / abs(sum(stencil.weights) or 1.0)
+    gain = abs(sum(stencil.weights))
+    sees_levels = gain > _CANCELLED * max(map(abs, stencil.weights))
+    return seen / gain if sees_levels else seen
 
 
 def _default(name: str, samples: tuple[Samples, ...], prior: JointPrior) -> tuple[Interval, Interval | None]:

@@ -7,6 +7,8 @@ from pipeline.gp.samples import Samples
 from pipeline.gp.stencil import POINT, Stencil
 from pipeline.systems.constrained import ConstrainedSystem
 
+_NOTHING = 1e-12
+
 
 def seen_through(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str, Stencil]:
     """In the order of the flat outputs: which of the names shows it, and how.
@@ -58,7 +60,7 @@ def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil]:
                 f"samples: {name} shows several flat outputs at once; give samples of {', '.join(flat)}, or of states "
                 "that show one each"
             )
-        if not sum(seen[1].weights):
+        if not _shows_level(plant, states.index(name), seen[0]):
             raise ValueError(
                 f"samples: {name} says how its flat output moves, but not where it is; give samples of "
                 f"{', '.join(_showing(plant, seen[0]))} instead"
@@ -71,7 +73,12 @@ def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil]:
 
 def _showing(plant: ConstrainedSystem, signal: int) -> list[str]:
     """The states that show a flat output alone, and where it is; and its own name."""
-    functionals = zip(plant.system.states, plant.flatness.states, strict=True)
-    stencils = ((name, functional.stencil) for name, functional in functionals)
-    states = [name for name, seen in stencils if seen and seen[0] == signal and sum(seen[1].weights)]
-    return [*states, f"z{signal + 1}"]
+    stencils = [functional.stencil for functional in plant.flatness.states]
+    alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and _shows_level(plant, i, signal)]
+    return [*(plant.system.states[i] for i in alone), f"z{signal + 1}"]
+
+
+def _shows_level(plant: ConstrainedSystem, state: int, signal: int) -> bool:
+    """Whether a state moves with the flat output at rest: by more than what rounding A and B may leave of nothing."""
+    weights = plant.flatness.states[state].weights[signal]
+    return float(abs(sum(weights))) > _NOTHING * float(max(map(abs, weights)))

@@ -37,8 +37,9 @@ class Scalar:
 
     @staticmethod
     def describes(plant: ConstrainedSystem) -> bool:
-        """Whether the system is linear with one state and one input, both bounded."""
-        return isinstance(plant.system, Linear) and plant.system.B.shape == (1, 1) and len(plant.quantities) == 2
+        """Whether the system is linear with one state and one input, each in one interval of its own."""
+        sets = plant.state_set, plant.input_set
+        return isinstance(plant.system, Linear) and all(np.array_equal(bounds.rows, [[1.0]]) for bounds in sets)
 
     @classmethod
     def of(cls, plant: ConstrainedSystem) -> "Scalar":

@@ -4,16 +4,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.certificates.prove import common_period
+from pipeline.certificates.prove import common_period, reference_period
 from pipeline.gp.combinations import Product, Sum
 from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from pipeline.gp.signal import KernelSum
-from pipeline.systems.interval import Interval
+from pipeline.systems.constrained import ConstrainedSystem
+from pipeline.systems.linear import Linear
+from pipeline.systems.polytope import Polytope
 from pipeline.systems.reference import Reference
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
 from tests.certificates import naive
+from tests.systems.instances import controllable
 
 _RADIAL = (SquaredExponential, Matern32, Matern52)
 
@@ -68,29 +70,64 @@ def case(seed: int, margin: float | None = None) -> Case:
         centres[0] = 0.0
     signal = KernelSum(kernel, float(rng.choice([0.0, rng.normal()])), centres, _weights(rng, kernel, centres))
     a, b = float(rng.choice([0.9, 1.0, -0.7, 0.0, 1.2])), float(rng.choice([-1, 1]) * 10 ** rng.uniform(-1, 1))
-    system = ScalarLinear(a, b, float(rng.choice([0.0, rng.normal()])))
-    plant = ConstrainedSystem(system, Interval(-1, 1), Interval(-1, 1), span * 10 ** rng.uniform(-3, 0))
+    system = Linear.scalar(a, b, float(rng.choice([0.0, rng.normal()])))
+    plant = ConstrainedSystem(system, *_rows([[1.0]], [[1.0]]), span * 10 ** rng.uniform(-3, 0))
     end = common_period(kernel) or 1.5 * span
-    return _with_bounds(rng, Reference(signal, plant), end, margin)
+    return _with_bounds(rng, Reference((signal,), plant), end, margin)
+
+
+def general_case(seed: int, margin: float | None = None) -> Case:
+    """The same with up to three states and two inputs, in polytopes; one period for all signals, or none."""
+    rng = np.random.default_rng(seed)
+    span, system = 10 ** rng.uniform(-1, 1), controllable(seed, states=3)
+    n, m = system.B.shape
+    rows = [[_row(rng, d) for _ in range(int(rng.integers(1, d + 2)))] for d in (n, m)]
+    plant = ConstrainedSystem(system, *_rows(*rows), span * 10 ** rng.uniform(-2, -0.5))
+    kernels = [_kernel(rng, span) for _ in range(plant.signals)]
+    if seed % 3 == 0:
+        period = span * rng.uniform(0.5, 2)
+        kernels = [Periodic(1.0, 10 ** rng.uniform(-0.5, 0.5), period) for _ in kernels]
+    signals = []
+    for kernel in kernels:
+        centres = np.unique(rng.uniform(0, span, int(rng.integers(1, 6))))
+        weights = _weights(rng, kernel, centres)
+        signals.append(KernelSum(kernel, float(rng.choice([0.0, rng.normal()])), centres, weights))
+    reference = Reference(tuple(signals), plant)
+    return _with_bounds(rng, reference, reference_period(reference) or 1.5 * span, margin)
+
+
+def _row(rng: np.random.Generator, dimension: int) -> list[float]:
+    """A coordinate, or a combination."""
+    unit, anything = np.eye(dimension)[int(rng.integers(dimension))], rng.normal(size=dimension)
+    return (unit if rng.random() < 0.5 else anything).tolist()
+
+
+def _rows(*of_sets: list[list[float]]) -> tuple[Polytope, ...]:
+    """Sets with these rows, and bounds to be replaced."""
+    return tuple(Polytope(np.array(rows), np.full(len(rows), -9.0), np.full(len(rows), 9.0)) for rows in of_sets)
 
 
 def _with_bounds(rng: np.random.Generator, reference: Reference, end: float, margin: float | None) -> Case:
-    active, drawn = str(rng.choice(["state", "input"])), float(rng.choice([-1, 1]) * 10 ** rng.uniform(-12, -3))
+    names = [q.name for q in reference.quantities]
+    active, drawn = str(rng.choice(names)), float(rng.choice([-1, 1]) * 10 ** rng.uniform(-12, -3))
     margin = drawn if margin is None else margin
-    sets = {}
-    for name, rest in (("state", reference.signal.mean), ("input", _input_at_rest(reference))):
+    bounds = []
+    for quantity in reference.quantities:
+        name, rest = quantity.name, quantity.functional.at_rest([signal.mean for signal in reference.signals])
         values = [float(v) for v in naive.extended(reference, name, np.array(naive.extremes(reference, name, 0, end)))]
         low, high = min(*values, rest), max(*values, rest)
         width = max(high - low, 1e-9 * (abs(high) + abs(low)) or 1.0)
-        sets[name] = [low - 0.5 * width, high + 0.5 * width]
+        ends = [low - 0.5 * width, high + 0.5 * width]
         if name == active:
             reached = [side for side in (0, 1) if (low, high)[side] in values]
             side = reached[int(rng.integers(len(reached)))]
-            sets[name][side] = (low, high)[side] + (-1, 1)[side] * margin * width
-    state_set, input_set = (Interval(*sets[name]) for name in ("state", "input"))
-    plant = replace(reference.plant, state_set=state_set, input_set=input_set)
-    return Case(replace(reference, plant=plant), active, margin, end)
-
-
-def _input_at_rest(reference: Reference) -> float:
-    return reference.plant.system.equilibrium_input(reference.signal.mean)
+            ends[side] = (low, high)[side] + (-1, 1)[side] * margin * width
+        bounds.append(ends)
+    plant = reference.plant
+    lower, upper = np.array(bounds).T
+    split = len(plant.state_set.rows)
+    state_set = Polytope(plant.state_set.rows, lower[:split], upper[:split])
+    input_set = Polytope(plant.input_set.rows, lower[split:], upper[split:])
+    return Case(
+        Reference(reference.signals, replace(plant, state_set=state_set, input_set=input_set)), active, margin, end
+    )

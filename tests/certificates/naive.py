@@ -7,27 +7,47 @@ from pipeline.gp.combinations import Product, Sum
 from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from pipeline.gp.signal import KernelSum
 from pipeline.systems.reference import Reference
+from pipeline.systems.scalar import Scalar
 from tests.gp.instances import formula
 
 DIGITS = 60
+_EXACTLY = 3
 _PI = np.longdouble("3.14159265358979323846264338327950288")
 
 
 def exactly(reference: Reference, name: str, t):
     """x_r(t) or u_r(t) to many digits; t a float or an mpf."""
     with mp.workdps(DIGITS):
-        kappa, signal = formula(reference.signal.kernel), reference.signal
-        pairs = [(mp.mpf(c), mp.mpf(t_i)) for c, t_i in zip(signal.weights, signal.centres, strict=True)]
+        return _quantity(reference, name, [_mean(signal) for signal in reference.signals], mp.mpf(t), mp.mpf)
 
-        def mean(s):
-            return mp.mpf(signal.mean) + mp.fsum(c * kappa(s - t_i) for c, t_i in pairs)
 
-        t, system = mp.mpf(t), reference.plant.system
+def _mean(signal: KernelSum):
+    kappa = formula(signal.kernel)
+    pairs = [(mp.mpf(c), mp.mpf(t_i)) for c, t_i in zip(signal.weights, signal.centres, strict=True)]
+    return lambda s: mp.mpf(signal.mean) + mp.fsum(c * kappa(s - t_i) for c, t_i in pairs)
+
+
+def _quantity(reference: Reference, name: str, means, t, number):
+    """Of a scalar system by its own formulas, of others as what it says it looks at; in any arithmetic."""
+    plant = reference.plant
+    if Scalar.describes(plant):
         if name == "state":
-            return mean(t)
-        later = mean(t + mp.mpf(reference.plant.sampling_time))
-        return (later - mp.mpf(system.a) * mean(t) - mp.mpf(system.c)) / mp.mpf(system.b)
+            return means[0](t)
+        a, b, c = (number(v) for v in (plant.system.A.item(), plant.system.B.item(), plant.system.c.item()))
+        return (means[0](t + number(plant.sampling_time)) - a * means[0](t) - c) / b
+    functional = reference.quantity(name).functional
+
+    def ratio(fraction):
+        return number(fraction.numerator) / number(fraction.denominator)
+
+    total = ratio(functional.offset) + 0 * t
+    for mean, weights in zip(means, functional.weights, strict=True):
+        for j, w in enumerate(weights):
+            if w:
+                total = total + ratio(w) * mean(t + j * number(plant.sampling_time))
+    return total
 
 
 def instant(reference: Reference, k: int):
@@ -36,30 +56,35 @@ def instant(reference: Reference, k: int):
         return k * mp.mpf(reference.plant.sampling_time)
 
 
-def bounds(reference: Reference, name: str):
-    return reference.plant.state_set if name == "state" else reference.plant.input_set
-
-
 def margin(reference: Reference, name: str, t):
     """Distance to the nearer bound, negative outside, to many digits."""
     with mp.workdps(DIGITS):
-        q, wanted = exactly(reference, name, t), bounds(reference, name)
+        q, wanted = exactly(reference, name, t), reference.quantity(name).bounds
         return min(q - mp.mpf(wanted.lower), mp.mpf(wanted.upper) - q)
 
 
+def smallest(reference: Reference, name: str, times: list[float]):
+    """The smallest margin at any of some times, to many digits: those of the times that look worst in extended
+    precision."""
+    values, wanted = extended(reference, name, np.array(times)), reference.quantity(name).bounds
+    margins = np.minimum(values - np.longdouble(wanted.lower), np.longdouble(wanted.upper) - values)
+    return min(margin(reference, name, times[i]) for i in np.argsort(margins)[:_EXACTLY])
+
+
 def extended(reference: Reference, name: str, t: np.ndarray) -> np.ndarray:
-    """x_r or u_r at times t, in the longest floats that NumPy has."""
-    signal, system = reference.signal, reference.plant.system
+    """A bounded quantity at times t, in the longest floats that NumPy has."""
+    means = [_extended_mean(signal) for signal in reference.signals]
+    return _quantity(reference, name, means, np.asarray(t, dtype=np.longdouble), _longest)
+
+
+def _longest(number) -> np.longdouble:
+    """Of whole numbers with many digits too."""
+    return np.longdouble(str(number) if isinstance(number, int) else number)
+
+
+def _extended_mean(signal: KernelSum):
     centres, weights = signal.centres.astype(np.longdouble), signal.weights.astype(np.longdouble)
-
-    def mean(s):
-        return np.longdouble(signal.mean) + _kappa(signal.kernel, s[:, None] - centres) @ weights
-
-    t = np.asarray(t, dtype=np.longdouble)
-    if name == "state":
-        return mean(t)
-    a, b, c = (np.longdouble(v) for v in (system.a, system.b, system.c))
-    return (mean(t + np.longdouble(reference.plant.sampling_time)) - a * mean(t) - c) / b
+    return lambda s: np.longdouble(signal.mean) + _kappa(signal.kernel, s[:, None] - centres) @ weights
 
 
 def _kappa(kernel: Kernel, r: np.ndarray) -> np.ndarray:
@@ -89,8 +114,10 @@ _CORRELATIONS = {
 
 def extremes(reference: Reference, name: str, start: float, end: float, looks: int = 1500) -> list[float]:
     """Float times in [start, end] at which the quantity is, after refinement, largest and smallest: some of each."""
-    centres = reference.signal.centres
-    spots = [np.linspace(start, end, looks), centres, centres - reference.plant.sampling_time]
+    centres = np.concatenate([signal.centres for signal in reference.signals])
+    looks_ahead = range(max(reference.plant.flatness.orders) + 1)
+    spots = [np.linspace(start, end, looks)]
+    spots += [centres - j * reference.plant.sampling_time for j in looks_ahead]
     spread = np.geomspace(1e-9, 1, 60) * (end - start)
     spots += [centre + sign * spread for centre in centres for sign in (-1, 1)]
     times = np.unique(np.concatenate(spots))
@@ -100,11 +127,12 @@ def extremes(reference: Reference, name: str, start: float, end: float, looks: i
         values = sign * extended(reference, name, times)
         padded = np.concatenate([[-np.inf], values, [-np.inf]])
         peaks = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
-        for i in peaks[np.argsort(values[peaks])[-3:]]:
-            low, high = times[max(i - 1, 0)], times[min(i + 1, times.size - 1)]
-            for _ in range(9):
-                near = np.linspace(low, high, 17)
-                best = int(np.argmax(sign * extended(reference, name, near)))
-                low, high = near[max(best - 1, 0)], near[min(best + 1, 16)]
-            found.append(float(near[best]))
+        highest = peaks[np.argsort(values[peaks])[-3:]]
+        low, high = times[np.maximum(highest - 1, 0)], times[np.minimum(highest + 1, times.size - 1)]
+        rows = np.arange(highest.size)
+        for _ in range(9):  # all peaks at once, each in its own row
+            near = np.linspace(low, high, 17, axis=1)
+            best = np.argmax(sign * extended(reference, name, near.ravel()).reshape(near.shape), axis=1)
+            low, high = near[rows, np.maximum(best - 1, 0)], near[rows, np.minimum(best + 1, 16)]
+        found += near[rows, best].tolist()
     return found

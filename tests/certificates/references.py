@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 
 from pipeline.certificates.certified import Certified, learn_certified
+from pipeline.gp.joint import JointPrior
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
@@ -13,7 +14,7 @@ from pipeline.learning.problem import ConstrainedProblem
 from pipeline.learning.space import SearchSpace
 from pipeline.systems.interval import Interval
 from pipeline.systems.reference import Reference
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.systems.scalar import scalar
 from tests.learning import example1
 
 
@@ -24,13 +25,13 @@ def _periodic_samples() -> Samples:
 
 
 SAMPLES = _periodic_samples()
-PRIOR = Prior(Periodic(1.0, 1.0, 3.1), noise_std=0.1)
-PLANT = ConstrainedSystem(ScalarLinear(0.9, 0.1), Interval(-2.0, 2.0), Interval(-3.0, 1.4), 0.01)
-SPACE = SearchSpace.around(SAMPLES, PRIOR, {"period": Interval(2.5, 4.0)})
+PRIOR = JointPrior((Prior(Periodic(1.0, 1.0, 3.1), noise_std=0.1),))
+PLANT = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0, 1.4), sampling_time=0.01)
+SPACE = SearchSpace.around((SAMPLES,), PRIOR, {"period": Interval(2.5, 4.0)})
 
 PROBLEMS = {
-    "example1": (example1.SAMPLES, example1.PRIOR, example1.PLANT, example1.SPACE),
-    "example2": (SAMPLES, PRIOR, PLANT, SPACE),
+    "example1": ((example1.SAMPLES,), example1.PRIOR, example1.SYSTEM, example1.SPACE),
+    "example2": ((SAMPLES,), PRIOR, PLANT, SPACE),
 }
 
 
@@ -44,4 +45,4 @@ def certified(example: str) -> Certified:
 @cache
 def unconstrained(example: str) -> Reference:
     samples, prior, plant, space = PROBLEMS[example]
-    return Reference(solve(ConstrainedProblem(samples, prior, space)).posterior.signal, plant)
+    return Reference(solve(ConstrainedProblem(samples, prior, space)).posterior.signals, plant)

@@ -1,15 +1,15 @@
 """Learning with a proof: the same optimum as Algorithm 1's sound reading, and a stronger claim."""
 
-from dataclasses import replace
-
 import pytest
 
 from pipeline.certificates.certified import learn_certified
 from pipeline.certificates.outcome import Counterexample, Unproved
+from pipeline.gp.samples import Samples
 from pipeline.learning.problem import Infeasible
 from pipeline.systems.interval import Interval
 from tests.certificates.references import PROBLEMS, certified
 from tests.learning import example1
+from tests.systems.instances import bounded
 
 
 def test_example1_has_the_sound_optimum():
@@ -31,14 +31,15 @@ def test_the_back_off_is_small_and_its_cost_is_told(example):
 
 def test_a_problem_without_solution_has_none():
     samples, prior, plant, space = PROBLEMS["example1"]
-    impossible = replace(plant, state_set=Interval(0.5, 1.0))
+    impossible = bounded(plant, state_set=Interval(0.5, 1.0))
     assert isinstance(learn_certified(samples, prior, impossible, space), Infeasible | Counterexample | Unproved)
 
 
 def test_a_late_violation_makes_the_window_grow():
     """With the samples' last third cut off, the mean swings on for long after the last sample."""
     samples, prior, plant, space = PROBLEMS["example1"]
-    short = replace(samples, times=samples.times[:3], values=samples.values[:3])
-    found = learn_certified(short, prior, plant, space)
+    (whole,) = samples
+    short = Samples(whole.times[:3], whole.values[:3])
+    found = learn_certified((short,), prior, plant, space)
     assert not isinstance(found, Counterexample), found.explanation
-    assert plant == example1.PLANT
+    assert plant is example1.SYSTEM

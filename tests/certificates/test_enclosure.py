@@ -16,7 +16,7 @@ from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.radial import Matern52, RationalQuadratic, SquaredExponential
 from tests.certificates import naive
-from tests.certificates.instances import case
+from tests.certificates.instances import case, general_case
 from tests.gp.instances import KERNELS, RADIAL, formula, over, time_scale
 
 EXTREME: dict[str, Kernel] = {
@@ -93,9 +93,9 @@ def test_floats_of_known_direction():
     assert float_above(arb.pos_inf()) == np.inf
 
 
-@pytest.mark.parametrize("seed", range(200, 260))
-def test_boxes_hold_the_quantity(seed):
-    chosen, rng = case(seed), np.random.default_rng(seed)
+@pytest.mark.parametrize(("make", "seed"), [(case, s) for s in range(200, 260)] + [(general_case, s) for s in range(8)])
+def test_boxes_hold_the_quantity(make, seed):
+    chosen, rng = make(seed), np.random.default_rng(seed)
     for quantity in exact_quantities(chosen.reference):
         start = float(rng.uniform(-0.2, 1) * chosen.end)
         end = start + float(chosen.end * 10 ** rng.uniform(-6, -0.5))
@@ -110,9 +110,9 @@ def test_boxes_hold_the_quantity(seed):
                     assert not off > found.remainder + arb(10) ** -30 * (1 + abs(polynomial))
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_limits_hold_from_their_start_on(seed):
-    chosen = case(seed)
+@pytest.mark.parametrize(("make", "seed"), [(make, seed) for make in (case, general_case) for seed in range(40)])
+def test_limits_hold_from_their_start_on(make, seed):
+    chosen = make(seed)
     start = 0.6 * chosen.end
     limits = limits_beyond(chosen.reference, arb(start))
     times = start + np.concatenate([[0.0], np.geomspace(1e-4, 1e3, 200) * chosen.end])

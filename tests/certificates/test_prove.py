@@ -22,18 +22,21 @@ from pipeline.learning.exchange import solve
 from pipeline.learning.index_set import Steps
 from pipeline.learning.problem import Constraint
 from pipeline.systems.interval import Interval
+from pipeline.systems.linear import Linear
 from pipeline.systems.reference import Reference
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.systems.scalar import scalar
 from tests.certificates import naive
 from tests.certificates.references import certified, unconstrained
 from tests.learning import example1
+from tests.systems.instances import bounded
 
-PLANT = ConstrainedSystem(ScalarLinear(0.9, 0.5), Interval(-2.0, 2.0), Interval(-2.0, 2.0), 0.05)
+WIDE = Interval(-2.0, 2.0)
+PLANT = scalar(0.9, 0.5, state_set=WIDE, input_set=WIDE, sampling_time=0.05)
 CENTRES, WEIGHTS = np.array([0.0, 0.4, 0.9]), np.array([0.5, -0.8, 0.3])
 
 
 def reference(kernel, plant=PLANT, mean=0.0) -> Reference:
-    return Reference(KernelSum(kernel, mean, CENTRES, WEIGHTS), plant)
+    return Reference((KernelSum(kernel, mean, CENTRES, WEIGHTS),), plant)
 
 
 @pytest.fixture(params=["example1", "example2"])
@@ -86,9 +89,9 @@ def test_broken_instants_are_refuted_by_their_step():
 
 
 def test_instants_can_be_kept_by_a_reference_that_breaks_bounds_between_them():
-    plant = example1.PLANT
-    steps = [Constraint(q, Steps(0, 130, plant.sampling_time), 1e-9) for q in (plant.state, plant.input)]
-    sampled = Reference(solve(example1.problem(*steps)).posterior.signal, plant)
+    plant = example1.SYSTEM
+    steps = [Constraint(q, Steps(0, 130, plant.sampling_time), 1e-9) for q in plant.quantities]
+    sampled = Reference(solve(example1.problem(*steps)).posterior.signals, plant)
     assert isinstance(prove(sampled), Counterexample)
     found = prove_at_instants(sampled)
     assert isinstance(found, Certificate)
@@ -121,7 +124,7 @@ def test_common_periods_are_proved_for_ever():
 def test_a_finite_window_is_proved_where_nothing_decays():
     endless = reference(
         Sum(SquaredExponential(0.2, 0.3), Periodic(1.0, 0.8, 0.7)),
-        replace(PLANT, state_set=Interval(-0.8, 0.8), input_set=Interval(-1.1, 1.1)),
+        bounded(PLANT, state_set=Interval(-0.8, 0.8), input_set=Interval(-1.1, 1.1)),
     )
     assert isinstance(prove(endless), Unproved)
     found = prove_on_window(endless, -1.0, 3.0)
@@ -143,7 +146,7 @@ def test_what_is_only_unproved_is_not_called_broken():
     learned = reference(SquaredExponential(1.0, 0.3))
     top = max(float(naive.exactly(learned, "state", t)) for t in naive.extremes(learned, "state", 0.0, 2.0))
     for above, kind in ((1e-15, Unproved), (1e-13, Certificate), (-1e-13, Counterexample)):
-        tight = replace(learned, plant=replace(PLANT, state_set=Interval(-2.0, top + above)))
+        tight = Reference(learned.signals, bounded(PLANT, state_set=Interval(-2.0, top + above)))
         found = prove(tight)
         assert isinstance(found, kind), found.explanation
         if kind is Unproved:
@@ -168,14 +171,16 @@ def test_an_empty_window_cannot_be_claimed():
 
 
 def test_quantities_are_those_of_the_formulas_not_of_rounded_weights():
-    system = ScalarLinear(0.3, 0.7, 0.1)
+    system = Linear.scalar(0.3, 0.7, 0.1)
     exact = exact_quantities(reference(SquaredExponential(1.0, 0.3), replace(PLANT, system=system)))[1]
-    (weight, _), _ = exact.terms
-    assert not weight.is_exact()
-    assert arb(1).overlaps(weight * arb(0.7))
+    _, later = exact.terms
+    assert not later.weight.is_exact()
+    assert arb(1).overlaps(later.weight * arb(0.7))
 
 
 def test_explanations_are_sentences(example):
     certificate = certified(example).certificate
     assert certificate.explanation.startswith("proved for all real t")
-    assert "boxes for the input" in certificate.explanation
+    for quantity in certificate.reference.quantities:
+        boxes = len(certificate.covers[quantity.name].radii)
+        assert f"{quantity.name} in {quantity.bounds} ({boxes} boxes)" in certificate.explanation

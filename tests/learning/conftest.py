@@ -14,7 +14,7 @@ def unconstrained() -> Solution:
 
 
 def _run(reading) -> Run:
-    return algorithm1(example1.SAMPLES, example1.PRIOR, example1.PLANT, example1.SPACE, reading, 70, 150)
+    return algorithm1((example1.SAMPLES,), example1.PRIOR, example1.PLANT, example1.SPACE, reading, 70, 150)
 
 
 @pytest.fixture(scope="session")

@@ -4,13 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.gp.joint import JointPrior
 from pipeline.gp.prior import Prior
 from pipeline.gp.radial import SquaredExponential
 from pipeline.gp.samples import Samples
 from pipeline.learning.problem import ConstrainedProblem, Constraint
 from pipeline.learning.space import SearchSpace
 from pipeline.systems.interval import Interval
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.systems.scalar import Scalar, scalar
 
 _PAPER = Path(__file__).parents[2] / "data" / "paper"
 
@@ -23,12 +24,13 @@ def _table(name: str) -> dict[str, np.ndarray]:
 _SAMPLES = _table("example1_samples.csv")
 PUBLISHED = _table("example1_prediction.csv")
 
-PLANT = ConstrainedSystem(ScalarLinear(0.9, 0.5), Interval(-2.0, 0.05), Interval(-0.5, 0.5), 0.01)
+SYSTEM = scalar(0.9, 0.5, state_set=Interval(-2.0, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01)
+PLANT = Scalar.of(SYSTEM)
 SAMPLES = Samples(_SAMPLES["k"] * 0.01, _SAMPLES["y"])
-PRIOR = Prior(SquaredExponential(1.0, 1.0), noise_std=0.01)
-SPACE = SearchSpace.around(SAMPLES, PRIOR)
+PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.01),))
+SPACE = SearchSpace.around((SAMPLES,), PRIOR)
 STEPS = np.arange(201)
 
 
 def problem(*constraints: Constraint) -> ConstrainedProblem:
-    return ConstrainedProblem(SAMPLES, PRIOR, SPACE, constraints)
+    return ConstrainedProblem((SAMPLES,), PRIOR, SPACE, constraints)

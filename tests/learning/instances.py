@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.gp.joint import JointPrior
 from pipeline.gp.kernel import Kernel
 from pipeline.gp.posterior import Posterior
 from pipeline.gp.prior import Prior
@@ -13,7 +14,8 @@ from pipeline.learning.index_set import Steps
 from pipeline.learning.problem import ConstrainedProblem, Constraint
 from pipeline.learning.space import SearchSpace
 from pipeline.systems.interval import Interval
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.systems.scalar import Scalar, scalar
+from tests.systems.instances import with_sets
 
 _KERNELS: tuple[Kernel, ...] = (
     SquaredExponential(1.0, 1.0),
@@ -30,16 +32,17 @@ class Instance:
 
     samples: Samples
     prior: Prior
-    plant: ConstrainedSystem
+    plant: Scalar
     last: int
 
     @property
     def problem(self) -> ConstrainedProblem:
         t_s = self.plant.sampling_time
+        prior = JointPrior((self.prior,))
         return ConstrainedProblem(
-            self.samples,
-            self.prior,
-            SearchSpace.around(self.samples, self.prior),
+            (self.samples,),
+            prior,
+            SearchSpace.around((self.samples,), prior),
             (
                 Constraint(self.plant.state, Steps(0, self.last, t_s)),
                 Constraint(self.plant.input, Steps(0, self.last - 1, t_s)),
@@ -57,9 +60,10 @@ def tight(seed: int) -> Instance:
     clean = rng.uniform(0.7, 1.2) * np.cos(rng.uniform(4, 8) * times) * np.exp(-2 * times)
     samples = Samples(times, clean + 0.03 * rng.standard_normal(times.size))
     kernel = _KERNELS[seed % len(_KERNELS)]
-    system = ScalarLinear(*[(0.9, 0.5), (0.95, -0.3), (1.05, 0.4), (1.0, -0.25), (-0.2, 1.5)][seed % 5])
+    a, b = [(0.9, 0.5), (0.95, -0.3), (1.05, 0.4), (1.0, -0.25), (-0.2, 1.5)][seed % 5]
     reach = rng.uniform(0.3, 0.7) if seed % 5 == 4 else rng.uniform(0.1, 0.4)
-    plant = ConstrainedSystem(system, Interval(-rng.uniform(0.1, 0.3), 1.2), Interval(-reach, 1.2 * reach), 0.02)
+    states, inputs = Interval(-rng.uniform(0.1, 0.3), 1.2), Interval(-reach, 1.2 * reach)
+    plant = Scalar.of(scalar(a, b, state_set=states, input_set=inputs, sampling_time=0.02))
     fixed = frozenset(name for name in _FIXED if name in {**kernel.hyperparameters, "noise_std": 0})
     return Instance(samples, Prior(kernel, 0.03, fixed=fixed), plant, 100)
 
@@ -73,8 +77,8 @@ def instance(seed: int) -> Instance:
     def most_of(values: np.ndarray) -> Interval:
         return Interval(0.9 * min(float(np.min(values)), -0.02), 0.9 * max(float(np.max(values)), 0.02))
 
-    sets = [most_of(quantity(plain.mean, times)) for quantity in (case.plant.state, case.plant.input)]
-    return replace(case, plant=replace(case.plant, state_set=sets[0], input_set=sets[1]))
+    sets = [most_of(quantity((plain.mean,), times)) for quantity in (case.plant.state, case.plant.input)]
+    return replace(case, plant=with_sets(case.plant, *sets))
 
 
 def wild(seed: int) -> Instance:

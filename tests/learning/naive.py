@@ -28,7 +28,7 @@ def states_and_inputs(instance: Instance, prior: Prior) -> tuple[np.ndarray, np.
     t = np.arange(instance.last + 1) * plant.sampling_time
     cross = prior.kernel(t[:, None] - samples.times)
     x = prior.mean + cross @ np.linalg.inv(gram) @ (samples.values - prior.mean)
-    return x, (x[1:] - plant.system.a * x[:-1] - plant.system.c) / plant.system.b
+    return x, (x[1:] - plant.a * x[:-1] - plant.c) / plant.b
 
 
 def margins(instance: Instance, prior: Prior) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from pipeline.learning import sqp
+from pipeline.systems.scalar import Scalar
 from tests.learning.periodic_instances import SEEDS, Instance, instance
 
 NOWHERE = 1e9
@@ -19,7 +20,8 @@ STARTS, POLISHED = 120, 8
 
 class Brute:
     def __init__(self, case: Instance) -> None:
-        self.case, self.y = case, case.samples.values - case.prior.mean
+        (self.samples,), (self.prior,), self.plant = case.samples, case.prior.parts, Scalar.of(case.plant)
+        self.y = self.samples.values - self.prior.mean
         self.low, self.high = case.space.log_lower, case.space.log_upper
 
     def kernel(self, z: np.ndarray, r: np.ndarray) -> np.ndarray:
@@ -27,8 +29,8 @@ class Brute:
         return std**2 * np.exp(-2 / length**2 * np.sin(math.pi * r / period) ** 2)
 
     def gram(self, z: np.ndarray) -> np.ndarray:
-        t = self.case.samples.times
-        return self.kernel(z, t[:, None] - t) + self.case.prior.noise_std**2 * np.eye(len(t))
+        t = self.samples.times
+        return self.kernel(z, t[:, None] - t) + self.prior.noise_std**2 * np.eye(len(t))
 
     def objective(self, z: np.ndarray) -> float:
         gram = self.gram(z)
@@ -39,14 +41,14 @@ class Brute:
 
     def margins(self, z: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """Distances to all four bounds, as parts of their widths, at phases in [0, 1) of the period: shape (4, n)."""
-        plant, weights = self.case.plant, np.linalg.solve(self.gram(z), self.y)
+        plant, weights = self.plant, np.linalg.solve(self.gram(z), self.y)
         t = phases * math.exp(z[2])
 
         def mean(at: np.ndarray) -> np.ndarray:
-            return self.case.prior.mean + self.kernel(z, at[:, None] - self.case.samples.times) @ weights
+            return self.prior.mean + self.kernel(z, at[:, None] - self.samples.times) @ weights
 
         x, successor = mean(t), mean(t + plant.sampling_time)
-        u = (successor - plant.system.a * x - plant.system.c) / plant.system.b
+        u = (successor - plant.a * x - plant.c) / plant.b
         X, U = plant.state_set, plant.input_set
         parts = [(x - X.lower) / X.width, (X.upper - x) / X.width, (u - U.lower) / U.width, (U.upper - u) / U.width]
         return np.array(parts)

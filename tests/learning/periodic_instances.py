@@ -4,13 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.gp.joint import JointPrior
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.posterior import Posterior
 from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
 from pipeline.learning.space import SearchSpace
+from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.interval import Interval
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.systems.scalar import Scalar, scalar
 
 _SYSTEMS = ((0.9, 0.1), (0.95, -0.3), (1.05, 0.4), (1.0, -0.25), (-0.2, 1.5))
 SEEDS = range(50)
@@ -18,8 +20,8 @@ SEEDS = range(50)
 
 @dataclass(frozen=True)
 class Instance:
-    samples: Samples
-    prior: Prior
+    samples: tuple[Samples]
+    prior: JointPrior
     plant: ConstrainedSystem
     space: SearchSpace
 
@@ -34,8 +36,9 @@ def instance(seed: int) -> Instance:
     clean = rng.uniform(0.5, 2) * (first + rng.uniform(0, 0.7) * second)
     samples = Samples(times, clean + rng.uniform(0.02, 0.3) * rng.standard_normal(count))
     prior = Prior(Periodic(1.0, 1.0, period), float(rng.uniform(0.05, 0.2)))
-    system, sampling_time = ScalarLinear(*_SYSTEMS[seed % 5]), float(rng.choice([0.01, 0.05, 0.1]))
-    loose = ConstrainedSystem(system, Interval(-99, 99), Interval(-99, 99), sampling_time)
+    system, sampling_time = _SYSTEMS[seed % 5], float(rng.choice([0.01, 0.05, 0.1]))
+    wide = Interval(-99, 99)
+    loose = Scalar.of(scalar(*system, state_set=wide, input_set=wide, sampling_time=sampling_time))
     theta = {"signal_std": float(np.std(samples.values)), "lengthscale": 0.8, "period": period}
     plain = Posterior(prior.with_hyperparameters(theta), samples)
 
@@ -43,7 +46,8 @@ def instance(seed: int) -> Instance:
         return Interval(part * min(float(np.min(values)), -0.02), part * max(float(np.max(values)), 0.02))
 
     phases = np.linspace(0, period, 400)
-    sets = [part_of(q(plain.mean, phases), rng.uniform(0.6, 1.2)) for q in (loose.state, loose.input)]
-    plant = ConstrainedSystem(system, *sets, sampling_time)
+    sets = [part_of(q((plain.mean,), phases), rng.uniform(0.6, 1.2)) for q in (loose.state, loose.input)]
+    plant = scalar(*system, state_set=sets[0], input_set=sets[1], sampling_time=sampling_time)
     bounds = {"lengthscale": Interval(0.2, 10.0)}
-    return Instance(samples, prior, plant, SearchSpace.around(samples, prior, bounds, starts=24))
+    joint = JointPrior((prior,))
+    return Instance((samples,), joint, plant, SearchSpace.around((samples,), joint, bounds, starts=24))

@@ -6,8 +6,9 @@ import pytest
 from pipeline.learning.algorithm1 import SOUND, Run, algorithm1
 from pipeline.learning.problem import Solution
 from pipeline.systems.reference import Reference
+from pipeline.systems.scalar import ScalarReference
 from tests.learning import example1
-from tests.learning.example1 import PLANT, PUBLISHED, STEPS
+from tests.learning.example1 import PLANT, PUBLISHED, STEPS, SYSTEM
 
 IDENTIFIED = 5e-7 + 1e-6
 """Half a unit of the last digit that the notes give, and room for the optimiser."""
@@ -18,8 +19,8 @@ def theta(solution: Solution) -> list[float]:
     return [values["signal_std"], values["lengthscale"]]
 
 
-def reference(solution: Solution) -> Reference:
-    return Reference(solution.posterior.signal, PLANT)
+def reference(solution: Solution) -> ScalarReference:
+    return ScalarReference.of(Reference(solution.posterior.signals, SYSTEM))
 
 
 def states(solution: Solution):
@@ -96,7 +97,7 @@ def test_as_published_bound_at_the_end(as_published):
 
 def test_growth_rates_of_the_two_readings_serve_different_states(as_published, sound):
     for run, centre_of in (
-        (as_published, lambda i: float(i.solution.posterior.mean(i.tail.start))),
+        (as_published, lambda i: float(i.solution.posterior.signals[0](i.tail.start))),
         (sound, lambda _: 0),
     ):
         last = run.iterations[-1]
@@ -148,7 +149,9 @@ def test_sound_bounds_hold_ever_after(sound):
 
 def test_giving_up_says_which_test_failed():
     heard: list[int] = []
-    run = algorithm1(example1.SAMPLES, example1.PRIOR, PLANT, example1.SPACE, SOUND, 70, 72, on_iteration=heard.append)
+    run = algorithm1(
+        (example1.SAMPLES,), example1.PRIOR, PLANT, example1.SPACE, SOUND, 70, 72, on_iteration=heard.append
+    )
     assert heard == [70, 71, 72]
     assert run.outcome is None
     assert run.final_step is None

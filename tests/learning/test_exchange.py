@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from pipeline.gp.joint import JointPrior
 from pipeline.gp.prior import Prior
 from pipeline.gp.radial import SquaredExponential
 from pipeline.gp.samples import Samples
@@ -14,7 +15,7 @@ from pipeline.learning.exchange import solve, tightened
 from pipeline.learning.problem import ConstrainedProblem, Infeasible, Solution
 from pipeline.learning.space import SearchSpace
 from pipeline.systems.interval import Interval
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.systems.scalar import Scalar, scalar
 from tests.learning import naive
 from tests.learning.instances import SEEDS, TIGHT_SEEDS, Instance, instance, tight, wild
 
@@ -23,7 +24,7 @@ ROUNDING = 1e-11
 
 def assert_keeps_every_bound(case: Instance, solution) -> None:
     assert isinstance(solution, Solution), solution.explanation
-    assert np.min(naive.margins(case, solution.posterior.prior)) >= -ROUNDING
+    assert np.min(naive.margins(case, solution.posterior.prior.parts[0])) >= -ROUNDING
     for constraint in case.problem.constraints:
         steps = np.arange(constraint.index_set.first, constraint.index_set.last + 1)
         margins = constraint.relative_margin(solution.posterior, steps * case.plant.sampling_time)
@@ -55,7 +56,9 @@ def test_every_bound_is_kept_at_every_step(case, solution):
 
 
 def test_objective_is_that_of_the_point(case, solution):
-    assert solution.objective == pytest.approx(naive.objective(solution.posterior.prior, case.samples), rel=1e-9)
+    assert solution.objective == pytest.approx(
+        naive.objective(solution.posterior.prior.parts[0], case.samples), rel=1e-9
+    )
 
 
 def test_the_point_lies_in_the_search_space(case, solution):
@@ -73,7 +76,7 @@ def test_no_brute_force_from_many_starts_is_better(case, solution):
 
 def test_two_calls_give_the_same_bits(case, solution):
     again = solve(case.problem)
-    assert again.posterior.weights.tobytes() == solution.posterior.weights.tobytes()
+    assert again.posterior.parts[0].weights.tobytes() == solution.posterior.parts[0].weights.tobytes()
     assert again.posterior.prior == solution.posterior.prior
     assert again.objective == solution.objective
     assert [t.tobytes() for t in again.active] == [t.tobytes() for t in solution.active]
@@ -167,20 +170,21 @@ NEAR = Samples([0.0, 0.2, 0.4, 0.6, 0.8], [0.3, 0.1, 0.2, 0.15, 0.1])
 PRIOR = Prior(SquaredExponential(1.0, 1.0), 0.1)
 
 
-def _infeasible(samples: Samples, system: ScalarLinear, states: Interval, inputs: Interval) -> Instance:
-    return Instance(samples, PRIOR, ConstrainedSystem(system, states, inputs, 0.05), 60)
+def _infeasible(samples: Samples, system: tuple[float, ...], states: Interval, inputs: Interval) -> Instance:
+    plant = scalar(*system, state_set=states, input_set=inputs, sampling_time=0.05)
+    return Instance(samples, PRIOR, Scalar.of(plant), 60)
 
 
 INFEASIBLE = {
-    "state": (_infeasible(OPPOSITE, ScalarLinear(0.9, 0.5), Interval(1.0, 2.0), Interval(-5.0, 5.0)), "state", 0.0),
+    "state": (_infeasible(OPPOSITE, (0.9, 0.5), Interval(1.0, 2.0), Interval(-5.0, 5.0)), "state", 0.0),
     "state_from_above": (
-        _infeasible(OPPOSITE, ScalarLinear(0.9, -0.5), Interval(-50.0, -20.0), Interval(-50.0, 50.0)),
+        _infeasible(OPPOSITE, (0.9, -0.5), Interval(-50.0, -20.0), Interval(-50.0, 50.0)),
         "state",
         0.0,
     ),
-    "input": (_infeasible(NEAR, ScalarLinear(1.0, 1.0, 1.0), Interval(-9.0, 9.0), Interval(-0.4, 0.5)), "input", -1.0),
+    "input": (_infeasible(NEAR, (1.0, 1.0, 1.0), Interval(-9.0, 9.0), Interval(-0.4, 0.5)), "input", -1.0),
     "input_the_other_way": (
-        _infeasible(NEAR, ScalarLinear(1.0, -1.0, 1.0), Interval(-9.0, 9.0), Interval(-0.5, 0.4)),
+        _infeasible(NEAR, (1.0, -1.0, 1.0), Interval(-9.0, 9.0), Interval(-0.5, 0.4)),
         "input",
         1.0,
     ),
@@ -198,14 +202,16 @@ def test_an_infeasible_problem_is_explained_in_true_numbers(name):
 
     bounds = {"state": case.plant.state_set, "input": case.plant.input_set}[quantity]
     assert said["bounds"] == str(bounds)
-    x, u = naive.states_and_inputs(case, answer.best.prior)
+    x, u = naive.states_and_inputs(case, answer.best.prior.parts[0])
     values = {"state": x, "input": u}[quantity]
     worst = int(np.argmin(bounds.margin(values)))
     assert float(said["time"]) == pytest.approx(answer.time, rel=1e-5)
     assert bounds.margin(values)[round(answer.time / 0.05)] == pytest.approx(bounds.margin(values)[worst], abs=1e-9)
     assert answer.violation == pytest.approx(-bounds.margin(values)[worst], abs=1e-9)
     assert float(said["violation"]) == pytest.approx(answer.violation, rel=5e-3)
-    assert np.min(naive.margins(case, answer.best.prior)) * bounds.width == pytest.approx(-answer.violation, abs=1e-9)
+    assert np.min(naive.margins(case, answer.best.prior.parts[0])) * bounds.width == pytest.approx(
+        -answer.violation, abs=1e-9
+    )
     for entry in said["theta"].split(", "):
         parameter, value = entry.split(" = ")
         assert float(value) == pytest.approx(answer.best.prior.hyperparameters[parameter], rel=5e-4)
@@ -236,7 +242,7 @@ def test_a_search_that_can_factor_nothing_is_explained():
     case = replace(instance(0), samples=samples, prior=prior)
     space = SearchSpace({"signal_std": Interval(0.5, 2.0), "lengthscale": Interval(5.0, 50.0)})
     for constraints in (case.problem.constraints, ()):
-        answer = solve(ConstrainedProblem(samples, prior, space, constraints))
+        answer = solve(ConstrainedProblem((samples,), JointPrior((prior,)), space, constraints))
         assert not isinstance(answer, Solution)
         assert "positive definite" in answer.explanation
 
@@ -247,4 +253,4 @@ def test_with_nothing_to_learn_the_prior_itself_is_tried():
     quiet = replace(base.prior, kernel=SquaredExponential(1e-3, 0.3), fixed=names)
     answer = solve(replace(base, prior=quiet).problem)
     assert isinstance(answer, Solution)
-    assert answer.posterior.prior == quiet
+    assert answer.posterior.prior == JointPrior((quiet,))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pipeline.gp.joint import JointPrior
 from pipeline.gp.prior import Prior
 from pipeline.gp.radial import SquaredExponential
 from pipeline.gp.samples import Samples
@@ -11,16 +12,16 @@ from pipeline.learning.landscape import landscape
 from pipeline.learning.problem import ConstrainedProblem, Constraint
 from pipeline.learning.space import SearchSpace
 from pipeline.systems.interval import Interval
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.systems.scalar import Scalar, scalar
 
-PLANT = ConstrainedSystem(ScalarLinear(0.9, 0.5), Interval(-2, 0.05), Interval(-0.5, 0.5), 0.01)
+PLANT = Scalar.of(scalar(0.9, 0.5, state_set=Interval(-2, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01))
 SAMPLES = Samples(np.arange(7) / 10, np.array([-1.0, -0.4, -0.05, 0.0, 0.0, 0.0, 0.0]))
 CONSTRAINTS = (Constraint(PLANT.state, Steps(0, 130, 0.01)), Constraint(PLANT.input, Steps(0, 129, 0.01)))
 
 
 def problem(fixed: frozenset[str] = frozenset({"noise_std"}), noise_std: float = 0.01) -> ConstrainedProblem:
-    prior = Prior(SquaredExponential(0.7, 0.22), noise_std, fixed=fixed)
-    return ConstrainedProblem(SAMPLES, prior, SearchSpace.around(SAMPLES, prior), CONSTRAINTS)
+    prior = JointPrior((Prior(SquaredExponential(0.7, 0.22), noise_std, fixed=fixed),))
+    return ConstrainedProblem((SAMPLES,), prior, SearchSpace.around((SAMPLES,), prior), CONSTRAINTS)
 
 
 def test_each_point_agrees_with_the_problem() -> None:

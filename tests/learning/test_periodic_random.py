@@ -1,6 +1,7 @@
 """Fifty random instances against brute force (see naive_periodic.py, which wrote the table)."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,18 +10,29 @@ import pytest
 from pipeline.learning import periodic
 from pipeline.learning.problem import Solution
 from tests.learning.naive_periodic import Brute
-from tests.learning.periodic_instances import SEEDS, instance
+from tests.learning.periodic_instances import SEEDS, Instance, instance
 
 with Path(__file__).with_name("periodic_references.csv").open(newline="", encoding="utf-8") as _file:
     REFERENCES = {int(row["seed"]): float(row["objective"]) for row in csv.DictReader(_file)}
+
+
+def learned(case: Instance, best: float) -> Solution:
+    """From the most promising quarter of the starts, and from all where that finds nothing as good as `best`: more
+    starts never find less."""
+    for starts in (case.space.starts // 4, case.space.starts):
+        space = replace(case.space, starts=starts)
+        outcome = periodic.learn(case.samples, case.prior, case.plant, space, periodic.exact(case.plant)).outcome
+        if isinstance(outcome, Solution) and outcome.objective <= best:
+            return outcome
+    assert isinstance(outcome, Solution)
+    return outcome
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_as_good_as_brute_force_and_never_outside(seed):
     """Brute force may find something worse, or nothing (inf): then it is enough to be feasible."""
     case = instance(seed)
-    outcome = periodic.learn(case.samples, case.prior, case.plant, case.space, periodic.exact(case.plant)).outcome
-    assert isinstance(outcome, Solution)
+    outcome = learned(case, REFERENCES[seed] + 1e-4)
     assert outcome.objective <= REFERENCES[seed] + 1e-4
     brute, theta = Brute(case), outcome.posterior.prior.log_hyperparameters
     assert brute.objective(theta) == pytest.approx(outcome.objective, rel=1e-9)

@@ -65,6 +65,12 @@ plants = st.builds(
 )
 
 
+def with_sets(plant: Scalar, state_set: Interval, input_set: Interval) -> Scalar:
+    """The same system in other sets."""
+    t_s = plant.sampling_time
+    return Scalar.of(scalar(plant.a, plant.b, plant.c, state_set=state_set, input_set=input_set, sampling_time=t_s))
+
+
 def controllable(seed: int, states: int = 4, inputs: int = 2) -> Linear:
     """Up to so many states and inputs; a third stable, a third sparse (chains of different lengths), a third wild."""
     rng = np.random.default_rng(seed)

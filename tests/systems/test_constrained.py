@@ -21,8 +21,12 @@ def signal(t):
 
 
 def test_each_row_is_a_quantity_with_a_name_of_its_own():
-    """A second row for a coordinate, and one that mirrors it, go by their numbers."""
-    assert [q.name for q in PLANT.quantities] == ["position", "state row 2", "state row 3", "state row 4", "u1"]
+    """As it is written; rows that are written alike are numbered."""
+    names = ["position", "position+0.5velocity", "position (2)", "-velocity", "u1"]
+    assert [q.name for q in PLANT.quantities] == names
+    nearly = Polytope(np.array([[1 / 3, -1.0], [0.33333, -1.0], [1.0, 1e-9]]), -np.ones(3), np.ones(3))
+    names = ["0.333position-velocity", "0.333position-velocity (2)", "position+1e-09velocity", "u1"]
+    assert [q.name for q in replace(PLANT, state_set=nearly).quantities] == names
     bounds = [Interval(-1, 1), Interval(-1, 1), Interval(-1, 2), Interval(-1, 1), Interval(-3, 4)]
     assert [q.bounds for q in PLANT.quantities] == bounds
 

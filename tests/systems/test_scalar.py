@@ -80,9 +80,13 @@ def test_sets_of_another_dimension_are_refused(name):
 
 def test_only_a_scalar_system_with_both_bounds_has_growth_rates():
     free = Polytope.box(np.array([-np.inf]), np.array([np.inf]))
+    scaled = Polytope(np.array([[2.0]]), np.array([-1.0]), np.array([1.0]))
+    twice = Polytope(np.array([[1.0], [1.0]]), np.array([-1.0, -2.0]), np.array([1.0, 2.0]))
     for plant, counts in (
         (replace(PLANTS["example1"], state_set=free), "1 states, 1 inputs and 1 bounded quantities"),
         (TWO_STATES, "2 states, 1 inputs and 3 bounded quantities"),
+        (replace(PLANTS["example1"], input_set=scaled), "1 states, 1 inputs and 2 bounded quantities"),
+        (replace(PLANTS["example1"], state_set=twice, input_set=free), "1 states, 1 inputs and 2 bounded quantities"),
     ):
         with pytest.raises(
             ValueError, match=f"^only a scalar system with bounded state .* has growth rates, got {counts}$"

@@ -1,16 +1,18 @@
 """Boxes of time: that they cover what is claimed, and that in each of them each quantity stays inside its bounds."""
 
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 from pipeline.certificates.checker.formulas import Intervals, UndefinedError, evaluate
-from pipeline.certificates.checker.intervals import INFINITE, ZERO, Real, at_most, iv
-from pipeline.certificates.checker.kernels import elementary, largest_on_disc, taylor
+from pipeline.certificates.checker.intervals import INFINITE, ZERO, Real, at_most, iv, ratio
+from pipeline.certificates.checker.kernels import elementary, largest_on_disc, pairs, taylor
 from pipeline.certificates.checker.models import Model, Models
 from pipeline.certificates.checker.polynomials import is_positive
 from pipeline.certificates.checker.quantities import Look, Quantity, summands
 
 _MOST_TERMS = 64
+_Box = tuple[float, float, float]
 
 
 def check_cover(certificate: Any) -> str | None:
@@ -34,13 +36,13 @@ def check_cover(certificate: Any) -> str | None:
 
 def check_boxes(certificate: Any, quantities: list[Quantity]) -> str | None:
     """In each box each quantity stays inside its bounds."""
-    claim = certificate["claim"]
+    claim, views = certificate["claim"], _Views(certificate, {})
     for q in quantities if "covers" in claim else ():
         boxes = claim["covers"][q.name]
         for (start, end), radius in zip(pairwise(boxes["ends"]), boxes["radii"], strict=True):
             where = f"from {start!r} s to {end!r} s"
             try:
-                model = _enclose(certificate, q, start, end, radius)
+                model = views.enclose(q, (start, end, radius))
             except UndefinedError as undefined:
                 return f"box: the {q.name} is not shown to be defined {where}: {undefined}"
             first, *others = model.coefficients
@@ -51,27 +53,59 @@ def check_boxes(certificate: Any, quantities: list[Quantity]) -> str | None:
     return None
 
 
-def _enclose(certificate: Any, q: Quantity, start: float, end: float, radius: float) -> Model:
-    """Over the box as x ∈ [−1, 1]. UndefinedError where the quantity may not be defined somewhere in it."""
-    n = min(certificate["claim"]["terms"], _MOST_TERMS)
-    looks = {name: _enclose_look(certificate, look, start, end, radius, n) for name, look in q.looks.items()}
-    found: Model = evaluate(q.formula, looks, Models(n))
-    return found
+@dataclass(frozen=True)
+class _Views:
+    """Enclosures over boxes (start, end, radius) as x ∈ [−1, 1]; what several quantities look at is enclosed once."""
+
+    certificate: Any
+    found: dict[tuple[int, int, _Box], Model]
+
+    def enclose(self, q: Quantity, box: _Box) -> Model:
+        """UndefinedError where the quantity may not be defined somewhere in the box."""
+        looks = {name: self._look(look, box) for name, look in q.looks.items()}
+        model: Model = evaluate(q.formula, looks, Models(self._terms))
+        return model
+
+    def _look(self, look: Look, box: _Box) -> Model:
+        polynomial, missed = [look.offset] + [ZERO] * (self._terms - 1), ZERO
+        for s, weights in enumerate(look.weights):
+            for j, w in enumerate(weights):
+                if w:
+                    signal, weight = self._signal(s, j, box), ratio(w)
+                    terms = zip(polynomial, signal.coefficients, strict=True)
+                    polynomial = [x + weight * y for x, y in terms]
+                    missed += abs(weight) * signal.missed
+        return Model(polynomial, missed)
+
+    def _signal(self, s: int, j: int, box: _Box) -> Model:
+        """z_s(t + j T) − m_s."""
+        if (s, j, box) not in self.found:
+            step = iv.mpf(self.certificate["system"]["sampling_time"])
+            self.found[s, j, box] = _enclose_signal(self.certificate["signals"][s], j * step, box, self._terms)
+        return self.found[s, j, box]
+
+    @property
+    def _terms(self) -> int:
+        terms: int = self.certificate["claim"]["terms"]
+        return min(terms, _MOST_TERMS)
 
 
-def _enclose_look(certificate: Any, look: Look, start: float, end: float, radius: float, n: int) -> Model:
-    first, last, rho = iv.mpf(start), iv.mpf(end), iv.mpf(radius)
+def _enclose_signal(signal: Any, shift: Real, box: _Box, n: int) -> Model:
+    """Σ_i c_i κ(t + shift − t_i)."""
+    first, last, rho = map(iv.mpf, box)
     middle, h = (first + last) / 2, (last - first) / 2
-    rest, polynomial, missed = _rest(h / rho, n), [look.offset] + [ZERO] * (n - 1), ZERO
-    for kernel, weight, s, t in summands(certificate, look):
-        r = middle + s - t
-        before, after = at_most(last + s, t), at_most(t, first + s)
+    kernel, rest = signal["kernel"], _rest(h / rho, n)
+    has_kink = any("Matern" in part["type"] for part in elementary(kernel))
+    polynomial, missed = [ZERO] * n, ZERO
+    for t, weight in pairs(signal):
+        r = middle + shift - t
+        before, after = at_most(last + shift, t), at_most(t, first + shift)
         # κ is even: differences are mirrored to the positive side
         side = 1 if after or (not before and at_most(0, r)) else -1
         shape = taylor(kernel, side * r, side * h, n)
         polynomial = [x + weight * y for x, y in zip(polynomial, shape, strict=True)]
         missed += abs(weight) * largest_on_disc(kernel, r, rho) * rest
-        if not (before or after) and any("Matern" in part["type"] for part in elementary(kernel)):
+        if has_kink and not (before or after):
             # r ≥ 0 is not certain right on the kink: then 1.01 h must still reach to the end of the box
             odd = _oddness(kernel, 1.01 * h, rho, n) if at_most(-0.01 * h, side * r) else INFINITE
             missed += abs(weight) * odd

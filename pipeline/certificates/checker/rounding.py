@@ -112,21 +112,32 @@ def _signal_error(certificate: Any, signal: Any) -> tuple[Real, Real]:
     farthest = certificate["evaluation"]["until"] + longest * iv.mpf(certificate["system"]["sampling_time"]) + latest
 
     def leaf(kind: str, *hyperparameters: Real) -> tuple[Real, ...]:
-        """Bounds of |κ|, |κ̇| and |r κ̇|, and of the roundings in κ's own formula in units of u."""
+        """Bounds of |κ|, |κ̇|, |r κ̇| and |r κ|, and of the roundings in κ's own formula in units of u."""
         alone = {"type": kind, **dict(zip(KERNELS[kind], hyperparameters, strict=True))}
         size, slope = beyond(alone, ZERO)
         own = 30 + 6 * hyperparameters[2] if kind == "RationalQuadratic" else 30
-        return size, slope, farthest * slope if kind == "Periodic" else size, own * size
+        # x e^(−x²/2) ≤ 0.607; of x = √3 r/θ₂ or √5 r/θ₂: x (1 + x) e^(−x) ≤ 0.841, x (1 + x + x²/3) e^(−x) ≤ 1.176
+        reached = {"SquaredExponential": 0.607, "Matern32": 0.841 / 1.732, "Matern52": 1.176 / 2.236}
+        moment = size * hyperparameters[1] * reached[kind] if kind in reached else farthest * size
+        return size, slope, farthest * slope if kind == "Periodic" else size, moment, own * size
 
     def add(f: tuple[Real, ...], g: tuple[Real, ...]) -> tuple[Real, ...]:
-        return f[0] + g[0], f[1] + g[1], f[2] + g[2], f[3] + g[3] + f[0] + g[0]
+        return *(x + y for x, y in zip(f[:4], g[:4], strict=True)), f[4] + g[4] + f[0] + g[0]
 
     def multiply(f: tuple[Real, ...], g: tuple[Real, ...]) -> tuple[Real, ...]:
-        return f[0] * g[0], f[1] * g[0] + f[0] * g[1], f[2] * g[0] + f[0] * g[2], (f[3] + f[0]) * g[0] + f[0] * g[3]
+        # |r κ̇| of a product: of what does not decay only the part that the other factor leaves
+        stretch = _lesser(f[2] * g[0], f[1] * g[3]) + _lesser(f[0] * g[2], f[3] * g[1])
+        moment, own = _lesser(f[3] * g[0], f[0] * g[3]), (f[4] + f[0]) * g[0] + f[0] * g[4]
+        return f[0] * g[0], f[1] * g[0] + f[0] * g[1], stretch, moment, own
 
-    size, slope, stretch, own = fold(signal["kernel"], leaf, add, multiply)
+    size, slope, stretch, _, own = fold(signal["kernel"], leaf, add, multiply)
     # Rounded once each: k T, t + j T, t − t_i; up to six times the argument of κ; n + 2 times the dot product.
     each = own + 9 * stretch + 3 * latest * slope + (len(signal["weights"]) + 3) * size
     weight = sum((abs(c) for _, c in pairs(signal)), ZERO)
     largest = abs(iv.mpf(signal["mean"])) + weight * size
     return u * (weight * each + 3 * largest), largest
+
+
+def _lesser(x: Real, y: Real) -> Real:
+    """Both bound the same number from above."""
+    return x if x.b <= y.b else y
