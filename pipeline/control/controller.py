@@ -32,7 +32,7 @@ class Controller:
 
     N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. The state at hand is
     not constrained, all later ones are. Raises ValueError where a weight is something else, and where N steps are too
-    few to lead the system where the terminal constraint wants it.
+    few to lead the system where the terminal constraint wants it, and for a system that is not linear.
     """
 
     plant: ConstrainedSystem
@@ -41,7 +41,7 @@ class Controller:
     R: Array
 
     def __post_init__(self) -> None:
-        n, m = self.plant.system.B.shape
+        n, m = self.plant.linear.B.shape
         for name, size, least in (("Q", n, -1e-12), ("R", m, 1e-12)):
             weight = np.array(getattr(self, name), dtype=float)
             if weight.shape != (size, size) or not np.all(np.isfinite(weight)) or not np.array_equal(weight, weight.T):
@@ -63,7 +63,7 @@ class Controller:
     def step(self, k: int, state: Array, reference: Followed) -> Answer:
         """The optimal plan at step `k` from `state` (n,), or why there is none. ValueError for a state not finite."""
         state = np.asarray(state, dtype=float)
-        if state.shape != (n := len(self.plant.system.A),) or not np.all(np.isfinite(state)):
+        if state.shape != (n := len(self.plant.linear.A),) or not np.all(np.isfinite(state)):
             raise ValueError(f"controller: a state is {n} finite numbers, got {state.tolist()} at step {k}")
         task = _Task(self, k, state, reference.window(k, self.horizon))
         return task.unbounded() or task.solved() or task.widened_or_infeasible()
@@ -71,7 +71,7 @@ class Controller:
     @cached_property
     def prediction(self) -> Prediction:
         """How errors evolve along any reference: of a linear system, the same everywhere."""
-        return Prediction.of(self.plant.system, self.horizon)
+        return Prediction.of(self.plant.linear, self.horizon)
 
     @cached_property
     def sets(self) -> Sets:
@@ -113,7 +113,7 @@ class _Task:
 
     @cached_property
     def gaps(self) -> Array:
-        return gaps(self.controller.plant.system, self.window)
+        return gaps(self.controller.plant.linear, self.window)
 
     @cached_property
     def room(self) -> Room:

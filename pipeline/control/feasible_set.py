@@ -22,7 +22,7 @@ def feasible_states(controller: Controller, reference: Followed, k: int) -> Arra
     to the accuracy of linear programs, since each edge is asked whether the set goes on beyond it. ValueError for more
     states, and where X leaves the set unbounded.
     """
-    n = len(controller.plant.system.A)
+    n = len(controller.plant.linear.A)
     if n > 2:
         raise ValueError(f"feasible set: it is drawn for one or two states, got {n}")
     projection = _Projection.at(controller, reference, k)
@@ -55,7 +55,7 @@ class _Projection:
     def at(cls, controller: Controller, reference: Followed, k: int) -> "_Projection":
         plant, prediction = controller.plant, controller.prediction
         window = reference.window(k, controller.horizon)
-        room, drift = Room.around(controller.sets, window), (prediction.drift @ gaps(plant.system, window).ravel())
+        room, drift = Room.around(controller.sets, window), (prediction.drift @ gaps(plant.linear, window).ravel())
         H, h, G = controller.sets.states.rows, controller.sets.states.ends, controller.sets.inputs.rows
         (N, n, m), x = prediction.B.shape, window.states[0]
         over_all = np.kron(np.eye(N), H)
