@@ -463,6 +463,11 @@ def _check_shapes(certificate: Any) -> str | None:
         looks = [len(weights) for weights in parts[0]["weights"]]
         if len(looks) != len(signals) or any([len(w) for w in part["weights"]] != looks for part in parts):
             return "shapes: every state and every input needs weights of the same shape, for each signal"
+    if not all(any(bound["row"]) for bound in certificate["bounds"]):
+        return "shapes: a bound needs a row that is not all zero"
+    coordinates = [*system["states"], *system["inputs"]]
+    if len(set(coordinates)) != len(coordinates):
+        return "names: states and inputs must have names of their own"
     names = [bound["name"] for bound in certificate["bounds"]]
     given = [certificate["evaluation"]["errors"], certificate["claim"].get("covers", names)]
     if len(set(names)) != len(names) or any(sorted(some) != sorted(names) for some in given):
