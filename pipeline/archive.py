@@ -89,7 +89,7 @@ def write_margins(
     series = [
         Series(
             f"/margins/{method}/{profile.quantity.name}",
-            np.arange(len(profile.margins), dtype=float) * profile.quantity.functional.sampling_time,
+            np.arange(len(profile.margins), dtype=float) * profile.quantity.trajectory.sampling_time,
             {"margin": profile.margins, "at_time": profile.times, "margin_at_step": profile.at_steps},
         )
         for method, profiles in margins.items()

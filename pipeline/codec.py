@@ -1,7 +1,8 @@
 """The mathematics' frozen dataclasses as JSON and back, losslessly: every float64 returns bit for bit.
 
 Reading is strict. Exactly a class's own fields are taken, and nothing is converted on the way: a string is no number, a
-truth value neither, and NaN and infinities are refused. A kernel carries its class's name as `type`.
+truth value neither, and NaN and infinities are refused. A kernel carries its class's name as `type`, a formula is
+nested lists, and a system is told by its fields.
 """
 
 import dataclasses
@@ -23,6 +24,11 @@ from pipeline.gp.combinations import Product, Sum
 from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from pipeline.systems.algebra import from_lists, to_lists
+from pipeline.systems.constrained import System
+from pipeline.systems.expression import Expression
+from pipeline.systems.linear import Linear
+from pipeline.systems.nonlinear import Nonlinear
 
 T = TypeVar("T")
 Hook = Callable[[Any, Any], Any]
@@ -130,6 +136,19 @@ def _kernel_fields(cls: type[Kernel]) -> Callable[[Kernel], dict[str, Any]]:
     return make_dict_unstructure_fn(cls, _CONVERTER)
 
 
+def _read_system(data: Any, _: Any) -> Any:
+    """Formulas f make a system nonlinear."""
+    system = Nonlinear if isinstance(data, dict) and "f" in data else Linear
+    return _CONVERTER.structure(data, system)
+
+
+def _read_expression(data: Any, _: Any) -> Expression:
+    try:
+        return from_lists(data)
+    except ValueError as error:
+        raise CodecError(str(error)) from error
+
+
 def _read_float(value: Any, _: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise CodecError(f"must be a number, got {short(value)}")
@@ -175,6 +194,10 @@ def _is_array(cls: Any) -> bool:
     return cls is np.ndarray or get_origin(cls) is np.ndarray
 
 
+def _is_expression(cls: Any) -> bool:
+    return isinstance(cls, type) and issubclass(cls, Expression)
+
+
 def _is_kernel(cls: Any) -> bool:
     return isinstance(cls, type) and issubclass(cls, Kernel)
 
@@ -188,9 +211,12 @@ def _converter() -> Converter:
     converter.register_structure_hook_func(_is_array, _read_array)
     converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
     converter.register_structure_hook_func(is_frozenset, _read_set)
+    converter.register_structure_hook_func(lambda cls: cls == System, _read_system)
     converter.register_structure_hook_factory(dataclasses.is_dataclass, _read_object)
     converter.register_structure_hook_func(_is_kernel, _read_kernel)
     converter.register_unstructure_hook_func(_is_kernel, _write_kernel)
+    converter.register_structure_hook_func(_is_expression, _read_expression)
+    converter.register_unstructure_hook_func(_is_expression, to_lists)
     return converter
 
 

@@ -30,6 +30,7 @@ from pipeline.systems.functional import Functional
 from pipeline.systems.interval import Interval
 from pipeline.systems.reference import Reference, Window
 from pipeline.systems.sampling import default_sample, sampled_signals
+from pipeline.systems.trajectory import Coordinate
 
 T = TypeVar("T")
 
@@ -74,7 +75,7 @@ class TrackableReference:
         return self._std(self.reference.plant.flatness.states, k)
 
     def input_std(self, k: Array | int) -> Array:
-        """The same of the inputs: (*k.shape, m)."""
+        """The same of the inputs, to first order where they are no weighted sums: (*k.shape, m)."""
         return self._std(self.reference.plant.flatness.inputs, k)
 
     @property
@@ -115,10 +116,20 @@ class TrackableReference:
     def _posterior(self) -> JointPosterior:
         return JointPosterior(self.prior, self.samples)
 
-    def _std(self, functionals: tuple[Functional, ...], k: Array | int) -> Array:
-        t, step = self.reference.instants(k), self.reference.plant.sampling_time
-        variances = [self._posterior.variance_of(functional.rounded, t, step) for functional in functionals]
+    def _std(self, coordinates: tuple[Coordinate, ...], k: Array | int) -> Array:
+        t = np.asarray(self.reference.instants(k), dtype=float)
+        variances = [self._variance(q, t) for q in coordinates]
         return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
+
+    def _variance(self, q: Coordinate, t: Array) -> Array:
+        """Of formulas to first order, with other weights at each time."""
+        if isinstance(q, Functional):
+            return self._posterior.variance_of(q.rounded, t, q.sampling_time)
+        each = [
+            self._posterior.variance_of(q.weights_at(self.reference.signals, at), at, q.sampling_time)
+            for at in t.reshape(-1, 1)
+        ]
+        return np.array(each).reshape(t.shape)
 
     def __repr__(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())
@@ -259,7 +270,7 @@ def _goal(
         raise ValueError(f"kernel: for the kind {kind!r} {wanted}, got {names}")
     means = [part.mean for part in prior.parts]
     for quantity in plant.quantities:
-        if not quantity.bounds.holds_inside(level := quantity.functional.at_rest(means)):
+        if not quantity.bounds.holds_inside(level := quantity.at_rest(means)):
             raise ValueError(
                 f"mean: must be an admissible equilibrium, but at rest there the {quantity.name} is {level:.4g}, not "
                 f"inside {quantity.bounds}: fading samples could not be followed for ever"

@@ -14,10 +14,12 @@ from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from pipeline.gp.signal import KernelSum
+from pipeline.systems.algebra import from_lists, to_lists
 from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.functional import Functional
 from pipeline.systems.interval import Interval
 from pipeline.systems.linear import Linear
+from pipeline.systems.nonlinear import Nonlinear
 from pipeline.systems.polytope import Polytope
 from pipeline.systems.reference import Reference
 
@@ -68,18 +70,7 @@ class Certificate:
             "version": VERSION,
             "claim": {"kind": kind, **dataclasses.asdict(self.claim), **self._proof},
             "signals": [_signal_to_dict(signal) for signal in self.reference.signals],
-            "system": {
-                "A": plant.system.A.tolist(),
-                "B": plant.system.B.tolist(),
-                "c": plant.system.c.tolist(),
-                "states": list(plant.system.states),
-                "inputs": list(plant.system.inputs),
-                "sampling_time": float(plant.sampling_time),
-            },
-            "trajectories": {
-                "states": [_functional_to_dict(x) for x in plant.flatness.states],
-                "inputs": [_functional_to_dict(u) for u in plant.flatness.inputs],
-            },
+            **_system_to_dict(plant),
             "bounds": [
                 {"name": q.name, "of": kind, "row": row.tolist(), "lower": bounds.lower, "upper": bounds.upper}
                 for q, (kind, row, bounds) in zip(plant.quantities, _rows(plant), strict=True)
@@ -99,13 +90,12 @@ class Certificate:
             raise ValueError(f"certificate: expected {FORMAT!r} version {VERSION}, got {data['format']!r}")
         claim, system = dict(data["claim"]), data["system"]
         covers, terms = claim.pop("covers", {}), claim.pop("terms", 0)
-        linear = Linear(system["A"], system["B"], system["c"], tuple(system["states"]), tuple(system["inputs"]))
         sets = [_set_from_dicts([b for b in data["bounds"] if b["of"] == kind], size) for kind, size in (
-            ("state", len(linear.states)), ("input", len(linear.inputs)))]  # fmt: skip
+            ("state", len(system["states"])), ("input", len(system["inputs"])))]  # fmt: skip
         return cls(
             reference=Reference(
                 tuple(_signal_from_dict(signal) for signal in data["signals"]),
-                ConstrainedSystem(linear, sets[0], sets[1], system["sampling_time"]),
+                ConstrainedSystem(_system_from_dict(system), sets[0], sets[1], system["sampling_time"]),
             ),
             claim=_CLAIMS[claim.pop("kind")](**claim),
             terms=terms,
@@ -118,6 +108,31 @@ class Certificate:
 def _rows(plant: ConstrainedSystem) -> list[tuple[str, Array, Interval]]:
     of_states = [("state", *row) for row in plant.state_set.intervals]
     return of_states + [("input", *row) for row in plant.input_set.intervals]
+
+
+def _system_to_dict(plant: ConstrainedSystem) -> dict[str, Any]:
+    """A linear system with its exact trajectories; a nonlinear one needs none: its states are the signals."""
+    system = plant.system
+    about = {
+        "states": list(system.states),
+        "inputs": list(system.inputs),
+        "sampling_time": float(plant.sampling_time),
+    }
+    if isinstance(system, Nonlinear):
+        return {"system": {"f": [to_lists(formula) for formula in system.f], **about}}
+    trajectories = {
+        kind: [_functional_to_dict(q) for q in coordinates if isinstance(q, Functional)]
+        for kind, coordinates in (("states", plant.flatness.states), ("inputs", plant.flatness.inputs))
+    }
+    matrices = {"A": system.A.tolist(), "B": system.B.tolist(), "c": system.c.tolist()}
+    return {"system": {**matrices, **about}, "trajectories": trajectories}
+
+
+def _system_from_dict(data: dict[str, Any]) -> Linear | Nonlinear:
+    names = tuple(data["states"]), tuple(data["inputs"])
+    if "f" in data:
+        return Nonlinear(tuple(from_lists(formula) for formula in data["f"]), *names)
+    return Linear(data["A"], data["B"], data["c"], *names)
 
 
 def _set_from_dicts(bounds: list[dict[str, Any]], dimension: int) -> Polytope:

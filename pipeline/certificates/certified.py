@@ -14,7 +14,7 @@ from pipeline.gp.joint import JointPrior
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.samples import Samples
 from pipeline.learning.basins import best_of
-from pipeline.learning.exchange import solve, tightened
+from pipeline.learning.exchange import followed, solve
 from pipeline.learning.problem import ROUNDING_BACKOFF, ConstrainedProblem, Constraint, NoSolution, Solution
 from pipeline.learning.screening import screened
 from pipeline.learning.space import SearchSpace
@@ -98,7 +98,7 @@ def learn_certified(
 
 def _fit(problem: ConstrainedProblem, before: Solution | None) -> Solution | NoSolution:
     if before:
-        return tightened(before, problem)
+        return followed(before, problem)
     kernels = [part.kernel for part in problem.prior.parts]
     if len(kernels) == 1 and isinstance(
         kernels[0], Periodic

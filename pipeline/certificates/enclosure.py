@@ -1,22 +1,26 @@
 """Enclosure of a quantity over a box of time: a Taylor polynomial about its middle, and a bound of what that misses."""
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
-from itertools import pairwise
-from math import comb
+from functools import lru_cache
 
 import numpy as np
 from flint import arb, arb_poly, arb_series
 
 from pipeline.certificates.balls import ball_arithmetic
-from pipeline.certificates.exact import ExactQuantity
+from pipeline.certificates.exact import ExactFunctional, ExactQuantity, Look
 from pipeline.certificates.growth import on_disc
+from pipeline.certificates.models import Enclosure, Models
 from pipeline.certificates.series import has_periodic_part, is_analytic, taylor
 from pipeline.gp.kernel import Kernel
-from pipeline.gp.signal import KernelSum
+from pipeline.systems.expression import Variable, evaluate
 
-_MAX_CUTS = 400
 _BEYOND_HALF = 1.01
+_REMEMBERED = 4096  # enclosures of looks: quantities are bisected alike
+_ROOM = 4
+"""A checker that bounds what formulas miss a little more crudely still agrees."""
+
 _RATIOS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0)
 
 
@@ -29,45 +33,31 @@ class Box:
     radius: float
 
 
-@dataclass(frozen=True)
-class Enclosure:
-    """q(midpoint + h x) for x in [−1, 1] lies within `remainder` of the polynomial with these `coefficients`."""
-
-    coefficients: arb_poly
-    remainder: arb
-
-    def stays_in(self, lower: arb, upper: arb) -> bool:
-        """Whether q certainly stays in [lower, upper] on the whole box."""
-        return _is_positive(self.coefficients - (lower + self.remainder)) and _is_positive(
-            (upper - self.remainder) - self.coefficients
-        )
+def remainder(functional: ExactFunctional, box: Box, terms: int) -> arb:
+    """Bound of what a Taylor polynomial of so many terms leaves out in the box; infinite if the disc is small."""
+    with ball_arithmetic(2):
+        return sum((abs(weight) * _missed(look, box, terms) for weight, look in functional.terms), arb(0))
 
 
-def remainder(quantity: ExactQuantity, box: Box, terms: int) -> arb:
-    """Bound of what a Taylor polynomial of so many terms leaves out anywhere in the box; infinite if the disc is small.
+@lru_cache(_REMEMBERED)
+def _missed(look: Look, box: Box, terms: int) -> arb:
+    """By Cauchy's estimate with |κ| ≤ M on |z − r| < ρ: Σ_(k ≥ terms) |κ⁽ᵏ⁾(r)| hᵏ/k! ≤ M (h/ρ)^terms / (1 − h/ρ).
 
-    By Cauchy's estimate with |κ| ≤ M on |z − r| < ρ: Σ_(k ≥ terms) |κ⁽ᵏ⁾(r)| hᵏ/k! ≤ M (h/ρ)^terms / (1 − h/ρ). If the
-    kink of a Matérn kernel lies in the box, the branch of the box's middle is continued beyond it.
+    If the kink of a Matérn kernel lies in the box, the branch of the box's middle is continued beyond it.
     """
-    total = arb(0)
+    kernel = look.signal.kernel
     with ball_arithmetic(2):
         middle, half = _midpoint(box)
         radius = arb(box.radius)
-        missed = _geometric_rest(half / radius, terms)
-        kernels = {term.signal.kernel for term in quantity.terms}
-        continued = {kernel: _continued(kernel, half, radius, terms) for kernel in kernels}
-        for term, shift, weight in quantity.summands():
-            kernel, r = term.signal.kernel, middle + shift
-            total += abs(weight) * on_disc(kernel, r, radius) * missed
-            if not _side(box, shift):
+        largest, continued = arb(0), arb(0)
+        for shift, c in look.summands:
+            r = middle + shift
+            largest += abs(c) * on_disc(kernel, r, radius)
+            if not (is_analytic(kernel) or _side(box, shift)):
                 # A middle of uncertain sign is next to the kink, or else nothing is known.
                 known = r > 0 or r < 0 or abs(r) < half / 1000
-                total += abs(weight) * (continued[kernel] if known else arb.pos_inf())
-        return total
-
-
-def _continued(kernel: Kernel, half: arb, radius: arb, terms: int) -> arb:
-    return arb(0) if is_analytic(kernel) else _oddness(kernel, half * _BEYOND_HALF, radius, terms)
+                continued += abs(c) * (_oddness(kernel, half * _BEYOND_HALF, radius, terms) if known else arb.pos_inf())
+        return largest * _geometric_rest(half / radius, terms) + continued
 
 
 def _geometric_rest(ratio: arb, terms: int) -> arb:
@@ -87,44 +77,55 @@ def _oddness(kernel: Kernel, reach: arb, radius: arb, terms: int) -> arb:
 
 
 def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
-    """Taylor polynomial with so many terms, and its remainder."""
-    rest = remainder(quantity, box, terms)
+    """Polynomial with so many terms, and its remainder. UndefinedError where the quantity may not be defined."""
+    arguments = {name: _enclosure(functional, box, terms) for name, functional in quantity.arguments.items()}
+    if isinstance(quantity.formula, Variable):
+        return arguments[quantity.formula.name]
+    with ball_arithmetic(terms):
+        found = evaluate(quantity.formula, arguments, Models())
+        return Enclosure(found.coefficients, _ROOM * found.remainder)
+
+
+def _enclosure(functional: ExactFunctional, box: Box, terms: int) -> Enclosure:
+    with ball_arithmetic(terms):
+        polynomial = sum((_polynomial(look, box, terms) * weight for weight, look in functional.terms), arb_poly())
+        return Enclosure(polynomial + functional.offset, remainder(functional, box, terms))
+
+
+@lru_cache(_REMEMBERED)
+def _polynomial(look: Look, box: Box, terms: int) -> arb_poly:
+    """Σ_i c_i κ(middle + h x + s − t_i), as so many terms of its Taylor series in x."""
     with ball_arithmetic(terms):
         middle, half = _midpoint(box)
-        polynomial = arb_poly([quantity.offset])
-        for term, shift, weight in quantity.summands():
+        polynomial = arb_poly()
+        for shift, c in look.summands:
             r = middle + shift
             # κ is even: differences are mirrored to the branch of r ≥ 0.
             mirror = _side(box, shift) or (1 if r >= 0 else -1)
             series = arb_series([mirror * r, mirror * half], prec=terms)
-            polynomial += arb_poly(taylor(term.signal.kernel, series).coeffs()) * weight
-        return Enclosure(polynomial, rest)
+            polynomial += arb_poly(taylor(look.signal.kernel, series).coeffs()) * c
+        return polynomial
 
 
-def best_radius(quantity: ExactQuantity, start: float, end: float, terms: int) -> float:
-    """A radius of discs [s] that makes the remainder small in the box [start, end] [s]; any other is valid too."""
+def best_radius(looks: Collection[Look], start: float, end: float, terms: int) -> float:
+    """A radius of discs [s] that makes remainders small in the box [start, end] [s]; any other is valid too."""
     half = (end - start) / 2
     with ball_arithmetic(2):
-        signals = _signals(quantity, start + half)
+        nearest = [(look.signal.kernel, _nearest(look, start + half)) for look in looks]
         radii = [half * ratio for ratio in _RATIOS]
         bounds = [
-            sum((on_disc(kernel, r, arb(radius)) for kernel, r in signals), arb(0)) * (arb(half) / arb(radius)) ** terms
+            sum((on_disc(kernel, r, arb(radius)) for kernel, r in nearest), arb(0)) * (arb(half) / arb(radius)) ** terms
             for radius in radii
         ]
         sizes = [float(bound.upper()) if bound.is_finite() else math.inf for bound in bounds]
         return radii[sizes.index(min(sizes))]
 
 
-def _signals(quantity: ExactQuantity, middle: float) -> list[tuple[Kernel, arb]]:
-    """The kernel of each signal, and how far the nearest centre is [s]; of a repeating kernel some crest always is."""
-    shifts: dict[int, tuple[KernelSum, list[float]]] = {}
-    for term in quantity.terms:
-        shifts.setdefault(id(term.signal), (term.signal, []))[1].append(float(term.shift))
-    found = []
-    for signal, looks in shifts.values():
-        nearest = float(np.min(np.abs(middle + np.array(looks)[:, None] - signal.centres)))
-        found.append((signal.kernel, arb(0) if has_periodic_part(signal.kernel) else arb(nearest)))
-    return found
+def _nearest(look: Look, middle: float) -> arb:
+    """How far the nearest centre is [s], about; of a repeating kernel some crest always is near."""
+    if has_periodic_part(look.signal.kernel):
+        return arb(0)
+    return arb(float(np.min(np.abs(middle + float(look.shift) - look.signal.centres))))
 
 
 def _midpoint(box: Box) -> tuple[arb, arb]:
@@ -136,33 +137,3 @@ def _side(box: Box, shift: arb) -> int:
     if arb(box.start) + shift >= 0:
         return 1
     return -1 if arb(box.end) + shift <= 0 else 0
-
-
-def _is_positive(polynomial: arb_poly) -> bool:
-    """Whether a polynomial is certainly ≥ 0 on [−1, 1]: Bernstein coefficients, on halves of halves where needed.
-
-    A polynomial lies in the convex hull of its Bernstein coefficients; the outer two are its values at the ends.
-    """
-    with ball_arithmetic():
-        a = polynomial(arb_poly([-1, 2])).coeffs() or [arb(0)]
-        n = len(a) - 1
-        pieces = [[sum((arb(comb(k, j)) / comb(n, j) * a[j] for j in range(k + 1)), arb(0)) for k in range(n + 1)]]
-        for _ in range(_MAX_CUTS):
-            if not pieces:
-                return True
-            b = pieces.pop()
-            if not (b[0] >= 0 and b[-1] >= 0):
-                return False
-            if not all(coefficient >= 0 for coefficient in b):
-                pieces.extend(_halves(b))
-        return False
-
-
-def _halves(b: list[arb]) -> tuple[list[arb], list[arb]]:
-    """De Casteljau: the Bernstein coefficients on the left and on the right half."""
-    left, right = [b[0]], [b[-1]]
-    while len(b) > 1:
-        b = [(p + q) / 2 for p, q in pairwise(b)]
-        left.append(b[0])
-        right.append(b[-1])
-    return left, right[::-1]

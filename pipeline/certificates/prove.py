@@ -11,10 +11,11 @@ from pipeline.certificates.certificate import Certificate
 from pipeline.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
 from pipeline.certificates.cover import TERMS, Cover, Hole, cover
 from pipeline.certificates.exact import ExactQuantity, exact_quantities
+from pipeline.certificates.formulas import UndefinedError
 from pipeline.certificates.outcome import Counterexample, Unproved
-from pipeline.certificates.rounding import evaluated_until, evaluation_errors, has_sane_numbers
+from pipeline.certificates.rounding import evaluated_until, evaluation_errors, has_sane_numbers, why_unbounded
 from pipeline.certificates.settled import earliest_settled, settled_margins
-from pipeline.certificates.sketch import sketch
+from pipeline.certificates.sketch import Sketch, sketch
 from pipeline.gp.combinations import Product, Sum
 from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
@@ -105,17 +106,21 @@ class _Task:
     def cover_window(self, claim: Claim, start: float, end: float) -> Outcome:
         if not has_sane_numbers(self.reference):
             return self._beyond_analysis
-        sketches = [sketch(self.reference, q, start, end) for q in self.reference.quantities]
+        sketches = self._sketches(start, end)
         for quantity, drawn in zip(self.quantities, sketches, strict=True):
             if failure := self._failure_at(quantity, arb(drawn.worst_time), drawn.worst_time):
                 return failure
         covers: dict[str, Cover] = {}
+        looks = tuple(dict.fromkeys(look for quantity in self.quantities for look in quantity.looks))
         for quantity, drawn in zip(self.quantities, sketches, strict=True):
-            found = cover(quantity, drawn, start, end, self.errors[quantity.name])
+            found = cover(quantity, looks, drawn, start, end, self.errors[quantity.name])
             if isinstance(found, Hole):
                 return self._explained(quantity, found)
             covers[quantity.name] = found
         return Certificate(self.reference, claim, TERMS, covers, self.errors, self.until)
+
+    def _sketches(self, start: float, end: float) -> list[Sketch]:
+        return [sketch(self.reference, quantity, start, end) for quantity in self.reference.quantities]
 
     def look_at_instants(self, last_step: int) -> Outcome:
         step = self.reference.plant.sampling_time
@@ -132,6 +137,11 @@ class _Task:
         """Broken for sure far out, or only unproved there."""
         if not has_sane_numbers(self.reference):
             return self._beyond_analysis
+        if unbounded := [quantity for quantity in self.quantities if not np.isfinite(self.errors[quantity.name])]:
+            worst = zip(self.quantities, self._sketches(0.0, self.window), strict=True)
+            seen = (self._failure_at(q, arb(drawn.worst_time), drawn.worst_time) for q, drawn in worst)
+            broken = (failure for failure in seen if isinstance(failure, Counterexample))
+            return next(broken, None) or self._unbounded_error(unbounded[0])
         far = 1e6 * self.window
         margins = settled_margins(self.reference, arb(far), self.errors)
         quantity = min(self.quantities, key=lambda q: margins[q.name])
@@ -149,17 +159,27 @@ class _Task:
 
     def _failure_at(self, quantity: ExactQuantity, t: arb, time: float, step: int | None = None) -> Failure | None:
         """Whether one time, exactly t, already decides the question."""
-        margin, reserve = quantity.margin_at(t), self.errors[quantity.name]
+        reserve = self.errors[quantity.name]
+        try:
+            margin = quantity.margin_at(t)
+        except UndefinedError as undefined:
+            return Unproved(quantity.name, quantity.bounds, (time, time), np.inf, str(undefined))
         if margin < 0:
             return Counterexample(quantity.name, quantity.bounds, time, float_below(-margin), step)
         if margin >= arb(reserve):
             return None
+        if not np.isfinite(reserve):
+            return self._unbounded_error(quantity)
         reason = f"the margin is smaller than the error of float64 evaluation, up to {reserve:.3g}"
         return Unproved(quantity.name, quantity.bounds, (time, time), reserve - float_below(margin), reason)
+
+    def _unbounded_error(self, quantity: ExactQuantity) -> Unproved:
+        why = why_unbounded(self.reference, self.until)
+        reason = f"float64 evaluation may go wrong: with states anywhere in their set, {why}"
+        return Unproved(quantity.name, quantity.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _explained(self, quantity: ExactQuantity, hole: Hole) -> Failure:
         start, end = hole.box.start, hole.box.end
         middle = start + (end - start) / 2
         failure = self._failure_at(quantity, arb(middle), middle)
-        reason = "no enclosure found in this box is narrow enough"
-        return failure or Unproved(quantity.name, quantity.bounds, (start, end), 0.0, reason)
+        return failure or Unproved(quantity.name, quantity.bounds, (start, end), 0.0, hole.reason)

@@ -1,11 +1,12 @@
 """How far a float64 evaluation of a reference can be from the exact reals it stands for: a bound, known beforehand.
 
-Assumed: IEEE arithmetic rounding to nearest (u = 2⁻⁵³), a dot product in any order, and NumPy's exp, sin and power
+Assumed: IEEE arithmetic rounding to nearest (u = 2⁻⁵³), a dot product in any order, and NumPy's functions and powers
 within 4 units in the last place. Everything else follows from the formulas in pipeline.gp. All bounds over-estimate;
 what is of second order in u is covered by a per cent on top.
 """
 
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -14,15 +15,20 @@ from flint import arb
 
 from pipeline.certificates.balls import ball_arithmetic, float_above
 from pipeline.certificates.exact import rational
+from pipeline.certificates.formulas import UndefinedError
 from pipeline.certificates.growth import beyond
+from pipeline.certificates.rounded import Rounded, RoundedArithmetic
 from pipeline.certificates.series import has_periodic_part
 from pipeline.gp.combinations import Product, Sum
 from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
-from pipeline.gp.radial import RationalQuadratic
+from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from pipeline.gp.signal import KernelSum
 from pipeline.systems.constrained import ConstrainedSystem
+from pipeline.systems.expression import Constant, Power, evaluate, parts
+from pipeline.systems.functional import Functional
 from pipeline.systems.reference import Reference
+from pipeline.systems.trajectory import Coordinate, Trajectory
 
 _SLACK = 1.02
 _FORMULA = 40
@@ -36,11 +42,12 @@ _LARGEST, _SMALLEST, _LARGEST_KERNEL = 1e30, 1e-30, 1e100
 
 @dataclass(frozen=True)
 class _Sensitivity:
-    """Over-estimates for |r| ≤ some reach: of |κ|, of |κ̇|, of |r κ̇|, and of the formula's own roundings in u."""
+    """Over-estimates for |r| ≤ some reach: of |κ|, |κ̇|, |r κ̇| and |r κ|, and of the formula's own roundings in u."""
 
     size: arb
     slope: arb
     stretch: arb
+    moment: arb
     formula: arb
 
 
@@ -49,12 +56,20 @@ def _sensitivity(kernel: Kernel, reach: arb) -> _Sensitivity:
         f, g = _sensitivity(kernel.left, reach), _sensitivity(kernel.right, reach)
         if isinstance(kernel, Sum):
             size = f.size + g.size
-            return _Sensitivity(size, f.slope + g.slope, f.stretch + g.stretch, f.formula + g.formula + 2 * size)
+            return _Sensitivity(
+                size,
+                f.slope + g.slope,
+                f.stretch + g.stretch,
+                f.moment + g.moment,
+                f.formula + g.formula + 2 * size,
+            )
         size = f.size * g.size
         return _Sensitivity(
             size,
             f.slope * g.size + f.size * g.slope,
-            f.stretch * g.size + f.size * g.stretch,
+            # What goes on for ever is no matter far out, where the other factor has decayed.
+            (f.stretch * g.size).min(f.slope * g.moment) + (f.size * g.stretch).min(f.moment * g.slope),
+            (f.moment * g.size).min(f.size * g.moment),
             f.formula * g.size + f.size * g.formula + 2 * size,
         )
     size, slope = beyond(kernel, arb(0))
@@ -63,26 +78,123 @@ def _sensitivity(kernel: Kernel, reach: arb) -> _Sensitivity:
     formula = _FORMULA * size
     if isinstance(kernel, RationalQuadratic):
         formula += 8 * arb(kernel.shape) * size  # the power −α of a rounded base
-    return _Sensitivity(size, slope, stretch, formula)
+    return _Sensitivity(size, slope, stretch, _moment(kernel, reach, size), formula)
+
+
+def _moment(kernel: Kernel, reach: arb, size: arb) -> arb:
+    """Bound of |r κ|: θ₁² θ₂ times the largest x e^(−x²/2); x (1 + x) e^(−x) ≤ 0.85; x (1 + x + x²/3) e^(−x) ≤ 1.18."""
+    match kernel:
+        case SquaredExponential(lengthscale=length):
+            return size * arb(length) * (arb(-1) / 2).exp()
+        case Matern32(lengthscale=length):
+            return size * arb(length) / arb(3).sqrt() * arb(85) / 100
+        case Matern52(lengthscale=length):
+            return size * arb(length) / arb(5).sqrt() * arb(118) / 100
+    return reach * size
 
 
 def evaluation_errors(reference: Reference, until: float) -> dict[str, float]:
     """Bounds of |float64 − exact| of each bounded quantity of a reference at all times |t| ≤ `until` [s].
 
-    They hold at a float64 t, and against the exact k T_s where t is the rounded product.
+    They hold at a float64 t, and against the exact k T_s where t is the rounded product; those of formulas only while
+    the states lie in their set, and infinite where that is not enough.
     """
+    errors = {}
+    for row in _rows(reference.plant):
+        try:
+            errors[row.name] = _row_error(reference, row, until)
+        except UndefinedError:
+            errors[row.name] = math.inf
+    return errors
+
+
+def why_unbounded(reference: Reference, until: float) -> str:
+    """What is in the way of a finite error; empty where nothing is."""
+    try:
+        for row in _rows(reference.plant):
+            _row_error(reference, row, until)
+    except UndefinedError as undefined:
+        return str(undefined)
+    return ""
+
+
+@dataclass(frozen=True)
+class _Row:
+    """Σ_i `weights`[i] `parts`[i] of the states or the inputs: a bounded quantity."""
+
+    name: str
+    weights: list[Fraction]
+    parts: tuple[Coordinate, ...]
+
+    @property
+    def functionals(self) -> list[Functional]:
+        return [part for part in self.parts if isinstance(part, Functional)]
+
+    @property
+    def formulas(self) -> list[Trajectory]:
+        return [part for part in self.parts if isinstance(part, Trajectory)]
+
+
+def _rows(plant: ConstrainedSystem) -> list[_Row]:
+    of_states = [(row, plant.flatness.states) for row, _ in plant.state_set.intervals]
+    of_inputs = [(row, plant.flatness.inputs) for row, _ in plant.input_set.intervals]
+    return [
+        _Row(quantity.name, [Fraction(v) for v in row.tolist()], parts)
+        for quantity, (row, parts) in zip(plant.quantities, [*of_states, *of_inputs], strict=True)
+    ]
+
+
+def _row_error(reference: Reference, row: _Row, until: float) -> float:
+    """UndefinedError where there is no bound."""
     plant = reference.plant
     with ball_arithmetic(2):
         latest = arb(until) + max(plant.flatness.orders) * arb(plant.sampling_time)
         of_signals = [_signal_error(signal, latest) for signal in reference.signals]
-        errors = {}
-        for name, weights, offset in _uncancelled(plant):
-            total = sum((rational(w) * error for w, (error, _) in zip(weights, of_signals, strict=True)), arb(0))
-            size = sum((rational(w) * size for w, (_, size) in zip(weights, of_signals, strict=True)), rational(offset))
-            roundings = 8 + sum(plant.flatness.orders) + sum(plant.system.B.shape)
-            tiny = arb(2) ** -300 * (1 + rational(sum(weights, Fraction(0))))  # underflows
-            errors[name] = float_above(_SLACK * (total + roundings * arb(2) ** -53 * size) + tiny)
-        return errors
+        roundings = 8 + sum(plant.flatness.orders) + len(plant.system.states) + len(plant.system.inputs)
+        if not row.formulas:
+            weights, offset = _uncancelled(row.weights, row.functionals)
+            return float_above(_SLACK * _functional_error(weights, offset, of_signals, roundings).error)
+        total, size = arb(0), arb(0)
+        for weight, part in zip(row.weights, row.formulas, strict=True):
+            if weight:
+                found = _formula_error(plant, part, of_signals, roundings)
+                total += rational(abs(weight)) * found.error
+                size += rational(abs(weight)) * abs(found.seen)
+        return float_above(_SLACK * (total + roundings * arb(2) ** -53 * size) + arb(2) ** -300)
+
+
+def _functional_error(
+    weights: list[Fraction], offset: Fraction, of_signals: list[tuple[arb, arb]], roundings: int
+) -> Rounded:
+    """Of Σ_c w_c z_c + offset, and where it lies whatever cancels."""
+    total = sum((rational(w) * error for w, (error, _) in zip(weights, of_signals, strict=True)), arb(0))
+    size = sum((rational(w) * size for w, (_, size) in zip(weights, of_signals, strict=True)), rational(offset))
+    tiny = arb(2) ** -300 * (1 + rational(sum(weights, Fraction(0))))  # underflows
+    return Rounded(arb(0, 1) * size, total + roundings * arb(2) ** -53 * size + tiny)
+
+
+def _formula_error(
+    plant: ConstrainedSystem, trajectory: Trajectory, of_signals: list[tuple[arb, arb]], roundings: int
+) -> Rounded:
+    """Its arguments lie where the signals can be at all; what is a state, in the state set too."""
+    values = {}
+    for name, functional in trajectory.arguments:
+        found = _functional_error(*_uncancelled([Fraction(1)], [functional]), of_signals, roundings)
+        exact = (
+            _within(plant, plant.system.states.index(name), found.exact) if name in plant.system.states else found.exact
+        )
+        values[name] = Rounded(exact, found.error)
+    return evaluate(trajectory.formula, values, RoundedArithmetic())
+
+
+def _within(plant: ConstrainedSystem, i: int, exact: arb) -> arb:
+    """The part of a ball that rows of the state set with no other coordinate leave to the i-th."""
+    low, high = exact.lower(), exact.upper()
+    for row, bounds in plant.state_set.intervals:
+        if row[i] and not any(np.delete(row, i)):
+            ends = [arb(bounds.lower) / arb(row[i]), arb(bounds.upper) / arb(row[i])]
+            low, high = low.max(ends[0].min(ends[1])), high.min(ends[0].max(ends[1]))
+    return low.union(high)
 
 
 def _signal_error(signal: KernelSum, latest: arb) -> tuple[arb, arb]:
@@ -97,20 +209,17 @@ def _signal_error(signal: KernelSum, latest: arb) -> tuple[arb, arb]:
     return u * (weight * one + 4 * size), size
 
 
-def _uncancelled(plant: ConstrainedSystem) -> Iterator[tuple[str, list[Fraction], Fraction]]:
-    """For each bounded row: Σ_i |row_i| Σ_j |w_ij| of every signal, and Σ_i |row_i offset_i|.
+def _uncancelled(row: list[Fraction], functionals: list[Functional]) -> tuple[list[Fraction], Fraction]:
+    """Σ_i |row_i| Σ_j |w_ij| of every signal, and Σ_i |row_i offset_i|.
 
     What cancels in exact arithmetic need not cancel when states are evaluated one by one and combined then.
     """
-    of_states = [(row, plant.flatness.states) for row, _ in plant.state_set.intervals]
-    of_inputs = [(row, plant.flatness.inputs) for row, _ in plant.input_set.intervals]
-    for quantity, (row, parts) in zip(plant.quantities, [*of_states, *of_inputs], strict=True):
-        sizes = [abs(Fraction(v)) for v in row.tolist()]
-        weights = [
-            sum((size * abs(w) for size, q in zip(sizes, parts, strict=True) for w in q.weights[c]), Fraction(0))
-            for c in range(plant.signals)
-        ]
-        yield quantity.name, weights, sum((s * abs(q.offset) for s, q in zip(sizes, parts, strict=True)), Fraction(0))
+    sizes = [abs(v) for v in row]
+    weights = [
+        sum((size * abs(w) for size, q in zip(sizes, functionals, strict=True) for w in q.weights[c]), Fraction(0))
+        for c in range(len(functionals[0].weights))
+    ]
+    return weights, sum((s * abs(q.offset) for s, q in zip(sizes, functionals, strict=True)), Fraction(0))
 
 
 def evaluated_until(signals: Iterable[KernelSum], window: float) -> float:
@@ -121,10 +230,20 @@ def evaluated_until(signals: Iterable[KernelSum], window: float) -> float:
 def has_sane_numbers(reference: Reference) -> bool:
     """Whether every stored number is of a size for which the analysis above holds (no overflow, no lost factor)."""
     plant = reference.plant
-    weights = [w for _, row, offset in _uncancelled(plant) for w in (*row, offset) if w]
+    rows = _rows(plant)
+    gross = [_uncancelled(row.weights, row.functionals) for row in rows if not row.formulas]
+    weights = [w for of_signals, offset in gross for w in (*of_signals, offset) if w]
+    weights += [abs(w) for row in rows if row.formulas for w in row.weights if w]
+    weights += [abs(Fraction(c)) for row in rows for part in row.formulas for c in _constants(part) if c]
     if not (plant.sampling_time >= _SMALLEST and all(_SMALLEST <= w <= _LARGEST for w in weights)):
         return False
     return all(_is_sane(signal) for signal in reference.signals)
+
+
+def _constants(trajectory: Trajectory) -> list[float]:
+    nodes = list(parts(trajectory.formula))
+    powers = [node.exponent for node in nodes if isinstance(node, Power)]
+    return [node.value for node in nodes if isinstance(node, Constant)] + powers
 
 
 def _is_sane(signal: KernelSum) -> bool:

@@ -4,7 +4,7 @@ import numpy as np
 from flint import arb
 
 from pipeline.certificates.balls import ball_arithmetic, float_below
-from pipeline.certificates.exact import limits_beyond
+from pipeline.certificates.limits import limits_beyond
 from pipeline.systems.reference import Reference
 
 _DOUBLINGS, _BISECTIONS = 100, 8

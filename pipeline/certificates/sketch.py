@@ -14,15 +14,24 @@ _LOOKS = 1025
 
 @dataclass(frozen=True)
 class Sketch:
-    """Margins of a quantity at increasing times [s], shape (n,) both."""
+    """Margins of a quantity at increasing times [s], and |∂q/∂q_i| for each of its functionals: shape (n,) all."""
 
     times: Array
     margins: Array
+    slopes: dict[str, Array]
 
     def smallest(self, start: float, end: float) -> float:
         """The smallest margin seen in [start, end] or right beside it."""
+        return float(np.min(self.margins[self._within(start, end)]))
+
+    def steepest(self, start: float, end: float) -> dict[str, float]:
+        """The largest |∂q/∂q_i| seen there."""
+        within = self._within(start, end)
+        return {name: float(np.max(slopes[within])) for name, slopes in self.slopes.items()}
+
+    def _within(self, start: float, end: float) -> slice:
         first, last = np.searchsorted(self.times, [start, end])
-        return float(np.min(self.margins[max(first - 1, 0) : last + 1]))
+        return slice(max(int(first) - 1, 0), int(last) + 1)
 
     @property
     def worst_time(self) -> float:
@@ -31,16 +40,19 @@ class Sketch:
 
 def sketch(reference: Reference, quantity: Quantity, start: float, end: float) -> Sketch:
     """Margins on a regular grid, at their local minima, and at each centre: a short length scale shows nowhere else."""
-    signals, functional = reference.signals, quantity.functional
+    signals, trajectory = reference.signals, quantity.trajectory
 
     def margin(t: Array) -> Array:
         return quantity.margin(signals, t)
 
     looks = [
-        (signals[c].centres[:, None] - functional.sampling_time * np.arange(len(weights))).ravel()
+        (signals[c].centres[:, None] - trajectory.sampling_time * np.arange(len(weights))).ravel()
+        for _, functional in trajectory.arguments
         for c, weights in functional.rounded
     ]
     lowest = Window(start, end).local_minima(margin, [signal.kernel for signal in signals])
     times = np.unique(np.concatenate([np.linspace(start, end, _LOOKS), *looks, lowest]))
     times = times[(times >= start) & (times <= end)]
-    return Sketch(times, margin(times))
+    slopes = trajectory.slopes({name: functional(signals, times) for name, functional in trajectory.arguments})
+    sizes = {name: np.broadcast_to(np.abs(slope), times.shape) for name, slope in slopes.items()}
+    return Sketch(times, margin(times), sizes)

@@ -6,9 +6,9 @@ from typing import Annotated, Literal, Self
 from pydantic import BeforeValidator, Field, NonNegativeFloat, model_validator
 
 from pipeline.compare.model import Found
-from pipeline.compare.yaml_file import Fields, read_yaml
 from pipeline.errors import InputError
 from pipeline.paper import printed_numbers
+from pipeline.yaml_file import Fields, read_yaml, validated
 
 CLAIMS = Path("claims.yaml")
 
@@ -119,4 +119,4 @@ class Claims(Fields):
 
 def load_claims(path: Path = CLAIMS) -> Claims:
     """The claims of a YAML file. Raises InputError."""
-    return read_yaml(path, Claims)
+    return validated(Claims, read_yaml(path), path)

@@ -8,7 +8,7 @@ from typing import Annotated, Self
 
 from pydantic import BeforeValidator, NonNegativeFloat, model_validator
 
-from pipeline.compare.yaml_file import Fields, read_yaml
+from pipeline.yaml_file import Fields, read_yaml, validated
 
 TOLERANCES = Path("tolerances.yaml")
 
@@ -85,4 +85,4 @@ def _any(name: str, patterns: Iterable[str]) -> bool:
 
 def load_tolerances(path: Path = TOLERANCES) -> Tolerances:
     """The rules of a YAML file. Raises InputError."""
-    return read_yaml(path, Tolerances)
+    return validated(Tolerances, read_yaml(path), path)

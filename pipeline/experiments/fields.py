@@ -4,9 +4,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import (
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     NonNegativeInt,
     PositiveFloat,
@@ -16,14 +14,7 @@ from pydantic import (
 
 from pipeline.experiments.kernel_choice import Hyperparameter, KernelChoice
 from pipeline.systems.interval import Interval
-
-
-class Fields(BaseModel):
-    """Fields that are read strictly: none is unknown, none converted, none changed later."""
-
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, arbitrary_types_allowed=True
-    )
+from pipeline.yaml_file import Fields
 
 
 def _interval(written: object) -> Interval:

@@ -10,7 +10,6 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pipeline.certificates.goal import Goal, for_all_times
 from pipeline.experiments.fields import (
     Algorithm1,
-    Fields,
     IntervalField,
     Periodic,
     PriorFields,
@@ -31,6 +30,7 @@ from pipeline.learning.space import SearchSpace
 from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.interval import Interval
 from pipeline.systems.scalar import Scalar, scalar
+from pipeline.yaml_file import Fields
 
 STATE = "state"
 """What is sampled of a scalar system."""

@@ -5,9 +5,11 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, PositiveFloat, model_validator
 
-from pipeline.experiments.fields import Fields
+from pipeline.models import MODELS
+from pipeline.systems.constrained import System
 from pipeline.systems.linear import Linear
 from pipeline.systems.polytope import Polytope
+from pipeline.yaml_file import Fields
 
 
 def _matrix(written: object) -> object:
@@ -44,13 +46,37 @@ class LinearModel(Fields):
     sampling_time: PositiveFloat
 
     @property
-    def linear(self) -> Linear:
+    def discrete(self) -> System:
         """The discrete-time system. ValueError where shapes do not fit."""
         A, B = np.array(self.A), np.array(self.B)
         c = np.zeros(len(A)) if self.c is None else np.array(self.c)
         if self.continuous:
             return Linear.discretised(A, B, self.sampling_time, c, self.states, self.inputs)
         return Linear(A, B, c, self.states, self.inputs)
+
+
+class NamedModel(Fields):
+    """A nonlinear system of pipeline.models, x(k+1) = f(x(k), u(k)), one step every `sampling_time` [s]."""
+
+    model: str
+    sampling_time: PositiveFloat
+
+    @property
+    def discrete(self) -> System:
+        """The system. ValueError where there is none of that name."""
+        if self.model not in MODELS:
+            raise ValueError(f"there is no model {self.model!r}; there are {', '.join(MODELS)}")
+        return MODELS[self.model]
+
+
+def which_model(written: object) -> object:
+    """A linear model or one by name, by what is written. ValueError for neither."""
+    if not isinstance(written, dict):
+        raise ValueError("expected a mapping with A and B, or with the name of a model")
+    return (NamedModel if "model" in written else LinearModel).model_validate(written)
+
+
+ModelField = Annotated[LinearModel | NamedModel, BeforeValidator(which_model)]
 
 
 class SetFields(Fields):

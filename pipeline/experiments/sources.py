@@ -4,8 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, model_validator
 
-from pipeline.experiments.fields import Fields, ProjectPath, Steps, as_tuple
+from pipeline.experiments.fields import ProjectPath, Steps, as_tuple
 from pipeline.recordings import CLOCKS, REPAIRS
+from pipeline.yaml_file import Fields
 
 
 class Drawn(Fields):

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, PositiveInt, model_validator
 
 from pipeline.certificates.goal import Goal, for_all_times, on_window
-from pipeline.experiments.fields import Fields, PriorFields
+from pipeline.experiments.fields import PriorFields
 from pipeline.experiments.model import Experiment
-from pipeline.experiments.plants import LinearModel, SetField
+from pipeline.experiments.plants import ModelField, SetField
 from pipeline.experiments.sources import Drawn, Source, SourceField
 from pipeline.gp.joint import JointPrior
 from pipeline.gp.prior import NOISE, Prior
@@ -17,6 +17,7 @@ from pipeline.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.interval import Interval
 from pipeline.systems.sampling import seen_through
+from pipeline.yaml_file import Fields
 
 
 class Looks(Fields):
@@ -56,7 +57,7 @@ class TrackingExperiment(Experiment):
 
     kind: Literal["tracking"]
     samples: Annotated[dict[str, SourceField], BeforeValidator(_sources)]
-    system: LinearModel
+    system: ModelField
     state_set: SetField
     input_set: SetField
     prior: Annotated[dict[str, PriorFields], BeforeValidator(_priors)]
@@ -80,7 +81,7 @@ class TrackingExperiment(Experiment):
     @property
     def constrained_system(self) -> ConstrainedSystem:
         s = self.system
-        return ConstrainedSystem(s.linear, self.state_set.polytope, self.input_set.polytope, s.sampling_time)
+        return ConstrainedSystem(s.discrete, self.state_set.polytope, self.input_set.polytope, s.sampling_time)
 
     @property
     def names(self) -> tuple[str, ...]:

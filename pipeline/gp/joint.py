@@ -131,8 +131,7 @@ class JointPosterior:
 
     def variance_of(self, weights: Sequence[tuple[int, Array]], t: Array, step: float) -> Array:
         """Variance of Σ_c Σ_j w_cj g_c(t + j step), from pairs (c, w_c), at t [s]: the shape of t."""
-        looks = ((c, w, np.stack([t + j * step for j in range(len(w))])) for c, w in weights)
-        return np.asarray(sum((self.parts[c].variance_of(w, instants) for c, w, instants in looks), np.zeros(())))
+        return np.asarray(sum((self.parts[c].variance_of(w, step, t) for c, w in weights), np.zeros(())))
 
     def jet_and_gradient(self, process: int, t: Array, order: int) -> tuple[Array, Array]:
         """As of one process, but with ∂/∂ln θ of all learned hyperparameters: shape (p, order + 1, *t.shape)."""

@@ -81,5 +81,7 @@ def stretched(jet: Array, r: Array) -> Array:
 
     A longer ℓ is a slower clock: ∂κ/∂ln ℓ = −r κ̇, and n time derivatives later −(n κ⁽ⁿ⁾ + r κ⁽ⁿ⁺¹⁾).
     """
-    n = np.arange(len(jet) - 1).reshape(-1, *(1,) * r.ndim)
-    return np.asarray(-(n * jet[:-1] + r * jet[1:]))
+    gradient = r * jet[1:]
+    for n in range(1, len(gradient)):
+        gradient[n] += n * jet[n]
+    return np.asarray(-gradient)

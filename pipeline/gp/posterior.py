@@ -1,15 +1,21 @@
 """The posterior: factored once, then asked often."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
-from scipy.linalg import lapack
 
 from pipeline.arrays import Array
+from pipeline.gp.blocks import in_blocks
+from pipeline.gp.dense import Dense
+from pipeline.gp.factored import Factored
+from pipeline.gp.grid import Grid
 from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
 from pipeline.gp.signal import KernelSum
+from pipeline.gp.toeplitz import Toeplitz
+
+_FEWEST_REGULAR = 200  # samples: fewer, and a Cholesky factor is found sooner
 
 
 class IllConditioned(ArithmeticError):
@@ -20,8 +26,9 @@ class IllConditioned(ArithmeticError):
 class Posterior:
     """A Gaussian process given samples.
 
-    One Cholesky factor of K + σ_n² I carries the weights, the variance, the likelihood with its gradient, and the
-    gradient of the mean. Raises IllConditioned, on first use, where that factor does not exist.
+    One factor of K + σ_n² I carries the weights, the variance, the likelihood with its gradient, and the gradient of
+    the mean: that of a Toeplitz matrix where there are many samples, regularly spaced, and rounding allows it, else
+    that of Cholesky. Raises IllConditioned, on first use, where neither exists.
     """
 
     prior: Prior
@@ -30,7 +37,7 @@ class Posterior:
     @cached_property
     def weights(self) -> Array:
         """c = (K + σ_n² I)⁻¹ (y − m), shape (n,)."""
-        return self._solve(self._residual)
+        return self._factored.solve(self._residual)
 
     @cached_property
     def signal(self) -> KernelSum:
@@ -48,15 +55,14 @@ class Posterior:
 
     def variance(self, t: Array) -> Array:
         """Variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
-        return self.variance_of(np.ones(1), np.asarray(t, dtype=float)[None])
+        return self.variance_of(np.ones(1), 0.0, t)
 
-    def variance_of(self, weights: Array, t: Array) -> Array:
-        """Variance of Σ_j w_j g(t_j), with weights (J,) and times t [s] of shape (J, …): the shape of t_0."""
-        kernel = self.prior.kernel
-        cross = np.tensordot(weights, self._seen(kernel(t[..., None] - self._centres)), axes=1)
-        explained = np.sum(cross * self._solve(cross.reshape(-1, len(self.samples)).T).T.reshape(cross.shape), axis=-1)
-        before = np.einsum("j,l,jl...->...", weights, weights, kernel(t[:, None] - t[None]))
-        return np.asarray(np.maximum(before - explained, 0.0))
+    def variance_of(self, weights: Array, step: float, t: Array) -> Array:
+        """Variance of Σ_j w_j g(t + j step), with weights (J,) and step [s], at t [s]: the shape of t."""
+        width = 4 * len(weights) * len(self._centres)
+        function = partial(self._variance_of, weights, step)
+        (variance,) = in_blocks(function, np.asarray(t, dtype=float), width)
+        return variance
 
     def mean_gradient(self, t: Array) -> Array:
         """∂m⁺(t)/∂ln θ of the learned hyperparameters: shape (p, *t.shape)."""
@@ -67,14 +73,9 @@ class Posterior:
 
         Shapes (order + 1, *t.shape) and (p, order + 1, *t.shape).
         """
-        jet, gradient = self.prior.kernel.jet_and_gradient(np.asarray(t, dtype=float)[..., None] - self._centres, order)
-        mean = jet @ self.signal.weights
-        mean[0] += self.prior.mean
-        through_kernel = np.zeros((len(gradient) + 1, *mean.shape))
-        through_kernel[:-1] = gradient @ self.signal.weights
-        spread = self.samples.stencil.spread(self._weights_gradient)
-        through_weights = np.moveaxis(jet @ spread.T, -1, 0)
-        return np.asarray(mean), np.asarray(through_kernel[self._learned] + through_weights)
+        width = (order + 1) * len(self.prior.hyperparameters) * len(self._centres)
+        jet, gradient = in_blocks(partial(self._jet_and_gradient, order), np.asarray(t, dtype=float), width)
+        return jet, gradient
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
         """l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ, shape (p,).
@@ -83,10 +84,9 @@ class Posterior:
         The gradient is tr((A⁻¹ − c cᵀ) ∂A).
         """
         n, c = len(self.samples), self.weights
-        value = 2 * np.sum(np.log(np.diag(self._factor))) + c @ self._residual
-        inner = self._inverse - np.outer(c, c)
-        by_kernel = np.einsum("ij,pij->p", inner, self._gram_gradient)
-        by_noise = 2 * self._noise_variance @ np.diag(inner)
+        value = self._factored.log_determinant + c @ self._residual
+        by_kernel, diagonal = self._factored.contracted(c)
+        by_noise = 2 * self._noise_variance @ diagonal
         return float(value + n * np.log(2 * np.pi)), np.append(by_kernel, by_noise)[self._learned]
 
     @property
@@ -102,55 +102,60 @@ class Posterior:
     def _noise_variance(self) -> Array:
         return (self.prior.noise_std * self.samples.relative_noise) ** 2
 
-    def _seen(self, cross: Array) -> Array:
-        """Covariances with the samples, shape (…, n), from those with the process at the centres."""
-        weights = self.samples.stencil.weights
-        parts = np.split(cross, len(weights), axis=-1)
-        return np.asarray(sum(w * part for w, part in zip(weights, parts, strict=True)))
+    def _variance_of(self, weights: Array, step: float, t: Array) -> tuple[Array]:
+        kernel, seen = self.prior.kernel, self.samples.stencil.weights
+        shifts = step * np.arange(len(weights))
+        looks = kernel(t[..., None, None] + shifts[:, None] - self._centres)
+        parts = np.split(weights @ looks, len(seen), axis=-1)
+        cross = np.asarray(sum(w * part for w, part in zip(seen, parts, strict=True)))
+        columns = cross.reshape(-1, len(self.samples)).T
+        explained = np.sum(cross * self._factored.solve(columns).T.reshape(cross.shape), axis=-1)
+        before = weights @ kernel(shifts[:, None] - shifts) @ weights
+        return (np.maximum(before - explained, 0.0),)
+
+    def _jet_and_gradient(self, order: int, t: Array) -> tuple[Array, Array]:
+        jet, gradient = self.prior.kernel.jet_and_gradient(t[..., None] - self._centres, order)
+        mean = jet @ self.signal.weights
+        mean[0] += self.prior.mean
+        through_kernel = np.zeros((len(gradient) + 1, *mean.shape))
+        through_kernel[:-1] = gradient @ self.signal.weights
+        through_weights = np.moveaxis(jet @ self.samples.stencil.spread(self._weights_gradient).T, -1, 0)
+        return np.asarray(mean), np.asarray(through_kernel[self._learned] + through_weights)
 
     @cached_property
     def _learned(self) -> list[int]:
-        return [i for i, name in enumerate(self.prior.hyperparameters) if name in self.prior.learned]
+        return [i for i, name in enumerate(self.prior.hyperparameters) if name not in self.prior.fixed]
 
     @cached_property
-    def _gram_and_gradient(self) -> tuple[Array, Array]:
-        """Of what is sampled: Σ_d ρ_d κ(t_i − t_k + d step) over the lags of the stencil."""
-        difference = self.samples.times[:, None] - self.samples.times
-        lags = self.samples.stencil.lags
-        parts = [(rho, *self.prior.kernel.jet_and_gradient(difference + lag, 0)) for rho, lag in lags]
-        gram = sum(rho * jet[0] for rho, jet, _ in parts)
-        return np.asarray(gram), np.asarray(sum(rho * gradient[:, 0] for rho, _, gradient in parts))
-
-    @property
-    def _gram_gradient(self) -> Array:
-        """∂K/∂ln θ_j of the kernel's hyperparameters, shape (p, n, n)."""
-        return self._gram_and_gradient[1]
-
-    @cached_property
-    def _factor(self) -> Array:
-        """Lower Cholesky factor of K + σ_n² I."""
-        gram = self._gram_and_gradient[0].copy()
-        gram.flat[:: len(gram) + 1] += self._noise_variance
-        factor, info = lapack.dpotrf(gram, lower=True, clean=True)
-        if info:
+    def _factored(self) -> Factored:
+        """A = K + σ_n² I."""
+        factored = self._toeplitz() or Dense.of(self.samples.times, self._covariance, self._noise_variance)
+        if factored is None:
             values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
             raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")
-        return np.asarray(factor)
+        return factored
 
-    def _solve(self, right: Array) -> Array:
-        solution, _ = lapack.dpotrs(self._factor, right, lower=True)
-        return np.asarray(solution.reshape(right.shape))
+    def _toeplitz(self) -> Factored | None:
+        times, kernel, noise_variance = self.samples.times, self.prior.kernel, self._noise_variance
+        if len(times) < _FEWEST_REGULAR or np.any(noise_variance != noise_variance[0]):
+            return None
+        if (grid := Grid.of(times)) is None:
+            return None
+        slope = kernel(np.zeros(())).item() / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
+        seen = sum(abs(rho) for rho, _ in self.samples.stencil.lags)
+        return Toeplitz.of(grid, self._covariance, float(noise_variance[0]), seen * slope)
 
-    @cached_property
-    def _inverse(self) -> Array:
-        lower, _ = lapack.dpotri(self._factor, lower=True)  # above the diagonal the factor's zeros remain
-        inverse = lower + lower.T
-        inverse.flat[:: len(inverse) + 1] /= 2
-        return np.asarray(inverse)
+    def _covariance(self, r: Array) -> tuple[Array, Array]:
+        """Of what is sampled, and its ∂/∂ln θ: Σ_d ρ_d κ(r + d step) over the lags of the stencil."""
+        parts = [(rho, *self.prior.kernel.jet_and_gradient(r + lag, 0)) for rho, lag in self.samples.stencil.lags]
+        if len(parts) == 1 and parts[0][0] == 1.0:
+            return np.asarray(parts[0][1][0]), np.asarray(parts[0][2][:, 0])
+        covariance = sum(rho * jet[0] for rho, jet, _ in parts)
+        return np.asarray(covariance), np.asarray(sum(rho * gradient[:, 0] for rho, _, gradient in parts))
 
     @cached_property
     def _weights_gradient(self) -> Array:
         """∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, shape (p, n)."""
-        by_kernel = self._gram_gradient @ self.weights
+        by_kernel = self._factored.gradient_times(self.weights)
         by_noise = 2 * self._noise_variance * self.weights
-        return -self._solve(np.vstack([by_kernel, by_noise])[self._learned].T).T
+        return -self._factored.solve(np.vstack([by_kernel, by_noise])[self._learned].T).T

@@ -28,11 +28,15 @@ class Radial(Elementary):
 
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
         jet = self.jet(r, order + 1)
-        return jet[:-1], np.stack([2 * jet[:-1], stretched(jet, r)])
+        gradient = np.empty((2, *jet[:-1].shape))
+        gradient[0] = 2 * jet[:-1]
+        gradient[1] = stretched(jet, r)
+        return jet[:-1], gradient
 
     def _in_time(self, correlation: Array) -> Array:
         n = np.arange(len(correlation)).reshape(-1, *(1,) * (correlation.ndim - 1))
-        return np.asarray(correlation * (self.signal_std**2 / self.lengthscale**n))
+        correlation *= self.signal_std**2 / self.lengthscale**n
+        return correlation
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,9 @@ class SquaredExponential(Radial):
         phi = np.empty((order + 1, *s.shape))
         phi[0] = np.exp(-(s**2) / 2)
         for n in range(order):  # φ' = −s φ, differentiated n times
-            phi[n + 1] = -s * phi[n] - (n * phi[n - 1] if n else 0)
+            phi[n + 1] = -s * phi[n]
+            if n:
+                phi[n + 1] -= n * phi[n - 1]
         return phi
 
     @property

@@ -1,11 +1,16 @@
 """The learned signal: a constant plus a sum of kernels, as plain stored numbers."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from pipeline.arrays import Array
+from pipeline.gp.blocks import in_blocks
+from pipeline.gp.convolution import convolved
 from pipeline.gp.kernel import Kernel
+
+_MANY = 2**22  # terms: fewer are summed before anybody has seen whether they are regular
 
 
 @dataclass(frozen=True)
@@ -22,12 +27,24 @@ class KernelSum:
 
     def jet(self, t: Array, order: int) -> Array:
         """m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape)."""
-        jet = self.kernel.jet(np.asarray(t, dtype=float)[..., None] - self.centres, order) @ self.weights
+        t = np.asarray(t, dtype=float)
+        jet = self._sums(t, order)
         jet[0] += self.mean
-        return np.asarray(jet)
+        return jet
 
     def __call__(self, t: Array) -> Array:
         return np.asarray(self.jet(t, 0)[0])
 
     def derivative(self, t: Array) -> Array:
         return np.asarray(self.jet(t, 1)[1])
+
+    def _sums(self, t: Array, order: int) -> Array:
+        terms = t.shape[-1] * len(self.centres) if t.ndim else 0
+        if terms > _MANY and t.ndim > 1:
+            return np.stack([self._sums(row, order) for row in t], axis=1)
+        if terms > _MANY and (sums := convolved(self.kernel, self.centres, self.weights, t, order)) is not None:
+            return sums
+        return in_blocks(partial(self._summed, order), t, len(self.centres) * (order + 1))[0]
+
+    def _summed(self, order: int, t: Array) -> tuple[Array]:
+        return (self.kernel.jet(t[..., None] - self.centres, order) @ self.weights,)

@@ -63,7 +63,7 @@ class _Search:
         """Minimise, add the places where a bound is broken, and so on until none is."""
         attempt, rounds = self._attempt(start), list[Round]()
         places = tuple(constraint.none for constraint in self.problem.constraints)
-        added = [where for where, _ in attempt.minima] if attempt else None
+        added = [where[np.isfinite(margins)] for where, margins in attempt.minima] if attempt else None
         while added is not None and attempt and len(rounds) < _MAX_ROUNDS:
             places = tuple(united(known, new) for known, new in zip(places, added, strict=True))
             attempt = self._attempt(Program(self.problem, places).minimise(attempt.log_theta, _RADIUS))

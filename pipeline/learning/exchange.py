@@ -57,6 +57,18 @@ def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
     return solve(problem, warm=solution)
 
 
+def followed(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Solve a problem whose bounds are those of `solution`'s, moved a little: its minimiser leads to the new one.
+
+    Where that is lost on the way, all starts are tried again.
+    """
+    search = _Search(problem, solution.active)
+    search.sweep(Program.minimise, [solution.posterior.prior.log_hyperparameters])
+    if search.incumbent is None:
+        return solve(problem, warm=solution)
+    return Solution(search.incumbent.posterior, search.incumbent.objective, search.times, search.fits)
+
+
 @dataclass(frozen=True)
 class Attempt:
     """A point with what the constraints say of it: places and relative margins where each margin is smallest."""
@@ -88,15 +100,18 @@ class Attempt:
         return all(bool(np.all(margins >= 0)) for _, margins in self.minima)
 
     def broken(self, known: tuple[Array, ...]) -> list[Array] | None:
-        """The places of each constraint where it is broken; None where all of them are known already."""
-        found = [places[margins < 0] for places, margins in self.minima]
+        """The places of each constraint where it is broken; None where all of them are known already.
+
+        Where a quantity is not defined it has no slope either: another constraint has to lead back to where it is.
+        """
+        found = [places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima]
         return found if any(len(united(old, new)) > len(old) for old, new in zip(known, found, strict=True)) else None
 
     def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
         means, quantities = [part.mean for part in problem.prior.parts], [c.quantity for c in problem.constraints]
-        at_rest = tuple(q for q in quantities if not q.bounds.holds_inside(q.functional.at_rest(means)))
+        at_rest = tuple(q for q in quantities if not q.bounds.holds_inside(q.at_rest(means)))
         return Infeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, at_rest)
 
 

@@ -72,8 +72,11 @@ def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, 
     for _ in range(_REFINEMENTS):
         centre = np.clip(at, start + reach, end - reach)  # at an end the parabola leans inwards
         left, middle, right = margin(np.concatenate([centre - reach, centre, centre + reach])).reshape(3, -1)
-        curvature = left - 2 * middle + right
-        step = np.divide(reach / 2 * (left - right), curvature, out=at - centre, where=curvature > 0)
+        with np.errstate(invalid="ignore"):  # where a margin is infinite the dip stays as it was found
+            curvature = left - 2 * middle + right
+            step = np.divide(
+                reach / 2 * (left - right), curvature, out=at - centre, where=np.isfinite(curvature) & (curvature > 0)
+            )
         at, reach = np.clip(centre + step, centre - reach, centre + reach), reach * _NARROWER
     at = np.clip(at, start, end)
     at = np.where(margin(at) < values[dips], at, times[dips])

@@ -26,7 +26,7 @@ class Program:
         return self._run(start, weight=0.0)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
-        """Objective and slacks, with their derivatives, from one factor; None where that does not exist."""
+        """Objective and slacks, with their derivatives, from one factor; None where one of them does not exist."""
         posterior = self.problem.posterior(log_theta)
         try:
             value, gradient = posterior.negative_log_marginal_likelihood()
@@ -37,6 +37,8 @@ class Program:
             if len(places):
                 bounds, backoff = constraint.quantity.bounds, constraint.backoff
                 quantity, by_theta = constraint.value_and_gradient(posterior, places)
+                if not (np.all(np.isfinite(quantity)) and np.all(np.isfinite(by_theta))):
+                    return None
                 slack += [
                     (side / bounds.width - backoff) for side in (quantity - bounds.lower, bounds.upper - quantity)
                 ]

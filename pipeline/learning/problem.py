@@ -12,6 +12,7 @@ from pipeline.gp.prior import NOISE
 from pipeline.gp.samples import Samples
 from pipeline.learning.index_set import IndexSet
 from pipeline.learning.space import SearchSpace
+from pipeline.systems.functional import Functional
 from pipeline.systems.quantity import Quantity
 
 # Bounds are drawn in by this part of their width, so that rounding in the optimiser cannot leave them.
@@ -41,7 +42,7 @@ class Bounded(ABC):
 
     @abstractmethod
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        """The quantity at n places and its ∂/∂ln θ: shapes (n,) and (p, n)."""
+        """The quantity at n places and its ∂/∂ln θ: shapes (n,) and (p, n). NaN or infinite where it is not defined."""
 
 
 @dataclass(frozen=True)
@@ -66,14 +67,23 @@ class Constraint(Bounded):
         return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        functional = self.quantity.functional
-        value = np.full(len(places), float(functional.offset))
-        gradient = np.zeros((len(posterior.prior.learned), len(places)))
-        for c, weights in functional.rounded:
-            jet, by_theta = posterior.jet_and_gradient(c, functional.instants(places, len(weights)), 0)
-            value += weights @ jet[0]
-            gradient += weights @ by_theta[:, 0]
-        return value, gradient
+        trajectory = self.quantity.trajectory
+        looks = {name: _value_and_gradient(q, posterior, places) for name, q in trajectory.arguments}
+        values = {name: value for name, (value, _) in looks.items()}
+        slopes = trajectory.slopes(values)
+        gradients = (slopes[name] * gradient for name, (_, gradient) in looks.items())
+        with np.errstate(invalid="ignore"):
+            return trajectory.value(values), np.asarray(sum(gradients))
+
+
+def _value_and_gradient(functional: Functional, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+    value = np.full(len(places), float(functional.offset))
+    gradient = np.zeros((len(posterior.prior.learned), len(places)))
+    for c, weights in functional.rounded:
+        jet, by_theta = posterior.jet_and_gradient(c, functional.instants(places, len(weights)), 0)
+        value += weights @ jet[0]
+        gradient += weights @ by_theta[:, 0]
+    return value, gradient
 
 
 @dataclass(frozen=True)
@@ -167,11 +177,12 @@ class Infeasible(NoSolution):
         means = [part.mean for part in self.best.prior.parts]
         level = ", ".join(f"{mean:g}" for mean in means)
         rest = "".join(
-            f"the prior mean {level} is no admissible equilibrium (its {q.name} {q.functional.at_rest(means):.4g} does "
+            f"the prior mean {level} is no admissible equilibrium (its {q.name} {q.at_rest(means):.4g} does "
             f"not lie inside {q.bounds}), so that nothing guarantees that the problem is feasible: choose another; "
             for q in self.broken_at_rest[:1]
         )
-        return (
-            f"{rest}no reference was found that keeps its bounds: the best attempt ({theta}) breaks the "
-            f"{self.quantity.name} bounds {self.quantity.bounds} at t = {self.time:.6g} s by {self.violation:.3g}"
-        )
+        what = f"breaks the {self.quantity.name} bounds {self.quantity.bounds} at t = {self.time:.6g} s"
+        if not np.isfinite(self.violation):
+            what = f"has no {self.quantity.name} at t = {self.time:.6g} s, as its formula is not defined there"
+        by = f" by {self.violation:.3g}" if np.isfinite(self.violation) else ""
+        return f"{rest}no reference was found that keeps its bounds: the best attempt ({theta}) {what}{by}"

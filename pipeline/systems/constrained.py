@@ -3,25 +3,28 @@
 import math
 from collections import Counter
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 
 from pipeline.arrays import Array
 from pipeline.systems.flatness import Flatness, flatness
-from pipeline.systems.functional import Functional, combined
 from pipeline.systems.linear import Linear
+from pipeline.systems.nonlinear import Nonlinear
 from pipeline.systems.polytope import Polytope
 from pipeline.systems.quantity import Quantity
+from pipeline.systems.trajectory import Coordinate, combined
+
+System = Linear | Nonlinear
 
 
 @dataclass(frozen=True, eq=False)
 class ConstrainedSystem:
     """A system with its `state_set` X, its `input_set` U and its `sampling_time` T_s [s].
 
-    Raises ValueError where the sets do not fit the system, and where it is not controllable.
+    Raises ValueError where the sets do not fit the system, where a linear one is not controllable, and where an input
+    of a nonlinear one is not bounded.
     """
 
-    system: Linear
+    system: System
     state_set: Polytope
     input_set: Polytope
     sampling_time: float
@@ -29,15 +32,22 @@ class ConstrainedSystem:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.sampling_time) and self.sampling_time > 0):
             raise ValueError(f"system: sampling_time must be a positive finite number, got {self.sampling_time!r}")
-        n, m = self.system.B.shape
+        n, m = len(self.system.states), len(self.system.inputs)
         for name, bounds, dimension in (("state_set", self.state_set, n), ("input_set", self.input_set, m)):
             if bounds.dimension != dimension:
                 raise ValueError(f"system: {name} must have dimension {dimension}, got {bounds.dimension}")
+        if isinstance(self.system, Nonlinear) and (free := _free(self.system.inputs, self.input_set)):
+            raise ValueError(
+                f"system: every input of a nonlinear system must be bounded, as nothing else shows that there is one "
+                f"that f can be solved for, but {', '.join(free)} is free; a bound that is never reached will do"
+            )
         _ = self.flatness  # raise what it refuses
 
     @cached_property
     def flatness(self) -> Flatness:
-        """States and inputs as functionals of the signals that are learned."""
+        """States and inputs in terms of the signals that are learned."""
+        if isinstance(self.system, Nonlinear):
+            return self.system.flatness(self.sampling_time)
         return flatness(self.system, self.sampling_time)
 
     @property
@@ -54,7 +64,7 @@ class ConstrainedSystem:
         )
 
 
-def _bounded(wanted: Polytope, coordinates: tuple[Functional, ...], names: tuple[str, ...]) -> list[Quantity]:
+def _bounded(wanted: Polytope, coordinates: tuple[Coordinate, ...], names: tuple[str, ...]) -> list[Quantity]:
     """A quantity for each row, called as the row is written; rows of one name are numbered."""
     written = Counter[str]()
     quantities = []
@@ -62,12 +72,8 @@ def _bounded(wanted: Polytope, coordinates: tuple[Functional, ...], names: tuple
         name = _name(row, names)
         written[name] += 1
         numbered = name if written[name] == 1 else f"{name} ({written[name]})"
-        quantities.append(Quantity(numbered, _along(row, coordinates), bounds))
+        quantities.append(Quantity(numbered, combined(row.tolist(), coordinates), bounds))
     return quantities
-
-
-def _along(row: Array, coordinates: tuple[Functional, ...]) -> Functional:
-    return combined([Fraction(v) for v in row.tolist()], coordinates)
 
 
 def _name(row: Array, names: tuple[str, ...]) -> str:
@@ -78,3 +84,8 @@ def _name(row: Array, names: tuple[str, ...]) -> str:
             size = "" if abs(weight) == 1 else f"{abs(weight):.3g}"
             signed.append(f"{'-' if weight < 0 else '+'}{size}{name}")
     return "".join(signed).removeprefix("+")
+
+
+def _free(names: tuple[str, ...], wanted: Polytope) -> list[str]:
+    """The coordinates that no row looks at."""
+    return [name for name, column in zip(names, wanted.rows.T, strict=True) if not column.any()]

@@ -15,9 +15,11 @@ def smallest_defect(reference: Reference, last_step: int) -> float:
     In the unit of the states: how far, at the least, the system falls off the reference in some step.
     """
     states = reference.state(np.arange(last_step + 2, dtype=float))
-    system, (H, h) = reference.plant.system, reference.plant.input_set.inequalities
-    u = cp.Variable((last_step + 1, system.B.shape[1]))
-    gap = (states[1:] - states[:-1] @ system.A.T - system.c) - u @ system.B.T
+    drift, gain = reference.plant.system.affine(states[:-1])
+    H, h = reference.plant.input_set.inequalities
+    u = cp.Variable((last_step + 1, gain.shape[-1]))
+    pushed = [cp.sum(cp.multiply(gain[:, i], u), axis=1) for i in range(gain.shape[1])]
+    gap = states[1:] - drift - cp.vstack(pushed).T
     program = cp.Problem(cp.Minimize(cp.max(cp.abs(gap))), [u @ H.T <= np.tile(h, (last_step + 1, 1))])
     program.solve(solver=cp.CLARABEL)
     return float(program.value)

@@ -18,6 +18,7 @@ from flint import fmpq, fmpq_mat
 from pipeline.arrays import Array
 from pipeline.systems.functional import Functional
 from pipeline.systems.linear import Linear
+from pipeline.systems.trajectory import Coordinate
 
 _WORST_CONDITION = 1e13
 _REFUSED = "system: must be controllable, so that its states can be led where a reference wants them"
@@ -28,7 +29,7 @@ class Flatness:
     """`states[i]` is x_i and `inputs[i]` is u_i, in terms of the flat outputs; `orders` are their κ_c."""
 
     states: tuple[Functional, ...]
-    inputs: tuple[Functional, ...]
+    inputs: tuple[Coordinate, ...]
     orders: tuple[int, ...]
 
 

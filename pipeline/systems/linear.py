@@ -78,3 +78,8 @@ class Linear:
     def successor(self, x: Array, u: Array) -> Array:
         """A x + B u + c for x of shape (…, n) and u of shape (…, m)."""
         return np.asarray(np.asarray(x) @ self.A.T + np.asarray(u) @ self.B.T + self.c)
+
+    def affine(self, x: Array) -> tuple[Array, Array]:
+        """A x + c and B for x of shape (…, n): shapes (…, n) and (…, n, m)."""
+        drift = np.asarray(x) @ self.A.T + self.c
+        return drift, np.broadcast_to(self.B, (*drift.shape[:-1], *self.B.shape))

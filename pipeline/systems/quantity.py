@@ -1,23 +1,38 @@
 """A bounded quantity of a reference: one side of trackability."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from pipeline.arrays import Array
 from pipeline.systems.functional import Functional, Signals
 from pipeline.systems.interval import Interval
+from pipeline.systems.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A `functional` of the learned signals that is wanted in `bounds`: a state, an input, or a combination of them."""
+    """A `trajectory` that is wanted in `bounds`: a state, an input, or a weighted sum of them."""
 
     name: str
-    functional: Functional
+    trajectory: Trajectory
     bounds: Interval
 
+    @property
+    def functional(self) -> Functional | None:
+        """The functional that it is; None where it is a formula of some."""
+        return self.trajectory.functional
+
     def __call__(self, signals: Signals, t: Array) -> Array:
-        return self.functional(signals, t)
+        """The value at t [s]; NaN or infinite where it is not defined."""
+        return self.trajectory(signals, t)
 
     def margin(self, signals: Signals, t: Array) -> Array:
-        """Distance to the nearer bound at t [s]: negative where broken."""
-        return self.bounds.margin(self(signals, t))
+        """Distance to the nearer bound at t [s]: negative where broken, minus infinity where it is not defined."""
+        margin = self.bounds.margin(self(signals, t))
+        return np.asarray(np.where(np.isnan(margin), -np.inf, margin))
+
+    def at_rest(self, levels: Sequence[float]) -> float:
+        """The value while every signal is constant, at these levels."""
+        return self.trajectory.at_rest(levels)

@@ -8,8 +8,8 @@ import numpy as np
 from pipeline.arrays import Array
 from pipeline.gp.signal import KernelSum
 from pipeline.systems.constrained import ConstrainedSystem
-from pipeline.systems.functional import Functional
 from pipeline.systems.quantity import Quantity
+from pipeline.systems.trajectory import Coordinate
 
 
 class Window(NamedTuple):
@@ -23,7 +23,7 @@ class Window(NamedTuple):
 class Reference:
     """Learned signals as flat outputs of a system: they determine the states x_r and inputs u_r of the reference.
 
-    The system follows: x_r(k + 1) = A x_r(k) + B u_r(k) + c for every k, and in real time from t to t + T_s.
+    The system follows: x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and in real time from t to t + T_s.
     """
 
     signals: tuple[KernelSum, ...]
@@ -66,5 +66,5 @@ class Reference:
         """The times k T_s [s] of steps k."""
         return np.asarray(steps) * self.plant.sampling_time
 
-    def _values(self, functionals: tuple[Functional, ...], t: Array) -> Array:
-        return np.stack([functional(self.signals, t) for functional in functionals], axis=-1)
+    def _values(self, coordinates: tuple[Coordinate, ...], t: Array) -> Array:
+        return np.stack([q(self.signals, t) for q in coordinates], axis=-1)

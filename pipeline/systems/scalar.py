@@ -37,13 +37,16 @@ class Scalar:
 
     @staticmethod
     def describes(plant: ConstrainedSystem) -> bool:
-        """Whether there is one state and one input, each in one interval of its own."""
-        return all(np.array_equal(bounds.rows, [[1.0]]) for bounds in (plant.state_set, plant.input_set))
+        """Whether the system is linear with one state and one input, each in one interval of its own."""
+        sets = plant.state_set, plant.input_set
+        return isinstance(plant.system, Linear) and all(np.array_equal(bounds.rows, [[1.0]]) for bounds in sets)
 
     @classmethod
     def of(cls, plant: ConstrainedSystem) -> "Scalar":
-        """ValueError for systems with more than one state or input, or an unbounded one."""
+        """ValueError for nonlinear systems, and those with more than one state or input, or an unbounded one."""
         system = plant.system
+        if not isinstance(system, Linear):
+            raise ValueError("only a linear system has growth rates, got a nonlinear one")
         if not cls.describes(plant):
             raise ValueError(
                 f"only a scalar system with bounded state and input has growth rates, got {len(system.states)} states, "

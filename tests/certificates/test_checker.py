@@ -217,7 +217,7 @@ SIGNAL = {
         ("trajectories.states.0.weights", [["1"], ["0"]], "shapes: every state"),
         ("trajectories.inputs.0.weights", [["1"], ["0"]], "shapes: every state"),
         ("signals", [SIGNAL, SIGNAL], "shapes: every state"),
-        ("bounds.1.row", [0.0], "shapes: a bound needs a row"),
+        ("bounds.1.row", [0.0], "shapes: every bound needs a row that is"),
         ("system.states", ["input"], "names: states and inputs"),
         ("bounds.1.name", "state", "names: the bounds"),
         ("bounds.1.name", "entry", "names"),

@@ -29,7 +29,7 @@ def variance(prior: Prior, samples: Samples, t):
 
 def negative_log_marginal_likelihood(prior: Prior, samples: Samples) -> float:
     inverse, residual = _inverse(prior, samples), samples.values - prior.mean
-    log_determinant = -math.log(np.linalg.det(inverse))
+    log_determinant = -np.linalg.slogdet(inverse)[1]
     return float(log_determinant + residual @ inverse @ residual + len(samples) * math.log(2 * math.pi))
 
 

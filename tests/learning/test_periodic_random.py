@@ -17,9 +17,9 @@ with Path(__file__).with_name("periodic_references.csv").open(newline="", encodi
 
 
 def learned(case: Instance, best: float) -> Solution:
-    """From the more promising half of the starts, and from all where that finds nothing as good as `best`: more starts
-    never find less."""
-    for starts in (case.space.starts // 2, case.space.starts):
+    """From the most promising quarter of the starts, and from all where that finds nothing as good as `best`: more
+    starts never find less."""
+    for starts in (case.space.starts // 4, case.space.starts):
         space = replace(case.space, starts=starts)
         outcome = periodic.learn(case.samples, case.prior, case.plant, space, periodic.exact(case.plant)).outcome
         if isinstance(outcome, Solution) and outcome.objective <= best:

@@ -1,0 +1,1 @@
+"""Tracking model predictive control on a reference: where trackability pays."""

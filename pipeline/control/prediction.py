@@ -1,0 +1,73 @@
+"""What a controller predicts with: an affine time-varying model of the error along a reference."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pipeline.arrays import Array
+from pipeline.systems.linear import Linear
+from pipeline.systems.reference import Window
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """e(i+1) = A_i e(i) + B_i v(i) + d_i for i < N, with `A` (N, n, n) and `B` (N, n, m).
+
+    e = x − x_r and v = u − u_r are errors. The `gaps` d (N, n), what the reference itself fails to follow, are given
+    with each question: they are zero up to rounding where x_r and u_r belong together.
+
+    Stacked, with E = (e(1), …, e(N)) and V = (v(0), …, v(N−1)), it is E = Φ e(0) + Γ V + Ψ d.
+    """
+
+    A: Array
+    B: Array
+
+    @classmethod
+    def of(cls, system: Linear, horizon: int) -> "Prediction":
+        """The same A and B in every step."""
+        return cls(np.repeat(system.A[None], horizon, axis=0), np.repeat(system.B[None], horizon, axis=0))
+
+    @property
+    def horizon(self) -> int:
+        """N."""
+        return len(self.A)
+
+    def errors(self, start: Array, inputs: Array, gaps: Array) -> Array:
+        """e(1), …, e(N), shape (N, n), after `start` e(0) (n,) under `inputs` v (N, m)."""
+        return self.unforced(start, gaps) + (self.forced @ inputs.ravel()).reshape(gaps.shape)
+
+    def unforced(self, start: Array, gaps: Array) -> Array:
+        """Φ e(0) + Ψ d, shape (N, n): what happens without any input error."""
+        return np.asarray((self.free @ start + self.drift @ gaps.ravel()).reshape(gaps.shape))
+
+    @cached_property
+    def free(self) -> Array:
+        """Φ, shape (N n, n)."""
+        products = [self.A[0]]
+        for A in self.A[1:]:
+            products.append(A @ products[-1])
+        return np.vstack(products)
+
+    @cached_property
+    def drift(self) -> Array:
+        """Ψ, shape (N n, N n): in block (i, j) A_i … A_(j+1), what d_j has become in e(i+1)."""
+        N, n, _ = self.A.shape
+        blocks = np.zeros((N, n, N, n))
+        for i in range(N):
+            if i:
+                blocks[i] = np.einsum("ab,bjc->ajc", self.A[i], blocks[i - 1])
+            blocks[i, :, i] = np.eye(n)
+        return blocks.reshape(N * n, N * n)
+
+    @cached_property
+    def forced(self) -> Array:
+        """Γ, shape (N n, N m)."""
+        N, n, m = self.B.shape
+        by_step = self.drift.reshape(N * n, N, n)
+        return np.asarray(np.einsum("rjn,jnm->rjm", by_step, self.B).reshape(N * n, N * m))
+
+
+def gaps(system: Linear, window: Window) -> Array:
+    """d_i = A x_r(i) + B u_r(i) + c − x_r(i+1), shape (N, n)."""
+    return np.asarray(system.successor(window.states[:-1], window.inputs) - window.states[1:])

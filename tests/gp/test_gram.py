@@ -1,0 +1,68 @@
+"""Half matrices in strips against whole ones, for sizes around the height of a strip; the factor made of them."""
+
+import numpy as np
+import pytest
+
+from pipeline.gp.dense import Dense
+from pipeline.gp.gram import gram
+from pipeline.gp.posterior import Posterior
+from pipeline.gp.prior import Prior
+from pipeline.gp.samples import Samples
+from tests.gp import naive
+from tests.gp.instances import KERNELS, over
+
+SIZES = [1, 2, 63, 64, 65, 150]
+
+
+def irregular(n):
+    return np.sort(np.random.default_rng(n).uniform(0, n / 10, n))
+
+
+def covariance_of(kernel):
+    def covariance(r):
+        jet, gradient = kernel.jet_and_gradient(r, 0)
+        return jet[0], gradient[:, 0]
+
+    return covariance
+
+
+@over(KERNELS)
+@pytest.mark.parametrize("n", SIZES)
+def test_strips_against_whole_matrices(kernel, n):
+    times, rng = irregular(n), np.random.default_rng(7)
+    c, square = rng.standard_normal(n), rng.standard_normal((n, n))
+    upper, _, gradient = gram(times, covariance_of(kernel))
+    whole, by_theta = covariance_of(kernel)(times[:, None] - times)
+    np.testing.assert_array_equal(np.triu(upper), np.triu(whole))
+    scale = np.max(np.abs(by_theta)) * n
+    np.testing.assert_allclose(gradient.times(c) / scale, by_theta @ c / scale, atol=1e-14)
+    symmetric = square + square.T
+    reference = np.einsum("ij,pij->p", symmetric - np.outer(c, c), by_theta)
+    below_lost = np.where(np.tri(n, k=-1, dtype=bool), np.nan, symmetric)
+    np.testing.assert_allclose(gradient.contracted(below_lost, c) / scale, reference / scale, atol=1e-12)
+
+
+@over(KERNELS)
+@pytest.mark.parametrize("n", SIZES)
+def test_the_factor_solves_and_has_the_determinant(kernel, n):
+    times = irregular(n)
+    dense = Dense.of(times, covariance_of(kernel), 0.3**2 * kernel(np.zeros(())))
+    whole = kernel(times[:, None] - times) + 0.3**2 * kernel(np.zeros(())) * np.eye(n)
+    right = np.random.default_rng(3).standard_normal((n, 2))
+    np.testing.assert_allclose(whole @ dense.solve(right), right, atol=1e-11)
+    np.testing.assert_allclose(whole @ dense.solve(right[:, 0]), right[:, 0], atol=1e-11)
+    assert dense.log_determinant == pytest.approx(np.linalg.slogdet(whole)[1], rel=1e-11, abs=1e-11)
+    np.testing.assert_allclose(dense.contracted(right[:, 0])[1], np.diag(np.linalg.inv(whole)) - right[:, 0] ** 2)
+    np.testing.assert_allclose(whole @ dense.solve(right), right, atol=1e-11)  # the inverse has left the factor alone
+
+
+@over(KERNELS)
+def test_likelihood_of_more_samples_than_a_strip_holds(kernel):
+    samples = Samples(irregular(80), np.sin(irregular(80)))
+    prior = Prior(kernel, 0.2 * float(kernel(np.zeros(()))) ** 0.5, 0.3, fixed=frozenset())
+    value, gradient = Posterior(prior, samples).negative_log_marginal_likelihood()
+    assert value == pytest.approx(naive.negative_log_marginal_likelihood(prior, samples), rel=1e-9)
+    reference = naive.by_log_hyperparameters(
+        lambda p: Posterior(p, samples).negative_log_marginal_likelihood()[0], prior
+    )
+    np.testing.assert_allclose(gradient, reference, atol=1e-6 * max(1, np.max(np.abs(reference))))

@@ -1,0 +1,160 @@
+"""Experiments on systems with several states: from the command line, on recordings, and wrongly written."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import ROOT
+from pipeline.archive import read_fit, read_samples
+from pipeline.certificates.checker import Proved, check
+from pipeline.collect import collect
+from pipeline.errors import InputError
+from pipeline.experiments import TrackingExperiment, load_experiment
+from pipeline.record import record
+from pipeline.results import Results
+from tests.stages import STAGES, run
+
+PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
+BREATHING = sorted((ROOT.parent / "shared" / "data" / "breathing").glob("*.csv"))
+
+
+@pytest.fixture(scope="module", params=["vehicle", "tank"])
+def finished(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    """Samples to figures, run as a user runs them."""
+    folder, name = tmp_path_factory.mktemp("tracking"), request.param
+    (folder / "params.yaml").write_text(PARAMS, encoding="utf-8")
+    for stage in STAGES:
+        done = run(stage, folder, name)
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
+    return name, folder / "results"
+
+
+def test_the_certified_reference_keeps_every_bound_and_the_other_does_not(finished: tuple[str, Path]) -> None:
+    name, results = finished
+    metrics = json.loads((results / name / "metrics.json").read_text())
+    worst = {
+        method: min(value for key, value in of.items() if key.endswith("_margin_at_steps"))
+        for method, of in metrics.items()
+    }
+    assert worst["unconstrained"] < 0 <= worst["certified"]
+    assert metrics["unconstrained"]["first_violated_step"] is not None
+    assert metrics["certified"]["first_violated_step"] is None
+    assert metrics["certified"]["proof"].startswith("proved for all real t ≥ 0")
+    assert "certainly breaks" in metrics["unconstrained"]["proof"]
+    assert metrics["certified"]["nlml"] > metrics["unconstrained"]["nlml"]
+
+
+def test_its_certificate_is_proved_by_the_checker(finished: tuple[str, Path]) -> None:
+    name, results = finished
+    assert isinstance(check(json.loads((results / name / "certificates/certified.json").read_text())), Proved)
+
+
+def test_the_system_goes_where_the_stored_reference_goes(finished: tuple[str, Path]) -> None:
+    name, results = finished
+    reference = read_fit(Results(name, results)).learned["certified"].reference
+    states, inputs = reference.state(np.arange(2001)), reference.input(np.arange(2000))
+    np.testing.assert_allclose(reference.plant.system.successor(states[:-1], inputs), states[1:], atol=1e-9)
+
+
+def test_rounds_of_fit_and_proof_are_written_down(finished: tuple[str, Path]) -> None:
+    name, results = finished
+    header, *rows = (results / name / "iterations.csv").read_text().splitlines()
+    assert header == "round,backoff,objective,proved"
+    assert rows[-1].endswith(",1")
+
+
+def test_recordings_are_those_of_their_code(tmp_path: Path) -> None:
+    record(tmp_path)
+    for path in sorted(tmp_path.iterdir()):
+        assert path.read_bytes() == (ROOT / "data/recordings" / path.name).read_bytes(), path.name
+
+
+def axis() -> TrackingExperiment:
+    experiment = load_experiment("robot-axis")
+    assert isinstance(experiment, TrackingExperiment)
+    return experiment
+
+
+def test_what_is_learned_of_a_recording_and_what_is_held_out() -> None:
+    sampled = collect(axis())
+    (learned,), (later,) = sampled.samples, sampled.held_out
+    assert (sampled.names, sampled.held_out_names) == (("position",), ("position",))
+    assert learned.times[0] >= 0
+    assert learned.times[-1] <= 30.0 < later.times[0]
+    assert later.times[-1] <= 35.4
+    assert np.median(np.diff(learned.times)) == pytest.approx(0.4, abs=0.02)
+    assert np.median(learned.values) == pytest.approx(0, abs=1e-12)
+    assert np.ptp(learned.values) == pytest.approx(12, abs=1.5)
+    assert learned.stencil.weights == (0.5, 0.5)
+
+
+@pytest.mark.skipif(not BREATHING, reason="the recordings of breathing are not part of the project")
+@pytest.mark.parametrize("path", BREATHING, ids=lambda path: path.stem)
+def test_real_recordings_take_the_place_of_the_simulated_one(path: Path, tmp_path: Path) -> None:
+    """Nothing but the file changes, and what comes after is followed no worse than by the usual fit."""
+    changed = PARAMS.replace("data/recordings/breathing.csv", str(path))
+    (tmp_path / "params.yaml").write_text(changed, encoding="utf-8")
+    for stage in ("generate", "fit", "verify"):
+        done = run(stage, tmp_path, "robot-axis")
+        assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    sampled = read_samples(Results("robot-axis", tmp_path / "results"))
+    assert len(sampled.only) > 60
+    metrics = json.loads((tmp_path / "results/robot-axis/metrics.json").read_text())
+    certified, free = metrics["certified"], metrics["unconstrained"]
+    assert certified["proof"].startswith("proved for all real t ≥ 0")
+    assert certified["held_out_rmse"] < 1.02 * free["held_out_rmse"]
+    assert min(certified[f"worst_{name}_margin"] for name in ("position", "velocity", "acceleration")) > 0
+
+
+WRONG = [
+    ("vehicle", "states: [x, y, vx, vy]", "states: [x, y, vx]", "4 states and 2 inputs need as many different names"),
+    ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", "system.A: expected a matrix: a list of rows of numbers, all"),
+    ("vehicle", "upper: [0.2, 2.0, 1.2, 1.2]", "upper: [0.2, 2.0, 1.2]", "as many lower as upper bounds are needed"),
+    ("vehicle", "h: [1.2, 1.2, 1.2, 1.2]", "h: [1.2, -1.3, 1.2, 1.2]", "set: must have an interior"),
+    ("vehicle", "    state_set:  # beside", "    state_sets:  # beside", "vehicle.state_sets: is not a known field"),
+    ("vehicle", "ground_truth: docking_x", "ground_truth: docking", "samples.x.ground_truth: expected one of setpoint"),
+    ("vehicle", "      x: {mean: 0.0", "      vx: {mean: 0.0", "samples and prior must have the same names, got x, y"),
+    ("vehicle", "seed: 1", "sead: 1", "samples.x.sead: is not a known field"),
+    ("robot-axis", "time_unit: ms", "time_unit: fortnights", "samples.position.time_unit: expected one of s, ms"),
+    ("robot-axis", "[drop_zero_rows,", "[guess,", "there is no repair 'guess'; there are drop_rows_without_time"),
+    ("robot-axis", "{start: 0.0, end: 30.0", "{start: 40.0, end: 30.0", "expected start < end, got 40.0 and 30.0"),
+    ("robot-axis", "B: [[0], [1]]", "B: [[0], [0]]", "system: must be controllable"),
+    ("tank", "model: tank", "model: reactor", "there is no model 'reactor'; there are tank"),
+    ("tank", "mcap: data", "bag: data", "expected one of `ground_truth` (drawn), `csv`, `mcap` (recorded)"),
+]
+
+
+@pytest.mark.parametrize(("name", "right", "wrong", "sentence"), WRONG, ids=[f"{w[0]}: {w[2]}" for w in WRONG])
+def test_a_wrong_parameter_is_one_sentence(name: str, right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
+    start = PARAMS.index(f"  {name}:")
+    assert right in PARAMS[start:]
+    path = tmp_path / "params.yaml"
+    path.write_text(PARAMS[:start] + PARAMS[start:].replace(right, wrong, 1), encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        load_experiment(name, path)
+    message = str(raised.value)
+    assert re.search(re.escape(sentence), message), message
+    assert message.startswith(f"{path}: experiments.{name}")
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "sentence"),
+    [
+        ("value_column: z", "value_column: w", "breathing.csv"),
+        ("breathing.csv", "nothing.csv", "nothing.csv"),
+        ('decimal: ","', 'decimal: "."', "breathing.csv"),
+        ("[drop_zero_rows, drop_rows_out_of_order, average_repeated]", "[]", "drop_rows_out_of_order"),
+    ],
+)
+def test_a_recording_that_is_not_as_written_is_refused(right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
+    path = tmp_path / "params.yaml"
+    assert right in PARAMS
+    path.write_text(PARAMS.replace(right, wrong), encoding="utf-8")
+    experiment = load_experiment("robot-axis", path)
+    assert isinstance(experiment, TrackingExperiment)
+    with pytest.raises(InputError, match=sentence):
+        collect(experiment)
