@@ -10,8 +10,8 @@ import numpy as np
 from pipeline.arrays import Array
 from pipeline.gp.samples import Samples
 from pipeline.systems.constrained import ConstrainedSystem
-from pipeline.systems.functional import Functional
 from pipeline.systems.reference import Window
+from pipeline.systems.trajectory import Coordinate
 
 
 class Followed(Protocol):
@@ -46,8 +46,8 @@ class Interpolated:
         flat = self.plant.flatness
         return Window(self._values(flat.states, t), self._values(flat.inputs, t[:-1]))
 
-    def _values(self, functionals: tuple[Functional, ...], t: Array) -> Array:
-        return np.stack([functional(self._lines, t) for functional in functionals], axis=-1)
+    def _values(self, coordinates: tuple[Coordinate, ...], t: Array) -> Array:
+        return np.stack([q(self._lines, t) for q in coordinates], axis=-1)
 
     @cached_property
     def _lines(self) -> list[Callable[[Array], Array]]:
