@@ -16,6 +16,10 @@ def check_shapes(certificate: Any) -> str | None:
         return "signals: there must be as many centres as weights"
     if any(len(bound["row"]) != {"state": n, "input": m}[bound["of"]] for bound in certificate["bounds"]):
         return "shapes: every bound needs a row with a number for each state, or for each input"
+    if not all(any(bound["row"]) for bound in certificate["bounds"]):
+        return "shapes: every bound needs a row that is not all zero"
+    if len({*system["states"], *system["inputs"]}) != n + m:
+        return "names: states and inputs must all be called differently"
     if reason := (_misfit_of_formulas if is_nonlinear(certificate) else _misfit_of_matrices)(certificate, n, m):
         return reason
     bounded = [bound["name"] for bound in certificate["bounds"]]
