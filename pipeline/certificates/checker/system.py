@@ -18,10 +18,14 @@ def check_shapes(certificate: Any) -> str | None:
         return "shapes: every bound needs a row with a number for each state, or for each input"
     if not all(any(bound["row"]) for bound in certificate["bounds"]):
         return "shapes: every bound needs a row that is not all zero"
-    if len({*system["states"], *system["inputs"]}) != n + m:
+    misfit = _misfit_of_formulas if is_nonlinear(certificate) else _misfit_of_matrices
+    return misfit(certificate, n, m) or _misfit_of_names(certificate, n + m)
+
+
+def _misfit_of_names(certificate: Any, coordinates: int) -> str | None:
+    system = certificate["system"]
+    if len({*system["states"], *system["inputs"]}) != coordinates:
         return "names: states and inputs must all be called differently"
-    if reason := (_misfit_of_formulas if is_nonlinear(certificate) else _misfit_of_matrices)(certificate, n, m):
-        return reason
     bounded = [bound["name"] for bound in certificate["bounds"]]
     given = [certificate["evaluation"]["errors"], certificate["claim"].get("covers", bounded)]
     if len(set(bounded)) != len(bounded) or any(sorted(some) != sorted(bounded) for some in given):
