@@ -2,17 +2,20 @@
 
 import ast
 import copy
-import inspect
 import random
 import sys
 from dataclasses import fields
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 from mpmath import mp
 
 from pipeline.certificates import checker
-from pipeline.certificates.checker import Failed, NotACertificate, Proved, check, iv
+from pipeline.certificates.checker import Failed, NotACertificate, Proved, check, intervals
+from pipeline.certificates.checker.intervals import iv
+from pipeline.certificates.checker.kernels import taylor
+from pipeline.certificates.checker.reading import rational_number
 from pipeline.certificates.prove import prove
 from pipeline.gp.radial import SquaredExponential
 from tests.certificates import naive
@@ -26,10 +29,18 @@ def data() -> dict:
 
 
 def test_it_imports_nothing_but_the_standard_library_and_mpmath():
-    tree = ast.parse(inspect.getsource(checker))
-    names = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-    names |= {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-    assert {name.split(".")[0] for name in names} <= set(sys.stdlib_module_names) | {"mpmath"}
+    """And its own parts, of the same kind."""
+    own, names = Path(checker.__file__).parent, set[str]()
+    sources = sorted(own.glob("*.py"))
+    assert len(sources) > 10
+    for source in sources:
+        tree = ast.parse(source.read_text(encoding="utf-8"))
+        names |= {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+        found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        assert all(node.level == 0 for node in found)
+        names |= {node.module for node in found}
+    others = {name for name in names if name.split(".")[0] not in sys.stdlib_module_names}
+    assert {name for name in others if not name.startswith("pipeline.certificates.checker.")} == {"mpmath.ctx_iv"}
 
 
 def test_its_docstring_states_the_theorem():
@@ -44,7 +55,7 @@ def _holds(interval, number) -> bool:
 @pytest.mark.parametrize("name", ["exp", "cos", "sin", "log"])
 def test_elementary_functions_hold_the_true_value(name):
     """At points and over intervals, small and large, against three times the digits."""
-    function, true, draw = getattr(checker, f"_{name}"), getattr(mp, name), random.Random(name)
+    function, true, draw = getattr(intervals, name), getattr(mp, name), random.Random(name)
     with mp.workprec(3 * iv.prec):
         for _ in range(3000):
             x = draw.choice([1, -1]) * 10 ** draw.uniform(-12, 4)
@@ -60,7 +71,7 @@ def test_cosines_over_intervals_hold_their_extremes():
     with mp.workprec(3 * iv.prec):
         for k in range(-40, 40):
             near = float(mp.pi * k) + draw.uniform(-1e-12, 1e-12)
-            interval = checker._cos(iv.mpf([near - draw.uniform(1e-9, 1), near + draw.uniform(1e-9, 1)]))
+            interval = intervals.cos(iv.mpf([near - draw.uniform(1e-9, 1), near + draw.uniform(1e-9, 1)]))
             assert _holds(interval, mp.mpf((-1) ** k))
 
 
@@ -71,7 +82,7 @@ def test_its_kernels_are_the_kernels(kernel):
         for _ in range(8):
             r, h = draw.uniform(0.05, 4), draw.uniform(0.01, 0.1)
             expected = mp.taylor(lambda x, r=r, h=h: formula(kernel)(mp.mpf(r) + mp.mpf(h) * x), 0, 4)
-            found = checker._taylor(data, iv.mpf(r), iv.mpf(h), 5)
+            found = taylor(data, iv.mpf(r), iv.mpf(h), 5)
             for interval, number in zip(found, expected, strict=True):
                 middle = mp.mpf(interval.mid._mpi_[0])
                 assert abs(middle - number) <= mp.mpf(10) ** -10 * abs(expected[0]) + mp.mpf(10) ** -50
@@ -208,16 +219,16 @@ SIGNAL = {
         ("system.B", [[0.5, 0.5]], "shapes: A"),
         ("system.B", [[0.5], [0.5]], "shapes: A"),
         ("system.c", [0.0, 0.0], "shapes: A"),
-        ("system.states", ["a", "b"], "shapes: A"),
-        ("system.inputs", ["a", "b"], "shapes: A"),
-        ("bounds.0.row", [1.0, 0.0], "shapes: A"),
-        ("bounds.1.row", [1.0, 0.0], "shapes: A"),
+        ("system.states", ["a", "b"], "shapes: every bound"),
+        ("system.inputs", ["a", "b"], "shapes: every bound"),
+        ("bounds.0.row", [1.0, 0.0], "shapes: every bound"),
+        ("bounds.1.row", [1.0, 0.0], "shapes: every bound"),
         ("trajectories.states", [{"offset": "0", "weights": [["1"]]}] * 2, "shapes: A"),
         ("trajectories.inputs", [{"offset": "0", "weights": [["1"]]}] * 2, "shapes: A"),
         ("trajectories.states.0.weights", [["1"], ["0"]], "shapes: every state"),
         ("trajectories.inputs.0.weights", [["1"], ["0"]], "shapes: every state"),
         ("signals", [SIGNAL, SIGNAL], "shapes: every state"),
-        ("bounds.1.row", [0.0], "shapes: every bound needs a row that is"),
+        ("bounds.1.row", [0.0], "shapes: every bound needs a row with"),
         ("system.states", ["input"], "names: states and inputs"),
         ("bounds.1.name", "state", "names: the bounds"),
         ("bounds.1.name", "entry", "names"),
@@ -266,15 +277,15 @@ def test_rationals_are_read_exactly():
         (f"-1/{'1' + '0' * 5000}", Fraction(-1, 10**5000)),
         ("9" * 4001, Fraction(10**4001 - 1)),
     ):
-        assert checker._rational(text, "here") == value
+        assert rational_number(text, "here") == value
     before = sys.get_int_max_str_digits()
     sys.set_int_max_str_digits(0)
     try:
         digits = str(long)
     finally:
         sys.set_int_max_str_digits(before)
-    assert checker._rational(f"-{digits}/{digits[:-1]}7", "here").denominator != 1
-    assert checker._rational(digits, "here") == long
+    assert rational_number(f"-{digits}/{digits[:-1]}7", "here").denominator != 1
+    assert rational_number(digits, "here") == long
 
 
 def test_other_ways_to_write_the_same_trajectory_are_proved(data):

@@ -133,8 +133,9 @@ def test_a_prover_with_a_wrong_sign_in_the_system(monkeypatch, blind):
 
     def mistaken(reference):
         state, inputs = right(reference)
-        now, later = inputs.terms
-        return state, replace(inputs, terms=(replace(now, weight=-now.weight), later))
+        ((name, functional),) = inputs.arguments.items()
+        (weight, now), later = functional.terms
+        return state, replace(inputs, arguments={name: replace(functional, terms=((-weight, now), later))})
 
     monkeypatch.setattr(prove, "exact_quantities", mistaken)
     monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
