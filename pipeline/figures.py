@@ -1,4 +1,4 @@
-"""Stage 4: all of the above → figures; which ones depends on the kind of experiment."""
+"""Stage 5: all of the above → figures; which ones depends on the kind of experiment."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Stage 5: execute the experiment's notebook in place, so that what it shows cannot drift from what the code does."""
+"""Stage 6: execute the experiment's notebook in place, so that what it shows cannot drift from what the code does."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
