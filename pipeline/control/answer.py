@@ -15,6 +15,8 @@ class Status(StrEnum):
     """Some bound is active: a quadratic program."""
     WIDENED = "widened"
     """Feasible only with all sets widened by less than the tolerance: they touch the reference, or rounding does."""
+    KEPT = "kept"
+    """Of a nonlinear system: the plan that the search began with, since none was found that costs less."""
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ from scipy.optimize import linprog
 from pipeline.arrays import Array
 from pipeline.control.controller import Controller
 from pipeline.control.followed import Followed
-from pipeline.control.prediction import gaps
-from pipeline.control.room import Room
+from pipeline.control.prediction import Prediction, gaps
+from pipeline.control.room import Room, Sets
+from pipeline.systems.linear import Linear
 
 _CORNER = 1e-7
 """A support point this far (a part of the set's size) beyond an edge counts as on it."""
@@ -20,9 +21,11 @@ def feasible_states(controller: Controller, reference: Followed, k: int) -> Arra
 
     For one state its two ends, for two a polygon, counterclockwise; no corner at all where the set is empty. Exact up
     to the accuracy of linear programs, since each edge is asked whether the set goes on beyond it. ValueError for more
-    states, and where X leaves the set unbounded.
+    states, for a nonlinear system, and where X leaves the set unbounded.
     """
-    n = len(controller.plant.linear.A)
+    n = len(controller.plant.system.states)
+    if not isinstance(controller.plant.system, Linear):
+        raise ValueError("feasible set: it is drawn for linear systems only, whose sets are convex")
     if n > 2:
         raise ValueError(f"feasible set: it is drawn for one or two states, got {n}")
     projection = _Projection.at(controller, reference, k)
@@ -53,10 +56,10 @@ class _Projection:
 
     @classmethod
     def at(cls, controller: Controller, reference: Followed, k: int) -> "_Projection":
-        plant, prediction = controller.plant, controller.prediction
-        window = reference.window(k, controller.horizon)
-        room, drift = Room.around(controller.sets, window), (prediction.drift @ gaps(plant.linear, window).ravel())
-        H, h, G = controller.sets.states.rows, controller.sets.states.ends, controller.sets.inputs.rows
+        plant, window = controller.plant, reference.window(k, controller.horizon)
+        prediction = Prediction.along(plant.system, window)
+        sets, drift = Sets.of(plant), (prediction.drift @ gaps(plant.system, window).ravel())
+        room, H, h, G = Room.around(sets, window), sets.states.rows, sets.states.ends, sets.inputs.rows
         (N, n, m), x = prediction.B.shape, window.states[0]
         over_all = np.kron(np.eye(N), H)
         E = np.hstack([prediction.free, prediction.forced])

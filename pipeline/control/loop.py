@@ -74,12 +74,14 @@ def simulate(
 
     The system is the controller's own model, without disturbances.
     """
-    table = Tabulated.of(reference, first, first + steps + controller.horizon)
+    table = Tabulated.of(reference, first, first + steps + controller.horizon + 1)
     system = controller.plant.system
     states, inputs = [np.array(state, dtype=float)], []
     values, infeasible, widened = [], [], 0
+    guess: Array | None = None
     for k in range(first, first + steps):
-        answer = controller.step(k, states[-1], table)
+        answer = controller.step(k, states[-1], table, guess)
+        guess = continued(answer, table) if isinstance(answer, Step) else None
         applied: Array | None
         if isinstance(answer, Step):
             applied = answer.input
@@ -108,6 +110,12 @@ def simulate(
         infeasible=tuple(infeasible),
         widened=widened,
     )
+
+
+def continued(step: Step, reference: Followed) -> Array:
+    """The inputs (N, m) of a plan from its second on, and then the reference's own: what step k + 1 may begin with."""
+    end = step.k + len(step.inputs)
+    return np.vstack([step.inputs[1:], reference.window(end, 1).inputs])
 
 
 def joined(parts: list[Loop]) -> Loop:

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.systems.linear import Linear
+from pipeline.systems.constrained import System
 from pipeline.systems.reference import Window
 
 
@@ -14,8 +14,8 @@ from pipeline.systems.reference import Window
 class Prediction:
     """e(i+1) = A_i e(i) + B_i v(i) + d_i for i < N, with `A` (N, n, n) and `B` (N, n, m).
 
-    e = x − x_r and v = u − u_r are errors. The `gaps` d (N, n), what the reference itself fails to follow, are given
-    with each question: they are zero up to rounding where x_r and u_r belong together.
+    e = x − x_r and v = u − u_r are errors. The `gaps` d (N, n) are given with each question: what the reference itself
+    fails to follow, zero up to rounding where x_r and u_r belong together, and what a linearisation is off.
 
     Stacked, with E = (e(1), …, e(N)) and V = (v(0), …, v(N−1)), it is E = Φ e(0) + Γ V + Ψ d.
     """
@@ -24,9 +24,9 @@ class Prediction:
     B: Array
 
     @classmethod
-    def of(cls, system: Linear, horizon: int) -> "Prediction":
-        """The same A and B in every step."""
-        return cls(np.repeat(system.A[None], horizon, axis=0), np.repeat(system.B[None], horizon, axis=0))
+    def along(cls, system: System, plan: Window) -> "Prediction":
+        """The slopes of f along a plan; those of a linear system are the same along all."""
+        return cls(*system.slopes(plan.states[:-1], plan.inputs))
 
     @property
     def horizon(self) -> int:
@@ -68,6 +68,16 @@ class Prediction:
         return np.asarray(np.einsum("rjn,jnm->rjm", by_step, self.B).reshape(N * n, N * m))
 
 
-def gaps(system: Linear, window: Window) -> Array:
-    """d_i = A x_r(i) + B u_r(i) + c − x_r(i+1), shape (N, n)."""
+def gaps(system: System, window: Window) -> Array:
+    """d_i = f(x_r(i), u_r(i)) − x_r(i+1), shape (N, n): what the reference fails to follow."""
     return np.asarray(system.successor(window.states[:-1], window.inputs) - window.states[1:])
+
+
+def gaps_near(prediction: Prediction, system: System, window: Window, plan: Window) -> Array:
+    """d_i = f(x̄(i), ū(i)) − A_i (x̄(i) − x_r(i)) − B_i (ū(i) − u_r(i)) − x_r(i+1), shape (N, n), near a plan x̄, ū.
+
+    On the plan the prediction is then exact; near it, to first order.
+    """
+    e, v = plan.states[:-1] - window.states[:-1], plan.inputs - window.inputs
+    ahead = np.einsum("iab,ib->ia", prediction.A, e) + np.einsum("iam,im->ia", prediction.B, v)
+    return np.asarray(system.successor(plan.states[:-1], plan.inputs) - ahead - window.states[1:])

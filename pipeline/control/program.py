@@ -37,7 +37,7 @@ class Question:
 
     @classmethod
     def about(cls, plant: ConstrainedSystem, horizon: int) -> "Question":
-        n, m = plant.linear.B.shape
+        n, m = len(plant.system.states), len(plant.system.inputs)
         return cls(
             e=cp.Variable((horizon + 1, n)),
             v=cp.Variable((horizon, m)),

@@ -83,3 +83,8 @@ class Linear:
         """A x + c and B for x of shape (…, n): shapes (…, n) and (…, n, m)."""
         drift = np.asarray(x) @ self.A.T + self.c
         return drift, np.broadcast_to(self.B, (*drift.shape[:-1], *self.B.shape))
+
+    def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
+        """∂f/∂x = A and ∂f/∂u = B at x of shape (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
+        shape = np.broadcast_shapes(np.shape(x)[:-1], np.shape(u)[:-1])
+        return np.broadcast_to(self.A, (*shape, *self.A.shape)), np.broadcast_to(self.B, (*shape, *self.B.shape))

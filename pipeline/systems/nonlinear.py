@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.arrays import Array
 from pipeline.systems.affine import Affine, Solved, solved, split
-from pipeline.systems.algebra import DEEPEST
+from pipeline.systems.algebra import DEEPEST, Maybe, derivative
 from pipeline.systems.expression import Expression, Variable, at_floats, size_and_depth, variables
 from pipeline.systems.flatness import Flatness
 from pipeline.systems.functional import Functional
@@ -101,6 +101,24 @@ class Nonlinear:
             for e in self.equations
         ]
         return _stacked(drift, shape), np.stack(gains, axis=-2)
+
+    def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
+        """∂f/∂x and ∂f/∂u at x and u of shape (…, n): shapes (…, n, n)."""
+        x, u = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(u, dtype=float))
+        values, shape = {**_named(self.states, x), **_named(self.inputs, u)}, x.shape[:-1]
+
+        def at(names: tuple[str, ...]) -> Array:
+            rows = [[self.derivatives[i, name] for name in names] for i in range(len(self.f))]
+            evaluated = [[at_floats(e, values) if e is not None else np.zeros(shape) for e in row] for row in rows]
+            return np.stack([_stacked(row, shape) for row in evaluated], axis=-2)
+
+        return at(self.states), at(self.inputs)
+
+    @cached_property
+    def derivatives(self) -> Mapping[tuple[int, str], Maybe]:
+        """∂f_i/∂(state or input) by i and name, as formulas."""
+        names = (*self.states, *self.inputs)
+        return {(i, name): derivative(formula, name) for i, formula in enumerate(self.f) for name in names}
 
     def flatness(self, sampling_time: float) -> Flatness:
         """The states themselves are learned; inputs follow from them and their successors."""

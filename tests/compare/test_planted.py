@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pipeline.compare.claims import Claims
+from pipeline.compare.comparison import compare
 from pipeline.compare.model import ABSENT, Comparison, Status
 from pipeline.logs import Series
-from tests.compare.project import compared, edit_json, edit_log, edit_text, moved, only, with_sample
+from tests.compare.project import TOLERANCES, compared, edit_json, edit_log, edit_text, moved, only, with_sample
 
 RESULTS = Path("data/results/example1")
 
@@ -294,3 +296,42 @@ def test_results_alone_are_compared_without_notebooks(base: Path, new: Path) -> 
     comparison = compared(base, new / "data/results")
     assert comparison.within
     assert comparison.notes == ("notebooks are not compared: one side has none",)
+
+
+def test_claims_may_be_about_two_values_of_the_same_results(base: Path, new: Path) -> None:
+    """The mean's last value against the table's last bound: 0.9 and 0.4."""
+    mean = {"file": "example1/fit.mcap", "topic": "/references/sound", "column": "mean"}
+    bound = {"file": "example1/iterations.csv", "column": "bound"}
+    entry = {"claim": "the mean is above its bound", "source": "own", "value": mean, "at_least": bound}
+    claims = Claims.model_validate({"claims": [entry]})
+    edit_text(new / RESULTS / "iterations.csv", "83,0.4", "83,0.95")
+    (judged,) = compare(base, new, TOLERANCES, claims).claims
+    assert (judged.base.holds, judged.new.holds) == (True, False)
+    assert judged.expected == "≥ iterations.csv bound (last)"
+    (new / RESULTS / "iterations.csv").unlink()
+    (judged,) = compare(base, new, TOLERANCES, claims).claims
+    assert (judged.new.holds, judged.new.reason) == (False, "example1/iterations.csv is not there")
+
+
+@pytest.mark.parametrize(("changed", "place"), [("0.29731", "sound.proof, number 2"), ("0.2974 more", "sound.proof")])
+def test_numbers_of_a_sentence_are_numbers(base: Path, new: Path, changed: str, place: str) -> None:
+    for root, end in ((base, "0.2973"), (new, changed)):
+        edit_json(root / RESULTS / "metrics.json", lambda m, end=end: m["sound"].update(proof=f"at 0.5 s by {end}"))
+    assert only(compared(base, new)).worst[0].place == place
+
+
+def test_numbers_of_a_sentence_may_move_by_rounding(base: Path, new: Path) -> None:
+    for root, time in ((base, "0.2812170167227962"), (new, "0.2812170167239515")):
+        edit_json(root / RESULTS / "metrics.json", lambda m, time=time: m["sound"].update(proof=f"at {time} s"))
+    assert compared(base, new).within
+
+
+def test_letters_of_a_figure_are_those_of_its_text(base: Path, new: Path) -> None:
+    """Other digits of a number within tolerance have other outlines."""
+    for root, digits in ((base, "4.480001"), (new, "4.480002")):
+        glyphs = "".join(f'<use xlink:href="#DejaVuSans-{ord(digit):x}"/>' for digit in digits)
+        text = f'<!-- worst {digits} --><g transform="translate(4 5)"><defs/>{glyphs}</g>'
+        edit_text(root / RESULTS / "figures/margins.svg", "<!-- step $k$ -->", text)
+    assert compared(base, new).within
+    edit_text(new / RESULTS / "figures/margins.svg", "translate(4 5)", "translate(4 6)")
+    assert only(compared(base, new)).worst[0].place == "axes_1/text_1/g[1]: transform, number 2"
