@@ -8,7 +8,7 @@ from pipeline.control.feasible_set import feasible_states
 from pipeline.control.followed import Followed
 from pipeline.systems.linear import Linear
 
-_INSTANTS = 50
+_INSTANTS = 80
 
 
 def feasible_over_time(
@@ -16,7 +16,7 @@ def feasible_over_time(
 ) -> dict[int, dict[str, Array]]:
     """By horizon, for linear systems of one or two states: else nothing.
 
-    Of one state `step`, `lower` and `upper` at up to 50 of the first steps; of two, `step` 0 and the corners in
+    Of one state `step`, `lower` and `upper` at up to 81 of the first steps; of two, `step` 0 and the corners in
     columns called as the states are. Horizons too short for the system are left out.
     """
     system = controller.plant.system
