@@ -85,7 +85,7 @@ def test_what_is_learned_of_a_recording_and_what_is_held_out() -> None:
     assert learned.times[0] >= 0
     assert learned.times[-1] <= 30.0 < later.times[0]
     assert later.times[-1] <= 35.4
-    assert np.median(np.diff(learned.times)) == pytest.approx(0.4, abs=0.02)
+    assert np.median(np.diff(learned.times)) == pytest.approx(0.5, abs=0.02)
     assert np.median(learned.values) == pytest.approx(0, abs=1e-12)
     assert np.ptp(learned.values) == pytest.approx(12, abs=1.5)
     assert learned.stencil.weights == (0.5, 0.5)
@@ -101,7 +101,7 @@ def test_real_recordings_take_the_place_of_the_simulated_one(path: Path, tmp_pat
         done = run(stage, tmp_path, "robot-axis")
         assert (done.returncode, done.stderr) == (0, ""), done.stderr
     sampled = read_samples(Results("robot-axis", tmp_path / "results"))
-    assert len(sampled.only) > 60
+    assert len(sampled.only) > 50
     metrics = json.loads((tmp_path / "results/robot-axis/metrics.json").read_text())
     certified, free = metrics["certified"], metrics["unconstrained"]
     assert certified["proof"].startswith("proved for all real t ≥ 0")

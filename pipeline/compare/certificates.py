@@ -56,11 +56,19 @@ def _certified(path: Path) -> Leaves | None:
         return None
     try:
         match read_json(path.read_bytes()):
-            case {"signal": signal, "system": system, "state_set": states, "input_set": inputs}:
-                return json_leaves({"signal": signal, "system": system, "state_set": states, "input_set": inputs})
+            case {"signals": signals, "system": system, "bounds": list(bounds)}:
+                sets = {f"{kind}_set": _set(bounds, kind) for kind in ("state", "input")}
+                return json_leaves({"signals": signals, "system": system, **sets})
     except UnreadableError:
         pass  # the row of the file itself says so
     return None
+
+
+def _set(bounds: list[Any], kind: str) -> dict[str, list[Any]]:
+    """The bounds of one kind as a set: its rows, and their lower and upper bounds."""
+    own = [bound for bound in bounds if isinstance(bound, dict) and bound.get("of") == kind]
+    fields = {"rows": "row", "lower": "lower", "upper": "upper"}
+    return {name: [bound.get(field) for bound in own] for name, field in fields.items()}
 
 
 def _learned(fit: Path) -> dict[str, Leaves]:
@@ -69,8 +77,23 @@ def _learned(fit: Path) -> dict[str, Leaves]:
     for name, data in read_recording(fit).attachments.items():
         content: Any = read_json(data)
         match content:
-            case {"reference": {"signal": signal, "plant": {"system": system, "sampling_time": time, **sets}}}:
-                about = {"signal": signal, "system": {**system, "sampling_time": time}, **sets}
+            case {
+                "reference": {
+                    "signals": signals,
+                    "plant": {
+                        "system": dict(system),
+                        "state_set": dict(states),
+                        "input_set": dict(inputs),
+                        "sampling_time": time,
+                    },
+                }
+            }:
+                sets = {"state_set": states, "input_set": inputs}
+                about = {
+                    "signals": signals,
+                    "system": {**system, "sampling_time": time},
+                    **{name: {f: v for f, v in own.items() if f != "dimension"} for name, own in sets.items()},
+                }
                 found[name.removesuffix(".json")] = json_leaves(about)
     return found
 

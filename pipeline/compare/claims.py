@@ -1,7 +1,8 @@
 """The paper's claims: what is said where, and which of our values has to agree."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, TypeGuard
 
 from pydantic import BeforeValidator, Field, NonNegativeFloat, model_validator
 
@@ -50,6 +51,11 @@ class Locator(Fields):
             raise ValueError("expected a .json file and a path, a .csv file and a column, or .mcap, topic and column")
         return self
 
+    def __str__(self) -> str:
+        """The value in a few words."""
+        place = (self.path,) if self.path else (self.topic, self.column, f"({self.pick})")
+        return " ".join(part for part in (Path(self.file).name, *place) if part)
+
 
 class Printed(Fields):
     """A number of data/paper/printed_numbers.csv."""
@@ -62,7 +68,7 @@ class Claim(Fields):
     """A statement, its `source`, the value that it is about, and one expectation.
 
     The value `equals` a number (null: there is none), or is the `printed` one, give or take `within`; or it is
-    `at_least`, or `at_most`, a number.
+    `at_least`, or `at_most`, a number or another value of the same results.
     """
 
     claim: str
@@ -70,8 +76,8 @@ class Claim(Fields):
     value: Locator
     equals: float | None = None
     printed: Printed | None = None
-    at_least: float | None = None
-    at_most: float | None = None
+    at_least: float | Locator | None = None
+    at_most: float | Locator | None = None
     within: NonNegativeFloat = 0.0
 
     @model_validator(mode="after")
@@ -83,22 +89,23 @@ class Claim(Fields):
     @property
     def expected(self) -> str:
         """The expectation in a few characters."""
-        if self.at_least is not None:
-            return f"≥ {self.at_least:g}"
-        if self.at_most is not None:
-            return f"≤ {self.at_most:g}"
+        for sign, limit in (("≥", self.at_least), ("≤", self.at_most)):
+            if limit is not None:
+                return f"{sign} {limit}" if isinstance(limit, Locator) else f"{sign} {limit:g}"
         number = self._number()
         shown = "no value" if number is None else f"{number:.10g}"
         return f"{shown} ± {self.within:g}" if self.within else shown
 
-    def admits(self, value: Found) -> bool:
-        """Whether a value is as expected. NaN never is."""
-        if not isinstance(value, int | float) or isinstance(value, bool):
-            return value is None and self._number() is None and self.at_least is None and self.at_most is None
+    def admits(self, value: Found, look_up: Callable[[Locator], Found]) -> bool:
+        """Whether a value is as expected, where `look_up` finds the other values of its results. NaN never is."""
+        limits = [look_up(limit) if isinstance(limit, Locator) else limit for limit in (self.at_least, self.at_most)]
+        if not _is_number(value):
+            return value is None and self._number() is None and limits == [None, None]
+        at_least, at_most = limits
         if self.at_least is not None:
-            return value >= self.at_least
+            return _is_number(at_least) and value >= at_least
         if self.at_most is not None:
-            return value <= self.at_most
+            return _is_number(at_most) and value <= at_most
         number = self._number()
         return number is not None and abs(value - number) <= self.within
 
@@ -109,6 +116,10 @@ class Claim(Fields):
         if self.printed.quantity not in numbers:
             raise InputError(f"claim {self.claim!r}: the paper's printed numbers have no {self.printed.quantity!r}")
         return numbers[self.printed.quantity]
+
+
+def _is_number(value: Found) -> TypeGuard[int | float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 class Claims(Fields):

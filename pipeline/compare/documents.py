@@ -9,6 +9,7 @@ from io import StringIO
 
 from pipeline.compare.content import Leaf, Leaves, Part, UnreadableError
 from pipeline.compare.model import Value
+from pipeline.compare.prose import prose_leaves
 
 
 def read_json(data: bytes) -> object:
@@ -23,6 +24,15 @@ def read_json(data: bytes) -> object:
 def json_leaves(content: object) -> Leaves:
     """Every value by its path, as in `sound.tail.start` or `weights[3]`."""
     return {path: Leaf(path, value) for path, value in _walk(content, "")}
+
+
+def told_leaves(content: object) -> Leaves:
+    """The same; of a sentence the words, and each of its numbers, as in `proof` and `proof, number 1`."""
+    leaves: dict[str, Leaf] = {}
+    for path, leaf in json_leaves(content).items():
+        sentence = isinstance(leaf.value, str) and " " in leaf.value
+        leaves.update(prose_leaves(path, str(leaf.value), path, path) if sentence else {path: leaf})
+    return leaves
 
 
 def _walk(content: object, path: str) -> Iterator[tuple[str, Value]]:
@@ -41,7 +51,7 @@ def _walk(content: object, path: str) -> Iterator[tuple[str, Value]]:
 
 def json_parts(base: object, new: object) -> list[Part]:
     """One part, whose places are paths."""
-    leaves = json_leaves(base), json_leaves(new)
+    leaves = told_leaves(base), told_leaves(new)
     reordered = list(leaves[0]) != list(leaves[1]) and leaves[0].keys() == leaves[1].keys()
     return [Part("", "", *leaves, notes=("keys in another order",) if reordered else ())]
 

@@ -1,6 +1,5 @@
 """Executed notebooks as values at places: their sources, and the text, numbers and pictures of their outputs."""
 
-import re
 from base64 import b64decode
 from binascii import Error as Base64Error
 from collections.abc import Iterator
@@ -11,12 +10,12 @@ from typing import Any
 
 from pipeline.compare.content import Leaf, Leaves, Part, UnreadableError
 from pipeline.compare.documents import json_leaves, read_json
+from pipeline.compare.prose import prose_leaves
 from pipeline.compare.raster import picture_leaves, read_picture
 
 SOURCE, TEXT, NUMBERS, IMAGE = "source", "text", "numbers", "image"
 """The fields that rules know, beside those of pictures."""
 
-_NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 _PNG = "image/png"
 
 
@@ -111,8 +110,6 @@ def _output_leaves(place: str, content: Any) -> dict[str, Leaf]:
 
 
 def _text_leaves(place: str, text: str) -> Iterator[tuple[str, Leaf]]:
-    """Each line with its numbers taken out, and these numbers."""
+    """The words and the numbers of each line."""
     for i, line in enumerate(text.splitlines(), start=1):
-        yield f"{place}, line {i}", Leaf(TEXT, _NUMBER.sub("#", line))
-        for j, number in enumerate(_NUMBER.findall(line), start=1):
-            yield f"{place}, line {i}, number {j}", Leaf(NUMBERS, float(number))
+        yield from prose_leaves(f"{place}, line {i}", line, TEXT, NUMBERS)

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from pipeline.compare.content import Leaf, Leaves, Part, UnreadableError
-from pipeline.compare.documents import json_leaves, read_json
+from pipeline.compare.documents import json_leaves, read_json, told_leaves
 from pipeline.logs import TIME, Log, LogError, Series, read_log
 
 
@@ -69,7 +69,7 @@ def _by_time(series: Series) -> list[str]:
 
 
 def _attachment(log: Log, name: str) -> Leaves | None:
-    return json_leaves(read_json(log.attachments[name])) if name in log.attachments else None
+    return told_leaves(read_json(log.attachments[name])) if name in log.attachments else None
 
 
 def _about(log: Log) -> Leaves:

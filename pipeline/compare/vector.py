@@ -8,8 +8,9 @@ from xml.etree import ElementTree
 
 from pipeline.compare.content import Leaf, Leaves, Part, UnreadableError
 from pipeline.compare.outlines import distance, split_path
+from pipeline.compare.prose import prose_leaves
 
-COORDINATES, OUTLINE, COLOUR, STYLE, TEXT = "coordinates", "outline", "colour", "style", "text"
+COORDINATES, OUTLINE, COLOUR, STYLE, TEXT, NUMBERS = "coordinates", "outline", "colour", "style", "text", "numbers"
 STRUCTURE, ABOUT = "structure", "metadata"
 """The fields that rules know."""
 
@@ -92,12 +93,17 @@ def _element(element: ElementTree.Element, place: str, paths: dict[str, str]) ->
         else:
             yield from _attribute(f"{place}: {key}", key, value, about)
     if content := (element.text or "").strip():
-        yield f"{place}: text", Leaf(ABOUT if about else TEXT, content)
+        words, numbers = (ABOUT, ABOUT) if about else (TEXT, NUMBERS)
+        yield from prose_leaves(f"{place}: text", content, words, numbers)
     seen: Counter[str] = Counter()
+    before = ""
     for child in element:
         tag = _tag(child)
         seen[tag] += 1
-        yield from _element(child, f"{place}/{_name(child, tag, seen[tag])}".removeprefix("svg/"), paths)
+        # The letters of a text: the comment before them says what they are, and where they stand is theirs.
+        shown = ElementTree.Element(child.tag, child.attrib) if before == "comment" and tag == "g" else child
+        yield from _element(shown, f"{place}/{_name(child, tag, seen[tag])}".removeprefix("svg/"), paths)
+        before = tag
 
 
 def _name(element: ElementTree.Element, tag: str, number: int) -> str:

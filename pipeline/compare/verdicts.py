@@ -28,17 +28,25 @@ def judge_claim(claim: Claim, base: Path, new: Path) -> JudgedClaim:
 
 def _verdict(claim: Claim, results: Path) -> Verdict:
     try:
-        value = _value(claim.value, results / claim.value.file)
-    except FileNotFoundError:
-        return Verdict(False, ABSENT, f"{claim.value.file} is not there")
-    except UnreadableError as error:
-        return Verdict(False, ABSENT, f"{claim.value.file} cannot be read: {error}")
+        value = _value(claim.value, results)
+        return Verdict(claim.admits(value, lambda locator: _value(locator, results)), value)
     except _NoValueError as error:
-        return Verdict(False, ABSENT, f"{claim.value.file}: {error}")
-    return Verdict(claim.admits(value), value)
+        return Verdict(False, ABSENT, str(error))
 
 
-def _value(locator: Locator, file: Path) -> Value:
+def _value(locator: Locator, results: Path) -> Value:
+    """What stands there; _NoValueError says why there is nothing."""
+    try:
+        return _read(locator, results / locator.file)
+    except FileNotFoundError:
+        raise _NoValueError(f"{locator.file} is not there") from None
+    except UnreadableError as error:
+        raise _NoValueError(f"{locator.file} cannot be read: {error}") from None
+    except _NoValueError as error:
+        raise _NoValueError(f"{locator.file}: {error}") from None
+
+
+def _read(locator: Locator, file: Path) -> Value:
     if file.suffix == ".json":
         leaves = json_leaves(read_json(file.read_bytes()))
         leaf = leaves.get(locator.path or "")

@@ -100,7 +100,8 @@ class Polytope:
         # In half widths, about a point as central as can be: solvers take numbers from 1e15 on, or to 1e-9, for none.
         half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
         sizes = np.abs(self.rows)
-        unit = np.min(np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0), axis=0)
+        with np.errstate(over="ignore"):
+            unit = np.min(np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0), axis=0)
         matrix = self.rows * np.where(np.isfinite(unit), unit, 1.0) / half[:, None]
         middle = (self.upper / 2 + self.lower / 2) / half
         off = middle - matrix @ np.linalg.lstsq(matrix, middle)[0]

@@ -1,5 +1,7 @@
 """A reference's quantities written out a second time: with mpmath at one instant, in extended precision on grids."""
 
+from fractions import Fraction
+
 import numpy as np
 from mpmath import mp
 
@@ -8,6 +10,7 @@ from pipeline.gp.kernel import Kernel
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from pipeline.gp.signal import KernelSum
+from pipeline.systems.functional import Functional
 from pipeline.systems.reference import Reference
 from pipeline.systems.scalar import Scalar
 from tests.gp.instances import formula
@@ -32,8 +35,8 @@ def _mean(signal: KernelSum):
 def _quantity(reference: Reference, name: str, means, t, number):
     """Of a scalar system by its own formulas, of others as what it says it looks at; in any arithmetic."""
     plant = reference.plant
-    if Scalar.describes(plant):
-        if name == "state":
+    if Scalar.describes(plant) and plant.flatness.states[0].weights == ((1,),):
+        if name == reference.quantities[0].name:
             return means[0](t)
         a, b, c = (number(v) for v in (plant.system.A.item(), plant.system.B.item(), plant.system.c.item()))
         return (means[0](t + number(plant.sampling_time)) - a * means[0](t) - c) / b
@@ -48,6 +51,30 @@ def _quantity(reference: Reference, name: str, means, t, number):
             if w:
                 total = total + ratio(w) * mean(t + j * number(plant.sampling_time))
     return total
+
+
+def follows_exactly(reference: Reference) -> bool:
+    """Whether x(t + T_s) = A x(t) + B u(t) + c whatever the signals are, by what it looks at; in fractions."""
+    system, flat = reference.plant.system, reference.plant.flatness
+    A, B, c = ([[Fraction(v) for v in row] for row in M.tolist()] for M in (system.A, system.B, system.c[:, None]))
+    states, inputs = range(len(A)), range(len(B[0]))
+    x, u = [q.offset for q in flat.states], [q.offset for q in flat.inputs]
+    for i in states:
+        if x[i] != sum(A[i][k] * x[k] for k in states) + sum(B[i][k] * u[k] for k in inputs) + c[i][0]:
+            return False
+
+    def look(functional: Functional, s: int, j: int) -> Fraction:
+        weights = functional.weights[s]
+        return weights[j] if 0 <= j < len(weights) else Fraction(0)
+
+    for s in range(len(reference.signals)):
+        for j in range(max(len(q.weights[s]) for q in (*flat.states, *flat.inputs)) + 1):
+            for i in states:
+                led = sum(A[i][k] * look(flat.states[k], s, j) for k in states)
+                pushed = sum(B[i][k] * look(flat.inputs[k], s, j) for k in inputs)
+                if look(flat.states[i], s, j - 1) != led + pushed:
+                    return False
+    return True
 
 
 def instant(reference: Reference, k: int):

@@ -2,16 +2,20 @@
 
 import ast
 import copy
-import inspect
 import random
 import sys
 from dataclasses import fields
+from fractions import Fraction
+from pathlib import Path
 
 import pytest
 from mpmath import mp
 
 from pipeline.certificates import checker
-from pipeline.certificates.checker import Failed, NotACertificate, Proved, check, iv
+from pipeline.certificates.checker import Failed, NotACertificate, Proved, check, intervals
+from pipeline.certificates.checker.intervals import iv
+from pipeline.certificates.checker.kernels import taylor
+from pipeline.certificates.checker.reading import rational_number
 from pipeline.certificates.prove import prove
 from pipeline.gp.radial import SquaredExponential
 from tests.certificates import naive
@@ -25,10 +29,18 @@ def data() -> dict:
 
 
 def test_it_imports_nothing_but_the_standard_library_and_mpmath():
-    tree = ast.parse(inspect.getsource(checker))
-    names = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-    names |= {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-    assert {name.split(".")[0] for name in names} <= set(sys.stdlib_module_names) | {"mpmath"}
+    """And its own parts, of the same kind."""
+    own, names = Path(checker.__file__).parent, set[str]()
+    sources = sorted(own.glob("*.py"))
+    assert len(sources) > 10
+    for source in sources:
+        tree = ast.parse(source.read_text(encoding="utf-8"))
+        names |= {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+        found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        assert all(node.level == 0 for node in found)
+        names |= {node.module for node in found}
+    others = {name for name in names if name.split(".")[0] not in sys.stdlib_module_names}
+    assert {name for name in others if not name.startswith("pipeline.certificates.checker.")} == {"mpmath.ctx_iv"}
 
 
 def test_its_docstring_states_the_theorem():
@@ -43,7 +55,7 @@ def _holds(interval, number) -> bool:
 @pytest.mark.parametrize("name", ["exp", "cos", "sin", "log"])
 def test_elementary_functions_hold_the_true_value(name):
     """At points and over intervals, small and large, against three times the digits."""
-    function, true, draw = getattr(checker, f"_{name}"), getattr(mp, name), random.Random(name)
+    function, true, draw = getattr(intervals, name), getattr(mp, name), random.Random(name)
     with mp.workprec(3 * iv.prec):
         for _ in range(3000):
             x = draw.choice([1, -1]) * 10 ** draw.uniform(-12, 4)
@@ -59,7 +71,7 @@ def test_cosines_over_intervals_hold_their_extremes():
     with mp.workprec(3 * iv.prec):
         for k in range(-40, 40):
             near = float(mp.pi * k) + draw.uniform(-1e-12, 1e-12)
-            interval = checker._cos(iv.mpf([near - draw.uniform(1e-9, 1), near + draw.uniform(1e-9, 1)]))
+            interval = intervals.cos(iv.mpf([near - draw.uniform(1e-9, 1), near + draw.uniform(1e-9, 1)]))
             assert _holds(interval, mp.mpf((-1) ** k))
 
 
@@ -70,7 +82,7 @@ def test_its_kernels_are_the_kernels(kernel):
         for _ in range(8):
             r, h = draw.uniform(0.05, 4), draw.uniform(0.01, 0.1)
             expected = mp.taylor(lambda x, r=r, h=h: formula(kernel)(mp.mpf(r) + mp.mpf(h) * x), 0, 4)
-            found = checker._taylor(data, iv.mpf(r), iv.mpf(h), 5)
+            found = taylor(data, iv.mpf(r), iv.mpf(h), 5)
             for interval, number in zip(found, expected, strict=True):
                 middle = mp.mpf(interval.mid._mpi_[0])
                 assert abs(middle - number) <= mp.mpf(10) ** -10 * abs(expected[0]) + mp.mpf(10) ** -50
@@ -93,7 +105,7 @@ def test_other_things_are_no_certificates(nothing):
 
 def _changed(data: dict, path: str, value) -> dict:
     changed = copy.deepcopy(data)
-    *inner, last = path.split(".")
+    *inner, last = (int(name) if name.isdigit() else name for name in path.split("."))
     at = changed
     for name in inner:
         at = at[name]
@@ -104,27 +116,66 @@ def _changed(data: dict, path: str, value) -> dict:
 @pytest.mark.parametrize(
     ("path", "value"),
     [
-        ("version", 2),
-        ("version", 1.0),
+        ("version", 1),
+        ("version", 2.0),
         ("version", True),
         ("format", "certificate"),
-        ("signal.mean", "0"),
-        ("signal.mean", float("nan")),
-        ("signal.mean", float("inf")),
-        ("signal.mean", 10**400),
-        ("signal.mean", 2**53 + 1),
-        ("signal.mean", True),
-        ("signal.weights", []),
-        ("signal.weights", [0.5, None, 0.3]),
-        ("signal.weights", "abc"),
-        ("signal.extra", 1.0),
-        ("signal.kernel", {"type": "Cosine", "signal_std": 1.0, "lengthscale": 1.0}),
-        ("signal.kernel", {"type": "SquaredExponential", "signal_std": 1.0}),
-        ("signal.kernel", {"type": "SquaredExponential", "signal_std": 1.0, "lengthscale": 1.0, "shape": 1.0}),
-        ("signal.kernel", {"type": "SquaredExponential", "signal_std": 1.0, "lengthscale": -1.0}),
-        ("signal.kernel", {"type": ["Sum"], "left": {}, "right": {}}),
-        ("signal.kernel", "SquaredExponential"),
+        ("signals.0.mean", "0"),
+        ("signals.0.mean", float("nan")),
+        ("signals.0.mean", float("inf")),
+        ("signals.0.mean", 10**400),
+        ("signals.0.mean", 2**53 + 1),
+        ("signals.0.mean", True),
+        ("signals.0.weights", []),
+        ("signals.0.weights", [0.5, None, 0.3]),
+        ("signals.0.weights", "abc"),
+        ("signals.0.extra", 1.0),
+        ("signals.0.kernel", {"type": "Cosine", "signal_std": 1.0, "lengthscale": 1.0}),
+        ("signals.0.kernel", {"type": "SquaredExponential", "signal_std": 1.0}),
+        ("signals.0.kernel", {"type": "SquaredExponential", "signal_std": 1.0, "lengthscale": 1.0, "shape": 1.0}),
+        ("signals.0.kernel", {"type": "SquaredExponential", "signal_std": 1.0, "lengthscale": -1.0}),
+        ("signals.0.kernel", {"type": ["Sum"], "left": {}, "right": {}}),
+        ("signals.0.kernel", "SquaredExponential"),
+        ("signals", []),
+        ("signals", {}),
         ("system.sampling_time", 0.0),
+        ("system.A", [[]]),
+        ("system.A", [0.9]),
+        ("system.A.0.0", "0.9"),
+        ("system.A.0.0", float("inf")),
+        ("system.c.0", None),
+        ("system.states", [""]),
+        ("system.states", ["x" * 201]),
+        ("system.inputs", [1]),
+        ("system.D", [[0.0]]),
+        ("trajectories", {"states": []}),
+        ("trajectories.states", []),
+        ("trajectories.outputs", []),
+        ("trajectories.states.0.offset", 0),
+        ("trajectories.states.0.offset", "0.0"),
+        ("trajectories.states.0.offset", "1e3"),
+        ("trajectories.states.0.offset", " 0"),
+        ("trajectories.states.0.offset", "0\n"),
+        ("trajectories.states.0.offset", "+1"),
+        ("trajectories.states.0.offset", "1/0"),
+        ("trajectories.states.0.offset", "1/00"),
+        ("trajectories.states.0.offset", "1/-2"),
+        ("trajectories.states.0.offset", "½"),
+        ("trajectories.states.0.offset", "١"),
+        ("trajectories.states.0.offset", "1" * 20_001),
+        ("trajectories.states.0.weights.0.0", 1.0),
+        ("trajectories.states.0.weights.0", []),
+        ("trajectories.states.0.weights", []),
+        ("bounds", []),
+        ("bounds.0.of", "output"),
+        ("bounds.0.of", None),
+        ("bounds.0.row", []),
+        ("bounds.0.row", [float("nan")]),
+        ("bounds.0.row", 1.0),
+        ("bounds.0.name", ""),
+        ("bounds.0.lower", "-2"),
+        ("bounds.0.upper", float("inf")),
+        ("bounds.0.middle", 0.0),
         ("claim", {"kind": "for_ever"}),
         ("claim", {"kind": "all_times", "tail_start": 1.0}),
         ("claim", {"kind": "instants", "last_step": 1.5}),
@@ -132,8 +183,11 @@ def _changed(data: dict, path: str, value) -> dict:
         ("claim.terms", 0),
         ("claim.terms", 16.0),
         ("claim.covers.state.radii", None),
-        ("claim.covers.output", {"ends": [0.0, 1.0], "radii": [1.0]}),
-        ("evaluation.state", 0.0),
+        ("claim.covers.", {"ends": [0.0, 1.0], "radii": [1.0]}),
+        ("claim.covers.output", {"ends": [0.0, 1.0]}),
+        ("evaluation.errors.state", 0.0),
+        ("evaluation.errors.", 1.0),
+        ("evaluation.state", 1.0),
     ],
 )
 def test_damaged_certificates_are_none(data, path, value):
@@ -141,27 +195,69 @@ def test_damaged_certificates_are_none(data, path, value):
 
 
 def test_a_kernel_nested_without_end_is_refused(data):
-    kernel = data["signal"]["kernel"]
+    kernel = data["signals"][0]["kernel"]
     for _ in range(500):
         kernel = {"type": "Sum", "left": kernel, "right": kernel}
-    assert isinstance(check(_changed(data, "signal.kernel", kernel)), NotACertificate)
+    assert isinstance(check(_changed(data, "signals.0.kernel", kernel)), NotACertificate)
+
+
+SIGNAL = {
+    "kernel": {"type": "SquaredExponential", "signal_std": 1.0, "lengthscale": 0.3},
+    "mean": 0.0,
+    "centres": [0.0],
+    "weights": [1.0],
+}
 
 
 @pytest.mark.parametrize(
     ("path", "value", "reason"),
     [
-        ("signal.weights", [0.5, -0.8], "as many"),
-        ("system.b", 0.0, "sizes"),
-        ("system.b", 1e-300, "sizes"),
-        ("signal.mean", 1e300, "sizes"),
+        ("signals.0.weights", [0.5, -0.8], "as many"),
+        ("signals.0.centres", [0.5, -0.8, 0.3, 1.0], "as many"),
+        ("system.A", [[0.9, 0.0]], "shapes: A"),
+        ("system.A", [[0.9], [0.9]], "shapes: A"),
+        ("system.B", [[0.5, 0.5]], "shapes: A"),
+        ("system.B", [[0.5], [0.5]], "shapes: A"),
+        ("system.c", [0.0, 0.0], "shapes: A"),
+        ("system.states", ["a", "b"], "shapes: every bound"),
+        ("system.inputs", ["a", "b"], "shapes: every bound"),
+        ("bounds.0.row", [1.0, 0.0], "shapes: every bound"),
+        ("bounds.1.row", [1.0, 0.0], "shapes: every bound"),
+        ("trajectories.states", [{"offset": "0", "weights": [["1"]]}] * 2, "shapes: A"),
+        ("trajectories.inputs", [{"offset": "0", "weights": [["1"]]}] * 2, "shapes: A"),
+        ("trajectories.states.0.weights", [["1"], ["0"]], "shapes: every state"),
+        ("trajectories.inputs.0.weights", [["1"], ["0"]], "shapes: every state"),
+        ("signals", [SIGNAL, SIGNAL], "shapes: every state"),
+        ("bounds.1.row", [0.0], "shapes: every bound needs a row with"),
+        ("system.states", ["input"], "names: states and inputs"),
+        ("bounds.1.name", "state", "names: the bounds"),
+        ("bounds.1.name", "entry", "names"),
+        ("claim.covers.output", {"ends": [0.0, 1.0], "radii": [1.0]}, "names"),
+        ("evaluation.errors.output", 1.0, "names"),
+        ("evaluation.errors", {"state": 1.0}, "names"),
+        ("claim.covers", {}, "names"),
+        ("system.A.0.0", 0.8, "trajectories: the system does not follow signal 0 with the weights of shift 0"),
+        ("system.B.0.0", 0.0, "trajectories: the system does not follow signal 0 with the weights of shift 0"),
+        ("system.B.0.0", 1e-300, "trajectories"),
+        ("system.c.0", 1e-300, "trajectories: the system does not stay where"),
+        ("trajectories.states.0.weights.0.0", "2", "trajectories: the system does not follow signal 0"),
+        ("trajectories.states.0.offset", "1", "trajectories: the system does not stay where"),
+        ("trajectories.inputs.0.offset", "1/1000000000000", "trajectories: the system does not stay where"),
+        ("trajectories.inputs.0.weights.0.1", "0", "trajectories: the system does not follow signal 0"),
+        ("trajectories.inputs.0.weights.0", ["-9/5", "2"], "trajectories: the system does not follow signal 0"),
+        ("trajectories.inputs.0.weights.0", ["0"], "trajectories: the system does not follow signal 0"),
+        ("bounds.1.row", [1e-300], "sizes"),
+        ("bounds.0.row", [1e300], "sizes"),
+        ("signals.0.mean", 1e300, "sizes"),
+        ("system.sampling_time", 1e-300, "sizes"),
         ("evaluation.until", 1e200, "sizes"),
-        ("evaluation.state", 1e-300, "evaluation"),
-        ("evaluation.input", 1e-17, "evaluation"),
+        ("evaluation.errors.state", 1e-300, "evaluation"),
+        ("evaluation.errors.input", 1e-17, "evaluation"),
         ("claim.tail_start", 0.5, "cover"),
         ("claim.covers.state.ends", [0.0, 1.0], "cover"),
-        ("state_set.lower", 0.1, "box"),
-        ("state_set.upper", -3.0, "box"),
-        ("input_set", {"lower": 0.5, "upper": -0.5}, "box"),
+        ("bounds.0.lower", 0.1, "box"),
+        ("bounds.0.upper", -3.0, "box"),
+        ("bounds.1", {"name": "input", "of": "input", "row": [1.0], "lower": 0.5, "upper": -0.5}, "box"),
     ],
 )
 def test_what_fails_is_named(data, path, value, reason):
@@ -170,13 +266,47 @@ def test_what_fails_is_named(data, path, value, reason):
     assert reason in found.reason
 
 
+def test_rationals_are_read_exactly():
+    """However many digits they have, and whether or not they are reduced."""
+    long = 3**20000
+    for text, value in (
+        ("-3/4", Fraction(-3, 4)),
+        ("12/8", Fraction(3, 2)),
+        ("007", Fraction(7)),
+        ("-0", Fraction(0)),
+        (f"-1/{'1' + '0' * 5000}", Fraction(-1, 10**5000)),
+        ("9" * 4001, Fraction(10**4001 - 1)),
+    ):
+        assert rational_number(text, "here") == value
+    before = sys.get_int_max_str_digits()
+    sys.set_int_max_str_digits(0)
+    try:
+        digits = str(long)
+    finally:
+        sys.set_int_max_str_digits(before)
+    assert rational_number(f"-{digits}/{digits[:-1]}7", "here").denominator != 1
+    assert rational_number(digits, "here") == long
+
+
+def test_other_ways_to_write_the_same_trajectory_are_proved(data):
+    """More looks with weights of zero, and ratios that are not reduced."""
+    wider = copy.deepcopy(data)
+    for parts in wider["trajectories"].values():
+        for part in parts:
+            (weights,) = part["weights"]
+            part["weights"] = [[*(w if "/" in w else f"{6 * int(w)}/6" for w in weights), "0", "0/7"]]
+    for error in wider["evaluation"]["errors"]:
+        wider["evaluation"]["errors"][error] *= 1.2
+    assert isinstance(check(wider), Proved)
+
+
 def test_a_tail_that_starts_too_early_fails(data):
     early = 0.92
     changed = _changed(data, "claim.tail_start", early)
     for cover in changed["claim"]["covers"].values():
         inner = [end for end in cover["ends"] if end < early]
         cover["ends"], cover["radii"] = [*inner, early], cover["radii"][: len(inner)]
-    found = check(_changed(changed, "state_set", {"lower": -2.0, "upper": 0.3}))
+    found = check(_changed(changed, "bounds.0.upper", 0.3))
     assert isinstance(found, Failed)
     assert found.reason.startswith(("tail", "box"))
 
@@ -190,8 +320,8 @@ def test_a_period_that_is_none_fails(data):
 
 
 def test_whole_numbers_are_numbers_too(data):
-    assert data["signal"]["mean"] == 0.0
-    assert isinstance(check(_changed(data, "signal.mean", 0)), Proved)
+    assert data["signals"][0]["mean"] == 0.0
+    assert isinstance(check(_changed(data, "signals.0.mean", 0)), Proved)
 
 
 def test_it_does_not_touch_the_precision_of_mpmath(data):

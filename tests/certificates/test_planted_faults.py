@@ -1,26 +1,40 @@
 """Faults planted in the prover: it then issues false certificates, and the checker, which shares nothing, says so."""
 
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from flint import arb
 
-from pipeline.certificates import cover, enclosure, exact, prove, settled
+from pipeline.certificates import cover, enclosure, exact, prove, rounding, settled
 from pipeline.certificates.certificate import Certificate
-from pipeline.certificates.checker import Failed, check
+from pipeline.certificates.checker import Failed, Proved, check
 from pipeline.certificates.cover import Cover
 from pipeline.gp.radial import Matern32, SquaredExponential
 from pipeline.gp.signal import KernelSum
+from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.interval import Interval
+from pipeline.systems.linear import Linear
+from pipeline.systems.polytope import Polytope
 from pipeline.systems.reference import Reference
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
+from pipeline.systems.scalar import scalar
 from tests.certificates.references import certified, unconstrained
 
 
-def small(kernel, state_set=(-2.0, 2.0), input_set=(-2.0, 2.0)) -> Reference:
-    plant = ConstrainedSystem(ScalarLinear(0.9, 0.5), Interval(*state_set), Interval(*input_set), 0.05)
-    return Reference(KernelSum(kernel, 0.0, np.array([0.0, 0.4, 0.9]), np.array([0.5, -0.8, 0.3])), plant)
+def small(kernel, state_set=(-2.0, 2.0), input_set=(-2.0, 2.0), a=0.9) -> Reference:
+    sets = {"state_set": Interval(*state_set), "input_set": Interval(*input_set)}
+    plant = scalar(a, 0.5, **sets, sampling_time=0.05)
+    return Reference((KernelSum(kernel, 0.0, np.array([0.0, 0.4, 0.9]), np.array([0.5, -0.8, 0.3])),), plant)
+
+
+def axis(bound: float = 20.0) -> Reference:
+    """A double integrator, bounded in position, velocity, their sum and acceleration."""
+    system = Linear(np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.005], [0.1]]), np.array([0.0, 0.02]))
+    states = Polytope(np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]), -np.full(3, 4.0), np.full(3, 4.0))
+    plant = ConstrainedSystem(system, states, Polytope.box(np.array([-bound]), np.array([bound])), 0.1)
+    signal = KernelSum(SquaredExponential(1.0, 0.4), 0.1, np.array([0.0, 0.4, 0.9]), np.array([0.5, -0.8, 0.3]))
+    return Reference((signal,), plant)
 
 
 def assert_caught(reference: Reference, *reasons: str) -> None:
@@ -119,12 +133,87 @@ def test_a_prover_with_a_wrong_sign_in_the_system(monkeypatch, blind):
 
     def mistaken(reference):
         state, inputs = right(reference)
-        (w, s), (v, zero) = inputs.terms
-        return state, replace(inputs, terms=((w, s), (-v, zero)))
+        ((name, functional),) = inputs.arguments.items()
+        (weight, now), later = functional.terms
+        return state, replace(inputs, arguments={name: replace(functional, terms=((-weight, now), later))})
 
     monkeypatch.setattr(prove, "exact_quantities", mistaken)
-    wide = small(SquaredExponential(1.0, 3.0), input_set=(-0.05, 0.05), state_set=(-1.0, 1.0))
-    other = replace(wide, plant=replace(wide.plant, system=ScalarLinear(-0.9, 0.5)))
     monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
     monkeypatch.setattr(settled, "float_below", lambda _: 1.0)
-    assert_caught(replace(other, plant=replace(other.plant, input_set=Interval(-0.2, 0.2))), "box", "tail")
+    wide = small(SquaredExponential(1.0, 3.0), input_set=(-0.2, 0.2), state_set=(-1.0, 1.0), a=-0.9)
+    assert_caught(wide, "box", "tail")
+
+
+def test_the_axis_is_proved_before_anything_is_planted():
+    found = prove.prove(axis())
+    assert isinstance(found, Certificate), found.explanation
+    assert isinstance(check(found.to_dict()), Proved)
+
+
+def mistaken(reference: Reference, **changes) -> Reference:
+    """The same reference, by a plant that believes something else about its flat outputs."""
+    plant = replace(reference.plant)
+    plant.__dict__["flatness"] = replace(reference.plant.flatness, **changes)
+    return Reference(reference.signals, plant)
+
+
+def test_a_prover_with_a_wrong_flat_output():
+    """The acceleration as if the velocity came from the difference to the last step."""
+    right = axis()
+    (weights,) = right.plant.flatness.inputs[0].weights
+    halved = replace(right.plant.flatness.inputs[0], weights=((weights[0] / 2, *weights[1:]),))
+    assert_caught(mistaken(right, inputs=(halved,)), "trajectories: the system does not follow signal 0")
+
+
+def test_a_prover_with_rounded_flat_outputs():
+    """As good as exact in float64, and no identity."""
+    right = axis()
+    (weights,) = right.plant.flatness.inputs[0].weights
+    rounded = replace(right.plant.flatness.inputs[0], weights=(tuple(Fraction(float(w)) for w in weights),))
+    assert rounded != right.plant.flatness.inputs[0]
+    assert_caught(mistaken(right, inputs=(rounded,)), "trajectories: the system does not follow signal 0")
+
+
+def test_a_prover_that_forgets_the_drift():
+    right = axis()
+    (drifting,) = right.plant.flatness.inputs
+    assert drifting.offset != 0
+    still = (replace(drifting, offset=Fraction(0)),)
+    assert_caught(mistaken(right, inputs=still), "trajectories: the system does not stay")
+
+
+def test_a_prover_that_takes_a_row_for_another(monkeypatch, blind):
+    """It looks at the position where the sum of position and velocity is bounded."""
+    right = exact.exact_quantities
+
+    def confused(reference):
+        position, velocity, total, acceleration = right(reference)
+        return position, velocity, replace(position, name=total.name, bounds=total.bounds), acceleration
+
+    reference = axis()
+    narrow = replace(reference.plant.state_set, lower=-np.array([4, 4, 0.8]), upper=np.array([4, 4, 0.8]))
+    monkeypatch.setattr(prove, "exact_quantities", confused)
+    monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
+    assert_caught(Reference(reference.signals, replace(reference.plant, state_set=narrow)), "box: the x1+x2")
+
+
+def test_a_prover_that_takes_the_envelope_for_narrower(monkeypatch, blind):
+    right = settled.limits_beyond
+
+    def forgetful(reference, start):
+        limits = right(reference, start)
+        return {name: (centre, reach / 1000) for name, (centre, reach) in limits.items()}
+
+    monkeypatch.setattr(settled, "limits_beyond", forgetful)
+    assert_caught(axis(bound=12.0), "tail: the envelope of the u1")
+
+
+def test_a_prover_that_forgets_what_does_not_cancel_in_float64(monkeypatch):
+    """Rounding of a velocity of 1/T_s differences of positions, as if it were that of its value."""
+    right = rounding.evaluation_errors
+
+    def optimistic(reference, until):
+        return {name: error / 1e3 for name, error in right(reference, until).items()}
+
+    monkeypatch.setattr(prove, "evaluation_errors", optimistic)
+    assert_caught(axis(), "evaluation: the x1 can be off")

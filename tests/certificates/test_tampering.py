@@ -2,8 +2,12 @@
 
 import copy
 import math
+import re
 from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
 from functools import cache
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -15,11 +19,14 @@ from pipeline.certificates.certificate import Certificate
 from pipeline.certificates.checker import NotACertificate, Proved, check
 from pipeline.certificates.prove import prove, prove_at_instants, prove_on_window
 from pipeline.gp.periodic import Periodic
-from pipeline.gp.radial import Matern32, SquaredExponential
+from pipeline.gp.radial import Matern32, Matern52, SquaredExponential
 from pipeline.gp.signal import KernelSum
-from pipeline.systems.interval import Interval
+from pipeline.systems.constrained import ConstrainedSystem
+from pipeline.systems.flatness import Flatness
+from pipeline.systems.functional import Functional
+from pipeline.systems.linear import Linear
+from pipeline.systems.polytope import Polytope
 from pipeline.systems.reference import Reference
-from pipeline.systems.scalar import ConstrainedSystem, ScalarLinear
 from tests.certificates import naive
 from tests.certificates.test_soundness import smallest_margin
 
@@ -28,19 +35,51 @@ CENTRES, WEIGHTS = np.array([0.0, 0.5]), np.array([0.5, -0.8])
 
 def tight(kernel, end: float) -> Reference:
     """A reference that comes within a thousandth of all four bounds (as far as they are reached)."""
-    system = ScalarLinear(0.9, 0.5, 0.01)
-    loose = ConstrainedSystem(system, Interval(-9.0, 9.0), Interval(-9.0, 9.0), 0.1)
-    signal = KernelSum(kernel, 0.05, CENTRES, WEIGHTS)
-    sets = []
-    for name, rest in (("state", 0.05), ("input", system.equilibrium_input(0.05))):
-        values = [float(naive.exactly(Reference(signal, loose), name, t)) for t in _times(signal, loose, name, end)]
+    unit = np.array([[1.0]])
+    loose = ConstrainedSystem(Linear.scalar(0.9, 0.5, 0.01), wide(unit), wide(unit), 0.1)
+    return drawn_in(Reference((KernelSum(kernel, 0.05, CENTRES, WEIGHTS),), loose), end)
+
+
+def tight_axis(end: float) -> Reference:
+    """A double integrator with drift; the sum of position and velocity is bounded, and both of them."""
+    system = Linear(np.array([[1.0, 0.5], [0.0, 1.0]]), np.array([[0.1], [0.5]]), np.array([0.0, 0.02]), ("s", "v"))
+    states, inputs = np.array([[1.0, 0.0], [1.0, 1.0]]), np.array([[1.0]])
+    signal = KernelSum(SquaredExponential(1.0, 1.0), 0.05, CENTRES, WEIGHTS)
+    return drawn_in(Reference((signal,), ConstrainedSystem(system, wide(states), wide(inputs), 0.5)), end)
+
+
+def tight_plane(end: float) -> Reference:
+    """Four states, two inputs, two signals with kernels of their own; rows across both."""
+    system = Linear(
+        np.array([[1.0, 0.5, 0.0, 0.0], [0.0, 0.9, 0.0, 0.0], [0.1, 0.0, 0.9, 0.5], [0.0, 0.0, 0.0, 1.0]]),
+        np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [0.5, 1.0]]),
+    )
+    states, inputs = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]), np.array([[1.0, 1.0]])
+    signals = (
+        KernelSum(SquaredExponential(1.0, 1.5), 0.05, CENTRES[:1], WEIGHTS[:1]),
+        KernelSum(Matern52(0.8, 2.0), -0.1, CENTRES[1:], WEIGHTS[1:]),
+    )
+    return drawn_in(Reference(signals, ConstrainedSystem(system, wide(states), wide(inputs), 0.5)), end)
+
+
+def wide(rows: np.ndarray) -> Polytope:
+    return Polytope(rows, np.full(len(rows), -9.0), np.full(len(rows), 9.0))
+
+
+def drawn_in(loose: Reference, end: float) -> Reference:
+    """With each bound a thousandth of the width from what is reached, and from what is at rest."""
+    bounds = []
+    for quantity in loose.quantities:
+        rest = quantity.functional.at_rest([signal.mean for signal in loose.signals])
+        values = [float(naive.exactly(loose, quantity.name, t)) for t in naive.extremes(loose, quantity.name, 0.0, end)]
         low, high = min([*values, rest - 0.02]), max([*values, rest + 0.02])
-        sets.append(Interval(low - 1e-3 * (high - low), high + 1e-3 * (high - low)))
-    return Reference(signal, ConstrainedSystem(system, *sets, 0.1))
-
-
-def _times(signal, plant, name, end):
-    return naive.extremes(Reference(signal, plant), name, 0.0, end)
+        bounds.append((low - 1e-3 * (high - low), high + 1e-3 * (high - low)))
+    plant, (lower, upper), n = loose.plant, np.array(bounds).T, len(loose.plant.state_set.rows)
+    sets = {
+        "state_set": Polytope(plant.state_set.rows, lower[:n], upper[:n]),
+        "input_set": Polytope(plant.input_set.rows, lower[n:], upper[n:]),
+    }
+    return Reference(loose.signals, replace(plant, **sets))
 
 
 VALID = {
@@ -48,6 +87,8 @@ VALID = {
     "all_phases": lambda: prove(tight(Periodic(1.0, 3.0, 0.8), 0.8)),
     "window": lambda: prove_on_window(tight(Matern32(1.0, 0.5), 0.6), 0.0, 0.6),
     "instants": lambda: prove_at_instants(tight(SquaredExponential(1.0, 0.3), 3.0)),
+    "axis": lambda: prove_on_window(tight_axis(0.4), 0.0, 0.4),
+    "plane": lambda: prove_on_window(tight_plane(0.4), 0.0, 0.4),
 }
 
 
@@ -61,6 +102,12 @@ def leaves(value: Any, path: tuple = ()) -> Iterator[tuple]:
 
 
 def replacements(value: Any) -> list[Any]:
+    if isinstance(value, str) and re.fullmatch(r"-?\d+(/\d+)?", value):
+        exact = Fraction(value)
+        nudged = [exact + Fraction(1, 10**9), exact * (1 + Fraction(1, 2**80)), Fraction(float(exact) * 1.0001)]
+        others = [-exact, exact / 2, exact + 1, exact - 1, Fraction(0), Fraction(1), 1 / (exact + 5)]
+        same = [f"{7 * exact.numerator}/{7 * exact.denominator}"]
+        return [*map(str, nudged + others), *same, value + "0", float(exact), value + " ", "1/0", "", None, [value]]
     if isinstance(value, bool | str) or value is None:
         return [None, "", "window", 0, True, [], {}]
     if isinstance(value, int | float):
@@ -82,7 +129,8 @@ def replacements(value: Any) -> list[Any]:
             [value],
         ]
     if isinstance(value, list):
-        return [[], value[::-1], value[1:], value[:-1], [*value, value[-1]], [*value, value[-1] + 1.0], "list", None]
+        more = value[-1] + 1.0 if isinstance(value[-1], float) else 1.0
+        return [[], value[::-1], value[1:], value[:-1], [*value, value[-1]], [*value, more], "list", None]
     return [{}, None, [], {**value, "extra": 1.0}]
 
 
@@ -111,34 +159,96 @@ def tampered(data: dict) -> Iterator[tuple[str, dict]]:
             value = value[key]
         yield f"without {path}", without(data, path)
         news = replacements(value)
-        # No box can make a statement false, only leave it without a proof: a nudge, a sign, and what is no number.
-        for new in [*news[:3], *news[-5:]] if "covers" in path[:-1] else news:
+        # No box can make a statement false, only leave it without a proof: a nudge, a sign, and what is no number. That
+        # is enough too for what scalar systems have as well.
+        few = "covers" in path[:-1] or (path[0] in {"signals", "claim", "evaluation"} and len(data["system"]["A"]) > 1)
+        for new in [*news[:3], *news[-5:]] if few else news:
             yield f"{path} = {new!r}", changed(data, path, new)
-    sets = data["state_set"], data["input_set"]
-    yield "sets swapped", {**data, "state_set": sets[1], "input_set": sets[0]}
-    signal = data["signal"]
-    yield (
-        "centres for weights",
-        {**data, "signal": {**signal, "centres": signal["weights"], "weights": signal["centres"]}},
-    )
+    yield from combined_changes(data)
     if "covers" in data["claim"]:
         covers = data["claim"]["covers"]
-        swapped = {"state": covers["input"], "input": covers["state"]}
-        yield "covers swapped", changed(data, ("claim", "covers"), swapped)
+        for one, other in pairwise(covers):
+            swapped = {**covers, one: covers[other], other: covers[one]}
+            yield f"covers of {one} and {other} swapped", changed(data, ("claim", "covers"), swapped)
         for name, boxes in covers.items():
             for i in range(1, len(boxes["ends"]) - 1):
                 merged = {key: numbers[:i] + numbers[i + 1 :] for key, numbers in boxes.items()}
                 yield f"boxes of {name} merged at {i}", changed(data, ("claim", "covers", name), merged)
 
 
+def combined_changes(data: dict) -> Iterator[tuple[str, dict]]:
+    """Several numbers changed at once, so that they still fit each other in part."""
+    bounds, signals, system, parts = (data[name] for name in ("bounds", "signals", "system", "trajectories"))
+    for i, j in combinations(range(len(bounds)), 2):
+        ends = [{key: bounds[k][key] for key in ("lower", "upper")} for k in (i, j)]
+        swapped = [{**bound, **{i: ends[1], j: ends[0]}.get(k, {})} for k, bound in enumerate(bounds)]
+        yield f"bounds {i} and {j} swapped", {**data, "bounds": swapped}
+        rows = [{**bound, **{i: {"row": bounds[j]["row"]}}.get(k, {})} for k, bound in enumerate(bounds)]
+        yield f"row {j} for row {i}", {**data, "bounds": rows}
+        yield f"bounds {i} and {j} in another order", {**data, "bounds": [bounds[j], *bounds[:j], *bounds[j + 1 :]]}
+    for i in range(len(bounds)):
+        yield f"bound {i} forgotten", without_quantity(data, i)
+    for i, signal in enumerate(signals):
+        other = {**signal, "centres": signal["weights"], "weights": signal["centres"]}
+        yield f"centres for weights {i}", {**data, "signals": [*signals[:i], other, *signals[i + 1 :]]}
+        loud = {**signal, "weights": [1.01 * c for c in signal["weights"]]}
+        yield f"signal {i} louder", {**data, "signals": [*signals[:i], loud, *signals[i + 1 :]]}
+    yield "signals in another order", {**data, "signals": signals[::-1]}
+    yield "states and inputs swapped", {**data, "trajectories": {"states": parts["inputs"], "inputs": parts["states"]}}
+    for factor in (Fraction(101, 100), Fraction(-1), Fraction(0)):
+        scaled = {
+            kind: [{**q, "weights": [[str(factor * Fraction(w)) for w in ws] for ws in q["weights"]]} for q in of_kind]
+            for kind, of_kind in parts.items()
+        }
+        yield f"all looks times {factor}", {**data, "trajectories": scaled}
+    later = {
+        kind: [{**q, "weights": [["0", *ws] for ws in q["weights"]]} for q in of_kind]
+        for kind, of_kind in parts.items()
+    }
+    yield "all looks a step later", {**data, "trajectories": later}
+    names = [*system["states"], *system["inputs"]]
+    yield "all names the same", {
+        **data, "system": {**system, "states": names[:1] * len(system["states"]), "inputs": names[:1]}
+    }  # fmt: skip
+    faster = {**system, "sampling_time": 0.9 * system["sampling_time"]}
+    yield "another sampling time", {**data, "system": faster}
+
+
+def without_quantity(data: dict, i: int) -> dict:
+    copied = copy.deepcopy(data)
+    name = copied["bounds"].pop(i)["name"]
+    del copied["evaluation"]["errors"][name]
+    copied["claim"].get("covers", {}).pop(name, None)
+    return copied
+
+
 @cache
 def _is_true(statement: str) -> bool:
     """Whether what the certificate says is true, by a dense search that looks at no box."""
-    certificate = Certificate.from_dict(eval(statement))
-    return all(
-        smallest_margin(certificate.reference, certificate.claim, name) >= certificate.evaluation_error[name]
-        for name in ("state", "input")
+    data = eval(statement)
+    certificate = Certificate.from_dict(data)
+    reference = as_stored(certificate.reference, data["trajectories"])
+    named = [bound["name"] for kind in ("state", "input") for bound in data["bounds"] if bound["of"] == kind]
+    errors = data["evaluation"]["errors"]
+    return naive.follows_exactly(reference) and all(
+        smallest_margin(reference, certificate.claim, quantity.name) >= errors[name]
+        for name, quantity in zip(named, reference.quantities, strict=True)
     )
+
+
+def as_stored(reference: Reference, trajectories: dict) -> Reference:
+    """With the trajectories of a file, whatever the system's own are."""
+
+    def functionals(parts: list) -> tuple[Functional, ...]:
+        t_s = reference.plant.sampling_time
+        return tuple(
+            Functional(tuple(tuple(map(Fraction, w)) for w in q["weights"]), Fraction(q["offset"]), t_s) for q in parts
+        )
+
+    states, inputs = functionals(trajectories["states"]), functionals(trajectories["inputs"])
+    plant = replace(reference.plant)
+    plant.__dict__["flatness"] = Flatness(states, inputs, tuple(len(w) for w in inputs[0].weights))
+    return Reference(reference.signals, plant)
 
 
 def statement(data: dict) -> str:
@@ -173,7 +283,8 @@ def test_no_change_makes_it_prove_what_is_false(kind):
 def test_bounds_drawn_in_across_the_reference_are_not_proved(kind):
     """A thousandth of the width is all the room there is."""
     data = VALID[kind]().to_dict()
-    for name in ("state_set", "input_set"):
-        low, high = data[name]["lower"], data[name]["upper"]
+    for i, bound in enumerate(data["bounds"]):
+        low, high = bound["lower"], bound["upper"]
         by = 5e-3 * (high - low)
-        assert not isinstance(check({**data, name: {"lower": low + by, "upper": high - by}}), Proved)
+        narrow = {**bound, "lower": low + by, "upper": high - by}
+        assert not isinstance(check(changed(data, ("bounds", i), narrow)), Proved)

@@ -61,18 +61,32 @@ METRICS = {
     }
 }
 SIGNAL = {"kernel": {"type": "SquaredExponential", "lengthscale": 0.2}, "mean": 0.0, "centres": [0.0], "weights": [1.5]}
-SYSTEM = {"a": 0.9, "b": 0.5, "c": 0.0}
-SETS = {"state_set": {"lower": -2.0, "upper": 0.05}, "input_set": {"lower": -0.5, "upper": 0.5}}
+SYSTEM = {
+    "A": [[1.0, 0.1], [0.0, 0.9]],
+    "B": [[0.0], [0.5]],
+    "c": [0.0, 0.0],
+    "states": ["x", "v"],
+    "inputs": ["u"],
+}
+SETS = {
+    "state_set": {"rows": [[1.0, 0.0], [1.0, 1.0]], "lower": [-2.0, -1.0], "upper": [0.05, 1.0], "dimension": 2},
+    "input_set": {"rows": [[1.0]], "lower": [-0.5], "upper": [0.5], "dimension": 1},
+}
 CERTIFICATE = {
     "format": "trackable certificate",
-    "signal": SIGNAL,
+    "version": 2,
+    "signals": [SIGNAL],
     "system": {**SYSTEM, "sampling_time": 0.01},
-    **SETS,
-    "covers": {"state": {"ends": [0.0, 1.0], "radii": [0.5]}},
+    "bounds": [
+        {"name": "x", "of": "state", "row": [1.0, 0.0], "lower": -2.0, "upper": 0.05},
+        {"name": "x+v", "of": "state", "row": [1.0, 1.0], "lower": -1.0, "upper": 1.0},
+        {"name": "u", "of": "input", "row": [1.0], "lower": -0.5, "upper": 0.5},
+    ],
+    "claim": {"kind": "all_times", "covers": {"x": {"ends": [0.0, 1.0], "radii": [0.5]}}},
 }
 LEARNED = {
     "method": "sound",
-    "reference": {"signal": SIGNAL, "plant": {"system": SYSTEM, **SETS, "sampling_time": 0.01}},
+    "reference": {"signals": [SIGNAL], "plant": {"system": SYSTEM, **SETS, "sampling_time": 0.01}},
 }
 TABLE = "k_bar,bound\n80,\n81,0.7\n82,0.5\n83,0.4\n"
 FIGURE = """<?xml version="1.0" encoding="utf-8"?>

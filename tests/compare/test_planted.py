@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pipeline.compare.claims import Claims
+from pipeline.compare.comparison import compare
 from pipeline.compare.model import ABSENT, Comparison, Status
 from pipeline.logs import Series
-from tests.compare.project import compared, edit_json, edit_log, edit_text, moved, only, with_sample
+from tests.compare.project import TOLERANCES, compared, edit_json, edit_log, edit_text, moved, only, with_sample
 
 RESULTS = Path("data/results/example1")
 
@@ -208,24 +210,42 @@ def test_a_log_damaged_on_both_sides_is_not_identical(base: Path, new: Path) -> 
 
 
 def test_a_certificate_for_another_reference(base: Path, new: Path) -> None:
-    edit_json(new / RESULTS / "certificate.json", lambda c: c["signal"]["weights"].__setitem__(0, 1.5 + 1e-12))
+    edit_json(new / RESULTS / "certificate.json", lambda c: c["signals"][0]["weights"].__setitem__(0, 1.5 + 1e-12))
     row = only(compared(base, new))
     assert (row.name, row.status) == ("example1/certificate.json reference", Status.DIFFERENT)
     assert row.notes == (
-        "in NEW, the certificate is for another reference: signal.weights[0] is 1.500000000001 in it, "
+        "in NEW, the certificate is for another reference: signals[0].weights[0] is 1.500000000001 in it, "
         "and 1.5 in the reference 'sound' of example1/fit.mcap",
     )
 
 
+@pytest.mark.parametrize(
+    ("change", "place", "value"),
+    [
+        (lambda c: c["bounds"][0].update(upper=0.06), "state_set.upper[0]", 0.06),
+        (lambda c: c["bounds"][1].update(row=[1.0, 1.1]), "state_set.rows[1][1]", 1.1),
+        (lambda c: c["bounds"][2].update(lower=-0.6), "input_set.lower[0]", -0.6),
+        (lambda c: c["system"]["A"][0].__setitem__(1, 0.2), "system.A[0][1]", 0.2),
+        (lambda c: c["system"].update(sampling_time=0.02), "system.sampling_time", 0.02),
+        (lambda c: c["system"]["states"].reverse(), "system.states[0]", "v"),
+        (lambda c: c["bounds"].pop(1), "state_set.rows[1][0]", "not there"),
+    ],
+)
+def test_a_certificate_for_another_system(base: Path, new: Path, change, place: str, value: object) -> None:
+    edit_json(new / RESULTS / "certificate.json", change)
+    *_, reference = moved(compared(base, new))
+    assert reference.name == "example1/certificate.json reference"
+    assert f"{place} is {value if isinstance(value, str) and ' ' in value else repr(value)} in it" in reference.notes[0]
+
+
 def test_a_certificate_with_another_bound(base: Path, new: Path) -> None:
-    edit_json(new / RESULTS / "certificate.json", lambda c: c["state_set"].update(upper=0.06))
-    own, reference = moved(compared(base, new))
-    assert (own.worst[0].place, own.worst[0].base, own.worst[0].new) == ("state_set.upper", 0.05, 0.06)
-    assert "state_set.upper is 0.06 in it" in reference.notes[0]
+    edit_json(new / RESULTS / "certificate.json", lambda c: c["bounds"][0].update(upper=0.06))
+    own, _ = moved(compared(base, new))
+    assert (own.worst[0].place, own.worst[0].base, own.worst[0].new) == ("bounds[0].upper", 0.05, 0.06)
 
 
 def test_other_boxes_of_a_proof_are_not_compared(base: Path, new: Path) -> None:
-    edit_json(new / RESULTS / "certificate.json", lambda c: c["covers"]["state"].update(ends=[0.0, 0.5, 1.0]))
+    edit_json(new / RESULTS / "certificate.json", lambda c: c["claim"]["covers"]["x"].update(ends=[0.0, 0.5, 1.0]))
     comparison = compared(base, new)
     assert comparison.within
     assert any("boxes of a proof" in note for row in comparison.rows for note in row.notes)
@@ -294,3 +314,42 @@ def test_results_alone_are_compared_without_notebooks(base: Path, new: Path) -> 
     comparison = compared(base, new / "data/results")
     assert comparison.within
     assert comparison.notes == ("notebooks are not compared: one side has none",)
+
+
+def test_claims_may_be_about_two_values_of_the_same_results(base: Path, new: Path) -> None:
+    """The mean's last value against the table's last bound: 0.9 and 0.4."""
+    mean = {"file": "example1/fit.mcap", "topic": "/references/sound", "column": "mean"}
+    bound = {"file": "example1/iterations.csv", "column": "bound"}
+    entry = {"claim": "the mean is above its bound", "source": "own", "value": mean, "at_least": bound}
+    claims = Claims.model_validate({"claims": [entry]})
+    edit_text(new / RESULTS / "iterations.csv", "83,0.4", "83,0.95")
+    (judged,) = compare(base, new, TOLERANCES, claims).claims
+    assert (judged.base.holds, judged.new.holds) == (True, False)
+    assert judged.expected == "≥ iterations.csv bound (last)"
+    (new / RESULTS / "iterations.csv").unlink()
+    (judged,) = compare(base, new, TOLERANCES, claims).claims
+    assert (judged.new.holds, judged.new.reason) == (False, "example1/iterations.csv is not there")
+
+
+@pytest.mark.parametrize(("changed", "place"), [("0.29731", "sound.said, number 2"), ("0.2974 more", "sound.said")])
+def test_numbers_of_a_sentence_are_numbers(base: Path, new: Path, changed: str, place: str) -> None:
+    for root, end in ((base, "0.2973"), (new, changed)):
+        edit_json(root / RESULTS / "metrics.json", lambda m, end=end: m["sound"].update(said=f"at 0.5 s by {end}"))
+    assert only(compared(base, new)).worst[0].place == place
+
+
+def test_numbers_of_a_sentence_may_move_by_rounding(base: Path, new: Path) -> None:
+    for root, time in ((base, "0.2812170167227962"), (new, "0.2812170167239515")):
+        edit_json(root / RESULTS / "metrics.json", lambda m, time=time: m["sound"].update(said=f"at {time} s"))
+    assert compared(base, new).within
+
+
+def test_letters_of_a_figure_are_those_of_its_text(base: Path, new: Path) -> None:
+    """Other digits of a number within tolerance have other outlines."""
+    for root, digits in ((base, "4.480001"), (new, "4.480002")):
+        glyphs = "".join(f'<use xlink:href="#DejaVuSans-{ord(digit):x}"/>' for digit in digits)
+        text = f'<!-- worst {digits} --><g transform="translate(4 5)"><defs/>{glyphs}</g>'
+        edit_text(root / RESULTS / "figures/margins.svg", "<!-- step $k$ -->", text)
+    assert compared(base, new).within
+    edit_text(new / RESULTS / "figures/margins.svg", "translate(4 5)", "translate(4 6)")
+    assert only(compared(base, new)).worst[0].place == "axes_1/text_1/g[1]: transform, number 2"

@@ -14,10 +14,19 @@ def check_shapes(certificate: Any) -> str | None:
     n, m = len(system["states"]), len(system["inputs"])
     if any(len(signal["centres"]) != len(signal["weights"]) for signal in signals):
         return "signals: there must be as many centres as weights"
-    if any(len(bound["row"]) != {"state": n, "input": m}[bound["of"]] for bound in certificate["bounds"]):
-        return "shapes: every bound needs a row with a number for each state, or for each input"
+    sizes = {"state": n, "input": m}
+    if any(len(bound["row"]) != sizes[bound["of"]] or not any(bound["row"]) for bound in certificate["bounds"]):
+        return "shapes: every bound needs a row with a number for each state, or for each input, not all zero"
     if reason := (_misfit_of_formulas if is_nonlinear(certificate) else _misfit_of_matrices)(certificate, n, m):
         return reason
+    return _misfit_of_names(certificate)
+
+
+def _misfit_of_names(certificate: Any) -> str | None:
+    system = certificate["system"]
+    coordinates = [*system["states"], *system["inputs"]]
+    if len(set(coordinates)) != len(coordinates):
+        return "names: states and inputs must all be called differently"
     bounded = [bound["name"] for bound in certificate["bounds"]]
     given = [certificate["evaluation"]["errors"], certificate["claim"].get("covers", bounded)]
     if len(set(bounded)) != len(bounded) or any(sorted(some) != sorted(bounded) for some in given):
