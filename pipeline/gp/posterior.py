@@ -15,6 +15,7 @@ from pipeline.gp.samples import Samples
 from pipeline.gp.signal import KernelSum
 from pipeline.gp.toeplitz import Toeplitz
 
+_LOG_TAU = np.log(2 * np.pi)
 _FEWEST_REGULAR = 200  # samples: fewer, and a Cholesky factor is found sooner
 
 
@@ -87,18 +88,18 @@ class Posterior:
         value = self._factored.log_determinant + c @ self._residual
         by_kernel, diagonal = self._factored.contracted(c)
         by_noise = 2 * self._noise_variance @ diagonal
-        return float(value + n * np.log(2 * np.pi)), np.append(by_kernel, by_noise)[self._learned]
+        return float(value + n * _LOG_TAU), np.array([*by_kernel.tolist(), by_noise])[self._learned]
 
-    @property
+    @cached_property
     def _centres(self) -> Array:
         return self.samples.stencil.centres(self.samples.times)
 
-    @property
+    @cached_property
     def _residual(self) -> Array:
         """y − m, the prior mean of what is sampled."""
         return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
 
-    @property
+    @cached_property
     def _noise_variance(self) -> Array:
         return (self.prior.noise_std * self.samples.relative_noise) ** 2
 

@@ -15,6 +15,8 @@ from pipeline.gp.kernel import Kernel
 _LOOKS_PER_CORRELATION_TIME = 12
 _FEWEST_LOOKS, _MOST_LOOKS = 64, 50_000
 _REFINEMENTS, _NARROWER = 4, 0.1
+_FEW_STEPS = 4096  # to look at all of them costs no more than to choose among them
+_PARTS = 16  # of the steps around a dip: at the ends of each there is a look
 
 
 class IndexSet(ABC):
@@ -24,18 +26,60 @@ class IndexSet(ABC):
     def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
         """Times of the set at which `margin` has its local minima, in increasing order."""
 
+    def overlooked(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
+        """Local minima below zero, if `local_minima` left out any times at which nothing but a look tells."""
+        return np.empty(0)
+
 
 @dataclass(frozen=True)
 class Steps(IndexSet):
-    """The instants k T_s for k = first … last."""
+    """The instants k T_s for k = first … last.
+
+    Where they are many, local minima are found as those of a continuum are: by looks that are close enough to each
+    other, and closer ones around each dip.
+    """
 
     first: int
     last: int
     sampling_time: float
 
     def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
-        times = np.arange(self.first, self.last + 1, dtype=float) * self.sampling_time
-        return np.asarray(times[_dips(margin(times))])
+        looks = self._looks(kernels)
+        dips = _dips(margin(looks * self.sampling_time))
+        if self._are_few(looks):
+            return np.asarray(looks[dips] * self.sampling_time)
+        at = looks[dips]
+        before, after = looks[np.maximum(dips - 1, 0)], looks[np.minimum(dips + 1, len(looks) - 1)]
+        while np.any(after - before > 2):
+            closer = np.rint(np.linspace(before, after, _PARTS + 1))
+            lowest = np.argmin(margin(closer * self.sampling_time), axis=0)
+            pick = np.arange(len(at))
+            at = closer[lowest, pick]
+            before, after = closer[np.maximum(lowest - 1, 0), pick], closer[np.minimum(lowest + 1, _PARTS), pick]
+        return np.asarray(np.unique(at) * self.sampling_time)
+
+    def overlooked(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
+        if self._are_few(self._looks(kernels)):
+            return np.empty(0)
+        times = self._all * self.sampling_time
+        margins = margin(times)
+        dips = _dips(margins)
+        return np.asarray(times[dips[margins[dips] < 0]])
+
+    @property
+    def _all(self) -> Array:
+        return np.arange(self.first, self.last + 1, dtype=float)
+
+    def _looks(self, kernels: Sequence[Kernel]) -> Array:
+        """The steps to look at first: all, where they are few."""
+        count = self.last - self.first + 1
+        looks = _looks((count - 1) * self.sampling_time, kernels)
+        if count <= max(_FEW_STEPS, looks + 1):
+            return self._all
+        return np.unique(np.rint(np.linspace(self.first, self.last, looks + 1)))
+
+    def _are_few(self, looks: Array) -> bool:
+        return len(looks) == self.last - self.first + 1
 
 
 @dataclass(frozen=True)
@@ -64,8 +108,7 @@ class AllPhases(IndexSet):
 
 def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, kernels: Sequence[Kernel]) -> Array:
     """Local minima of a continuous margin: dips of a grid, each followed down by ever narrower parabolas."""
-    looks = _LOOKS_PER_CORRELATION_TIME * (end - start) / min(kernel.correlation_time for kernel in kernels)
-    times = np.linspace(start, end, int(np.clip(looks, _FEWEST_LOOKS, _MOST_LOOKS)) + 1)
+    times = np.linspace(start, end, _looks(end - start, kernels) + 1)
     values, reach = margin(times), times[1] - times[0]
     dips = _dips(values)
     at = times[dips]
@@ -81,6 +124,12 @@ def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, 
     at = np.clip(at, start, end)
     at = np.where(margin(at) < values[dips], at, times[dips])
     return np.asarray(np.unique(at))
+
+
+def _looks(length: float, kernels: Sequence[Kernel]) -> int:
+    """How many looks a stretch of time of this `length` [s] needs."""
+    looks = _LOOKS_PER_CORRELATION_TIME * length / min(kernel.correlation_time for kernel in kernels)
+    return int(np.clip(looks, _FEWEST_LOOKS, _MOST_LOOKS))
 
 
 def _dips(values: Array) -> npt.NDArray[np.intp]:

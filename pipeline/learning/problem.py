@@ -1,6 +1,7 @@
 """The constrained learning problem, its solution, and what is said when there is none."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from pipeline.arrays import Array
 from pipeline.gp.joint import JointPosterior, JointPrior
+from pipeline.gp.kernel import Kernel
 from pipeline.gp.prior import NOISE
 from pipeline.gp.samples import Samples
 from pipeline.learning.index_set import IndexSet
@@ -40,6 +42,10 @@ class Bounded(ABC):
         Relative: a part of the bounds' width, negative where broken, 1/2 at the centre.
         """
 
+    def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
+        """Places where it is broken although `closest` did not look there, and the relative margins. Takes its time."""
+        return self.none, np.empty(0)
+
     @abstractmethod
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
         """The quantity at n places and its ∂/∂ln θ: shapes (n,) and (p, n). NaN or infinite where it is not defined."""
@@ -58,8 +64,16 @@ class Constraint(Bounded):
         return np.empty(0)
 
     def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
+        return self._found(posterior, self.index_set.local_minima)
+
+    def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
+        return self._found(posterior, self.index_set.overlooked)
+
+    def _found(
+        self, posterior: JointPosterior, look: Callable[[Callable[[Array], Array], Sequence[Kernel]], Array]
+    ) -> tuple[Array, Array]:
         margin = partial(self.relative_margin, posterior)
-        times = self.index_set.local_minima(margin, [signal.kernel for signal in posterior.signals])
+        times = look(margin, [signal.kernel for signal in posterior.signals])
         return times, margin(times)
 
     def relative_margin(self, posterior: JointPosterior, t: Array) -> Array:
