@@ -26,8 +26,13 @@ class IndexSet(ABC):
     def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
         """Times of the set at which `margin` has its local minima, in increasing order."""
 
-    def overlooked(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
-        """Local minima below zero, if `local_minima` left out any times at which nothing but a look tells."""
+    def overlooked(
+        self, margin: Callable[[Array], Array], kernels: Sequence[Kernel], curvature: Callable[[], float]
+    ) -> Array:
+        """Local minima below zero where `local_minima` may have left some out: where a set holds times one by one.
+
+        The margin is the smaller one of some functions whose second derivatives are no larger than `curvature` [1/s²].
+        """
         return np.empty(0)
 
 
@@ -50,7 +55,7 @@ class Steps(IndexSet):
             return np.asarray(looks[dips] * self.sampling_time)
         at = looks[dips]
         before, after = looks[np.maximum(dips - 1, 0)], looks[np.minimum(dips + 1, len(looks) - 1)]
-        while np.any(after - before > 2):
+        while np.any(np.maximum(at - before, after - at) > 1):
             closer = np.rint(np.linspace(before, after, _PARTS + 1))
             lowest = np.argmin(margin(closer * self.sampling_time), axis=0)
             pick = np.arange(len(at))
@@ -58,13 +63,30 @@ class Steps(IndexSet):
             before, after = closer[np.maximum(lowest - 1, 0), pick], closer[np.minimum(lowest + 1, _PARTS), pick]
         return np.asarray(np.unique(at) * self.sampling_time)
 
-    def overlooked(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
-        if self._are_few(self._looks(kernels)):
+    def overlooked(
+        self, margin: Callable[[Array], Array], kernels: Sequence[Kernel], curvature: Callable[[], float]
+    ) -> Array:
+        looks = self._looks(kernels)
+        if self._are_few(looks):
             return np.empty(0)
-        times = self._all * self.sampling_time
-        margins = margin(times)
+        steps, values, most = [looks], [margin(looks * self.sampling_time)], curvature()
+        edges, at_edges = np.stack([looks[:-1], looks[1:]]), np.stack([values[0][:-1], values[0][1:]])
+        while True:
+            # Between two times that lie h apart a function is at most h²/8 times its curvature below the lower one.
+            before, after = edges[:-1].ravel(), edges[1:].ravel()
+            lower = np.minimum(at_edges[:-1], at_edges[1:]).ravel()
+            apart = np.maximum(after - before, 1) * self.sampling_time
+            unsure = (after - before > 1) & (lower < most * apart**2 / 8)
+            if not np.any(unsure):
+                break
+            edges = np.rint(np.linspace(before[unsure], after[unsure], _PARTS + 1))
+            at_edges = margin(edges * self.sampling_time)
+            steps.append(edges.ravel())
+            values.append(at_edges.ravel())
+        met, first = np.unique(np.concatenate(steps), return_index=True)
+        margins = np.concatenate(values)[first]
         dips = _dips(margins)
-        return np.asarray(times[dips[margins[dips] < 0]])
+        return np.asarray(met[dips[margins[dips] < 0]] * self.sampling_time)
 
     @property
     def _all(self) -> Array:

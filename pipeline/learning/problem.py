@@ -1,7 +1,6 @@
 """The constrained learning problem, its solution, and what is said when there is none."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -9,7 +8,6 @@ import numpy as np
 
 from pipeline.arrays import Array
 from pipeline.gp.joint import JointPosterior, JointPrior
-from pipeline.gp.kernel import Kernel
 from pipeline.gp.prior import NOISE
 from pipeline.gp.samples import Samples
 from pipeline.learning.index_set import IndexSet
@@ -43,7 +41,7 @@ class Bounded(ABC):
         """
 
     def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
-        """Places where it is broken although `closest` did not look there, and the relative margins. Takes its time."""
+        """Places where it is broken although `closest` did not look there, and the relative margins."""
         return self.none, np.empty(0)
 
     @abstractmethod
@@ -64,21 +62,25 @@ class Constraint(Bounded):
         return np.empty(0)
 
     def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
-        return self._found(posterior, self.index_set.local_minima)
+        margin = partial(self.relative_margin, posterior)
+        times = self.index_set.local_minima(margin, [signal.kernel for signal in posterior.signals])
+        return times, margin(times)
 
     def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
-        return self._found(posterior, self.index_set.overlooked)
-
-    def _found(
-        self, posterior: JointPosterior, look: Callable[[Callable[[Array], Array], Sequence[Kernel]], Array]
-    ) -> tuple[Array, Array]:
-        margin = partial(self.relative_margin, posterior)
-        times = look(margin, [signal.kernel for signal in posterior.signals])
+        margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
+        times = self.index_set.overlooked(margin, [signal.kernel for signal in posterior.signals], curvature)
         return times, margin(times)
 
     def relative_margin(self, posterior: JointPosterior, t: Array) -> Array:
         """Distance to the nearer bound as a part of the bounds' width: negative where broken, 1/2 at the centre."""
         return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
+
+    def _curvature(self, posterior: JointPosterior) -> float:
+        """A bound of |d²/dt²| of the relative margin [1/s²]; infinite for formulas, of which none is known."""
+        if (functional := self.quantity.functional) is None:
+            return np.inf
+        moved = (float(np.sum(np.abs(w))) * posterior.signals[c].curvature for c, w in functional.rounded)
+        return sum(moved) / self.quantity.bounds.width
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
         trajectory = self.quantity.trajectory
