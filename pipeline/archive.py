@@ -32,12 +32,12 @@ def write_samples(results: Results, sampled: Sampled, truths: Mapping[str, tuple
         for name, samples in by_name.items()
     ]
     series += [Series(f"/ground_truth/{name}", times, {"value": values}) for name, (times, values) in truths.items()]
-    _write(results, "samples", series, {_SAMPLES: dumps(sampled)})
+    write_stage(results, "samples", series, {_SAMPLES: dumps(sampled)})
 
 
 def read_samples(results: Results) -> Sampled:
     """The samples of the generate stage. InputError where it has not run, LogError where its log is damaged."""
-    return loads(Sampled, _read(results, "samples").attachments[_SAMPLES])
+    return loads(Sampled, read_stage(results, "samples").attachments[_SAMPLES])
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,12 @@ def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
     attachments = {f"{name}.json": dumps(reference) for name, reference in fitted.learned.items()}
     if fitted.study:
         attachments[_STUDY] = dumps(fitted.study)
-    _write(results, "fit", series, {_SAMPLES: dumps(fitted.sampled), **attachments})
+    write_stage(results, "fit", series, {_SAMPLES: dumps(fitted.sampled), **attachments})
 
 
 def read_fit(results: Results) -> Fitted:
     """The inverse of `write_fit`. InputError where the stage has not run, LogError where its log is damaged."""
-    log = _read(results, "fit")
+    log = read_stage(results, "fit")
     attachments = dict(log.attachments)
     sampled = loads(Sampled, attachments.pop(_SAMPLES))
     study = attachments.pop(_STUDY, None)
@@ -96,12 +96,12 @@ def write_margins(
         for profile in profiles
     ]
     proofs = {f"{method}.certificate.json": to_json(found.to_dict()) for method, found in certificates.items()}
-    _write(results, "verification", series, {"metrics.json": to_json(metrics), **proofs})
+    write_stage(results, "verification", series, {"metrics.json": to_json(metrics), **proofs})
 
 
 def read_margins(results: Results, learned: Mapping[str, LearnedReference]) -> dict[str, list[MarginProfile]]:
     """The inverse of `write_margins`, for the references it was about. InputError and LogError as above."""
-    topics = {series.topic: series.fields for series in _read(results, "verification").series}
+    topics = {series.topic: series.fields for series in read_stage(results, "verification").series}
     return {
         method: [
             MarginProfile(quantity, fields["at_time"], fields["margin"], fields["margin_at_step"])
@@ -130,12 +130,14 @@ def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series
     return Series(f"/references/{learned.method}", times, curves)
 
 
-def _write(results: Results, stage: str, series: Sequence[Series], attachments: Mapping[str, bytes]) -> None:
+def write_stage(results: Results, stage: str, series: Sequence[Series], attachments: Mapping[str, bytes]) -> None:
+    """The log of a stage: one series a topic, and attachments of JSON."""
     log = Log(tuple(series), {"experiment": {"name": results.experiment, "written_by": stage}}, attachments)
     write_log(results.log(stage), log)
 
 
-def _read(results: Results, stage: str) -> Log:
+def read_stage(results: Results, stage: str) -> Log:
+    """The inverse. InputError where the stage has not run, LogError where its log is damaged or another's."""
     path = results.log(stage)
     if not path.exists():
         raise InputError(f"{path}: not there yet; run the stage that writes it first, or `dvc repro`")

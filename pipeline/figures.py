@@ -1,11 +1,11 @@
-"""Stage 4: all of the above → figures; which ones depends on the kind of experiment."""
+"""Stage 5: all of the above → figures; which ones depends on the kind of experiment."""
 
 from collections.abc import Callable
 
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from pipeline import figures_asymptotic, figures_periodic, figures_tracking, plots
+from pipeline import figures_asymptotic, figures_control, figures_periodic, figures_tracking, plots
 from pipeline.experiments import AsymptoticExperiment, Experiment, PeriodicExperiment, TrackingExperiment
 from pipeline.results import Results
 
@@ -18,6 +18,10 @@ def figures(experiment: Experiment, results: Results) -> None:
 
 def drawings(experiment: Experiment, results: Results) -> dict[str, Callable[[], Figure]]:
     """The figures of an experiment by name, each drawn when it is called: here and in the notebook the same."""
+    return {**_of_references(experiment, results), **figures_control.drawings(experiment, results)}
+
+
+def _of_references(experiment: Experiment, results: Results) -> dict[str, Callable[[], Figure]]:
     match experiment:
         case AsymptoticExperiment():
             return figures_asymptotic.drawings(experiment, results)

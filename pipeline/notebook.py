@@ -1,5 +1,6 @@
-"""Stage 5: execute the experiment's notebook in place, so that what it shows cannot drift from what the code does."""
+"""Stage 6: execute the experiment's notebook in place, so that what it shows cannot drift from what the code does."""
 
+import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,6 +15,8 @@ from pipeline.files import write_text
 NOTEBOOKS = Path("notebooks")
 TEMPLATE = NOTEBOOKS / "template.ipynb"
 _TIMEOUT = 600  # seconds for one cell
+# As in stages: the same bits, however many cores there are. A kernel is a process of its own; its environment tells it.
+_ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"), "1")
 
 
 def exists(name: str) -> bool:
@@ -40,7 +43,7 @@ def notebook(name: str) -> None:
             config=Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}}),
         )
         try:
-            executed = client.execute()
+            executed = client.execute(env={**os.environ, **_ONE_THREAD})
         except CellExecutionError as error:
             raise InputError(f"{path}: a cell failed, and the notebook was left as it was: {error}") from error
     write_text(path, nbformat.writes(_stable(executed)) + "\n")

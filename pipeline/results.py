@@ -27,6 +27,10 @@ class Results:
         return self.folder / "metrics.json"
 
     @property
+    def control(self) -> Path:
+        return self.folder / "control.json"
+
+    @property
     def timings(self) -> Path:
         """Wall-clock times: of one machine and one moment, so neither committed nor compared."""
         return self.folder / "timings.json"

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pipeline import ROOT
-from tests.stages import STAGES, call, run, run_all, run_here, written
+from tests.stages import STAGES, call, moved, run, run_all, run_here, written
 
 PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 SHORT = PARAMS.replace("algorithm1: {first_step: 70", "algorithm1: {first_step: 128")
@@ -73,6 +73,15 @@ def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> 
     done = run_all(tmp_path, PYTHONHASHSEED="7", OPENBLAS_NUM_THREADS="2")
     assert done.returncode == 0, done.stderr
     assert written(tmp_path) == written(finished)
+
+
+def test_rounding_moves_results_within_tolerance_only(finished: Path, tmp_path: Path) -> None:
+    """Other BLAS kernels, where there are others, and noise that is larger by a rounding error."""
+    text = SHORT.replace("noise_std: 0.01\n", f"noise_std: {0.01 * (1 + 1e-14)!r}\n")
+    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+    done = run_all(tmp_path, stages=("generate", "fit", "verify"), OPENBLAS_CORETYPE="Prescott")
+    assert done.returncode == 0, done.stderr
+    assert moved(finished, tmp_path) == []
 
 
 REFUSED: Mapping[str, tuple[str, str, str]] = {

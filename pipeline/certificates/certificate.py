@@ -57,8 +57,7 @@ class Certificate:
     @property
     def explanation(self) -> str:
         """What is proved, in a sentence."""
-        boxes = {name: f" ({len(cover.radii)} boxes)" for name, cover in self.covers.items()}
-        kept = ", ".join(f"{q.name} in {q.bounds}{boxes.get(q.name, '')}" for q in self.reference.quantities)
+        kept = ", ".join(f"{q.name} in {q.bounds}" for q in self.reference.quantities)
         return f"proved for {self.claim}: {kept}"
 
     def to_dict(self) -> dict[str, Any]:

@@ -41,13 +41,34 @@ def is_multiplied(exponent: float) -> bool:
     return exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED
 
 
+def whole_power(x: arb, exponent: int) -> arb:
+    """x^exponent by multiplication, tightly; flint's own goes by the logarithm where x is no number but a ball.
+
+    Powers of |x| rise with it, so that the ends of the ball are enough. UndefinedError for 1/x^n where x may be zero.
+    """
+    if exponent < 0:
+        if not (x > 0 or x < 0):
+            raise UndefinedError(DIVISION)
+        return 1 / whole_power(x, -exponent)
+    ends = (x.lower(), x.upper()) if exponent % 2 else (abs(x).lower().max(arb(0)), abs(x).upper())
+    low, high = (_multiplied(end, exponent) for end in ends)
+    return low.union(high)
+
+
+def _multiplied(x: arb, exponent: int) -> arb:
+    found = arb(1)
+    for bit in f"{exponent:b}":
+        found = found * found * x if bit == "1" else found * found
+    return found
+
+
 class _Balls:
     def constant(self, value: float) -> arb:
         return arb(value)
 
     def power(self, base: arb, exponent: float) -> arb:
         if is_multiplied(exponent):
-            return base ** int(exponent)
+            return whole_power(base, int(exponent))
         require_positive("power", base)
         return (base.log() * arb(exponent)).exp()
 

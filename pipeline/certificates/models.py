@@ -10,7 +10,7 @@ from math import comb, factorial
 from flint import arb, arb_poly, arb_series, ctx
 
 from pipeline.certificates.balls import ball_arithmetic
-from pipeline.certificates.formulas import DIVISION, UndefinedError, is_multiplied, require_positive
+from pipeline.certificates.formulas import DIVISION, UndefinedError, is_multiplied, require_positive, whole_power
 
 _MAX_CUTS = 400
 
@@ -91,7 +91,7 @@ def composed(function: str, inner: Enclosure, exponent: float = 0.0) -> Enclosur
     found = _constant(arb(0))
     for k in reversed(range(terms)):
         found = found * d + _constant(outer[k])
-    rest = abs(_coefficient(function, span, terms, exponent)) * reach**terms
+    rest = abs(_coefficient(function, span, terms, exponent)) * whole_power(reach, terms)
     return Enclosure(found.coefficients, found.remainder + rest)
 
 
@@ -112,9 +112,9 @@ def _coefficient(function: str, x: arb, k: int, exponent: float) -> arb:
         case "sin" | "cos":
             found = arb(1) / factorial(k)
         case "log":
-            found = 1 / (k * x**k)
+            found = 1 / (k * whole_power(x, k))
         case "reciprocal":
-            found = 1 / x ** (k + 1)
+            found = 1 / whole_power(x, k + 1)
         case "sqrt" | "power":
             p = arb(0.5 if function == "sqrt" else exponent)
             found = (x.log() * (p - k)).exp()

@@ -8,7 +8,7 @@ from typing import Self
 
 from flint import arb
 
-from pipeline.certificates.formulas import DIVISION, UndefinedError, is_multiplied, require_positive
+from pipeline.certificates.formulas import DIVISION, UndefinedError, is_multiplied, require_positive, whole_power
 
 _UNIT = arb(2) ** -53 * arb(1.02)
 _FUNCTION = 10
@@ -61,10 +61,8 @@ class RoundedArithmetic:
             ends = [(x.log() * arb(exponent)).exp() for x in (base.exact, base.seen)]
         else:
             whole = int(exponent)
-            if whole < 0 and not (base.seen > 0 or base.seen < 0):
-                raise UndefinedError(DIVISION)
-            slope = whole * base.seen ** (whole - 1) if whole else arb(0)
-            ends = [x**whole for x in (base.exact, base.seen)]
+            slope = whole * whole_power(base.seen, whole - 1) if whole else arb(0)
+            ends = [whole_power(x, whole) for x in (base.exact, base.seen)]
         return _rounded(ends[0], abs(slope) * base.error, ends[1], _FUNCTION)
 
     def function(self, name: str, argument: Rounded) -> Rounded:

@@ -23,6 +23,12 @@ def least_violation(answer: Infeasible) -> Array:
     return answer.fallback
 
 
+def patient(count: int) -> Policy:
+    """As `least_violation`, for `count` steps of one loop; then as `stop`."""
+    left = iter(range(count))
+    return lambda answer: None if next(left, None) is None else least_violation(answer)
+
+
 @dataclass(frozen=True, eq=False)
 class Loop:
     """What happened from step `first` on, in K steps.

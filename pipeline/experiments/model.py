@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from pipeline.certificates.goal import Goal, for_all_times
+from pipeline.experiments.control import Control
 from pipeline.experiments.fields import (
     Algorithm1,
     IntervalField,
@@ -43,6 +44,7 @@ class Experiment(Fields):
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$")]
     title: str
     search: Search
+    control: Control = Control()
 
     @property
     @abstractmethod

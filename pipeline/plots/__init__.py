@@ -1,6 +1,8 @@
 """Figures: the mathematics' dataclasses in, a matplotlib Figure out. The only place that knows matplotlib."""
 
+from pipeline.plots.closed_loop import closed_loop, costs, infeasibility
 from pipeline.plots.convergence import convergence
+from pipeline.plots.feasible import feasible_intervals, feasible_polygons
 from pipeline.plots.illustrations import asymptotic, tube
 from pipeline.plots.landscape import landscape
 from pipeline.plots.margins import margins
@@ -14,9 +16,14 @@ __all__ = [
     "Observed",
     "Published",
     "asymptotic",
+    "closed_loop",
     "conservatism",
     "convergence",
+    "costs",
+    "feasible_intervals",
+    "feasible_polygons",
     "growth_intervals",
+    "infeasibility",
     "landscape",
     "margins",
     "periodic_prediction",

@@ -51,6 +51,13 @@ class ConstrainedSystem:
         return flatness(self.system, self.sampling_time)
 
     @property
+    def linear(self) -> Linear:
+        """The system, for what is done with linear ones only. ValueError for others."""
+        if not isinstance(self.system, Linear):
+            raise ValueError(f"system: must be linear here, got one with {', '.join(map(str, self.system.f))}")
+        return self.system
+
+    @property
     def signals(self) -> int:
         """How many signals are learned."""
         return len(self.flatness.orders)

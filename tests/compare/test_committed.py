@@ -19,6 +19,27 @@ def test_the_committed_results_bear_the_claims_out(monkeypatch: pytest.MonkeyPat
     assert comparison.within
 
 
+@pytest.mark.parametrize(
+    ("artifact", "topic", "field", "rule"),
+    [
+        ("example1/metrics.json", "", "sound.nlml", "metrics"),
+        ("example2/metrics.json", "", "grid.nlml", "metrics"),
+        ("example2/metrics.json", "", "exact.nlml", "metrics, at all phases"),
+        ("example2/verification.mcap", "attachment metrics.json", "intervals.rmse", "metrics, on intervals"),
+        ("example2/fit.mcap", "/references/grid", "mean", "everything else"),
+        ("example2/fit.mcap", "/references/certified", "mean", "all phases"),
+        ("example1/fit.mcap", "/references/certified", "mean", "everything else"),
+        ("example2/fit.mcap", "attachment intervals.json", "reference.signal.weights[3]", "weights, on intervals"),
+        ("example2/certificates/exact.json", "", "signal.weights[0]", "weights, at all phases"),
+        ("example1/certificates/certified.json", "", "claim.covers.state.ends[1]", "boxes of a proof"),
+        ("example2/figures/margins.svg", "", "coordinates", "points on paper, Example 2"),
+        ("notebooks/example1.ipynb", "", "numbers", "numbers in notebooks"),
+    ],
+)
+def test_rules_reach_what_they_are_meant_for(artifact: str, topic: str, field: str, rule: str) -> None:
+    assert TOLERANCES.rule(artifact, topic, field).name == rule
+
+
 def test_the_lock_names_versions() -> None:
     pinned = locked(ROOT)
     assert {"numpy", "scipy", "cvxpy", "clarabel"} <= pinned.keys()

@@ -331,16 +331,16 @@ def test_claims_may_be_about_two_values_of_the_same_results(base: Path, new: Pat
     assert (judged.new.holds, judged.new.reason) == (False, "example1/iterations.csv is not there")
 
 
-@pytest.mark.parametrize(("changed", "place"), [("0.29731", "sound.proof, number 2"), ("0.2974 more", "sound.proof")])
+@pytest.mark.parametrize(("changed", "place"), [("0.29731", "sound.said, number 2"), ("0.2974 more", "sound.said")])
 def test_numbers_of_a_sentence_are_numbers(base: Path, new: Path, changed: str, place: str) -> None:
     for root, end in ((base, "0.2973"), (new, changed)):
-        edit_json(root / RESULTS / "metrics.json", lambda m, end=end: m["sound"].update(proof=f"at 0.5 s by {end}"))
+        edit_json(root / RESULTS / "metrics.json", lambda m, end=end: m["sound"].update(said=f"at 0.5 s by {end}"))
     assert only(compared(base, new)).worst[0].place == place
 
 
 def test_numbers_of_a_sentence_may_move_by_rounding(base: Path, new: Path) -> None:
     for root, time in ((base, "0.2812170167227962"), (new, "0.2812170167239515")):
-        edit_json(root / RESULTS / "metrics.json", lambda m, time=time: m["sound"].update(proof=f"at {time} s"))
+        edit_json(root / RESULTS / "metrics.json", lambda m, time=time: m["sound"].update(said=f"at {time} s"))
     assert compared(base, new).within
 
 

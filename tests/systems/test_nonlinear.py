@@ -244,3 +244,9 @@ def test_four_inputs_may_lead_four_states_where_few_are_coupled():
     x, u = reference.state(k), reference.input(k)
     np.testing.assert_allclose(system.successor(x[:-1], u[:-1]), x[1:], atol=1e-12)
     assert Interval(0.1, 9.0).margin(x).min() > 0
+
+
+def test_what_is_done_with_linear_systems_only_says_so():
+    assert ConstrainedSystem(LINEAR, *2 * [Polytope.box([-9.0] * 2, [9.0] * 2)], T_S).linear is LINEAR
+    with pytest.raises(ValueError, match=r"must be linear here, got one with level \+ 0.05 \* \(inflow"):
+        _ = INSTANCES["tank"].plant.linear

@@ -1,0 +1,80 @@
+"""Stage 4: references → closed loops, what becomes of them, and references learned again on the way."""
+
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+
+from tqdm import tqdm
+
+from pipeline.archive import Fitted, read_fit
+from pipeline.control.controller import Controller
+from pipeline.control.feasible_over_time import feasible_over_time
+from pipeline.control.followed import Followed, Interpolated
+from pipeline.control.loop import Loop, patient, simulate
+from pipeline.control.starts import ON, scaled, starts
+from pipeline.control.summary import Course, first_untrackable, summary
+from pipeline.control_archive import ClosedLoops, write_loops
+from pipeline.errors import InputError
+from pipeline.experiments import Experiment
+from pipeline.files import from_json, write_json
+from pipeline.relearn import relearn
+from pipeline.results import Results
+
+CERTIFIED, UNCONSTRAINED, INTERPOLATED = "certified", "unconstrained", "interpolated"
+
+
+def control(experiment: Experiment, results: Results) -> None:
+    """Write the closed loops on every reference, and their metrics. InputError where there can be no controller."""
+    fitted, wanted, plant = read_fit(results), experiment.control, experiment.constrained_system
+    try:
+        controller = scaled(plant, wanted.horizon, wanted.input_weight)
+    except ValueError as error:
+        raise InputError(f"experiment {experiment.name}: control: {error}") from error
+    references = references_of(fitted)
+    metrics: dict[str, object] = {"horizon": wanted.horizon}
+    courses: dict[str, dict[str, Course]] = {}
+    seconds: dict[str, float] = {}
+    for name, reference in references.items():
+        courses[name], found = {}, {}
+        for start, loop, taken in _loops(experiment, controller, references[CERTIFIED], reference, name):
+            courses[name][start], found[start] = Course.of(loop).until(wanted.logged), summary(loop, plant)
+            seconds[f"{name}, {start}: seconds per step"] = round(taken / max(1, len(loop.inputs)), 7)
+        metrics[name] = {"first_untrackable_step": first_untrackable(reference, plant, wanted.steps), **found}
+    online = relearn(experiment, fitted.sampled, controller)
+    feasible = feasible_over_time(controller, references[CERTIFIED], wanted.horizons, wanted.shown)
+    closed = ClosedLoops(courses, feasible)
+    if online:
+        metrics["online"] = {**summary(online.loop, plant), "offers": online.records}
+        closed = replace(closed, online=Course.of(online.loop), offered=online.columns)
+    write_loops(results, plant, closed, metrics)
+    write_json(results.control, metrics)
+    _note(results, seconds)
+
+
+def references_of(fitted: Fitted) -> dict[str, Followed]:
+    """What is followed: the certified reference, the unconstrained mean, and the samples themselves where they say
+    where to be."""
+    certified = fitted.learned[CERTIFIED].reference
+    found: dict[str, Followed] = {CERTIFIED: certified, UNCONSTRAINED: fitted.learned[UNCONSTRAINED].reference}
+    with suppress(ValueError):  # samples of changes only
+        found[INTERPOLATED] = Interpolated(fitted.sampled.samples, certified.plant)
+    return found
+
+
+def _loops(
+    experiment: Experiment, controller: Controller, certified: Followed, reference: Followed, name: str
+) -> Iterator[tuple[str, Loop, float]]:
+    """From each initial state: its name, the loop, and how long it took [s]. On the reference means on this one."""
+    wanted = experiment.control
+    states = starts(controller, certified) | {ON: reference.window(0, 1).states[0]}
+    for start, state in tqdm(states.items(), desc=f"{experiment.name}: {name}", disable=None):
+        begin = time.perf_counter()
+        loop = simulate(controller, reference, state, wanted.steps, policy=patient(wanted.patience))
+        yield start, loop, time.perf_counter() - begin
+
+
+def _note(results: Results, seconds: dict[str, float]) -> None:
+    """Beside the wall clocks of the fit, where there are some."""
+    before = from_json(results.timings.read_bytes()) if results.timings.exists() else {}
+    write_json(results.timings, {**(before if isinstance(before, dict) else {}), "control": seconds})

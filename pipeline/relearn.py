@@ -1,0 +1,109 @@
+"""References learned again while the loop runs, from samples that are drawn or were held out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.arrays import Array
+from pipeline.certificates.certified import Certified, learn_certified
+from pipeline.control.controller import Controller
+from pipeline.control.loop import Loop
+from pipeline.control.online import Learned, Offer, holds_for_ever, receding, simulate_online
+from pipeline.errors import InputError, NoReferenceError
+from pipeline.experiments import Experiment
+from pipeline.experiments.control import Relearning
+from pipeline.gp.samples import Samples
+from pipeline.sampled import Sampled
+
+_AFTERWARDS = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Relearned:
+    """A loop along changing references, and what was offered to it."""
+
+    loop: Loop
+    offers: tuple[Offer, ...]
+
+    @property
+    def columns(self) -> dict[str, Array]:
+        """What of them is a number, by step: `taken` is 1 or 0, a `widening` only where feasibility was the reason."""
+        return {
+            "step": np.array([float(o.k) for o in self.offers]),
+            "taken": np.array([float(o.taken) for o in self.offers]),
+            "widening": np.array([np.nan if o.widening is None else o.widening for o in self.offers]),
+        }
+
+    @property
+    def records(self) -> list[dict[str, object]]:
+        """The offers as they are logged."""
+        return [
+            {"step": o.k, "samples": list(o.samples), "taken": o.taken, "widening": o.widening, "reason": o.reason}
+            for o in self.offers
+        ]
+
+
+def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) -> Relearned | None:
+    """The loop from the first certified reference on; None where nothing of the kind is wanted.
+
+    Raises InputError where no samples arrive, and NoReferenceError where the first reference is not certified for all
+    time: only then is nothing lost by refusing an offer.
+    """
+    wanted = experiment.control.online
+    if wanted is None:
+        return None
+    stream = _stream(experiment, wanted, sampled)
+
+    def learner(samples: tuple[Samples, ...]) -> Learned:
+        space = experiment.search_space(samples)
+        return learn_certified(
+            samples, experiment.learned_prior, experiment.constrained_system, space, experiment.goal(samples)
+        )
+
+    first = learner(sampled.samples)
+    if not isinstance(first, Certified) or not holds_for_ever(first):
+        raise NoReferenceError(f"experiment {experiment.name}, control.online: {first.explanation}")
+    sampling_time = experiment.constrained_system.sampling_time
+    begin, end = (round(max(float(s.times[-1]) for s in parts) / sampling_time) for parts in (sampled.samples, stream))
+    arrivals = [
+        (k, receding(stream, k * sampling_time, wanted.window))
+        for k in range(begin + wanted.every, end + 1, wanted.every)
+    ]
+    online = simulate_online(
+        controller, first, first.reference.window(0, 1).states[0], end + _AFTERWARDS, arrivals, learner
+    )
+    return Relearned(online.loop, online.offers)
+
+
+def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tuple[Samples, ...]:
+    """What was there, and what arrives after it, of every signal."""
+    later = {name: _drawn(experiment, wanted, name) for name in sampled.names}
+    later = {name: drawn or sampled.held_out_by_name.get(name) for name, drawn in later.items()}
+    if missing := [name for name, samples in later.items() if samples is None]:
+        raise InputError(
+            f"experiment {experiment.name}: control.online: no samples of {', '.join(missing)} arrive; give a stream "
+            "where the ground truth is known, or hold some out of a recording"
+        )
+    return tuple(_joined(first, later[name]) for name, first in sampled.by_name.items())
+
+
+def _drawn(experiment: Experiment, wanted: Relearning, name: str) -> Samples | None:
+    stream = wanted.stream
+    if stream is None or name not in experiment.truths:
+        return None
+    steps = np.arange(stream.steps.first, stream.steps.last + 1, stream.steps.every, dtype=float)
+    times = steps * experiment.constrained_system.sampling_time
+    noise = stream.noise_std * np.random.default_rng(stream.seed).standard_normal(times.size)
+    return Samples(times, experiment.truths[name](times) + noise)
+
+
+def _joined(first: Samples, later: Samples | None) -> Samples:
+    if later is None:
+        return first
+    new = later.times > first.times[-1]
+    return Samples(
+        np.concatenate([first.times, later.times[new]]),
+        np.concatenate([first.values, later.values[new]]),
+        np.concatenate([first.relative_noise, later.relative_noise[new]]),
+        first.stencil,
+    )
