@@ -73,9 +73,12 @@ def test_nothing_false_is_ever_claimed_of_general_systems(chunk):
 
 @pytest.mark.parametrize("seed", range(8000, 8060))
 def test_the_checker_agrees_about_general_systems(seed):
-    """About certificates with few boxes, so that it takes no minutes."""
+    """About certificates with few boxes, or few instants, so that it takes no minutes."""
     found = ask(seed, general_case(seed))
-    if isinstance(found, Certificate) and sum(len(cover.radii) for cover in found.covers.values()) <= 12:
+    if not isinstance(found, Certificate):
+        return
+    instants = found.claim.last_step if isinstance(found.claim, AtInstants) else 0
+    if instants + sum(len(cover.radii) for cover in found.covers.values()) <= 12:
         verdict = check(found.to_dict())
         assert isinstance(verdict, Proved), verdict
 
