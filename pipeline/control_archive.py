@@ -8,10 +8,11 @@ import numpy as np
 from pipeline.archive import read_stage, write_stage
 from pipeline.arrays import Array
 from pipeline.control.summary import Course
-from pipeline.files import to_json
+from pipeline.files import from_json, to_json
 from pipeline.logs import Series
 from pipeline.results import Results
 from pipeline.systems.constrained import ConstrainedSystem
+from pipeline.tables import Table
 
 STAGE = "control"
 _SCALARS = ("cost", "stage_cost", "slack")
@@ -59,6 +60,38 @@ def read_loops(results: Results, plant: ConstrainedSystem) -> ClosedLoops:
     if "/online" not in topics:
         return ClosedLoops(courses, feasible)
     return ClosedLoops(courses, feasible, _course(topics["/online"], plant), _columns(topics["/offers"], plant))
+
+
+def table_of_loops(results: Results) -> Table:
+    """The metrics of every loop, for a notebook: by reference and initial state."""
+    metrics = from_json(results.control.read_bytes())
+    assert isinstance(metrics, dict)
+    by_loop = {
+        f"{reference}, {start}": found
+        for reference, of in metrics.items()
+        if reference not in ("horizon", "online")
+        for start, found in of.items()
+        if isinstance(found, dict)
+    }
+    columns = {
+        "steps": "steps",
+        "infeasible_steps": "without a plan",
+        "first_infeasible_step": "first at",
+        "largest_rise": "largest rise of the cost",
+        "worst_state_margin": "worst state margin",
+        "worst_input_margin": "worst input margin",
+    }
+    rows = [[name, *(found[key] for key in columns)] for name, found in by_loop.items()]
+    return Table(["reference, start", *columns.values()], rows, digits=3)
+
+
+def table_of_offers(results: Results) -> Table:
+    """What became of every reference that was learned again."""
+    metrics = from_json(results.control.read_bytes())
+    assert isinstance(metrics, dict)
+    offers = metrics.get("online", {}).get("offers", [])
+    rows = [[o["step"], "taken" if o["taken"] else "not taken", o["reason"]] for o in offers]
+    return Table(["step", "", "why"], rows)
 
 
 def _series(topic: str, plant: ConstrainedSystem, course: Course) -> Series:

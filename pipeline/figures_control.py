@@ -24,6 +24,9 @@ def drawings(experiment: Experiment, results: Results) -> dict[str, Callable[[],
     lost = courses[_UNCONSTRAINED][_ON]
     if lost.infeasible.size:
         by_name["infeasibility"] = lambda: plots.infeasibility(lost, plant, wanted.horizon)
+    online, offered = closed.online, closed.offered
+    if online is not None and offered is not None:
+        by_name["relearning"] = lambda: plots.relearned(online, offered, plant)
     if not closed.feasible:
         return by_name
     if len(plant.system.states) == 1:

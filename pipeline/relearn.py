@@ -60,11 +60,14 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
             samples, experiment.learned_prior, experiment.constrained_system, space, experiment.goal(samples)
         )
 
-    first = learner(sampled.samples)
-    if not isinstance(first, Certified) or not holds_for_ever(first):
-        raise NoReferenceError(f"experiment {experiment.name}, control.online: {first.explanation}")
     sampling_time = experiment.constrained_system.sampling_time
     begin, end = (round(max(float(s.times[-1]) for s in parts) / sampling_time) for parts in (sampled.samples, stream))
+    known = sampled.samples
+    if wanted.first is not None:
+        begin, known = wanted.first, receding(stream, wanted.first * sampling_time, wanted.window)
+    first = learner(known)
+    if not isinstance(first, Certified) or not holds_for_ever(first):
+        raise NoReferenceError(f"experiment {experiment.name}, control.online: {first.explanation}")
     arrivals = [
         (k, receding(stream, k * sampling_time, wanted.window))
         for k in range(begin + wanted.every, end + 1, wanted.every)

@@ -15,7 +15,7 @@ from pipeline.compare.comparison import compare
 from pipeline.compare.model import Row, Status
 from pipeline.compare.tolerances import load_tolerances
 
-STAGES = ("generate", "fit", "verify", "figures")
+STAGES = ("generate", "fit", "verify", "control", "figures")
 _AGREE = {Status.IDENTICAL, Status.WITHIN}
 Done = subprocess.CompletedProcess[str]
 

@@ -33,9 +33,13 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
     figures = {
         f"example1/figures/{n}.svg" for n in ("tube", "asymptotic", "convergence", "prediction", "landscape", "margins")
     }
+    figures |= {
+        f"example1/figures/{n}.svg" for n in ("closed-loop", "cost", "infeasibility", "feasible-set", "relearning")
+    }
     others = {
         f"example1/{n}" for n in ("samples.mcap", "fit.mcap", "iterations.csv", "verification.mcap", "metrics.json")
     }
+    others |= {f"example1/control.{ending}" for ending in ("mcap", "json")}
     proofs = {f"example1/certificates/{n}.json" for n in ("as_published", "sound", "certified")}
     assert written(finished).keys() == figures | others | proofs
 

@@ -42,7 +42,16 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_stages_leave_what_they_promise(finished: Path) -> None:
     files = {f"figures/{name}.svg" for name in ("prediction", "growth", "margins", "conservatism")}
-    files |= {"samples.mcap", "fit.mcap", "iterations.csv", "verification.mcap", "metrics.json"}
+    files |= {f"figures/{name}.svg" for name in ("closed-loop", "cost", "infeasibility", "feasible-set")}
+    files |= {
+        "control.mcap",
+        "control.json",
+        "samples.mcap",
+        "fit.mcap",
+        "iterations.csv",
+        "verification.mcap",
+        "metrics.json",
+    }
     files |= {f"certificates/{method}.json" for method in ("intervals", "exact", "certified")}
     assert written(finished).keys() == {f"example2/{name}" for name in files}
 

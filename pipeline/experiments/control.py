@@ -19,9 +19,12 @@ class Stream(Fields):
 class Relearning(Fields):
     """Samples arrive while the loop runs, and the reference is learned again from the last `window` of each signal.
 
-    This happens every `every` steps, as long as there are new ones: those of `stream`, or left out, those held out.
+    The first reference is learned from those up to step `first`; left out, from all that the others are learned from.
+    The next ones come `every` so many steps, as long as there are new samples: at the end those of `stream`, or left
+    out, those held out.
     """
 
+    first: PositiveInt | None = None
     window: PositiveInt
     every: PositiveInt
     stream: Stream | None = None

@@ -33,7 +33,7 @@ class Dense(Factored):
 
     @cached_property
     def log_determinant(self) -> float:
-        return float(2 * np.sum(np.log(self.factor.diagonal())))
+        return 2 * float(np.log(self.factor.diagonal()).sum())
 
     def solve(self, right: Array) -> Array:
         solution, _ = lapack.dpotrs(self.factor, right, lower=True)

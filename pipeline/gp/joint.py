@@ -85,7 +85,10 @@ class JointPrior:
             part.with_hyperparameters({name: values[self.called(process, name)] for name in part.learned})
             for process, part in self._named
         ]
-        return replace(self, parts=tuple(parts))
+        moved = type(self)(tuple(parts), self.names, self.shared)
+        # What is called how does not depend on the values; an optimiser would ask again at every step.
+        vars(moved).update(learned=self.learned, places=self.places)
+        return moved
 
     @cached_property
     def places(self) -> tuple[list[int], ...]:

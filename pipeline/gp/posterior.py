@@ -13,8 +13,9 @@ from pipeline.gp.grid import Grid
 from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
 from pipeline.gp.signal import KernelSum
-from pipeline.gp.toeplitz import Toeplitz
+from pipeline.gp.toeplitz import LARGEST_DENSE, Toeplitz
 
+_LOG_TAU = np.log(2 * np.pi)
 _FEWEST_REGULAR = 200  # samples: fewer, and a Cholesky factor is found sooner
 
 
@@ -87,18 +88,18 @@ class Posterior:
         value = self._factored.log_determinant + c @ self._residual
         by_kernel, diagonal = self._factored.contracted(c)
         by_noise = 2 * self._noise_variance @ diagonal
-        return float(value + n * np.log(2 * np.pi)), np.append(by_kernel, by_noise)[self._learned]
+        return float(value + n * _LOG_TAU), np.array([*by_kernel.tolist(), by_noise])[self._learned]
 
-    @property
+    @cached_property
     def _centres(self) -> Array:
         return self.samples.stencil.centres(self.samples.times)
 
-    @property
+    @cached_property
     def _residual(self) -> Array:
         """y − m, the prior mean of what is sampled."""
         return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
 
-    @property
+    @cached_property
     def _noise_variance(self) -> Array:
         return (self.prior.noise_std * self.samples.relative_noise) ** 2
 
@@ -129,21 +130,28 @@ class Posterior:
     @cached_property
     def _factored(self) -> Factored:
         """A = K + σ_n² I."""
-        factored = self._toeplitz() or Dense.of(self.samples.times, self._covariance, self._noise_variance)
+        factored = self._toeplitz()
+        if factored is None and (self._grid is None or len(self.samples) <= LARGEST_DENSE):
+            factored = Dense.of(self.samples.times, self._covariance, self._noise_variance)
         if factored is None:
             values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
             raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")
         return factored
 
+    @cached_property
+    def _grid(self) -> Grid | None:
+        """Where the samples are many, equally noisy, and regularly spaced."""
+        if len(self.samples) < _FEWEST_REGULAR or np.any(self._noise_variance != self._noise_variance[0]):
+            return None
+        return Grid.of(self.samples.times)
+
     def _toeplitz(self) -> Factored | None:
-        times, kernel, noise_variance = self.samples.times, self.prior.kernel, self._noise_variance
-        if len(times) < _FEWEST_REGULAR or np.any(noise_variance != noise_variance[0]):
+        if self._grid is None:
             return None
-        if (grid := Grid.of(times)) is None:
-            return None
+        kernel = self.prior.kernel
         slope = kernel(np.zeros(())).item() / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
         seen = sum(abs(rho) for rho, _ in self.samples.stencil.lags)
-        return Toeplitz.of(grid, self._covariance, float(noise_variance[0]), seen * slope)
+        return Toeplitz.of(self._grid, self._covariance, float(self._noise_variance[0]), seen * slope)
 
     def _covariance(self, r: Array) -> tuple[Array, Array]:
         """Of what is sampled, and its ∂/∂ln θ: Σ_d ρ_d κ(r + d step) over the lags of the stencil."""

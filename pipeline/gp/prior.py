@@ -1,7 +1,7 @@
 """What is believed before any sample, and which part of it is learned."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
@@ -52,7 +52,7 @@ class Prior:
 
     def with_hyperparameters(self, values: dict[str, float]) -> Self:
         kernel = self.kernel.with_hyperparameters({name: v for name, v in values.items() if name != NOISE})
-        return replace(self, kernel=kernel, noise_std=values.get(NOISE, self.noise_std))
+        return type(self)(kernel, values.get(NOISE, self.noise_std), self.mean, self.fixed)
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """The inverse of `log_hyperparameters`."""

@@ -38,6 +38,11 @@ class KernelSum:
     def derivative(self, t: Array) -> Array:
         return np.asarray(self.jet(t, 1)[1])
 
+    @property
+    def curvature(self) -> float:
+        """A bound of |m̈⁺(t)| for all t (unit per s²): |κ̈| is nowhere larger than at 0, as for every covariance."""
+        return float(np.sum(np.abs(self.weights)) * np.abs(self.kernel.jet(np.zeros(()), 2)[2]))
+
     def _sums(self, t: Array, order: int) -> Array:
         terms = t.shape[-1] * len(self.centres) if t.ndim else 0
         if terms > _MANY and t.ndim > 1:

@@ -1,6 +1,7 @@
 """How samples see a process: not always directly, but as a weighted sum of it at shifted times."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -34,7 +35,7 @@ class Stencil:
         """The transpose of sampling: values (…, n) at the samples, weighted, at the centres: (…, n · len(weights))."""
         return np.concatenate([w * values for w in self.weights], axis=-1)
 
-    @property
+    @cached_property
     def lags(self) -> list[tuple[float, float]]:
         """(ρ_d, d step) with cov(y(t), y(t')) = Σ_d ρ_d κ(t − t' + d step)."""
         last = len(self.weights) - 1

@@ -14,7 +14,7 @@ from pipeline.gp.grid import Grid
 
 _AGREEMENT = 1e-8  # with the dense path, relative
 _RESIDUAL = 1e-5  # of the recursion, before refinement: more, and its determinant is not to be trusted
-_LARGEST_DENSE = 4000  # samples; beyond them a dense matrix takes gigabytes, and minutes
+LARGEST_DENSE = 4000  # samples; beyond them a dense matrix takes gigabytes, and minutes
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Toeplitz(Factored):
         """
         column, gradient = covariance(grid.lags)
         uncertainty = np.finfo(float).eps * (column[0] + slope * grid.span) + 2 * slope * grid.deviation
-        if np.sqrt(grid.count) * uncertainty > _AGREEMENT * noise_variance and grid.count <= _LARGEST_DENSE:
+        if np.sqrt(grid.count) * uncertainty > _AGREEMENT * noise_variance and grid.count <= LARGEST_DENSE:
             return None
         column = column.copy()
         column[0] += noise_variance

@@ -74,7 +74,7 @@ class _Search:
             rounds.append(
                 Round(attempt.log_theta, attempt.objective, attempt.worst[0], sum(len(where) for where in places))
             )
-            if attempt.is_feasible:
+            if attempt.is_feasible and (attempt := attempt.everywhere(self.problem)).is_feasible:
                 self.best = attempt.objective
                 outcome = Solution(attempt.posterior, attempt.objective, places, self.fits)
                 self.found = Found(outcome, tuple(rounds))

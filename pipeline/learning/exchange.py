@@ -39,9 +39,11 @@ def solve(problem: ConstrainedProblem, warm: Solution | None = None) -> Solution
         search.sweep(Program.minimise, [*in_hand, *starts])
     if search.nothing_factored:
         return NothingFactored(problem.prior)
+    search.settle()
     if search.incumbent is None:
         search.sweep(Program.minimise_violation, starts)
         search.sweep(Program.minimise, [search.closest.log_theta])
+        search.settle()
     if search.incumbent is None:
         return search.closest.infeasible(problem)
     return Solution(search.incumbent.posterior, search.incumbent.objective, search.times, search.fits)
@@ -52,7 +54,7 @@ def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 
     Where the old minimiser keeps the new bounds too it is the new minimiser: nothing is left to do.
     """
-    if Attempt.at(problem, solution.posterior.prior.log_hyperparameters).is_feasible:
+    if Attempt.at(problem, solution.posterior.prior.log_hyperparameters).everywhere(problem).is_feasible:
         return replace(solution, fits=0)
     return solve(problem, warm=solution)
 
@@ -64,6 +66,7 @@ def followed(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSo
     """
     search = _Search(problem, solution.active)
     search.sweep(Program.minimise, [solution.posterior.prior.log_hyperparameters])
+    search.settle()
     if search.incumbent is None:
         return solve(problem, warm=solution)
     return Solution(search.incumbent.posterior, search.incumbent.objective, search.times, search.fits)
@@ -85,6 +88,15 @@ class Attempt:
         minima = tuple(constraint.closest(posterior) for constraint in problem.constraints)
         return cls(log_theta, posterior, objective, minima)
 
+    def everywhere(self, problem: ConstrainedProblem) -> "Attempt":
+        """The same with what the first look at the constraints did not see."""
+        added = [constraint.overlooked(self.posterior) for constraint in problem.constraints]
+        minima = [
+            (np.concatenate([places, more]), np.concatenate([margins, below]))
+            for (places, margins), (more, below) in zip(self.minima, added, strict=True)
+        ]
+        return replace(self, minima=tuple(minima))
+
     @property
     def worst(self) -> tuple[float, int, float]:
         """Smallest relative margin, the constraint that has it, and when."""
@@ -104,8 +116,12 @@ class Attempt:
 
         Where a quantity is not defined it has no slope either: another constraint has to lead back to where it is.
         """
-        found = [places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima]
+        found = self.broken_places
         return found if any(len(united(old, new)) > len(old) for old, new in zip(known, found, strict=True)) else None
+
+    @property
+    def broken_places(self) -> list[Array]:
+        return [places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima]
 
     def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
         margin, index, time = self.worst
@@ -144,6 +160,15 @@ class _Search:
             points = [point for point in _distinct(results) if self._leads_on(point, in_program)]
             if not points:
                 break
+
+    def settle(self) -> None:
+        """Look everywhere once, and go on from the incumbent where it breaks a bound that no look had met."""
+        for _ in range(_MAX_ROUNDS):
+            if self.incumbent is None or (found := self.incumbent.everywhere(self.problem)).is_feasible:
+                return
+            self.incumbent, self._closest = None, [found]
+            self.times = tuple(united(*pair) for pair in zip(self.times, found.broken_places, strict=True))
+            self.sweep(Program.minimise, [found.log_theta])
 
     def keep_faded(self, points: Iterable[Array]) -> None:
         """Halve the signal's amplitude at each point until the bounds hold; keep the best that does."""

@@ -40,6 +40,10 @@ class Bounded(ABC):
         Relative: a part of the bounds' width, negative where broken, 1/2 at the centre.
         """
 
+    def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
+        """Places where it is broken although `closest` did not look there, and the relative margins."""
+        return self.none, np.empty(0)
+
     @abstractmethod
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
         """The quantity at n places and its ∂/∂ln θ: shapes (n,) and (p, n). NaN or infinite where it is not defined."""
@@ -62,9 +66,21 @@ class Constraint(Bounded):
         times = self.index_set.local_minima(margin, [signal.kernel for signal in posterior.signals])
         return times, margin(times)
 
+    def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
+        margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
+        times = self.index_set.overlooked(margin, [signal.kernel for signal in posterior.signals], curvature)
+        return times, margin(times)
+
     def relative_margin(self, posterior: JointPosterior, t: Array) -> Array:
         """Distance to the nearer bound as a part of the bounds' width: negative where broken, 1/2 at the centre."""
         return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
+
+    def _curvature(self, posterior: JointPosterior) -> float:
+        """A bound of |d²/dt²| of the relative margin [1/s²]; infinite for formulas, of which none is known."""
+        if (functional := self.quantity.functional) is None:
+            return np.inf
+        moved = (float(np.sum(np.abs(w))) * posterior.signals[c].curvature for c, w in functional.rounded)
+        return sum(moved) / self.quantity.bounds.width
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
         trajectory = self.quantity.trajectory

@@ -1,6 +1,6 @@
 """Figures: the mathematics' dataclasses in, a matplotlib Figure out. The only place that knows matplotlib."""
 
-from pipeline.plots.closed_loop import closed_loop, costs, infeasibility
+from pipeline.plots.closed_loop import closed_loop, costs, infeasibility, relearned
 from pipeline.plots.convergence import convergence
 from pipeline.plots.feasible import feasible_intervals, feasible_polygons
 from pipeline.plots.illustrations import asymptotic, tube
@@ -28,6 +28,7 @@ __all__ = [
     "margins",
     "periodic_prediction",
     "prediction",
+    "relearned",
     "save",
     "svg",
     "tracking",

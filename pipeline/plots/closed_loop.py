@@ -30,6 +30,11 @@ _NO_PLAN: Final[dict[str, Any]] = {
     "zorder": 1,
     "label": "no plan",
 }
+_OFFERED: Final[dict[str, Any]] = {"linestyle": "none", "clip_on": False, "zorder": 5}
+_OFFERS: Final[dict[float, dict[str, Any]]] = {
+    1.0: {**_OFFERED, "marker": "v", "color": BLUE, "markersize": 5, "label": "new reference taken"},
+    0.0: {**_OFFERED, "marker": "x", "color": ORANGE, "markersize": 5, "label": "not taken"},
+}
 _ROOM: Final = 0.12
 _ROUNDING: Final = 1e-32
 
@@ -102,6 +107,27 @@ def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int) -> Fig
     where = panels[0].get_xaxis_transform()
     direct_label(panels[0], first + horizon, 1.04, said, transform=where, va="center", clip_on=False)
     panels[-1].set(xlabel=step_label(plant.sampling_time), xlim=(begin, min(end, part.steps[-1])))
+    figure.align_ylabels(panels)
+    _legend(figure)
+    return figure
+
+
+@styled
+def relearned(course: Course, offered: Mapping[str, Array], plant: ConstrainedSystem) -> Figure:
+    """A loop along references that are learned again: where one was taken over, and where it was not."""
+    names = (*plant.system.states, *plant.system.inputs)
+    figure = Figure(figsize=(PAGE, 0.8 + 1.35 * len(names)))
+    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
+        _coordinate(axes, course, i, STARTS["on"] | {"label": "closed loop"})
+        _between(axes, _bounds(plant).get(name), _values(course, i)[0])
+        axes.set_ylabel(name)
+        for taken, looks in _OFFERS.items():
+            steps = offered["step"][offered["taken"] == taken]
+            if steps.size:
+                axes.plot(steps, np.full(steps.size, 1.0), transform=axes.get_xaxis_transform(), **looks)
+                axes.vlines(steps, 0, 1, transform=axes.get_xaxis_transform(), colors=GREY, linewidths=0.6, zorder=2)
+    panels[-1].set(xlabel=step_label(plant.sampling_time), xlim=(0, course.steps[-1]))
     figure.align_ylabels(panels)
     _legend(figure)
     return figure

@@ -7,7 +7,7 @@ import pytest
 
 from pipeline.gp import toeplitz as toeplitz_module
 from pipeline.gp.dense import Dense
-from pipeline.gp.posterior import Posterior
+from pipeline.gp.posterior import IllConditioned, Posterior
 from pipeline.gp.prior import Prior
 from pipeline.gp.radial import Matern52, SquaredExponential
 from pipeline.gp.samples import Samples
@@ -141,10 +141,17 @@ def test_a_recursion_gone_wrong_is_noticed(monkeypatch):
 
 def test_beyond_the_reach_of_dense_matrices_rounding_is_accepted(monkeypatch):
     """Where the dense path is no alternative the other one stands, as long as its own equations hold."""
-    monkeypatch.setattr(toeplitz_module, "_LARGEST_DENSE", 250)
+    monkeypatch.setattr(toeplitz_module, "LARGEST_DENSE", 250)
     regular, dense = both(SquaredExponential(1.0, 0.5), STEP * np.arange(300), 1e-4)
     assert is_toeplitz(regular)
     assert disagreement(regular, dense) < 1e-5
+
+
+def test_where_a_dense_matrix_would_be_huge_it_is_not_tried(monkeypatch):
+    posterior = Posterior(Prior(SquaredExponential(1e6, 1e3), 1e-4), samples_at(STEP * np.arange(5000), 0.1))
+    monkeypatch.setattr(Dense, "of", lambda *_: pytest.fail("a dense matrix was made"))
+    with pytest.raises(IllConditioned):
+        posterior.weights  # noqa: B018
 
 
 def test_memory_grows_with_the_number_of_samples_not_with_its_square():
