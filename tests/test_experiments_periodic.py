@@ -14,7 +14,7 @@ WRITTEN = PARAMS.read_text(encoding="utf-8")
 _QUASI = "{type: product, left: {type: periodic}, right: {type: squared_exponential, signal_std: 1}}"
 
 WRONG = [
-    ("kind: periodic", "kind: cyclic", r"example2\.kind: expected one of asymptotic, periodic, got 'cyclic'"),
+    ("kind: periodic", "kind: cyclic", r"example2\.kind: expected one of asymptotic, periodic, tracking, got 'cyclic'"),
     ("kind: periodic", "kind: [periodic]", r"example2\.kind: expected one of .*got \['periodic'\]"),
     ("    kind: periodic\n", "", r"example2\.kind: is missing; there are asymptotic, periodic"),
     ("kind: periodic", "kind: asymptotic", r"periodic: is not a known field"),
@@ -79,4 +79,4 @@ def test_every_period_that_is_allowed_has_to_be_covered(field: str, tmp_path: Pa
     experiment = _load(tmp_path, field, field.replace("400", "399"))
     samples = Samples(np.linspace(0, 4, 21), np.sin(np.linspace(0, 4, 21)))
     with pytest.raises(ValueError, match=r"last_step = 399 steps last 3\.99 s, .* as long as 4 s"):
-        experiment.check(samples)
+        experiment.check((samples,))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.certificates.certificate import Certificate
+from pipeline.certificates.checker import Proved, check
 from pipeline.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
 from pipeline.certificates.outcome import Counterexample
 from pipeline.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
@@ -68,6 +69,18 @@ def test_nothing_false_is_ever_claimed_of_general_systems(chunk):
         {s: general_case(s) for s in range(8000 + chunk * 15, 8000 + (chunk + 1) * 15)}
     )
     assert min(said[Certificate], said[Counterexample]) >= 2
+
+
+@pytest.mark.parametrize("seed", range(8000, 8060))
+def test_the_checker_agrees_about_general_systems(seed):
+    """About certificates with few boxes, or few instants, so that it takes no minutes."""
+    found = ask(seed, general_case(seed))
+    if not isinstance(found, Certificate):
+        return
+    instants = found.claim.last_step if isinstance(found.claim, AtInstants) else 0
+    if instants + sum(len(cover.radii) for cover in found.covers.values()) <= 12:
+        verdict = check(found.to_dict())
+        assert isinstance(verdict, Proved), verdict
 
 
 @pytest.mark.parametrize("chunk", range(10))

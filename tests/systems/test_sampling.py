@@ -98,3 +98,7 @@ def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it():
             with pytest.raises(ValueError, match=NO_LEVEL):
                 seen_through(plant, [name])
     assert sum(bool(left) for left in rounded) >= 3
+    nearly = unbounded(Linear(np.array([[1.0, T_S], [1e-17, 1.0]]), np.array([[T_S**2 / 2], [T_S]])), T_S)
+    assert sum(nearly.flatness.states[1].weights[0]) != 0
+    with pytest.raises(ValueError, match=NO_LEVEL):
+        seen_through(nearly, ["x2"])
