@@ -217,8 +217,8 @@ def test_logs_of_this_project(path: Path, times: list[float], values: list[float
 
 def test_samples_of_example_1() -> None:
     path = ROOT / "data/results/example1/samples.mcap"
-    (expected,) = [series for series in read_log(path).series if series.topic == "/samples"]
-    samples = read_mcap(path, {"x": Field("/samples", "value", time=Stamp("t", "s"))}).samples("x")
+    (expected,) = [series for series in read_log(path).series if series.topic == "/samples/state"]
+    samples = read_mcap(path, {"x": Field("/samples/state", "value", time=Stamp("t", "s"))}).samples("x")
     assert samples.times.tobytes() == expected.times.tobytes()
     assert samples.values.tobytes() == expected.fields["value"].tobytes()
 
