@@ -5,13 +5,14 @@
 # make compare  run every stage again in a clean copy of what is committed, and compare
 # make status  whether the committed results are those of the committed code
 # make lab     Jupyter on the notebooks
+# make bench   measure against other software, in an environment of its own (minutes; on a machine that is idle)
 # make lock    pin the newest versions that pyproject.toml allows, with hashes
 
 PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: repro test lint force compare status lab lock
+.PHONY: repro test lint force compare status lab bench lock
 .DELETE_ON_ERROR:
 
 repro: .venv/installed
@@ -42,10 +43,15 @@ status: .venv/installed
 lab: .venv/installed
 	jupyter lab notebooks
 
+bench: .venv-bench/installed
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/python -m benchmarks
+
 lock: .venv/installed
 	python -m pip install --quiet uv
 	python -m uv pip compile pyproject.toml --group dev --universal --python-version 3.11 --upgrade \
 		--generate-hashes --no-annotate --no-header --output-file requirements.lock
+	python -m uv pip compile pyproject.toml --group bench --constraint requirements.lock --universal \
+		--python-version 3.11 --generate-hashes --no-annotate --no-header --output-file requirements-bench.lock
 
 .venv/installed: requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -54,4 +60,9 @@ lock: .venv/installed
 	python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --requirement requirements.lock
 	python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	python -m pip check
+	touch $@
+
+.venv-bench/installed: requirements-bench.lock
+	test -x .venv-bench/bin/python || $(PYTHON) -m venv .venv-bench
+	.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --requirement $<
 	touch $@

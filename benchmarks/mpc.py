@@ -1,18 +1,15 @@
-"""One step of the tracking controller, from parameter update to input: `python benchmarks/mpc.py [horizon]`.
+"""One step of the tracking controller, from parameter update to input.
 
-Beside it the same step with everything built afresh, as it would be without parameters. Medians, in milliseconds of
-processor time on one thread, which is what a clock shows on a machine with nothing else to do.
+Beside it the same step with everything built afresh, as it would be without parameters, and do-mpc's.
 """
 
-import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from statistics import median
-from time import process_time
+from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
+from benchmarks.duel import Row, agree, duel
 from pipeline.arrays import Array
 from pipeline.control.answer import Status, Step
 from pipeline.control.controller import Controller
@@ -24,7 +21,7 @@ from pipeline.systems.linear import Linear
 from pipeline.systems.polytope import Polytope
 from pipeline.systems.reference import Reference
 
-_REPEATS, _DRAWS = 40, 400
+_STARTS, _DRAWS = 40, 400
 
 
 def masses(count: int) -> ConstrainedSystem:
@@ -53,27 +50,31 @@ def sorted_by_answer(controller: Controller, reference: Followed, starts: Iterab
     return found
 
 
-def milliseconds(question: Callable[[Array], object], starts: Sequence[Array]) -> float:
-    """The median over the starts; NaN without any."""
-    taken = []
-    for start in starts[:_REPEATS]:
-        before = process_time()
-        question(start)
-        taken.append(1e3 * (process_time() - before))
-    return median(taken) if taken else float("nan")
-
-
-def main(horizon: int) -> None:
-    """Print the table."""
-    print(f"horizon {horizon}, milliseconds a step")
-    print("states  unbounded  solved  built afresh  ratio  infeasible")
+def rows(horizon: int = 20) -> Iterator[Row]:
+    """A step where bounds are active, at as many starts in turn; and one where none is."""
     for count in (1, 2):
         plant = masses(count)
         reference, n = sine(plant), 2 * count
-        controller = Controller(plant, horizon, np.eye(n), 0.1 * np.eye(count))
+        Q, R = np.eye(n), 0.1 * np.eye(count)
+        controller = Controller(plant, horizon, Q, R)
         rng = np.random.default_rng(0)
         starts = [reference.state(0) + rng.uniform(0.01, 1.5) * rng.standard_normal(n) for _ in range(_DRAWS)]
         found = sorted_by_answer(controller, reference, starts)
+        theirs = do_mpc_step(plant, reference, horizon, Q, R)
+        for start in found[Status.SOLVED][:_STARTS]:
+            answer = controller.step(0, start, reference)
+            assert isinstance(answer, Step)
+            agree("controller, first input", float(np.linalg.norm(answer.input - theirs(start))), 0.0, 1e-4)
+
+        def every(step: Callable[[Array], object], starts: list[Array]) -> Callable[[], object]:
+            turn = 0
+
+            def next_step() -> object:
+                nonlocal turn
+                turn += 1
+                return step(starts[turn % len(starts)])
+
+            return next_step
 
         def step(start: Array, controller: Controller = controller, reference: Reference = reference) -> object:
             return controller.step(0, start, reference)
@@ -82,13 +83,64 @@ def main(horizon: int) -> None:
             # Without cached properties, the controller has to build its programs again.
             return replace(controller).step(0, start, reference)
 
-        free, solved, refused = (
-            milliseconds(step, found[way]) for way in (Status.UNBOUNDED, Status.SOLVED, "infeasible")
-        )
-        anew = milliseconds(afresh, found[Status.SOLVED][:10])
-        print(f"{n:6} {free:10.3f} {solved:7.2f} {anew:13.1f} {anew / solved:6.1f} {refused:11.2f}")
+        for status in (Status.SOLVED, Status.UNBOUNDED):
+            some = found[status][:_STARTS]
+            problem = f"{n} states, horizon {horizon}, {'no bound' if status is Status.UNBOUNDED else 'bounds'} active"
+            for rival, function, rounds in (("built afresh", afresh, 3), ("do-mpc", theirs, 5)):
+                yield duel(
+                    "one step of the controller",
+                    problem,
+                    rival,
+                    every(step, some),
+                    every(function, some),
+                    rounds=rounds,
+                )
 
 
-if __name__ == "__main__":
-    with threadpool_limits(limits=1):
-        main(int(sys.argv[1]) if len(sys.argv) > 1 else 20)
+def do_mpc_step(
+    plant: ConstrainedSystem, reference: Reference, horizon: int, Q: Array, R: Array
+) -> Callable[[Array], Array]:
+    """The same problem in do-mpc, built once: the first input of the plan from a state at step 0."""
+    from do_mpc.controller import MPC
+    from do_mpc.model import Model
+
+    system = plant.system
+    assert isinstance(system, Linear)
+    n, m = system.B.shape
+    model = Model("discrete")
+    x, u = model.set_variable("_x", "x", (n, 1)), model.set_variable("_u", "u", (m, 1))
+    along, input_along = model.set_variable("_tvp", "x_r", (n, 1)), model.set_variable("_tvp", "u_r", (m, 1))
+    model.set_rhs("x", system.A @ x + system.B @ u)
+    model.setup()
+    mpc = MPC(model)
+    mpc.set_param(n_horizon=horizon, t_step=plant.sampling_time, store_full_solution=False)
+    mpc.set_param(nlpsol_opts={"print_time": 0, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-9}})
+    off, input_off = x - along, u - input_along
+    mpc.set_objective(lterm=off.T @ Q @ off + input_off.T @ R @ input_off, mterm=0 * off.T @ off)
+    for kind, name, bounds in (("_x", "x", plant.state_set), ("_u", "u", plant.input_set)):
+        mpc.bounds["lower", kind, name] = [interval.lower for _, interval in bounds.intervals]
+        mpc.bounds["upper", kind, name] = [interval.upper for _, interval in bounds.intervals]
+    window, values = reference.window(0, horizon), mpc.get_tvp_template()
+    for i in range(horizon + 1):
+        values["_tvp", i, "x_r"] = window.states[i]
+        values["_tvp", i, "u_r"] = window.inputs[min(i, horizon - 1)]
+    mpc.set_tvp_fun(lambda now: values)
+    _end_on_reference(mpc, horizon, n)
+
+    def step(start: Array) -> Array:
+        mpc.t0 = 0.0
+        mpc.x0 = start
+        mpc.u0 = window.inputs[0]
+        mpc.set_initial_guess()
+        return np.asarray(mpc.make_step(start)).ravel()
+
+    return step
+
+
+def _end_on_reference(mpc: Any, horizon: int, n: int) -> None:
+    """The terminal equality, which do-mpc has no word for, joins its program by hand."""
+    mpc.prepare_nlp()
+    mpc.nlp_cons.append(mpc.opt_x["_x", horizon, 0, -1] * mpc._x_scaling.cat - mpc.opt_p["_tvp", horizon, "x_r"])
+    mpc.nlp_cons_lb.append(np.zeros((n, 1)))
+    mpc.nlp_cons_ub.append(np.zeros((n, 1)))
+    mpc.create_nlp()

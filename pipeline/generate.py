@@ -18,7 +18,7 @@ from pipeline.tables import column, read_columns
 def generate(experiment: Experiment, results: Results) -> None:
     """Write the samples, and the ground truth at every verified step where it is known."""
     try:
-        sampled = _sampled(experiment)
+        sampled = sampled_by(experiment)
         for name, samples in sampled.by_name.items():
             if samples.times[0] < 0:
                 raise ValueError(
@@ -34,7 +34,8 @@ def generate(experiment: Experiment, results: Results) -> None:
     write_samples(results, sampled, truths)
 
 
-def _sampled(experiment: Experiment) -> Sampled:
+def sampled_by(experiment: Experiment) -> Sampled:
+    """The samples of an experiment. Raises InputError and ValueError for sources that do not hold them."""
     match experiment:
         case TrackingExperiment():
             return collect(experiment)

@@ -12,6 +12,7 @@ from pipeline.gp.prior import Prior
 from pipeline.gp.radial import SquaredExponential
 from pipeline.gp.samples import Samples
 from pipeline.learning.exchange import solve, tightened
+from pipeline.learning.index_set import Steps
 from pipeline.learning.problem import ConstrainedProblem, Infeasible, Solution
 from pipeline.learning.space import SearchSpace
 from pipeline.systems.interval import Interval
@@ -81,6 +82,30 @@ def test_two_calls_give_the_same_bits(case, solution):
     assert again.objective == solution.objective
     assert [t.tobytes() for t in again.active] == [t.tobytes() for t in solution.active]
     assert again.fits == solution.fits
+
+
+def test_what_no_look_meets_is_met_in_the_end(monkeypatch):
+    """Blind but for the first step, the exchange still ends at a solution that keeps every bound, as good as ever."""
+    plain = instance(SEEDS[0])
+    fine = tuple(
+        replace(
+            c,
+            index_set=replace(c.index_set, last=200 * c.index_set.last, sampling_time=plain.plant.sampling_time / 200),
+        )
+        for c in plain.problem.constraints
+    )
+    problem = replace(plain.problem, constraints=fine)
+    seeing = solve(problem)
+    assert isinstance(seeing, Solution)
+    monkeypatch.setattr(Steps, "local_minima", lambda steps, margin, kernels: np.array([steps.first * 1.0]))
+    blind = solve(problem)
+    assert isinstance(blind, Solution)
+    assert blind.objective == pytest.approx(seeing.objective, rel=1e-6, abs=1e-6)
+    for constraint in fine:
+        times = (
+            np.arange(constraint.index_set.first, constraint.index_set.last + 1) * constraint.index_set.sampling_time
+        )
+        assert np.all(constraint.relative_margin(blind.posterior, times) >= 0)
 
 
 def test_active_times_are_steps(case, solution):

@@ -1,0 +1,1 @@
+"""What the project costs, beside what else would do: `make bench`, or `python -m benchmarks NAME …`."""

@@ -1,0 +1,147 @@
+"""Fits of both examples under their constraints, certified ones among them, and Algorithm 1."""
+
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+import numpy as np
+
+from benchmarks.duel import Row, agree, duel
+from benchmarks.problems import Example, example
+from benchmarks.rivals import OnGrid, by_ipopt, by_slsqp, by_trust_constr
+from pipeline.arrays import Array
+from pipeline.certificates.certified import Certified, learn_certified
+from pipeline.gp.joint import JointPosterior
+from pipeline.learning import periodic
+from pipeline.learning.algorithm1 import AS_PUBLISHED, algorithm1
+from pipeline.learning.basins import best_of
+from pipeline.learning.exchange import solve
+from pipeline.learning.problem import Solution
+from pipeline.learning.screening import screened
+from pipeline.learning.tail import tail
+
+T = TypeVar("T")
+_FIRST_STEP = 70
+
+
+def rows() -> Iterator[Row]:
+    """All comparisons."""
+    yield from _example1()
+    yield from _algorithm1()
+    yield from _example2()
+
+
+def _kept(found: object, wanted: type[T]) -> T:
+    assert isinstance(found, wanted), found
+    return found
+
+
+def _certified(of: Example) -> Certified:
+    return _kept(learn_certified((of.samples,), of.prior, of.system, of.space), Certified)
+
+
+def _example1() -> Iterator[Row]:
+    of = example("example1")
+    problem, plain, starts = of.on_steps(200), OnGrid(of, 200), of.space.start_points()
+
+    def ours() -> Solution:
+        return _kept(solve(problem), Solution)
+
+    def start_that_leads(method: Callable[[OnGrid, list[Array]], tuple[float, Array]]) -> list[Array]:
+        return next([start] for start in starts[1:] if np.isfinite(method(plain, [start])[0]))
+
+    wanted = ours().objective
+    for rival, method, of_them, rounds in (
+        ("SciPy SLSQP", by_slsqp, starts, 5),
+        ("CasADi + IPOPT", by_ipopt, starts, 3),
+        ("SciPy trust-constr, one start", by_trust_constr, start_that_leads(by_trust_constr), 1),
+    ):
+        found, _ = method(plain, of_them)
+        agree(f"Example 1, {rival}", wanted, found, 1e-4 if method is by_trust_constr else 1e-6)
+        yield duel(
+            "constrained fit",
+            "Example 1, 201 steps, 8 starts",
+            rival,
+            ours,
+            lambda method=method, of_them=of_them: method(plain, of_them),
+            rounds=rounds,
+            note="ends at l larger by 4e-5" if method is by_trust_constr else "",
+        )
+
+
+def _algorithm1() -> Iterator[Row]:
+    of = example("example1")
+    run = algorithm1((of.samples,), of.prior, of.plant, of.space, AS_PUBLISHED, _FIRST_STEP, 300)
+    final, wanted = _kept(run.final_step, int), _kept(run.outcome, Solution).objective
+    for rival, every_start, target in (("8 starts each", True, 20.0), ("each from the last one's end", False, 20.0)):
+        last, found = _slsqp_algorithm1(of, every_start)
+        agree("Algorithm 1, last step", final, last, 0.0)
+        agree("Algorithm 1, l", wanted, found, 1e-6)
+        yield duel(
+            "certified fit, proof included",
+            "Example 1",
+            f"Algorithm 1 by SLSQP ({final - _FIRST_STEP + 1} fits, {rival})",
+            lambda: _certified(of),
+            lambda every_start=every_start: _slsqp_algorithm1(of, every_start),
+            rounds=2 if every_start else 5,
+            target=target,
+        )
+    yield duel(
+        "certified fit, proof included",
+        "Example 1",
+        "own Algorithm 1",
+        lambda: _certified(of),
+        lambda: algorithm1((of.samples,), of.prior, of.plant, of.space, AS_PUBLISHED, _FIRST_STEP, 300),
+        rounds=3,
+    )
+
+
+def _slsqp_algorithm1(of: Example, every_start: bool) -> tuple[int, float]:
+    """The last k̄ and l there, with the paper's tests."""
+    starts = of.space.start_points()
+    for k_bar in range(_FIRST_STEP, 301):
+        objective, at = by_slsqp(OnGrid(of, k_bar - 1), starts)
+        signal = JointPosterior(of.prior.with_log_hyperparameters(at), (of.samples,)).signals[0]
+        bounds = tail(signal, k_bar * of.plant.sampling_time)
+        if bounds is not None and bounds.keeps_states(of.plant):
+            centre = signal(np.array(bounds.start)).item()
+            around = type(of.plant.state_set)(centre - bounds.mean_bound, centre + bounds.mean_bound)
+            if bounds.keeps_rates(of.plant.growth_rates(around)):
+                return k_bar, objective
+        starts = starts if every_start else [at]
+    return -1, np.nan
+
+
+def _example2() -> Iterator[Row]:
+    of = example("example2")
+    starts = periodic.starts((of.samples,), of.prior, of.system, of.space)
+    problem, plain = of.on_steps(of.last_step), OnGrid(of, of.last_step)
+
+    def ours() -> Solution:
+        # Screening included: it is what finds the starts that the others are given.
+        return _kept(best_of(problem, screened(problem, of.space.starts)).outcome, Solution)
+
+    wanted = ours().objective
+    proved = _certified(of).solution.objective
+    for rival, method, rounds in (("SciPy SLSQP", by_slsqp, 2), ("CasADi + IPOPT", by_ipopt, 1)):
+        found, _ = method(plain, starts)
+        agree(f"Example 2, {rival}", wanted, found, 1e-5)
+        yield duel(
+            "constrained fit",
+            f"Example 2, {of.last_step + 1} steps, {len(starts)} starts",
+            rival,
+            ours,
+            lambda method=method: method(plain, starts),
+            rounds=rounds,
+            note="the starts, which our screening found, are a gift",
+        )
+    for several, target in ((starts, 3.0), (starts[:1], None)):
+        yield duel(
+            "certified fit, proof included",
+            "Example 2",
+            f"CasADi + IPOPT on the grid, built once, {len(several)} start{'s' * (len(several) > 1)}",
+            lambda: _certified(of),
+            lambda several=several: by_ipopt(plain, several),
+            rounds=3 if len(several) == 1 else 2,
+            target=target,
+            note=f"for all phases: l larger by {proved - wanted:.1g}",
+        )

@@ -1,0 +1,89 @@
+"""What many constraint times and many samples cost: time, and memory in a process of its own."""
+
+import json
+import resource
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from time import perf_counter, process_time
+
+import numpy as np
+
+from benchmarks.duel import Row, agree, duel
+from benchmarks.problems import PRIOR, example, regular
+from pipeline.learning.exchange import solve
+from pipeline.learning.problem import Solution
+from pipeline.learning.space import SearchSpace
+from pipeline.systems.interval import Interval
+from pipeline.systems.scalar import scalar
+
+_FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
+_SPAN = 2.0  # seconds
+_LARGE, _LARGE_TIMES = 10_000, 100_000
+
+
+def rows() -> Iterator[Row]:
+    """Constraint times, then samples."""
+    of = example("example1")
+
+    def fit(count: int) -> float:
+        found = solve(of.at_instants(count, _SPAN / count))
+        assert isinstance(found, Solution)
+        return found.objective
+
+    for count in _COUNTS:
+        agree(f"{count} times", fit(count), fit(_FEWEST), 1e-6)
+        yield duel(
+            "growth with constraint times",
+            f"Example 1, {count:,} instants of state and input".replace(",", " "),
+            f"own fit with {_FEWEST}",
+            lambda count=count: fit(count),
+            lambda: fit(_FEWEST),
+            target=1.5,
+            at_most=True,
+        )
+    yield from _large()
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Seconds of wall clock and processor, the peak of resident memory [byte], l, and how many places were active."""
+
+    clock: float
+    processor: float
+    peak: int
+    objective: float
+    active: int
+
+
+def _large() -> Iterator[Row]:
+    command = [sys.executable, "-m", "benchmarks.growth"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    found = Measured(**json.loads(done.stdout))
+    problem = f"n = {_LARGE:,} regular, {_LARGE_TIMES:,} instants".replace(",", " ")
+    note = f"{found.clock:.0f} s by the clock; {found.active} constraints active; l = {found.objective:.1f}"
+    seconds = Row("large constrained fit", problem, "one minute", found.processor, 60.0, *(found.clock / 60,) * 3)
+    yield replace(seconds, target=1.0, at_most=True, note=note)
+    part = found.peak / 2**30
+    memory = Row("large constrained fit: peak memory", problem, "1 GiB", np.nan, np.nan, part, part, part)
+    yield replace(memory, target=1.0, at_most=True, note=f"{found.peak / 2**20:.0f} MiB, libraries included")
+
+
+def measure(samples: int, times: int) -> Measured:
+    """A constrained fit of regular samples, eight starts."""
+    step = 0.01
+    recorded = regular(samples, step)
+    system = scalar(0.9, 0.5, state_set=Interval(-1.5, 1.0), input_set=Interval(-0.5, 0.5), sampling_time=step)
+    space = SearchSpace.around((recorded,), PRIOR)
+    of = replace(example("example1"), samples=recorded, prior=PRIOR, system=system, space=space)
+    clock, processor = perf_counter(), process_time()
+    found = solve(of.at_instants(times, samples * step / times))
+    assert isinstance(found, Solution), found.explanation
+    taken = perf_counter() - clock, process_time() - processor
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    return Measured(*taken, peak, found.objective, sum(len(places) for places in found.active))
+
+
+if __name__ == "__main__":
+    print(json.dumps(vars(measure(_LARGE, _LARGE_TIMES))))

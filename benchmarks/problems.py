@@ -1,0 +1,93 @@
+"""The problems that are timed, in the words of the library."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from pipeline import ROOT
+from pipeline.arrays import Array
+from pipeline.experiments import ScalarExperiment
+from pipeline.experiments.load import load_experiment
+from pipeline.generate import sampled_by
+from pipeline.gp.joint import JointPosterior, JointPrior
+from pipeline.gp.prior import Prior
+from pipeline.gp.radial import SquaredExponential
+from pipeline.gp.samples import Samples
+from pipeline.learning.index_set import Steps
+from pipeline.learning.problem import ConstrainedProblem, Constraint
+from pipeline.learning.space import SearchSpace
+from pipeline.systems.constrained import ConstrainedSystem
+from pipeline.systems.scalar import Scalar
+
+NOISE = 0.1
+
+
+def wave(times: Array) -> Samples:
+    """A noisy sine."""
+    noise = NOISE * np.random.default_rng(len(times)).standard_normal(len(times))
+    return Samples(times, np.sin(times) + noise)
+
+
+def irregular(n: int) -> Samples:
+    """Ten samples a second, at random times."""
+    return wave(np.sort(np.random.default_rng(n).uniform(0, n / 10, n)))
+
+
+def regular(n: int, step: float = 0.1) -> Samples:
+    """A sample every `step` seconds."""
+    return wave(step * np.arange(n))
+
+
+PRIOR = JointPrior((Prior(SquaredExponential(1.0, 0.7), NOISE),))
+
+
+_LOG_THETA = PRIOR.log_hyperparameters
+
+
+def likelihood(samples: Samples) -> tuple[float, Array]:
+    """l and its gradient, as an optimiser asks for them: at ln θ."""
+    return JointPosterior(PRIOR.with_log_hyperparameters(_LOG_THETA), (samples,)).negative_log_marginal_likelihood()
+
+
+def free(samples: Samples, starts: int = 1) -> ConstrainedProblem:
+    """The unconstrained problem."""
+    return ConstrainedProblem((samples,), PRIOR, SearchSpace.around((samples,), PRIOR, starts=starts))
+
+
+@dataclass(frozen=True)
+class Example:
+    """One of the paper's examples, with its committed samples."""
+
+    samples: Samples
+    prior: JointPrior
+    system: ConstrainedSystem
+    space: SearchSpace
+    last_step: int
+
+    @property
+    def plant(self) -> Scalar:
+        return Scalar.of(self.system)
+
+    def on_steps(self, last: int) -> ConstrainedProblem:
+        """States up to step `last`, and the inputs that lead there: problem (6) of the paper."""
+        return self.at_instants(last, self.system.sampling_time)
+
+    def at_instants(self, count: int, spacing: float) -> ConstrainedProblem:
+        """State and input at `count` instants [s]."""
+        plant = self.plant
+        constraints = (
+            Constraint(plant.state, Steps(0, count, spacing)),
+            Constraint(plant.input, Steps(0, count - 1, spacing)),
+        )
+        return ConstrainedProblem((self.samples,), self.prior, self.space, constraints)
+
+
+@cache
+def example(name: str) -> Example:
+    """As params.yaml has it."""
+    experiment = load_experiment(name, ROOT / "params.yaml")
+    assert isinstance(experiment, ScalarExperiment)
+    (samples,) = sampled_by(experiment).samples
+    space = experiment.search_space((samples,))
+    return Example(samples, experiment.learned_prior, experiment.constrained_system, space, experiment.last_step)

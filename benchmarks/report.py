@@ -1,0 +1,99 @@
+"""What was measured, as JSON, as a table in Markdown and as a figure."""
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from benchmarks.duel import Row
+from pipeline.plots.style import BLUE, GREY, INK, ORANGE, PAGE, PALE, save, styled
+
+FOLDER = Path(__file__).parent
+RESULTS, TABLE, FIGURE = FOLDER / "results.json", FOLDER / "README.md", FOLDER / "figures" / "ratios.svg"
+
+_INTRODUCTION = """# What it costs
+
+Written by `make bench`. Each row compares two ways to the same answer, which is checked before anything is timed: short
+bursts of one and the other in turns, in one process, in seconds of processor time on one thread (what a clock shows
+on a machine with nothing else to do). Ratios are medians, with their range over the rounds. **×** says how many times
+longer the other one takes; **of** says what part of the other's time or size is needed.
+"""
+
+
+def write(rows: Sequence[Row], machine: dict[str, str]) -> None:
+    """All three files."""
+    content = {"machine": machine, "rows": [asdict(row) | {"verdict": row.verdict} for row in rows]}
+    RESULTS.write_text(json.dumps(content, indent=1, ensure_ascii=False, default=str).replace("NaN", "null") + "\n")
+    TABLE.write_text(table(rows, machine), encoding="utf-8")
+    FIGURE.parent.mkdir(exist_ok=True)
+    save(figure([row for row in rows if not row.at_most]), FIGURE)
+
+
+def table(rows: Sequence[Row], machine: dict[str, str]) -> str:
+    """Markdown."""
+    lines = [_INTRODUCTION, "![Ratios](figures/ratios.svg)", "", *_missed(rows)]
+    for topic in dict.fromkeys(row.topic for row in rows):
+        lines += [f"## {topic[0].upper()}{topic[1:]}", ""]
+        lines += ["| problem | beside | this | other | ratio | target | |", "|---|---|--:|--:|--:|--:|---|"]
+        lines += [_line(row) for row in rows if row.topic == topic]
+        lines.append("")
+    lines += ["## Machine", "", *(f"- {name}: {value}" for name, value in machine.items()), ""]
+    return "\n".join(lines)
+
+
+def _missed(rows: Sequence[Row]) -> list[str]:
+    wanted = [row for row in rows if row.verdict]
+    missed = [row for row in wanted if row.verdict == "missed"]
+    lines = [f"{len(wanted) - len(missed)} of {len(wanted)} targets are met." + (" Missed:" if missed else ""), ""]
+    lines += [f"- {row.topic}, {row.problem}, beside {row.rival}: {_ratio(row)}, not {_target(row)}" for row in missed]
+    return [*lines, ""] if missed else lines
+
+
+def _line(row: Row) -> str:
+    verdict = {"met": "met", "missed": "**missed**", "": ""}[row.verdict]
+    last = "; ".join(part for part in (verdict, row.note) if part)
+    cells = [row.problem, row.rival, _time(row.seconds), _time(row.rival_seconds), _ratio(row), _target(row), last]
+    return f"| {' | '.join(cells)} |"
+
+
+def _ratio(row: Row) -> str:
+    around = "" if row.lowest == row.highest else f" ({row.lowest:.3g} … {row.highest:.3g})"
+    return f"{row.ratio:.3g}{around} of" if row.at_most else f"{row.ratio:.3g}{around} ×"
+
+
+def _target(row: Row) -> str:
+    if row.target is None:
+        return ""
+    return f"≤ {row.target:g} of" if row.at_most else f"≥ {row.target:g} ×"
+
+
+def _time(seconds: float) -> str:
+    if math.isnan(seconds):
+        return ""
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds / 1e-6:.3g} µs"
+
+
+@styled
+def figure(rows: Sequence[Row]) -> Figure:
+    """How many times longer others take, with the range over the rounds, and the targets."""
+    figure = Figure(figsize=(PAGE, 0.5 + 0.155 * len(rows)))
+    axes = figure.add_subplot()
+    for place, row in enumerate(reversed(rows)):
+        axes.barh(place, row.ratio, color=ORANGE if row.verdict == "missed" else BLUE, height=0.62, linewidth=0)
+        axes.plot([row.lowest, row.highest], [place, place], color=INK, linewidth=0.8)
+        if row.target is not None:
+            axes.plot([row.target] * 2, [place - 0.45, place + 0.45], color=GREY, linewidth=1.6)
+    axes.set_xscale("log")
+    axes.axvline(1.0, color=PALE, linewidth=0.8, zorder=0)
+    labels = [f"{row.topic}, {row.problem}: {row.rival}" for row in reversed(rows)]
+    axes.set_yticks(range(len(rows)), labels, fontsize=5.5)
+    axes.set_ylim(-0.7, len(rows) - 0.3)
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlabel("times longer than this library (grey: target; orange: missed)")
+    return figure
