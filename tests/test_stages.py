@@ -15,7 +15,9 @@ from pipeline import ROOT
 from tests.stages import STAGES, call, moved, run, run_all, run_here, written
 
 PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
-SHORT = PARAMS.replace("algorithm1: {first_step: 70", "algorithm1: {first_step: 128")
+SHORT = PARAMS.replace("algorithm1: {first_step: 70", "algorithm1: {first_step: 128").replace(
+    "steps: 10000", "steps: 200"
+)
 
 
 @pytest.fixture(scope="module")
