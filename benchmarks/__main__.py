@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks import report
 from benchmarks.duel import Row
-from benchmarks.machine import described
+from benchmarks.machine import described, load
 
 _ALL = ("likelihood", "constrained", "growth", "mpc", "imports")
 
@@ -25,8 +25,9 @@ def measured(name: str) -> list[Row]:
 if __name__ == "__main__":
     names = sys.argv[1:] or _ALL
     with threadpool_limits(limits=1):
-        machine = described()
+        before = load()
         rows = list(chain.from_iterable(measured(name) for name in names))
+        machine = described(before)
     if not sys.argv[1:]:
         report.write(rows, machine)
     else:

@@ -10,15 +10,20 @@ from threadpoolctl import threadpool_info
 _PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "scikit-learn", "casadi", "do-mpc")
 
 
-def described() -> dict[str, str]:
-    """The processor and what ran on it; one line each."""
+def load() -> float:
+    """How many others wanted the processor, in the last minute."""
+    return os.getloadavg()[0]
+
+
+def described(load_before: float) -> dict[str, str]:
+    """The processor and what ran on it; one line each. All that brings threads must have been loaded."""
     blas = sorted({f"{lib['internal_api']} {lib['version']}" for lib in threadpool_info() if lib["user_api"] == "blas"})
     threads = sorted({lib["num_threads"] for lib in threadpool_info()})
     return {
         "processor": _processor(),
         "cores": str(os.cpu_count()),
         "threads": ", ".join(map(str, threads)),
-        "load": f"{os.getloadavg()[0]:.1f} (one minute, at the start)",
+        "load": f"{load_before:.1f} at the start, {load():.1f} at the end (one minute, others' work included)",
         "python": platform.python_version(),
         "blas": ", ".join(blas),
         **{name: _version(name) for name in _PACKAGES},

@@ -3,6 +3,7 @@
 Beside it the same step with everything built afresh, as it would be without parameters, and do-mpc's.
 """
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -101,8 +102,10 @@ def do_mpc_step(
     plant: ConstrainedSystem, reference: Reference, horizon: int, Q: Array, R: Array
 ) -> Callable[[Array], Array]:
     """The same problem in do-mpc, built once: the first input of the plan from a state at step 0."""
-    from do_mpc.controller import MPC
-    from do_mpc.model import Model
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of features that are not installed
+        from do_mpc.controller import MPC
+        from do_mpc.model import Model
 
     system = plant.system
     assert isinstance(system, Linear)

@@ -9,7 +9,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from benchmarks.duel import Row
-from pipeline.plots.style import BLUE, GREY, INK, ORANGE, PAGE, PALE, save, styled
+from pipeline.plots.style import BLUE, FAINT, INK, ORANGE, PAGE, PALE, save, styled
 
 FOLDER = Path(__file__).parent
 RESULTS, TABLE, FIGURE = FOLDER / "results.json", FOLDER / "README.md", FOLDER / "figures" / "ratios.svg"
@@ -25,9 +25,10 @@ longer the other one takes; **of** says what part of the other's time or size is
 
 def write(rows: Sequence[Row], machine: dict[str, str]) -> None:
     """All three files."""
-    content = {"machine": machine, "rows": [asdict(row) | {"verdict": row.verdict} for row in rows]}
-    RESULTS.write_text(json.dumps(content, indent=1, ensure_ascii=False, default=str).replace("NaN", "null") + "\n")
-    TABLE.write_text(table(rows, machine), encoding="utf-8")
+    measured = [{**asdict(row), "verdict": row.verdict} for row in rows]
+    known = [{name: value for name, value in row.items() if value == value} for row in measured]  # noqa: PLR0124 (NaN)
+    RESULTS.write_text(json.dumps({"machine": machine, "rows": known}, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    TABLE.write_text(table(rows, machine), "utf-8")
     FIGURE.parent.mkdir(exist_ok=True)
     save(figure([row for row in rows if not row.at_most]), FIGURE)
 
@@ -85,15 +86,19 @@ def figure(rows: Sequence[Row]) -> Figure:
     figure = Figure(figsize=(PAGE, 0.5 + 0.155 * len(rows)))
     axes = figure.add_subplot()
     for place, row in enumerate(reversed(rows)):
-        axes.barh(place, row.ratio, color=ORANGE if row.verdict == "missed" else BLUE, height=0.62, linewidth=0)
-        axes.plot([row.lowest, row.highest], [place, place], color=INK, linewidth=0.8)
+        axes.axhline(place, color=FAINT, linewidth=0.5, zorder=0)
         if row.target is not None:
-            axes.plot([row.target] * 2, [place - 0.45, place + 0.45], color=GREY, linewidth=1.6)
+            axes.plot([row.target] * 2, [place - 0.5, place + 0.5], color=PALE, linewidth=2.5, solid_capstyle="butt")
+        # Shape says the same as colour.
+        missed = row.verdict == "missed"
+        looks = {"color": ORANGE, "marker": "s"} if missed else {"color": BLUE, "marker": "o"}
+        axes.plot([row.lowest, row.highest], [place, place], color=INK, linewidth=0.8)
+        axes.plot([row.ratio], [place], markersize=4, linestyle="none", **looks)
     axes.set_xscale("log")
-    axes.axvline(1.0, color=PALE, linewidth=0.8, zorder=0)
+    axes.axvline(1.0, color=INK, linewidth=0.6, zorder=0)
     labels = [f"{row.topic}, {row.problem}: {row.rival}" for row in reversed(rows)]
     axes.set_yticks(range(len(rows)), labels, fontsize=5.5)
     axes.set_ylim(-0.7, len(rows) - 0.3)
     axes.tick_params(axis="y", length=0)
-    axes.set_xlabel("times longer than this library (grey: target; orange: missed)")
+    axes.set_xlabel("other's time / ours (bar: target; square: missed)")
     return figure
