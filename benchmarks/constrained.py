@@ -21,6 +21,9 @@ from pipeline.learning.tail import tail
 
 T = TypeVar("T")
 _FIRST_STEP = 70
+# From the first start trust-constr takes a minute and does not arrive: it is spared that one.
+_LEFT_OUT = "the second start, as from the first one it does not arrive"
+_GIFT = "the starts, which our screening found, are a gift"
 
 
 def rows() -> Iterator[Row]:
@@ -64,7 +67,7 @@ def _example1() -> Iterator[Row]:
             ours,
             lambda method=method, of_them=of_them: method(plain, of_them),
             rounds=rounds,
-            note="ends at l larger by 4e-5" if method is by_trust_constr else "",
+            note=f"l larger by {found - wanted:.1g}; {_LEFT_OUT}" if method is by_trust_constr else "",
         )
 
 
@@ -132,9 +135,9 @@ def _example2() -> Iterator[Row]:
             ours,
             lambda method=method: method(plain, starts),
             rounds=rounds,
-            note="the starts, which our screening found, are a gift",
+            note=_GIFT,
         )
-    for several, target in ((starts, 3.0), (starts[:1], None)):
+    for several in (starts, starts[:1]):
         yield duel(
             "certified fit, proof included",
             "Example 2",
@@ -142,6 +145,6 @@ def _example2() -> Iterator[Row]:
             lambda: _certified(of),
             lambda several=several: by_ipopt(plain, several),
             rounds=3 if len(several) == 1 else 2,
-            target=target,
-            note=f"for all phases: l larger by {proved - wanted:.1g}",
+            target=3.0,
+            note=f"for all phases: l larger by {proved - wanted:.1g}; {_GIFT}",
         )
