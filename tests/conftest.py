@@ -13,12 +13,17 @@ threadpool_limits(limits=1)
 # A file is one worker's (`--dist loadfile`): what begins late must be short, or the other workers wait for it.
 _LONGEST = (
     "test_stages_periodic.py",
-    "test_tampering.py",
-    "test_stages.py",
     "test_soundness.py",
+    "test_stages.py",
+    "test_stages_tracking.py",
+    "test_exchange.py",
     "test_periodic_random.py",
     "test_plots.py",
+    "test_tampering.py",
     "test_periodic.py",
+    "test_toeplitz.py",
+    "test_stage.py",
+    "test_general.py",
 )
 
 

@@ -14,6 +14,10 @@ from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
 from pipeline.compare.model import Row, Status
 from pipeline.compare.tolerances import load_tolerances
+from pipeline.experiments import load_experiment
+from pipeline.figures import drawings
+from pipeline.plots import svg
+from pipeline.results import Results
 
 STAGES = ("generate", "fit", "verify", "control", "figures")
 _AGREE = {Status.IDENTICAL, Status.WITHIN}
@@ -59,6 +63,12 @@ def written(folder: Path) -> dict[str, bytes]:
     results = folder / "results"
     files = (p for p in sorted(results.rglob("*")) if p.is_file() and p.name != "timings.json")
     return {str(p.relative_to(results)): p.read_bytes() for p in files}
+
+
+def drawn_here(folder: Path, experiment: str, *names: str) -> dict[str, bytes]:
+    """Some figures of the results in `folder`, as a stage would write them, drawn in this process and not saved."""
+    draw = drawings(load_experiment(experiment, folder / "params.yaml"), Results(experiment, folder / "results"))
+    return {f"{experiment}/figures/{name}.svg": svg(draw[name]()) for name in names}
 
 
 def moved(base: Path, new: Path) -> list[Row]:

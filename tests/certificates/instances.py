@@ -71,7 +71,7 @@ def case(seed: int, margin: float | None = None) -> Case:
     signal = KernelSum(kernel, float(rng.choice([0.0, rng.normal()])), centres, _weights(rng, kernel, centres))
     a, b = float(rng.choice([0.9, 1.0, -0.7, 0.0, 1.2])), float(rng.choice([-1, 1]) * 10 ** rng.uniform(-1, 1))
     system = Linear.scalar(a, b, float(rng.choice([0.0, rng.normal()])))
-    plant = ConstrainedSystem(system, *_rows([[1.0]], [[1.0]]), span * 10 ** rng.uniform(-3, 0))
+    plant = ConstrainedSystem(system, *_COORDINATES, span * 10 ** rng.uniform(-3, 0))
     end = common_period(kernel) or 1.5 * span
     return _with_bounds(rng, Reference((signal,), plant), end, margin)
 
@@ -105,6 +105,9 @@ def _row(rng: np.random.Generator, dimension: int) -> list[float]:
 def _rows(*of_sets: list[list[float]]) -> tuple[Polytope, ...]:
     """Sets with these rows, and bounds to be replaced."""
     return tuple(Polytope(np.array(rows), np.full(len(rows), -9.0), np.full(len(rows), 9.0)) for rows in of_sets)
+
+
+_COORDINATES = _rows([[1.0]], [[1.0]])
 
 
 def _with_bounds(rng: np.random.Generator, reference: Reference, end: float, margin: float | None) -> Case:

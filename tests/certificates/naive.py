@@ -149,17 +149,16 @@ def extremes(reference: Reference, name: str, start: float, end: float, looks: i
     spots += [centre + sign * spread for centre in centres for sign in (-1, 1)]
     times = np.unique(np.concatenate(spots))
     times = times[(times >= start) & (times <= end)]
-    found = []
-    for sign in (1, -1):
-        values = sign * extended(reference, name, times)
-        padded = np.concatenate([[-np.inf], values, [-np.inf]])
-        peaks = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
-        highest = peaks[np.argsort(values[peaks])[-3:]]
-        low, high = times[np.maximum(highest - 1, 0)], times[np.minimum(highest + 1, times.size - 1)]
-        rows = np.arange(highest.size)
-        for _ in range(9):  # all peaks at once, each in its own row
-            near = np.linspace(low, high, 17, axis=1)
-            best = np.argmax(sign * extended(reference, name, near.ravel()).reshape(near.shape), axis=1)
-            low, high = near[rows, np.maximum(best - 1, 0)], near[rows, np.minimum(best + 1, 16)]
-        found += near[rows, best].tolist()
-    return found
+    values = extended(reference, name, times)
+    padded = [np.concatenate([[-np.inf], sign * values, [-np.inf]]) for sign in (1, -1)]
+    peaks = [np.flatnonzero((v[1:-1] >= v[:-2]) & (v[1:-1] >= v[2:])) for v in padded]
+    highest = [found[np.argsort(v[1:-1][found])[-3:]] for v, found in zip(padded, peaks, strict=True)]
+    signs = np.repeat([1, -1], [len(found) for found in highest])[:, None]
+    chosen = np.concatenate(highest)
+    low, high = times[np.maximum(chosen - 1, 0)], times[np.minimum(chosen + 1, times.size - 1)]
+    rows = np.arange(chosen.size)
+    for _ in range(9):  # all peaks at once, each in its own row
+        near = np.linspace(low, high, 17, axis=1)
+        best = np.argmax(signs * extended(reference, name, near.ravel()).reshape(near.shape), axis=1)
+        low, high = near[rows, np.maximum(best - 1, 0)], near[rows, np.minimum(best + 1, 16)]
+    return near[rows, best].tolist()
