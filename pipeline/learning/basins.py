@@ -60,17 +60,27 @@ class _Search:
     _seen: list[Array] = field(default_factory=list)
 
     def follow(self, start: Array) -> None:
-        """Minimise, add the places where a bound is broken, and so on until none is."""
+        """Minimise, add the places where a bound is broken, and so on until none is.
+
+        What has not led to the best so far is tried once more: a start that knows all those places from the beginning
+        may stay in its basin, where a program with few of them led it out.
+        """
+        places = self._followed(start, tuple(constraint.none for constraint in self.problem.constraints))
+        if places is not None:
+            self._followed(start, places)
+
+    def _followed(self, start: Array, places: tuple[Array, ...]) -> tuple[Array, ...] | None:
+        """The places met on the way; None where it ended at a new best, or none comes of it with few of them even."""
         attempt, rounds = self._attempt(start), list[Round]()
-        places = tuple(constraint.none for constraint in self.problem.constraints)
         added = [where[np.isfinite(margins)] for where, margins in attempt.minima] if attempt else None
         while added is not None and attempt and len(rounds) < _MAX_ROUNDS:
             places = tuple(united(known, new) for known, new in zip(places, added, strict=True))
             attempt = self._attempt(Program(self.problem, places).minimise(attempt.log_theta, _RADIUS))
             self.fits += 1
-            if attempt is None or attempt.objective >= self.best or (not rounds and self._is_seen(attempt)):
-                return
-            self._seen.append(attempt.log_theta)
+            if not rounds and (attempt is None or attempt.objective >= self.best or self._is_seen(attempt)):
+                return None
+            if attempt is None or attempt.objective >= self.best:
+                return places
             rounds.append(
                 Round(attempt.log_theta, attempt.objective, attempt.worst[0], sum(len(where) for where in places))
             )
@@ -78,8 +88,10 @@ class _Search:
                 self.best = attempt.objective
                 outcome = Solution(attempt.posterior, attempt.objective, places, self.fits)
                 self.found = Found(outcome, tuple(rounds))
-                return
+                self._seen += [done.log_theta for done in rounds]  # where they lead is known
+                return None
             added = attempt.broken(places)
+        return places
 
     def _attempt(self, log_theta: Array | None) -> Attempt | None:
         try:

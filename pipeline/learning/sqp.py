@@ -22,6 +22,7 @@ from pipeline.arrays import Array
 _MAX_ITERATIONS = 300
 _STEP_TOLERANCE = 1e-10
 _FEASIBLE = 1e-12
+_ROUNDING = 1e-10  # of constraints: an order less than what the library draws its bounds in by
 FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
 _FIRST_PENALTY, _LARGEST_PENALTY = 1e2, 1e9
 _STEERED = 0.5
@@ -37,14 +38,14 @@ class Evaluation(NamedTuple):
 
     @property
     def violation(self) -> float:
-        return max(0.0, -float(np.min(self.slack, initial=0.0)))
+        return _broken(self.slack)
 
     def merit(self, penalty: float) -> float:
         return self.value + penalty * _price(self.violation)
 
     def linear_violation(self, d: Array) -> float:
         """The violation at x + d as the linearised constraints see it."""
-        return max(0.0, -float(np.min(self.slack + self.jacobian @ d, initial=0.0)))
+        return _broken(self.slack + self.jacobian @ d)
 
     def predicted(self, d: Array, curvature: Array, penalty: float) -> float:
         """The merit at x + d, by the model that chose d."""
@@ -123,6 +124,11 @@ def _steered_step(
         penalty *= 10
         d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
     return d, multipliers, penalty
+
+
+def _broken(slack: Array) -> float:
+    """By how much the worst constraint is broken. Rounding does not count: a high penalty would hear nothing else."""
+    return max(0.0, -float(np.min(slack, initial=0.0)) - _ROUNDING)
 
 
 def _price(violation: float) -> float:
