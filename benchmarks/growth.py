@@ -11,7 +11,7 @@ from time import perf_counter, process_time
 import numpy as np
 
 from benchmarks.duel import Row, agree, duel
-from benchmarks.problems import PRIOR, example, regular
+from benchmarks.problems import PRIOR, example, irregular, likelihood, regular
 from pipeline.learning.exchange import solve
 from pipeline.learning.problem import Solution
 from pipeline.learning.space import SearchSpace
@@ -20,11 +20,12 @@ from pipeline.systems.scalar import scalar
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
 _SPAN = 2.0  # seconds
+_FEW, _MANY = 1_000, (10_000, 100_000)
 _LARGE, _LARGE_TIMES = 10_000, 100_000
 
 
 def rows() -> Iterator[Row]:
-    """Constraint times, then samples."""
+    """Constraint times, then samples of a likelihood, then many of both."""
     of = example("example1")
 
     def fit(count: int) -> float:
@@ -41,6 +42,18 @@ def rows() -> Iterator[Row]:
             lambda count=count: fit(count),
             lambda: fit(_FEWEST),
             target=1.5,
+            at_most=True,
+        )
+    few = irregular(_FEW)
+    for n in _MANY:
+        many = irregular(n)
+        yield duel(
+            "growth with n: likelihood and gradient",
+            f"n = {_grouped(n)} at random times",
+            f"own with n = {_grouped(_FEW)}",
+            lambda samples=many: likelihood(samples),
+            lambda: likelihood(few),
+            rounds=3,
             at_most=True,
         )
     yield from _large()

@@ -9,12 +9,15 @@ from scipy.linalg import lapack
 
 from benchmarks.duel import Row, agree, duel
 from benchmarks.problems import NOISE, PRIOR, free, irregular, likelihood, regular
+from pipeline.gp.dense import Dense
+from pipeline.gp.factoring import noise_variance
 from pipeline.gp.posterior import Posterior
 from pipeline.gp.samples import Samples
 from pipeline.learning.exchange import solve
 from pipeline.learning.problem import Solution
 
 _SIZES = (30, 100, 300, 1000, 2000, 3000)
+_STRUCTURED = 300  # samples, from which on the covariance matrix is taken for the band that it is
 _FITS = (30, 100, 300, 1000)
 
 
@@ -22,16 +25,19 @@ def rows() -> Iterator[Row]:
     """All comparisons."""
     for n in _SIZES:
         samples, rounds = irregular(n), 11 if n < 1000 else 3
-        yield duel(
-            "likelihood and gradient",
-            f"n = {n}",
-            "LAPACK potrf + potri",
-            lambda samples=samples: likelihood(samples),
-            _floor(samples),
-            rounds=rounds,
-            target=2.0 if n == 300 else 1.5 if n >= 1000 else None,
-            at_most=True,
-        )
+        own = lambda samples=samples: likelihood(samples)  # noqa: E731
+        for problem, ours in ((f"n = {n}", own), (f"n = {n}, whole matrix", _dense(samples))):
+            if n >= _STRUCTURED or ours is own:
+                yield duel(
+                    "likelihood and gradient",
+                    problem,
+                    "LAPACK potrf + potri",
+                    ours,
+                    _floor(samples),
+                    rounds=rounds,
+                    target=2.0 if n == 300 else 1.5 if n >= 1000 else None,
+                    at_most=True,
+                )
         theirs = scikit_learn(samples)
         agree(f"likelihood, n = {n}", likelihood(samples)[0], -2 * theirs()[0], 1e-9)
         yield duel(
@@ -75,6 +81,18 @@ def _floor(samples: Samples) -> Callable[[], object]:
     return floor
 
 
+def _dense(samples: Samples) -> Callable[[], object]:
+    """The likelihood as for samples and kernels without any structure: what is always possible."""
+
+    def of_whole_matrix() -> object:
+        posterior = Posterior(PRIOR.parts[0], samples)
+        noise = noise_variance(posterior.prior, samples)
+        vars(posterior)["_factored"] = Dense.of(samples.times, posterior._covariance, noise)
+        return posterior.negative_log_marginal_likelihood()
+
+    return of_whole_matrix
+
+
 def _fit(samples: Samples, rounds: int) -> Row:
     problem = free(samples)
     space = problem.space
@@ -104,12 +122,7 @@ def _regular(n: int) -> Iterator[Row]:
     theirs = scikit_learn(samples)
     agree("regular samples", likelihood(samples)[0], -2 * theirs()[0], 1e-9)
 
-    def dense() -> object:
-        posterior = Posterior(PRIOR.parts[0], samples)
-        vars(posterior)["_grid"] = None  # the path of irregular samples
-        return posterior.negative_log_marginal_likelihood()
-
-    for rival, function, target in (("own dense path", dense, None), ("scikit-learn", theirs, 100.0)):
+    for rival, function, target in (("own, whole matrix", _dense(samples), None), ("scikit-learn", theirs, 100.0)):
         yield duel(
             "regular samples: likelihood and gradient",
             f"n = {n}",

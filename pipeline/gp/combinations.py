@@ -36,6 +36,10 @@ class _Pair(Kernel):
     def decay_distance(self) -> float:
         return max(self.left.decay_distance, self.right.decay_distance)
 
+    @property
+    def is_analytic(self) -> bool:
+        return self.left.is_analytic and self.right.is_analytic
+
     @abstractmethod
     def jet(self, r: Array, order: int) -> Array: ...
 
@@ -46,6 +50,10 @@ class Sum(_Pair):
 
     Beyond both ζ the two derivatives have one sign (both kernels fall) and each magnitude decreases; so does their sum.
     """
+
+    @property
+    def vanishing_distance(self) -> float:
+        return max(self.left.vanishing_distance, self.right.vanishing_distance)
 
     def jet(self, r: Array, order: int) -> Array:
         return np.asarray(self.left.jet(r, order) + self.right.jet(r, order))
@@ -63,6 +71,10 @@ class Product(_Pair):
     Beyond both ζ, |κ̇| = |κ̇_left| κ_right + κ_left |κ̇_right|: products of positive decreasing functions, decreasing
     themselves. Two signal_std in one product say the same thing twice: fix one of them.
     """
+
+    @property
+    def vanishing_distance(self) -> float:
+        return min(self.left.vanishing_distance, self.right.vanishing_distance)
 
     def jet(self, r: Array, order: int) -> Array:
         return _leibniz(self.left.jet(r, order), self.right.jet(r, order))

@@ -22,6 +22,7 @@ class Dense(Factored):
     factor: Array
     room: Array
     gradient: Strips
+    noise_variance: Array
 
     @classmethod
     def of(cls, times: Array, covariance: Covariance, noise_variance: Array) -> Self | None:
@@ -29,7 +30,7 @@ class Dense(Factored):
         upper, room, gradient = gram(times, covariance)
         upper.reshape(-1)[:: len(times) + 1] += noise_variance
         factor, info = lapack.dpotrf(upper.T, lower=True, clean=False, overwrite_a=True)
-        return None if info else cls(factor, room.T, gradient)
+        return None if info else cls(factor, room.T, gradient, noise_variance)
 
     @cached_property
     def log_determinant(self) -> float:
@@ -42,7 +43,8 @@ class Dense(Factored):
     def gradient_times(self, c: Array) -> Array:
         return self.gradient.times(c)
 
-    def contracted(self, c: Array) -> tuple[Array, Array]:
+    def contracted(self, c: Array) -> tuple[Array, float]:
         self.room[...] = self.factor
         inverse, _ = lapack.dpotri(self.room, lower=True, overwrite_c=True)
-        return self.gradient.contracted(inverse.T, c), inverse.diagonal() - c**2
+        by_kernel = self.gradient.contracted(inverse.T) - self.gradient.times(c) @ c
+        return by_kernel, float((inverse.diagonal() - c**2) @ self.noise_variance)

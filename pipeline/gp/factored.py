@@ -25,6 +25,14 @@ class Factored(ABC):
     def gradient_times(self, c: Array) -> Array:
         """∂K/∂ln θ_j c for c of shape (n,): shape (p, n)."""
 
+    def instants(self, times: Array) -> Array:
+        """Where kernels stand in the posterior mean: at the samples, `times` [s], unless fewer do."""
+        return times
+
+    def gathered(self, c: Array) -> Array:
+        """What weights c of the samples, shape (…, n), become at those instants."""
+        return c
+
     @abstractmethod
-    def contracted(self, c: Array) -> tuple[Array, Array]:
-        """tr((A⁻¹ − c cᵀ) ∂K/∂ln θ_j), shape (p,), and the diagonal of A⁻¹ − c cᵀ, shape (n,)."""
+    def contracted(self, c: Array) -> tuple[Array, float]:
+        """tr((A⁻¹ − c cᵀ) ∂K/∂ln θ_j), shape (p,), and tr((A⁻¹ − c cᵀ) V), for c of shape (n,)."""

@@ -13,7 +13,8 @@ from pipeline.arrays import Array
 from pipeline.gp.factored import Covariance
 
 _ROWS = 64
-_BELOW = np.tri(_ROWS, k=-1, dtype=bool)
+_SMALL = 128  # rows: so few are one strip, as two of them take as long as what they save
+_ONCE = np.triu(np.ones((_SMALL, _SMALL)), 1) + np.eye(_SMALL) / 2  # of what is taken twice
 
 
 @dataclass(frozen=True)
@@ -31,16 +32,14 @@ class Strips:
             product[:, rows.stop :] += c[rows] @ right
         return product
 
-    def contracted(self, upper: Array, c: Array) -> Array:
-        """tr((M − c cᵀ) D_j), shape (p,), for a symmetric M that is given on and above its diagonal."""
+    def contracted(self, upper: Array) -> Array:
+        """tr(M D_j), shape (p,), for a symmetric M that is given on and above its diagonal; below it, any numbers."""
         trace = np.zeros(len(self.strips[0]))
-        for rows, strip in zip(_rows(len(c)), self.strips, strict=True):
+        for rows, strip in zip(_rows(len(upper)), self.strips, strict=True):
             height = rows.stop - rows.start
-            inner = upper[rows, rows.start :] - c[rows, None] * c[rows.start :]
-            square, right = inner[:, :height], inner[:, height:]
-            np.copyto(square, square.T, where=_BELOW[:height, :height])
-            right *= 2  # it stands for what is below the diagonal, too
-            trace += np.einsum("ij,pij->p", inner, strip)
+            part = 2 * upper[rows, rows.start :]
+            part[:, :height] *= _ONCE[:height, :height]
+            trace += strip.reshape(len(strip), -1) @ part.reshape(-1)
         return trace
 
 
@@ -55,10 +54,13 @@ class Gram(NamedTuple):
 def gram(times: Array, covariance: Covariance) -> Gram:
     """The covariance of samples at n `times` [s].
 
-    All of it shares one piece of memory, with room for the inverse. What is freed in several pieces goes back to the
-    system, and to get it again, page by page, takes longer than to compute what is in it.
+    What is large shares one piece of memory, with room for the inverse. What is freed in several pieces goes back to
+    the system, and to get it again, page by page, takes longer than to compute what is in it.
     """
     n, memory, strips = len(times), np.empty(0), list[Array]()
+    if n <= _SMALL:
+        values, gradient = covariance(times[:, None] - times)
+        return Gram(values, np.empty((n, n)), Strips((gradient,)))
     for rows in _rows(n):
         values, gradient = covariance(times[rows, None] - times[rows.start :])
         if not strips:
@@ -74,4 +76,5 @@ def gram(times: Array, covariance: Covariance) -> Gram:
 
 
 def _rows(n: int) -> Iterator[slice]:
-    return (slice(start, min(start + _ROWS, n)) for start in range(0, n, _ROWS))
+    height = _ROWS if n > _SMALL else n
+    return (slice(start, min(start + height, n)) for start in range(0, n, height))

@@ -14,6 +14,8 @@ import numpy as np
 
 from pipeline.arrays import Array
 
+UNDERFLOW = 746.0  # e^(−x) is zero in float64 for every x beyond
+
 
 @dataclasses.dataclass(frozen=True)
 class Kernel(ABC):
@@ -36,6 +38,11 @@ class Kernel(ABC):
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
         """The jet, and ∂/∂ln θ_j of the jet: shapes (order + 1, *r.shape) and (p, order + 1, *r.shape)."""
 
+    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
+        """κ(r), and ∂κ/∂ln θ_j: shapes (*r.shape) and (p, *r.shape)."""
+        jet, gradient = self.jet_and_gradient(r, 0)
+        return np.asarray(jet[0]), np.asarray(gradient[:, 0])
+
     @property
     @abstractmethod
     def decay_distance(self) -> float:
@@ -43,6 +50,16 @@ class Kernel(ABC):
 
         A finite ζ also promises Assumption 4: κ is positive and strictly decreases in |r|.
         """
+
+    @property
+    def is_analytic(self) -> bool:
+        """Whether κ has derivatives of every order, at 0 too: then few points resolve it, and all its derivatives."""
+        return True
+
+    @property
+    def vanishing_distance(self) -> float:
+        """A distance [s] beyond which κ and its derivatives are zero in float64; infinite where there is none."""
+        return math.inf
 
     @property
     def correlation_time(self) -> float:
@@ -68,7 +85,7 @@ class Elementary(Kernel):
         return {name: getattr(self, name) for name in _field_names(type(self))}
 
     def with_hyperparameters(self, values: dict[str, float]) -> Self:
-        return dataclasses.replace(self, **values)
+        return type(self)(**(self.hyperparameters | values))
 
 
 @cache

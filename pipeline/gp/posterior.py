@@ -7,16 +7,13 @@ import numpy as np
 
 from pipeline.arrays import Array
 from pipeline.gp.blocks import in_blocks
-from pipeline.gp.dense import Dense
-from pipeline.gp.factored import Factored
-from pipeline.gp.grid import Grid
+from pipeline.gp.factored import Covariance, Factored
+from pipeline.gp.factoring import factored, noise_variance
 from pipeline.gp.prior import Prior
 from pipeline.gp.samples import Samples
 from pipeline.gp.signal import KernelSum
-from pipeline.gp.toeplitz import LARGEST_DENSE, Toeplitz
 
 _LOG_TAU = np.log(2 * np.pi)
-_FEWEST_REGULAR = 200  # samples: fewer, and a Cholesky factor is found sooner
 
 
 class IllConditioned(ArithmeticError):
@@ -28,8 +25,7 @@ class Posterior:
     """A Gaussian process given samples.
 
     One factor of K + σ_n² I carries the weights, the variance, the likelihood with its gradient, and the gradient of
-    the mean: that of a Toeplitz matrix where there are many samples, regularly spaced, and rounding allows it, else
-    that of Cholesky. Raises IllConditioned, on first use, where neither exists.
+    the mean. Raises IllConditioned, on first use, where there is none.
     """
 
     prior: Prior
@@ -43,8 +39,10 @@ class Posterior:
     @cached_property
     def signal(self) -> KernelSum:
         """The posterior mean as a function of time."""
-        spread = self.samples.stencil.spread(self.weights)
-        return KernelSum(self.prior.kernel, self.prior.mean, self._centres, spread)
+        samples, factored = self.samples, self._factored
+        centres = samples.stencil.centres(factored.instants(samples.times))
+        spread = samples.stencil.spread(factored.gathered(self.weights))
+        return KernelSum(self.prior.kernel, self.prior.mean, centres, spread)
 
     def mean(self, t: Array) -> Array:
         """m⁺(t), the shape of t [s]."""
@@ -74,7 +72,7 @@ class Posterior:
 
         Shapes (order + 1, *t.shape) and (p, order + 1, *t.shape).
         """
-        width = (order + 1) * len(self.prior.hyperparameters) * len(self._centres)
+        width = (order + 1) * len(self.prior.hyperparameters) * len(self.signal.centres)
         jet, gradient = in_blocks(partial(self._jet_and_gradient, order), np.asarray(t, dtype=float), width)
         return jet, gradient
 
@@ -86,9 +84,8 @@ class Posterior:
         """
         n, c = len(self.samples), self.weights
         value = self._factored.log_determinant + c @ self._residual
-        by_kernel, diagonal = self._factored.contracted(c)
-        by_noise = 2 * self._noise_variance @ diagonal
-        return float(value + n * _LOG_TAU), np.array([*by_kernel.tolist(), by_noise])[self._learned]
+        by_kernel, by_noise = self._factored.contracted(c)
+        return float(value + n * _LOG_TAU), np.array([*by_kernel.tolist(), 2 * by_noise])[self._learned]
 
     @cached_property
     def _centres(self) -> Array:
@@ -98,10 +95,6 @@ class Posterior:
     def _residual(self) -> Array:
         """y − m, the prior mean of what is sampled."""
         return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
-
-    @cached_property
-    def _noise_variance(self) -> Array:
-        return (self.prior.noise_std * self.samples.relative_noise) ** 2
 
     def _variance_of(self, weights: Array, step: float, t: Array) -> tuple[Array]:
         kernel, seen = self.prior.kernel, self.samples.stencil.weights
@@ -115,12 +108,13 @@ class Posterior:
         return (np.maximum(before - explained, 0.0),)
 
     def _jet_and_gradient(self, order: int, t: Array) -> tuple[Array, Array]:
-        jet, gradient = self.prior.kernel.jet_and_gradient(t[..., None] - self._centres, order)
+        jet, gradient = self.prior.kernel.jet_and_gradient(t[..., None] - self.signal.centres, order)
         mean = jet @ self.signal.weights
         mean[0] += self.prior.mean
         through_kernel = np.zeros((len(gradient) + 1, *mean.shape))
         through_kernel[:-1] = gradient @ self.signal.weights
-        through_weights = np.moveaxis(jet @ self.samples.stencil.spread(self._weights_gradient).T, -1, 0)
+        spread = self.samples.stencil.spread(self._factored.gathered(self._weights_gradient))
+        through_weights = np.moveaxis(jet @ spread.T, -1, 0)
         return np.asarray(mean), np.asarray(through_kernel[self._learned] + through_weights)
 
     @cached_property
@@ -130,40 +124,19 @@ class Posterior:
     @cached_property
     def _factored(self) -> Factored:
         """A = K + σ_n² I."""
-        factored = self._toeplitz()
-        if factored is None and (self._grid is None or len(self.samples) <= LARGEST_DENSE):
-            factored = Dense.of(self.samples.times, self._covariance, self._noise_variance)
-        if factored is None:
+        found = factored(self.prior, self.samples, self._covariance)
+        if found is None:
             values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
             raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")
-        return factored
+        return found
 
-    @cached_property
-    def _grid(self) -> Grid | None:
-        """Where the samples are many, equally noisy, and regularly spaced."""
-        if len(self.samples) < _FEWEST_REGULAR or np.any(self._noise_variance != self._noise_variance[0]):
-            return None
-        return Grid.of(self.samples.times)
-
-    def _toeplitz(self) -> Factored | None:
-        if self._grid is None:
-            return None
-        kernel = self.prior.kernel
-        slope = kernel(np.zeros(())).item() / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
-        seen = sum(abs(rho) for rho, _ in self.samples.stencil.lags)
-        return Toeplitz.of(self._grid, self._covariance, float(self._noise_variance[0]), seen * slope)
-
-    def _covariance(self, r: Array) -> tuple[Array, Array]:
-        """Of what is sampled, and its ∂/∂ln θ: Σ_d ρ_d κ(r + d step) over the lags of the stencil."""
-        parts = [(rho, *self.prior.kernel.jet_and_gradient(r + lag, 0)) for rho, lag in self.samples.stencil.lags]
-        if len(parts) == 1 and parts[0][0] == 1.0:
-            return np.asarray(parts[0][1][0]), np.asarray(parts[0][2][:, 0])
-        covariance = sum(rho * jet[0] for rho, jet, _ in parts)
-        return np.asarray(covariance), np.asarray(sum(rho * gradient[:, 0] for rho, _, gradient in parts))
+    @property
+    def _covariance(self) -> Covariance:
+        return self.samples.stencil.covariance(self.prior.kernel)
 
     @cached_property
     def _weights_gradient(self) -> Array:
         """∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, shape (p, n)."""
         by_kernel = self._factored.gradient_times(self.weights)
-        by_noise = 2 * self._noise_variance * self.weights
+        by_noise = 2 * noise_variance(self.prior, self.samples) * self.weights
         return -self._factored.solve(np.vstack([by_kernel, by_noise])[self._learned].T).T

@@ -29,7 +29,7 @@ class Prior:
             raise ValueError(f"prior: noise_std must be a positive finite number, got {self.noise_std!r}")
         if not math.isfinite(self.mean):
             raise ValueError(f"prior: mean must be finite, got {self.mean!r}")
-        if unknown := self.fixed - self.hyperparameters.keys():
+        if unknown := self.fixed - {NOISE} - self.kernel.hyperparameters.keys():
             raise ValueError(
                 f"prior: fixed names no hyperparameter {', '.join(sorted(unknown))}; "
                 f"there are {', '.join(self.hyperparameters)}"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from pipeline.arrays import Array
-from pipeline.gp.kernel import Elementary, stretched
+from pipeline.gp.kernel import UNDERFLOW, Elementary, stretched
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,13 @@ class Radial(Elementary):
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
         jet = self.jet(r, order + 1)
         gradient = np.empty((2, *jet[:-1].shape))
-        gradient[0] = 2 * jet[:-1]
+        np.multiply(jet[:-1], 2, out=gradient[0])
         gradient[1] = stretched(jet, r)
         return jet[:-1], gradient
 
     def _in_time(self, correlation: Array) -> Array:
-        n = np.arange(len(correlation)).reshape(-1, *(1,) * (correlation.ndim - 1))
-        correlation *= self.signal_std**2 / self.lengthscale**n
+        for n in range(len(correlation)):
+            correlation[n] *= self.signal_std**2 / self.lengthscale**n
         return correlation
 
 
@@ -48,7 +48,7 @@ class SquaredExponential(Radial):
 
     def correlation(self, s: Array, order: int) -> Array:
         phi = np.empty((order + 1, *s.shape))
-        phi[0] = np.exp(-(s**2) / 2)
+        np.exp(s * s * -0.5, out=phi[0, ...])
         for n in range(order):  # φ' = −s φ, differentiated n times
             phi[n + 1] = -s * phi[n]
             if n:
@@ -59,6 +59,10 @@ class SquaredExponential(Radial):
     def decay_distance(self) -> float:
         return self.lengthscale
 
+    @property
+    def vanishing_distance(self) -> float:
+        return self.lengthscale * math.sqrt(2 * UNDERFLOW)
+
 
 @dataclass(frozen=True)
 class _Matern(Radial):
@@ -66,6 +70,14 @@ class _Matern(Radial):
 
     rate: ClassVar[float]
     polynomial: ClassVar[Polynomial]
+
+    @property
+    def is_analytic(self) -> bool:
+        return False
+
+    @property
+    def vanishing_distance(self) -> float:
+        return self.lengthscale * UNDERFLOW / self.rate
 
     def correlation(self, s: Array, order: int) -> Array:
         x = self.rate * np.abs(s)

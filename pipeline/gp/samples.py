@@ -1,10 +1,12 @@
 """Noisy samples of a signal."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from pipeline.arrays import Array
+from pipeline.gp.bases import Bases
 from pipeline.gp.stencil import POINT, Stencil
 
 _UNIFORM = np.empty(0)
@@ -51,6 +53,11 @@ class Samples:
                 f"samples: times must increase strictly, but times[{i + 1}] = {self.times[i + 1]:g} s {what} "
                 f"times[{i}] = {self.times[i]:g} s"
             )
+
+    @cached_property
+    def bases(self) -> Bases:
+        """What interpolates to the samples: kept with them, for it does not depend on what is learned."""
+        return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
 
     def __len__(self) -> int:
         return self.times.size

@@ -1,7 +1,7 @@
 """The learned signal: a constant plus a sum of kernels, as plain stored numbers."""
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from pipeline.gp.blocks import in_blocks
 from pipeline.gp.convolution import convolved
 from pipeline.gp.kernel import Kernel
 
+_LONG = 200  # centres
 _MANY = 2**22  # terms: fewer are summed before anybody has seen whether they are regular
 
 
@@ -52,4 +53,18 @@ class KernelSum:
         return in_blocks(partial(self._summed, order), t, len(self.centres) * (order + 1))[0]
 
     def _summed(self, order: int, t: Array) -> tuple[Array]:
-        return (self.kernel.jet(t[..., None] - self.centres, order) @ self.weights,)
+        felt = self._felt(t)
+        return (self.kernel.jet(t[..., None] - self.centres[felt], order) @ self.weights[felt],)
+
+    def _felt(self, t: Array) -> slice:
+        """The centres that matter at some of the times: all others add zeros."""
+        reach = self.kernel.vanishing_distance
+        if not (self._is_long and np.isfinite(reach) and t.size):
+            return slice(None)
+        first, last = np.searchsorted(self.centres, [np.min(t) - reach, np.max(t) + reach]).tolist()
+        return slice(first, last)
+
+    @cached_property
+    def _is_long(self) -> bool:
+        """Whether it is worth to look where centres are, and they are in order."""
+        return len(self.centres) >= _LONG and bool(np.all(np.diff(self.centres) >= 0))

@@ -1,11 +1,13 @@
 """How samples see a process: not always directly, but as a weighted sum of it at shifted times."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from pipeline.arrays import Array
+from pipeline.gp.factored import Covariance
+from pipeline.gp.kernel import Kernel
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,19 @@ class Stencil:
         last = len(self.weights) - 1
         correlation = np.correlate(self.weights, self.weights, mode="full").tolist()
         return [(rho, d * self.step) for d, rho in zip(range(-last, last + 1), correlation, strict=True)]
+
+    def covariance(self, kernel: Kernel) -> Covariance:
+        """Of two samples: Σ_d ρ_d κ(r + d step) over the lags, and its ∂/∂ln θ."""
+        return kernel.value_and_gradient if self.weights == POINT.weights else partial(self._covariance, kernel)
+
+    def value(self, kernel: Kernel, r: Array) -> Array:
+        """The covariance of two samples that lie r [s] apart, without its derivatives: the shape of r."""
+        return np.asarray(sum(rho * kernel(r + lag) for rho, lag in self.lags))
+
+    def _covariance(self, kernel: Kernel, r: Array) -> tuple[Array, Array]:
+        parts = [(rho, *kernel.value_and_gradient(r + lag)) for rho, lag in self.lags]
+        covariance = sum(rho * value for rho, value, _ in parts)
+        return np.asarray(covariance), np.asarray(sum(rho * gradient for rho, _, gradient in parts))
 
 
 POINT = Stencil((1.0,))

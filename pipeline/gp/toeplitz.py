@@ -12,9 +12,7 @@ from pipeline.gp.durbin import Inverse, durbin
 from pipeline.gp.factored import Covariance, Factored
 from pipeline.gp.grid import Grid
 
-_AGREEMENT = 1e-8  # with the dense path, relative
 _RESIDUAL = 1e-5  # of the recursion, before refinement: more, and its determinant is not to be trusted
-LARGEST_DENSE = 4000  # samples; beyond them a dense matrix takes gigabytes, and minutes
 
 
 @dataclass(frozen=True)
@@ -28,24 +26,17 @@ class Toeplitz(Factored):
     column: Array
     inverse: Inverse
     gradient: Array
+    noise_variance: float
 
     @classmethod
-    def of(cls, grid: Grid, covariance: Covariance, noise_variance: float, slope: float) -> Self | None:
-        """From samples on a grid; None where the dense path would be more accurate, or might disagree.
-
-        `slope` bounds |∂k/∂r|. Rounding of times and values makes the entries of K uncertain by η, and they are not the
-        same ones in both paths: weights, mean and gradients then differ by less than √n η/σ_n² (relative; an estimate
-        that held, with no factor, on all kernels, sizes, noises and ways to round times that were tried).
-        """
+    def of(cls, grid: Grid, covariance: Covariance, noise_variance: float) -> Self | None:
+        """From samples on a grid; None where the recursion breaks down, or loses too many digits to be refined."""
         column, gradient = covariance(grid.lags)
-        uncertainty = np.finfo(float).eps * (column[0] + slope * grid.span) + 2 * slope * grid.deviation
-        if np.sqrt(grid.count) * uncertainty > _AGREEMENT * noise_variance and grid.count <= LARGEST_DENSE:
-            return None
         column = column.copy()
         column[0] += noise_variance
         if (inverse := durbin(column)) is None:
             return None
-        rough = cls(column, inverse, gradient)
+        rough = cls(column, inverse, gradient, noise_variance)
         unit = np.eye(1, grid.count)[0]
         left = unit - rough._times(column, inverse.first_column)
         if np.linalg.norm(left) > _RESIDUAL * noise_variance * np.linalg.norm(inverse.first_column):
@@ -65,11 +56,12 @@ class Toeplitz(Factored):
     def gradient_times(self, c: Array) -> Array:
         return self._times(self.gradient, c)
 
-    def contracted(self, c: Array) -> tuple[Array, Array]:
-        twice = 2 * self._diagonal_sums
+    def contracted(self, c: Array) -> tuple[Array, float]:
+        sums = self._diagonal_sums
+        twice = 2 * sums
         twice[0] /= 2
         trace = self.gradient @ twice - self.gradient_times(c) @ c
-        return trace, self._diagonal - c**2
+        return trace, float(self.noise_variance * (sums[0] - c @ c))
 
     @property
     def _diagonal_sums(self) -> Array:
@@ -78,13 +70,6 @@ class Toeplitz(Factored):
         spectrum = self._spectra[0]
         by_lag, by_place = (self._signal(np.conj(self._spectrum(f)) * spectrum) for f in (x, m * x))
         return np.asarray(((len(x) - m) * by_lag - 2 * by_place) / x[0])
-
-    @property
-    def _diagonal(self) -> Array:
-        """(A⁻¹)_{ii} = Σ_{m ≤ i} (x_m² − z_m²)/x₀."""
-        x = self.inverse.first_column
-        z = np.append(0.0, x[:0:-1])
-        return np.asarray(np.cumsum(x**2 - z**2) / x[0])
 
     def _inverse_times(self, rows: Array) -> Array:
         """A⁻¹ r for each r of an array (…, n)."""

@@ -1,7 +1,7 @@
 """Where to start: a look at many length scales and periods, each at the amplitude that suits it best.
 
 The objective of a periodic kernel has a local minimum at nearly every period that samples do not exclude, so that a few
-starts find a few of them. But K = θ₁² C, and one eigendecomposition of C serves all amplitudes θ₁: a look at a whole
+starts find a few of them. But K = θ₁² C, and the eigenvalues of C serve all amplitudes θ₁: a look at a whole
 ray of amplitudes, bounds included, costs less than one step of an optimiser.
 """
 
@@ -12,6 +12,7 @@ import numpy as np
 from pipeline.arrays import Array
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.prior import NOISE
+from pipeline.gp.spectrum import Spectrum
 from pipeline.learning.problem import ConstrainedProblem
 from pipeline.learning.space import amplitude
 
@@ -48,19 +49,18 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
 def _best_amplitude(problem: ConstrainedProblem, amplitudes: Array, log_theta: Array) -> tuple[float, float, Array]:
     """Violation, objective and ln θ at the best of some amplitudes; the point's other coordinates stay."""
     (prior,), (samples,) = problem.prior.with_log_hyperparameters(log_theta).parts, problem.samples
-    kernel, times = prior.kernel, samples.times
+    kernel = prior.kernel
     assert isinstance(kernel, Periodic)
     unit = replace(kernel, signal_std=1.0)
-    residual, uneven = samples.values - samples.stencil.at_rest(prior.mean), samples.relative_noise
-    difference = times[:, None] - times
-    gram = sum(rho * unit(difference + lag) for rho, lag in samples.stencil.lags)
-    power, vectors = np.linalg.eigh(gram / np.outer(uneven, uneven))  # in units of each sample's own noise
-    along = vectors.T @ (residual / uneven)
-    # Eigenvalues of K + σ_n² I, one row for each amplitude.
-    spectrum = amplitudes[:, None] ** 2 * np.maximum(power, 0) + prior.noise_std**2
-    objective = np.sum(np.log(spectrum) + along**2 / spectrum, axis=1) + len(times) * np.log(2 * np.pi)
-    weights = (vectors @ (amplitudes**2 * along[:, None] / spectrum.T)).T / uneven
-    centres, weights = samples.stencil.centres(times), samples.stencil.spread(weights).T
+    residual = samples.values - samples.stencil.at_rest(prior.mean)
+    c = Spectrum.of(samples, unit, residual)
+    # Eigenvalues of K + σ_n² I, one row for each amplitude; beyond those of C there is only noise.
+    noise, beside = prior.noise_std**2, len(samples) - len(c.power)
+    spectrum = amplitudes[:, None] ** 2 * np.maximum(c.power, 0) + noise
+    objective = np.sum(np.log(spectrum) + c.along**2 / spectrum, axis=1)
+    objective += beside * np.log(noise) + c.rest / noise + len(samples) * np.log(2 * np.pi)
+    weights = (c.lift @ (amplitudes**2 * c.along[:, None] / spectrum.T)).T
+    centres, weights = samples.stencil.centres(c.instants), samples.stencil.spread(weights).T
     phases = np.arange(_PHASES) / _PHASES * kernel.period
     margin = np.zeros(len(amplitudes))
     for constraint in problem.constraints:

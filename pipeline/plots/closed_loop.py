@@ -36,7 +36,7 @@ _OFFERS: Final[dict[float, dict[str, Any]]] = {
     0.0: {**_OFFERED, "marker": "x", "color": ORANGE, "markersize": 5, "label": "not taken"},
 }
 _ROOM: Final = 0.12
-_ROUNDING: Final = 1e-32
+_ROUNDING: Final = 1e-16
 
 
 @styled
@@ -66,7 +66,7 @@ def closed_loop(courses: Mapping[str, Courses], plant: ConstrainedSystem, shown:
 
 @styled
 def costs(courses: Mapping[str, Courses], plant: ConstrainedSystem, shown: int) -> Figure:
-    """V(k) up to step `shown`, a panel for each reference: zero up to rounding once the state is on the reference."""
+    """V(k) up to step `shown`, a panel for each reference; what is smaller than 1e-16 is rounding, and drawn there."""
     figure = Figure(figsize=(PAGE, 2.5))
     panels = figure.subplots(1, len(courses), sharey=True, squeeze=False)[0]
     for axes, (reference, by_start) in zip(panels, courses.items(), strict=True):
