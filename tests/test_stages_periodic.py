@@ -24,9 +24,9 @@ SHORT = (
     .replace("conservatism: [4, 8, 16, 32, 64, 128, 256]", "conservatism: [4, 8]")
     .replace("draws: 30", "draws: 2")
     .replace("steps: 10000, shown: 400", "steps: 150, shown: 100, horizons: [2, 20]")
-    .replace("search: {starts: 16}", "search: {starts: 4}")
+    .replace("search: {starts: 16}", "search: {starts: 12}")
 )
-ONE_START = SHORT.replace("starts: 4", "starts: 1")
+ONE_START = SHORT.replace("starts: 12", "starts: 1")
 WITHOUT_STUDY = SHORT.replace("draws: 2", "draws: 0").replace("conservatism: [4, 8]", "conservatism: []")
 
 
@@ -136,7 +136,7 @@ def test_an_infeasible_problem_ends_as_in_example_1(tmp_path: Path) -> None:
 
 
 def test_a_period_of_whole_steps_adds_the_sampled_problem(tmp_path: Path) -> None:
-    text = WITHOUT_STUDY.replace("starts: 4", "starts: 1")
+    text = WITHOUT_STUDY.replace("starts: 12", "starts: 1")
     text = text.replace("kernel: {type: periodic}", "kernel: {type: periodic, period: 3.14}")
     (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
     for stage in ("generate", "fit", "verify"):
