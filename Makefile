@@ -2,7 +2,7 @@
 # make test    set up everything, then run the tests
 # make lint    formatting, lint, import rules, types
 # make force   run every stage again, whether or not anything changed
-# make compare  run every stage again in a clean copy of what is committed, and compare
+# make compare  run every stage again in clean copies of what is committed, two at a time, and compare
 # make status  whether the committed results are those of the committed code
 # make lab     Jupyter on the notebooks
 # make bench   measure against other software, in an environment of its own (minutes; on a machine that is idle)
@@ -32,9 +32,16 @@ force: .venv/installed
 
 compare: .venv/installed
 	rm -rf .compare
-	git clone --quiet . .compare
-	cd .compare && PYTHONPATH=$(CURDIR)/.compare dvc repro --force --quiet
-	python -m pipeline compare HEAD .compare
+	ls data/results | xargs -P 2 -I NAME sh -ec 'git clone --quiet . .compare/NAME; cd .compare/NAME; \
+		PYTHONPATH=$$PWD dvc repro --force --quiet figures@NAME notebook@NAME'
+	git clone --quiet . .compare/all
+	cd .compare/all && PYTHONPATH=$$PWD dvc repro --force --quiet guide
+	for name in $$(ls data/results); do \
+		rm -r .compare/all/data/results/$$name .compare/all/notebooks/$$name.ipynb && \
+		cp -r .compare/$$name/data/results/$$name .compare/all/data/results/ && \
+		cp .compare/$$name/notebooks/$$name.ipynb .compare/all/notebooks/ || exit 1; \
+	done
+	python -m pipeline compare HEAD .compare/all
 
 status: .venv/installed
 	dvc status

@@ -18,9 +18,11 @@ from pipeline.gp.smooth import Smooth
 from pipeline.gp.toeplitz import Toeplitz
 
 LARGEST_DENSE = 4000  # samples; beyond them a dense matrix takes gigabytes, and minutes
+_LARGEST_BLOCK = LARGEST_DENSE // 2
 _FEWEST = 150  # samples: fewer, and a dense matrix is done before anybody has looked for structure
 _NEGLIGIBLE = 2.0**-53  # of the variance: added to a diagonal, it would be rounded away
 _AGREEMENT = 3e-9  # with the dense path, relative: less than is promised (1e-8), for what is compared is an estimate
+_ROUGHLY = 1e3  # where the dense path is no alternative
 _EPS = float(np.finfo(float).eps)
 
 
@@ -69,11 +71,12 @@ def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Itera
 
     if entries <= allowed and np.isfinite(kernel.decay_distance):
         rows = blocks(times, reach(kernel, span, _NEGLIGIBLE * variance / gain) + abs(lags[-1][1]))
-        if len(rows) > 2:
+        if len(rows) > 2 and max(row.stop - row.start for row in rows) <= _LARGEST_BLOCK:
             yield Way(_cost_of_band(rows), partial(Band.of, times, rows, covariance, variances))
 
-    # Chebyshev points lie where float64 has instants: nowhere, long after the beginning of time.
-    placed = slope * float(np.spacing(np.max(np.abs(times)))) <= held
+    # Chebyshev points of times that do not begin at 0 have to be moved there, to where float64 has instants.
+    moved = float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
+    placed = slope * moved <= (held if n <= LARGEST_DENSE else _ROUGHLY * held)
     resolved = placed and kernel.is_analytic and ROUNDING * largest + lengths <= allowed
     if resolved and (m := samples.bases.points_for(covariance, n // 2)):
         known = samples.relative_noise, prior.noise_std**2

@@ -175,3 +175,10 @@ def test_where_a_dense_matrix_would_be_huge_it_is_not_tried(monkeypatch):
     monkeypatch.setattr(Dense, "of", lambda *_: pytest.fail("a dense matrix was made"))
     with pytest.raises(IllConditioned):
         posterior.weights  # noqa: B018
+
+
+def test_beyond_dense_matrices_a_band_of_large_blocks_is_none(monkeypatch):
+    times = TIMES["even"](400)
+    assert Band in found(posterior_at(Matern32(1.0, 0.05), times, 0.1))
+    monkeypatch.setattr(factoring, "_LARGEST_BLOCK", 10)
+    assert Band not in found(posterior_at(Matern32(1.0, 0.05), times, 0.1))
