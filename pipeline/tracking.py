@@ -72,11 +72,15 @@ class TrackableReference:
 
     def state_std(self, k: Array | int) -> Array:
         """Standard deviation of the signals behind the states at steps k, as the samples leave it: (*k.shape, n)."""
-        return self._std(self.reference.plant.flatness.states, k)
+        return self._std(self.reference.plant.flatness.states, self._times(k))
 
     def input_std(self, k: Array | int) -> Array:
         """The same of the inputs, to first order where they are no weighted sums: (*k.shape, m)."""
-        return self._std(self.reference.plant.flatness.inputs, k)
+        plant, t = self.reference.plant, self._times(k)
+        if plant.allocation is None:
+            return self._std(plant.flatness.inputs, t)
+        each = [self._std(self.reference.inputs_near(at), np.asarray(at)) for at in t.ravel().tolist()]
+        return np.array(each).reshape(*t.shape, len(plant.flatness.inputs))
 
     @property
     def hyperparameters(self) -> dict[str, float]:
@@ -116,8 +120,10 @@ class TrackableReference:
     def _posterior(self) -> JointPosterior:
         return JointPosterior(self.prior, self.samples)
 
-    def _std(self, coordinates: tuple[Coordinate, ...], k: Array | int) -> Array:
-        t = np.asarray(self.reference.instants(k), dtype=float)
+    def _times(self, k: Array | int) -> Array:
+        return np.asarray(self.reference.instants(k), dtype=float)
+
+    def _std(self, coordinates: tuple[Coordinate, ...], t: Array) -> Array:
         variances = [self._variance(q, t) for q in coordinates]
         return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
 

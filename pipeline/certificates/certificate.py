@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
 from pipeline.certificates.cover import Cover
 from pipeline.gp.combinations import Product, Sum
@@ -15,9 +14,8 @@ from pipeline.gp.periodic import Periodic
 from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from pipeline.gp.signal import KernelSum
 from pipeline.systems.algebra import from_lists, to_lists
-from pipeline.systems.constrained import ConstrainedSystem
+from pipeline.systems.constrained import ConstrainedSystem, Limit
 from pipeline.systems.functional import Functional
-from pipeline.systems.interval import Interval
 from pipeline.systems.linear import Linear
 from pipeline.systems.nonlinear import Nonlinear
 from pipeline.systems.polytope import Polytope
@@ -70,10 +68,8 @@ class Certificate:
             "claim": {"kind": kind, **dataclasses.asdict(self.claim), **self._proof},
             "signals": [_signal_to_dict(signal) for signal in self.reference.signals],
             **_system_to_dict(plant),
-            "bounds": [
-                {"name": q.name, "of": kind, "row": row.tolist(), "lower": bounds.lower, "upper": bounds.upper}
-                for q, (kind, row, bounds) in zip(plant.quantities, _rows(plant), strict=True)
-            ],
+            "bounds": [_limit_to_dict(limit, plant) for limit in plant.needed],
+            **_input_set_to_dict(plant),
             "evaluation": {"until": self.evaluated_until, "errors": self.evaluation_error},
         }
 
@@ -89,12 +85,13 @@ class Certificate:
             raise ValueError(f"certificate: expected {FORMAT!r} version {VERSION}, got {data['format']!r}")
         claim, system = dict(data["claim"]), data["system"]
         covers, terms = claim.pop("covers", {}), claim.pop("terms", 0)
-        sets = [_set_from_dicts([b for b in data["bounds"] if b["of"] == kind], size) for kind, size in (
-            ("state", len(system["states"])), ("input", len(system["inputs"])))]  # fmt: skip
+        of_states, of_inputs = ([b for b in data["bounds"] if b["of"] == kind] for kind in ("state", "input"))
+        state_set = _set_from_dicts(of_states, len(system["states"]))
+        input_set = _set_from_dicts(data.get("input_set", of_inputs), len(system["inputs"]))
         return cls(
             reference=Reference(
                 tuple(_signal_from_dict(signal) for signal in data["signals"]),
-                ConstrainedSystem(_system_from_dict(system), sets[0], sets[1], system["sampling_time"]),
+                ConstrainedSystem(_system_from_dict(system), state_set, input_set, system["sampling_time"]),
             ),
             claim=_CLAIMS[claim.pop("kind")](**claim),
             terms=terms,
@@ -104,9 +101,19 @@ class Certificate:
         )
 
 
-def _rows(plant: ConstrainedSystem) -> list[tuple[str, Array, Interval]]:
-    of_states = [("state", *row) for row in plant.state_set.intervals]
-    return of_states + [("input", *row) for row in plant.input_set.intervals]
+def _limit_to_dict(limit: Limit, plant: ConstrainedSystem) -> dict[str, Any]:
+    """Rows as they are given; what combines some for redundant inputs has exact numbers, as "p/q"."""
+    number = str if plant.allocation and limit.of == "input" else float
+    row = [number(r) for r in limit.row]
+    return {"name": limit.name, "of": limit.of, "row": row, "lower": limit.bounds.lower, "upper": limit.bounds.upper}
+
+
+def _input_set_to_dict(plant: ConstrainedSystem) -> dict[str, Any]:
+    """U itself, where the bounded rows only say that inputs in it exist."""
+    if plant.allocation is None:
+        return {}
+    rows = plant.input_set.intervals
+    return {"input_set": [{"row": row.tolist(), "lower": bounds.lower, "upper": bounds.upper} for row, bounds in rows]}
 
 
 def _system_to_dict(plant: ConstrainedSystem) -> dict[str, Any]:

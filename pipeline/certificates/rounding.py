@@ -6,7 +6,7 @@ what is of second order in u is covered by a per cent on top.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -64,7 +64,7 @@ class _Row:
     """Σ_i `weights`[i] `parts`[i] of the states or the inputs: a bounded quantity."""
 
     name: str
-    weights: list[Fraction]
+    weights: tuple[Fraction, ...]
     parts: tuple[Coordinate, ...]
 
     @property
@@ -77,12 +77,8 @@ class _Row:
 
 
 def _rows(plant: ConstrainedSystem) -> list[_Row]:
-    of_states = [(row, plant.flatness.states) for row, _ in plant.state_set.intervals]
-    of_inputs = [(row, plant.flatness.inputs) for row, _ in plant.input_set.intervals]
-    return [
-        _Row(quantity.name, [Fraction(v) for v in row.tolist()], parts)
-        for quantity, (row, parts) in zip(plant.quantities, [*of_states, *of_inputs], strict=True)
-    ]
+    parts = {"state": plant.flatness.states, "input": plant.flatness.inputs}
+    return [_Row(limit.name, limit.row, parts[limit.of]) for limit in plant.needed]
 
 
 def _row_error(reference: Reference, row: _Row, until: float) -> float:
@@ -138,7 +134,7 @@ def _within(plant: ConstrainedSystem, i: int, exact: arb) -> arb:
     return low.union(high)
 
 
-def _uncancelled(row: list[Fraction], functionals: list[Functional]) -> tuple[list[Fraction], Fraction]:
+def _uncancelled(row: Sequence[Fraction], functionals: list[Functional]) -> tuple[list[Fraction], Fraction]:
     """Σ_i |row_i| Σ_j |w_ij| of every signal, and Σ_i |row_i offset_i|.
 
     What cancels in exact arithmetic need not cancel when states are evaluated one by one and combined then.

@@ -20,6 +20,9 @@ by rounding and by what the solver calls equal: without a tolerance such a step 
 itself keeps its bounds without any.
 """
 
+_ROUNDING = 1e-12
+"""What is off by no more than this part of a width is on its bound: on a reference at rest there, the optimum is."""
+
 
 @dataclass(frozen=True, eq=False)
 class Task:
@@ -48,7 +51,7 @@ class Task:
         """The optimum without bounds, if it keeps them."""
         unforced = self.model.prediction.unforced(self.start, self.model.gaps)
         found = self.following(self.model.unbounded.inputs(unforced), Status.UNBOUNDED)
-        return found if found.slack >= 0 else None
+        return found if found.slack >= -_ROUNDING else None
 
     def solved(self) -> Step | None:
         """The optimum, if the solver finds it."""
@@ -118,9 +121,9 @@ class Task:
         return Infeasible(
             k=self.k,
             widening=-widest.slack,
-            quantity=plant.quantities[quantity].name,
+            quantity=plant.limits[quantity].name,
             when=self.k + steps_ahead,
-            excess=-widest.slack * plant.quantities[quantity].bounds.width,
+            excess=-widest.slack * plant.limits[quantity].bounds.width,
             miss=None if reached is None else reached.states[-1] - self.window.states[-1],
             fallback=(reached or widest).input,
         )

@@ -173,7 +173,7 @@ def _spans(axes: Axes, steps: Array) -> None:
 
 
 def _bounds(plant: ConstrainedSystem) -> dict[str, Interval]:
-    return {quantity.name: quantity.bounds for quantity in plant.quantities}
+    return {limit.name: limit.bounds for limit in plant.limits}
 
 
 def _between(axes: Axes, bounds: Interval | None, values: Array) -> None:

@@ -29,7 +29,7 @@ def tracking(references: Mapping[str, Reference], observed: Mapping[str, Observe
     names = (*plant.system.states, *plant.system.inputs)
     figure = Figure(figsize=(PAGE, 0.7 + 1.25 * len(names)))
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    bounds = {quantity.name: quantity.bounds for quantity in plant.quantities}
+    bounds = {limit.name: limit.bounds for limit in plant.limits}
     for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
         n = len(plant.system.states)
         for looks, reference in zip(reference_looks(references).values(), references.values(), strict=True):

@@ -2,26 +2,39 @@
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
+from typing import Literal, NamedTuple
 
-from pipeline.arrays import Array
+from pipeline.systems.allocation import Allocation
 from pipeline.systems.flatness import Flatness, flatness
+from pipeline.systems.interval import Interval
 from pipeline.systems.linear import Linear
 from pipeline.systems.nonlinear import Nonlinear
 from pipeline.systems.polytope import Polytope
 from pipeline.systems.quantity import Quantity
-from pipeline.systems.trajectory import Coordinate, combined
+from pipeline.systems.trajectory import combined
 
 System = Linear | Nonlinear
+
+
+class Limit(NamedTuple):
+    """`bounds` of Σ_i `row`[i] x_i, or of Σ_i `row`[i] u_i: `of` says which."""
+
+    name: str
+    of: Literal["state", "input"]
+    row: tuple[Fraction, ...]
+    bounds: Interval
 
 
 @dataclass(frozen=True, eq=False)
 class ConstrainedSystem:
     """A system with its `state_set` X, its `input_set` U and its `sampling_time` T_s [s].
 
-    Raises ValueError where the sets do not fit the system, where a linear one is not controllable, and where an input
-    of a nonlinear one is not bounded.
+    Raises ValueError where the sets do not fit the system, where a linear one is not controllable or has too many
+    redundant inputs, and where an input of a nonlinear one is not bounded.
     """
 
     system: System
@@ -41,7 +54,7 @@ class ConstrainedSystem:
                 f"system: every input of a nonlinear system must be bounded, as nothing else shows that there is one "
                 f"that f can be solved for, but {', '.join(free)} is free; a bound that is never reached will do"
             )
-        _ = self.flatness  # raise what it refuses
+        _ = self.flatness, self.allocation  # raise what they refuse
 
     @cached_property
     def flatness(self) -> Flatness:
@@ -63,30 +76,54 @@ class ConstrainedSystem:
         return len(self.flatness.orders)
 
     @cached_property
+    def allocation(self) -> Allocation | None:
+        """How inputs are chosen where many push the system alike; None where none do."""
+        return Allocation.of(self.system, self.input_set) if isinstance(self.system, Linear) else None
+
+    @cached_property
+    def limits(self) -> tuple[Limit, ...]:
+        """The rows of X and of U, as they are given."""
+        x, u = (
+            [(tuple(map(Fraction, row.tolist())), bounds) for row, bounds in given.intervals]
+            for given in (self.state_set, self.input_set)
+        )
+        return (*_limits("state", x, self.system.states), *_limits("input", u, self.system.inputs))
+
+    @cached_property
+    def needed(self) -> tuple[Limit, ...]:
+        """What the trajectories of `flatness` have to keep so that inputs in U exist which lead from state to state.
+
+        These are the limits themselves, but for redundant inputs.
+        """
+        if self.allocation is None:
+            return self.limits
+        of_states = [limit for limit in self.limits if limit.of == "state"]
+        return (*of_states, *_limits("input", self.allocation.attainable, self.system.inputs))
+
+    @cached_property
     def quantities(self) -> tuple[Quantity, ...]:
         """All that is bounded: trackable means that each stays in its bounds at t = k T_s for all k ≥ 0."""
-        return (
-            *_bounded(self.state_set, self.flatness.states, self.system.states),
-            *_bounded(self.input_set, self.flatness.inputs, self.system.inputs),
-        )
+        coordinates = {"state": self.flatness.states, "input": self.flatness.inputs}
+        return tuple(Quantity(name, combined(row, coordinates[of]), bounds) for name, of, row, bounds in self.needed)
 
 
-def _bounded(wanted: Polytope, coordinates: tuple[Coordinate, ...], names: tuple[str, ...]) -> list[Quantity]:
-    """A quantity for each row, called as the row is written; rows of one name are numbered."""
+def _limits(
+    of: Literal["state", "input"], rows: Sequence[tuple[tuple[Fraction, ...], Interval]], names: tuple[str, ...]
+) -> list[Limit]:
+    """Each called as its row is written; rows of one name are numbered."""
     written = Counter[str]()
-    quantities = []
-    for row, bounds in wanted.intervals:
+    limits = []
+    for row, bounds in rows:
         name = _name(row, names)
         written[name] += 1
-        numbered = name if written[name] == 1 else f"{name} ({written[name]})"
-        quantities.append(Quantity(numbered, combined(row.tolist(), coordinates), bounds))
-    return quantities
+        limits.append(Limit(name if written[name] == 1 else f"{name} ({written[name]})", of, row, bounds))
+    return limits
 
 
-def _name(row: Array, names: tuple[str, ...]) -> str:
+def _name(row: tuple[Fraction, ...], names: tuple[str, ...]) -> str:
     """x, or x+y, or x-0.5y."""
     signed = []
-    for weight, name in zip(row.tolist(), names, strict=True):
+    for weight, name in zip(map(float, row), names, strict=True):
         if weight:
             size = "" if abs(weight) == 1 else f"{abs(weight):.3g}"
             signed.append(f"{'-' if weight < 0 else '+'}{size}{name}")

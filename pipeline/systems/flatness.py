@@ -15,9 +15,9 @@ from fractions import Fraction
 import numpy as np
 from flint import fmpq, fmpq_mat
 
-from pipeline.arrays import Array
 from pipeline.systems.functional import Functional
 from pipeline.systems.linear import Linear
+from pipeline.systems.rationals import beside, columns_of, exact, fraction, row_of, stacked
 from pipeline.systems.trajectory import Coordinate
 
 _WORST_CONDITION = 1e13
@@ -40,18 +40,20 @@ def flatness(system: Linear, sampling_time: float) -> Flatness:
     unit of the first state that it moves at rest. Of many inputs that do the same the smallest (Euclidean) is taken.
     Raises ValueError where the system is not controllable, or so barely that float64 samples could not tell.
     """
-    A, B, offset = _exact(system.A), _exact(system.B), _exact(system.c[:, None])
+    A, B, offset = exact(system.A), exact(system.B), exact(system.c[:, None])
     independent = _independent_columns(B)
-    reduced = _columns(B, independent)
+    reduced = columns_of(B, independent)
     chosen = _chains(system, A, reduced)
     q = _outputs(A, reduced, chosen)
-    coordinates = _stacked([_row(q, c) * A**j for c, order in enumerate(chosen) for j in range(order)])
-    drift = _stacked([_row(q, c) * _accumulated(A, j) * offset for c, order in enumerate(chosen) for j in range(order)])
+    coordinates = stacked([row_of(q, c) * A**j for c, order in enumerate(chosen) for j in range(order)])
+    drift = stacked(
+        [row_of(q, c) * _accumulated(A, j) * offset for c, order in enumerate(chosen) for j in range(order)]
+    )
     back = coordinates.inv()
     # z_c(k + κ_c) = q_c A^κ_c x + G_c w + drift
-    ahead = _stacked([_row(q, c) * A**order for c, order in enumerate(chosen)])
-    gain = _stacked([_row(q, c) * A ** (order - 1) * reduced for c, order in enumerate(chosen)]).inv()
-    beyond = _stacked([_row(q, c) * _accumulated(A, order) * offset for c, order in enumerate(chosen)])
+    ahead = stacked([row_of(q, c) * A**order for c, order in enumerate(chosen)])
+    gain = stacked([row_of(q, c) * A ** (order - 1) * reduced for c, order in enumerate(chosen)]).inv()
+    beyond = stacked([row_of(q, c) * _accumulated(A, order) * offset for c, order in enumerate(chosen)])
     spread = _least(reduced, B)
     state_offset = -1 * back * drift
     inward = -1 * spread * gain * ahead
@@ -61,9 +63,9 @@ def flatness(system: Linear, sampling_time: float) -> Flatness:
     states: list[list[list[Fraction]]] = []
     inputs: list[list[list[Fraction]]] = []
     for c, order in enumerate(chosen):
-        states.append([[_fraction(back[i, at + j]) for j in range(order)] for i in range(back.nrows())])
+        states.append([[fraction(back[i, at + j]) for j in range(order)] for i in range(back.nrows())])
         inputs.append([
-            [*(_fraction(by_output[i, at + j]) for j in range(order)), _fraction(outward[i, c])]
+            [*(fraction(by_output[i, at + j]) for j in range(order)), fraction(outward[i, c])]
             for i in range(by_output.nrows())
         ])  # fmt: skip
         at += order
@@ -81,7 +83,7 @@ def _functionals(
     return tuple(
         Functional(
             tuple(tuple(w / scale for w in channel[i]) for channel, scale in zip(channels, scales, strict=True)),
-            _fraction(offset[i, 0]),
+            fraction(offset[i, 0]),
             sampling_time,
         )
         for i in range(offset.nrows())
@@ -103,15 +105,15 @@ def _chains(system: Linear, A: fmpq_mat, B: fmpq_mat) -> list[int]:
     while len(taken) < n and any(alive):
         for c in range(m):
             if alive[c] and len(taken) < n:
-                column = _columns(power, [c])
-                alive[c] = _beside([*taken, column]).rank() == len(taken) + 1
+                column = columns_of(power, [c])
+                alive[c] = beside([*taken, column]).rank() == len(taken) + 1
                 if alive[c]:
                     taken.append(column)
                     orders[c] += 1
         power = A * power
     if len(taken) < n:
         raise ValueError(f"{_REFUSED}: its inputs reach {len(taken)} of {n} dimensions ({', '.join(system.states)})")
-    if not (condition := _condition(_beside(taken))) < _WORST_CONDITION:
+    if not (condition := _condition(beside(taken))) < _WORST_CONDITION:
         raise ValueError(f"{_REFUSED}, but is so barely: [B, A B, …] has condition number {condition:.1g}")
     return orders
 
@@ -121,20 +123,23 @@ def _outputs(A: fmpq_mat, B: fmpq_mat, orders: list[int]) -> fmpq_mat:
     n, m = B.nrows(), B.ncols()
     if m == n:
         return fmpq_mat(n, n, [fmpq(int(i == j)) for i in range(n) for j in range(n)])
-    columns = [A**j * _columns(B, [c]) for c, order in enumerate(orders) for j in range(order)]
-    inverse = _beside(columns).inv()
+    columns = [A**j * columns_of(B, [c]) for c, order in enumerate(orders) for j in range(order)]
+    inverse = beside(columns).inv()
     lasts = np.cumsum(orders) - 1
-    return _stacked([_row(inverse, int(last)) for last in lasts])
+    return stacked([row_of(inverse, int(last)) for last in lasts])
 
 
 def _independent_columns(B: fmpq_mat) -> list[int]:
     kept: list[int] = []
     for c in range(B.ncols()):
-        if _columns(B, [*kept, c]).rank() == len(kept) + 1:
+        if columns_of(B, [*kept, c]).rank() == len(kept) + 1:
             kept.append(c)
-    chosen = _columns(B, kept)
+    chosen = columns_of(B, kept)
     if kept and not _condition(chosen) < _WORST_CONDITION:
-        raise ValueError("system: the columns of B must be clearly independent or exactly dependent, but are neither")
+        raise ValueError(
+            "system: the columns of B must be clearly independent or exactly dependent, but are neither; of inputs "
+            "that push alike, give columns that are multiples or sums of each other to the last digit"
+        )
     return kept
 
 
@@ -153,36 +158,7 @@ def _accumulated(A: fmpq_mat, steps: int) -> fmpq_mat:
     return total
 
 
-def _exact(matrix: Array) -> fmpq_mat:
-    fractions = [Fraction(v) for v in matrix.ravel().tolist()]
-    rows, columns = matrix.shape
-    return fmpq_mat(rows, columns, [fmpq(f.numerator, f.denominator) for f in fractions])
-
-
-def _fraction(number: fmpq) -> Fraction:
-    return Fraction(int(number.p), int(number.q))
-
-
 def _condition(matrix: fmpq_mat) -> float:
     """Of the matrix with columns of unit length: how independent they are, whatever their units."""
-    rounded = np.array([[float(_fraction(matrix[i, j])) for j in range(matrix.ncols())] for i in range(matrix.nrows())])
+    rounded = np.array([[float(fraction(matrix[i, j])) for j in range(matrix.ncols())] for i in range(matrix.nrows())])
     return float(np.linalg.cond(rounded / np.linalg.norm(rounded, axis=0)))
-
-
-def _columns(matrix: fmpq_mat, which: list[int]) -> fmpq_mat:
-    n = matrix.nrows()
-    return fmpq_mat(n, len(which), [matrix[i, j] for i in range(n) for j in which])
-
-
-def _row(matrix: fmpq_mat, i: int) -> fmpq_mat:
-    return fmpq_mat(1, matrix.ncols(), [matrix[i, j] for j in range(matrix.ncols())])
-
-
-def _stacked(rows: list[fmpq_mat]) -> fmpq_mat:
-    width = rows[0].ncols()
-    return fmpq_mat(len(rows), width, [row[0, j] for row in rows for j in range(width)])
-
-
-def _beside(columns: list[fmpq_mat]) -> fmpq_mat:
-    n = columns[0].nrows()
-    return fmpq_mat(n, len(columns), [column[i, 0] for i in range(n) for column in columns])

@@ -1,5 +1,6 @@
 """Linear systems with several states and inputs."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -66,14 +67,20 @@ class Linear:
     ) -> Self:
         """ẋ = A x + B u + c with the input held over each `sampling_time` [s]: exact at the sampling instants.
 
-        exp([[A, B, c], [0, 0, 0]] T_s) has the discrete A, B and c in its upper rows.
+        exp([[A, B, c], [0, 0, 0]] T_s) has the discrete A, B and c in its upper rows. Columns of B that are alike but
+        for a sign or a power of two remain so to the last bit: these inputs are redundant before and after.
         """
         continuous = cls(A, B, _ZERO if c is None else c, states, inputs)
         n, m = continuous.B.shape
         generator = np.zeros((n + m + 1, n + m + 1))
         generator[:n] = np.hstack([continuous.A, continuous.B, continuous.c[:, None]])
         held = expm(generator * sampling_time)[:n]
-        return cls(held[:, :n], held[:, n : n + m], held[:, -1], continuous.states, continuous.inputs)
+        pushes = held[:, n : n + m].copy()
+        for j in range(m):
+            factors = ((i, _power_of_two(continuous.B[:, j], continuous.B[:, i])) for i in range(j))
+            if alike := next(((i, factor) for i, factor in factors if factor), None):
+                pushes[:, j] = alike[1] * pushes[:, alike[0]]
+        return cls(held[:, :n], pushes, held[:, -1], continuous.states, continuous.inputs)
 
     def successor(self, x: Array, u: Array) -> Array:
         """A x + B u + c for x of shape (…, n) and u of shape (…, m)."""
@@ -88,3 +95,11 @@ class Linear:
         """∂f/∂x = A and ∂f/∂u = B at x of shape (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
         shape = np.broadcast_shapes(np.shape(x)[:-1], np.shape(u)[:-1])
         return np.broadcast_to(self.A, (*shape, *self.A.shape)), np.broadcast_to(self.B, (*shape, *self.B.shape))
+
+
+def _power_of_two(column: Array, other: Array) -> float:
+    """The factor ± 2^k that makes the one of the other; zero where there is none."""
+    i = int(np.argmax(np.abs(other)))
+    factor = float(column[i] / other[i]) if other[i] else 0.0
+    is_power = abs(math.frexp(factor)[0]) == 0.5
+    return factor if is_power and np.array_equal(factor * other, column) else 0.0

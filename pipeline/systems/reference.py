@@ -1,6 +1,7 @@
 """A reference: what everything downstream takes."""
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from pipeline.arrays import Array
 from pipeline.gp.signal import KernelSum
 from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.quantity import Quantity
-from pipeline.systems.trajectory import Coordinate
+from pipeline.systems.trajectory import Coordinate, combined
 
 
 class Window(NamedTuple):
@@ -59,8 +60,17 @@ class Reference:
         return self._values(self.plant.flatness.states, t)
 
     def input_at(self, t: Array) -> Array:
-        """u_r at t [s], which takes x_r(t) to x_r(t + T_s): shape (*t.shape, m)."""
-        return self._values(self.plant.flatness.inputs, t)
+        """u_r at t [s], which takes x_r(t) to x_r(t + T_s): shape (*t.shape, m). Of many, the smallest in U."""
+        u, allocation = self._values(self.plant.flatness.inputs, t), self.plant.allocation
+        return allocation.smallest(u) if allocation else u
+
+    def inputs_near(self, t: float) -> tuple[Coordinate, ...]:
+        """u_r near t [s], up to constants: of redundant inputs the weighted sums that the smallest admissible is."""
+        inputs, allocation = self.plant.flatness.inputs, self.plant.allocation
+        if allocation is None:
+            return inputs
+        slopes = allocation.slopes(self._values(inputs, np.asarray(t)))
+        return tuple(combined([Fraction(s) for s in row], inputs) for row in slopes.tolist())
 
     def instants(self, steps: Array | int) -> Array:
         """The times k T_s [s] of steps k."""

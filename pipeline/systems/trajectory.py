@@ -102,15 +102,15 @@ Coordinate = Functional | Trajectory
 """A state or an input: of a linear system always a functional."""
 
 
-def combined(row: Sequence[float], coordinates: Sequence[Coordinate]) -> Trajectory:
+def combined(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Trajectory:
     """Σ_i row_i q_i, of coordinates that are all of one kind; of functionals another functional, exactly."""
     functionals = [q for q in coordinates if isinstance(q, Functional)]
     if functionals:
-        return Trajectory.of(combined_functional([Fraction(v) for v in row], functionals))
+        return Trajectory.of(combined_functional(row, functionals))
     total, arguments = None, dict[str, Functional]()
     for r, q in zip(row, coordinates, strict=True):
         if r and isinstance(q, Trajectory):
-            total = plus(total, times(Constant(r), q.formula))
+            total = plus(total, times(Constant(float(r)), q.formula))
             arguments.update(q.arguments)
     assert total is not None
     return Trajectory.made(total, arguments)

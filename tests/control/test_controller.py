@@ -12,6 +12,7 @@ from pipeline.control.program import Program, Question
 from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.linear import Linear
 from pipeline.systems.polytope import Polytope
+from tests.certificates.test_redundancy import PLANE, in_the_plane
 from tests.control import instances, naive
 
 PLANT = instances.double_integrator()
@@ -34,6 +35,16 @@ def test_on_a_reference_at_rest_on_its_bound_the_optimum_is_to_stay_there():
     assert isinstance(answer, Step)
     assert answer.cost < 1e-24
     assert answer.slack == pytest.approx(0, abs=1e-14)
+
+
+def test_a_reference_out_of_its_bound_by_rounding_is_on_it():
+    """Which of them rounding leaves where differs from one linear algebra to the next."""
+    beyond = float(np.nextafter(1.2, 2))
+    answer = CONTROLLER.step(0, np.array([beyond, 0.0]), instances.at_rest(PLANT, beyond))
+    assert isinstance(answer, Step)
+    assert answer.status is Status.UNBOUNDED
+    assert -1e-15 < answer.slack < 0
+    assert answer.cost < 1e-24
 
 
 STATES = [(1.2, 0.3), (1.2, 0.01), (1.1, 1.0), (1.0, 1.2), (0.9, -1.0), (0.5, 0.0), (1.19, 0.0), (0.2, 1.9), (1.0, 0.9)]
@@ -165,3 +176,26 @@ def test_a_program_that_would_be_built_afresh_for_each_step_is_refused():
     twice = cp.sum_squares(question.start[0] * question.gaps[0, 0] * question.v)
     with pytest.raises(ValueError, match="affine in its parameters"):
         Program(question, cp.Problem(cp.Minimize(twice)))
+
+
+def test_with_redundant_inputs_every_step_is_feasible_and_admissible():
+    """The reference's own inputs leave the smallest of all where that is not admissible."""
+    plant, reference = PLANE, in_the_plane().reference
+    controller = Controller(plant, 20, np.eye(4), 0.1 * np.eye(4))
+    x, costs = reference.state(0) + 0.02, []
+    for k in range(200):
+        answer = controller.step(k, x, reference)
+        assert isinstance(answer, Step)
+        assert plant.input_set.margin(answer.input) >= 0
+        costs.append(answer.cost)
+        x = plant.system.successor(x, answer.input)
+    assert np.max(np.diff(costs)) < 1e-9
+    np.testing.assert_allclose(x, reference.state(200), atol=1e-9)
+
+
+def test_what_is_too_tight_is_called_as_the_set_calls_it():
+    answer = Controller(PLANE, 20, np.eye(4), np.eye(4)).step(0, np.full(4, 1.9), in_the_plane().reference)
+    assert isinstance(answer, Infeasible)
+    assert answer.quantity in {"east", "north", "ne", "nw", "x", "vx", "y", "vy"}
+    limit = next(limit for limit in PLANE.limits if limit.name == answer.quantity)
+    assert answer.excess == pytest.approx(answer.widening * limit.bounds.width)

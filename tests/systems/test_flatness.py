@@ -151,6 +151,10 @@ def test_a_double_integrator_in_numbers():
     assert [q.offset for q in (*flat.states, *flat.inputs)] == [0, 0, 0]
 
 
+NEITHER = (
+    "the columns of B must be clearly independent or exactly dependent, but are neither; of inputs that push alike, "
+    "give columns that are multiples or sums of each other to the last digit"
+)
 REFUSED = "must be controllable, so that its states can be led where a reference wants them"
 TWO, UP = np.diag([0.5, 0.8]), np.array([[0.0, 1.0], [0.0, 0.0]])
 
@@ -171,12 +175,12 @@ TWO, UP = np.diag([0.5, 0.8]), np.array([[0.0, 1.0], [0.0, 0.0]])
         (
             np.eye(2),
             [[1.0, 1.0], [0.0, 1e-14]],
-            "the columns of B must be clearly independent or exactly dependent, but are neither",
+            NEITHER,
         ),
         (
             np.eye(2),
             [[0.1, 0.3], [0.2, 0.2 * 3]],
-            "the columns of B must be clearly independent or exactly dependent, but are neither",
+            NEITHER,
         ),
     ],
 )

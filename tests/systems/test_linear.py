@@ -132,3 +132,28 @@ def test_discretised_systems_keep_their_names():
 def test_an_impossible_continuous_system_is_refused():
     with pytest.raises(ValueError, match=r"^system: A must be a square matrix"):
         Linear.discretised(np.zeros((2, 3)), B2, 0.1)
+
+
+def test_inputs_that_push_alike_do_so_when_discretised():
+    A = np.random.default_rng(0).normal(size=(3, 3))
+    b, other = A @ np.array([1.0, 0.3, -0.2]), np.array([0.1, 0.0, 1.0])
+    for count, B in (
+        (4, [b, other, -b, b / 4]),
+        (3, [other, b, 2 * b]),
+        (3, [b, other, 3 * b]),
+        (2, [0 * b, b]),
+        (3, [b, other, b + other]),
+    ):
+        discrete = Linear.discretised(A, np.column_stack(B), 0.1)
+        direct = Linear.discretised(A, np.column_stack([b, other]), 0.1).B
+        assert discrete.B.shape == (3, count)
+        np.testing.assert_allclose(
+            discrete.B, direct @ np.linalg.lstsq(np.column_stack([b, other]), np.column_stack(B))[0], atol=1e-15
+        )
+    nearly = np.array([1.0, 2.0, 0.0])
+    for last in np.eye(3):
+        separate = Linear.discretised(A, np.column_stack([nearly, nearly + last]), 0.1).B
+        assert np.linalg.matrix_rank(separate) == 2
+    alike = Linear.discretised(A, np.column_stack([b, other, -b, b / 4]), 0.1).B
+    np.testing.assert_array_equal(alike[:, 2], -alike[:, 0])
+    np.testing.assert_array_equal(4 * alike[:, 3], alike[:, 0])

@@ -12,7 +12,9 @@ If `check` answers Proved, then x(t + T) = A x(t) + B u(t) + c, or f(x(t), u(t))
   - window:     every real t from start to end;
   - instants:   every t = k T, k = 0, 1, 2, …;
 at a distance from either bound (`evaluation`) that exceeds the error of evaluating x(t), u(t) and r x or r u in float64
-at such times up to `until`. So the admissible inputs u(k T) make the system follow x(k T). About rounding it is assumed
+at such times up to `until`. So the admissible inputs u(k T) make the system follow x(k T). If a certificate of a linear
+system also holds an input_set U of rows lower ≤ r u ≤ upper, then some v(t) with B v(t) = 0 has u(t) + v(t) in U at all
+these times, and these are the admissible inputs. About rounding it is assumed
 that arithmetic is IEEE's, exp, log, sqrt, sin, cos and powers are within 4 units in the last place, and the formulas
 are those of κ below, sums of products in any order, and for nonlinear systems those of u as found in step 0.
 
@@ -37,6 +39,10 @@ Proof. Every step is verified here, in interval arithmetic (mpmath iv), the firs
   4. If all parts of κ have one and the same period, what holds for one period of t holds always (`boxes`).
   5. Roundings add up to no more than the stated errors. Those of a nonlinear u are carried through its formula, with
      x(t) in its bounds, which the steps above have shown (`rounding`).
+  6. Let the columns of Z span the kernel of B. There is a w with lower_i ≤ r_i (u + Z w) ≤ upper_i for all rows of U if
+     Σ_i λ_i r_i u lies between Σ λ_i lower_i and Σ λ_i upper_i (ends exchanged where λ_i < 0) for all λ with
+     Σ_i λ_i r_i Z = 0 (Farkas), hence if it does for those with least support: any λ is a sum of such without opposite
+     signs. They are enumerated; for each a bound is found that says so (`redundancy`).
 """
 
 from dataclasses import dataclass
@@ -45,6 +51,7 @@ from pipeline.certificates.checker.affine import UnsolvableError
 from pipeline.certificates.checker.boxes import check_boxes, check_cover, check_instants
 from pipeline.certificates.checker.quantities import quantities
 from pipeline.certificates.checker.reading import UnreadableError
+from pipeline.certificates.checker.redundancy import check_input_set
 from pipeline.certificates.checker.rounding import check_rounding, check_sizes
 from pipeline.certificates.checker.shapes import read_certificate
 from pipeline.certificates.checker.statement import statement
@@ -82,7 +89,7 @@ def check(data: object) -> Verdict:
         certificate = read_certificate(data)
     except UnreadableError as error:
         return NotACertificate(str(error))
-    for look in (check_shapes, check_trajectories, check_cover):
+    for look in (check_shapes, check_trajectories, check_input_set, check_cover):
         if reason := look(certificate):
             return Failed(reason)
     try:

@@ -28,7 +28,9 @@ KERNELS |= {"Sum": {"left": _kernel, "right": _kernel}, "Product": {"left": _ker
 _BOXES = {"ends": [real_number], "radii": [positive_number]}
 _COVERS = {"covers": {...: _BOXES}, "terms": whole_number}
 _FUNCTIONAL = {"offset": rational_number, "weights": [[rational_number]]}
-_BOUND = {"name": a_name, "row": [real_number], "lower": real_number, "upper": real_number}
+_ENDS = {"lower": real_number, "upper": real_number}
+_BOUND = {"name": a_name, "row": [real_number], **_ENDS}
+_NEEDED = {"name": a_name, "row": [rational_number], **_ENDS}
 _ABOUT_SYSTEM = {"states": [a_name], "inputs": [a_name], "sampling_time": positive_number}
 _EVERY = {
     "format": only("trackable certificate"),
@@ -51,11 +53,17 @@ _LINEAR = {
     "system": {"A": [[real_number]], "B": [[real_number]], "c": [real_number], **_ABOUT_SYSTEM},
     "trajectories": {"states": [_FUNCTIONAL], "inputs": [_FUNCTIONAL]},
 }
+_REDUNDANT = {
+    **_LINEAR,
+    "bounds": [one_of("of", {"state": _BOUND, "input": _NEEDED})],
+    "input_set": [{"row": [real_number], **_ENDS}],
+}
 _NONLINEAR = {**_EVERY, "system": {"f": [formula], **_ABOUT_SYSTEM}}
 
 
 def read_certificate(data: object) -> Any:
-    """The certificate of a linear or a nonlinear system. UnreadableError where it is neither."""
+    """The certificate of a linear system, one with redundant inputs, or a nonlinear one. UnreadableError otherwise."""
     system = data.get("system") if isinstance(data, dict) else None
-    is_nonlinear = isinstance(system, dict) and "f" in system
-    return read(data, _NONLINEAR if is_nonlinear else _LINEAR, "certificate")
+    if isinstance(system, dict) and "f" in system:
+        return read(data, _NONLINEAR, "certificate")
+    return read(data, _REDUNDANT if isinstance(data, dict) and "input_set" in data else _LINEAR, "certificate")

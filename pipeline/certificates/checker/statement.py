@@ -1,5 +1,6 @@
 """What a certificate proves, in words and numbers."""
 
+from fractions import Fraction
 from typing import Any
 
 from pipeline.certificates.checker.formulas import text
@@ -16,18 +17,26 @@ def statement(certificate: Any) -> str:
         "instants": "all sampled instants t = k T, k = 0, 1, 2, …",
     }
     names = {"state": system["states"], "input": system["inputs"]}
-    held = []
-    for bound in certificate["bounds"]:
-        weighted = [
-            name if r == 1 else f"{r!r} {name}" for r, name in zip(bound["row"], names[bound["of"]], strict=True) if r
-        ]
-        held.append(f"{bound['lower']!r} ≤ {' + '.join(weighted)} ≤ {bound['upper']!r}")
+    held = ", ".join(_bound(bound, names[bound["of"]]) for bound in certificate["bounds"])
+    inputs = "these inputs"
+    if "input_set" in certificate:
+        kept = ", ".join(_bound(bound, system["inputs"]) for bound in certificate["input_set"])
+        inputs = f"inputs that push alike (they differ by v with B v = 0) and keep {kept}"
     return (
-        f"For {times[claim['kind']]} the reference keeps {', '.join(held)}, and the system {_dynamics(certificate)} "
-        f"follows it with these inputs "
+        f"For {times[claim['kind']]} the reference keeps {held}, and the system {_dynamics(certificate)} "
+        f"follows it with {inputs} "
         f"(T = {system['sampling_time']!r} s). The bounds hold with room for the error of float64 evaluation at times "
         f"up to {certificate['evaluation']['until']:g} s."
     )
+
+
+def _bound(bound: Any, names: list[str]) -> str:
+    weighted = [name if r == 1 else f"{_number(r)} {name}" for r, name in zip(bound["row"], names, strict=True) if r]
+    return f"{bound['lower']!r} ≤ {' + '.join(weighted)} ≤ {bound['upper']!r}"
+
+
+def _number(r: float | Fraction) -> str:
+    return str(r) if isinstance(r, Fraction) else repr(r)
 
 
 def _dynamics(certificate: Any) -> str:
