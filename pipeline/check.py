@@ -4,15 +4,17 @@ from pathlib import Path
 
 from pipeline.certificates.checker import Failed, NotACertificate, Proved, check
 from pipeline.errors import InputError, NoReferenceError
-from pipeline.files import from_json
+from pipeline.files import from_json, read_bytes
 
 
 def check_file(path: Path) -> str:
     """What the certificate in a file proves. NoReferenceError where it proves nothing, InputError where it is none."""
     try:
-        content = from_json(path.read_bytes())
-    except (OSError, ValueError) as error:
+        content = from_json(read_bytes(path))
+    except ValueError as error:
         raise InputError(f"{path}: is not a certificate: {error}") from error
+    if isinstance(content, dict) and "reference" in content:
+        raise InputError(f"{path}: is a saved reference, not a certificate; `save_certificate` writes that of one")
     match check(content):
         case Proved(statement):
             return statement

@@ -6,6 +6,8 @@ from pathlib import Path
 from secrets import token_hex
 from typing import NoReturn
 
+from pipeline.errors import InputError
+
 
 def write_atomically(path: Path, data: bytes) -> None:
     """Put `data` at `path`, making its parent folders, so that no reader ever meets a part of it there.
@@ -24,6 +26,16 @@ def write_atomically(path: Path, data: bytes) -> None:
         neighbour.replace(path)
     finally:
         neighbour.unlink(missing_ok=True)  # once it took the name there is nothing left to remove
+
+
+def read_bytes(path: Path) -> bytes:
+    """A file's content. InputError where there is none to be read."""
+    if not path.exists():
+        raise InputError(f"{path}: not there")
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def write_text(path: Path, text: str) -> None:

@@ -10,15 +10,16 @@ import numpy as np
 from tqdm import tqdm
 
 from pipeline.arrays import Array
-from pipeline.certificates.certificate import Certificate
+from pipeline.certificates.certificate import FORMAT, Certificate
 from pipeline.certificates.certified import Certified, learn_certified
 from pipeline.certificates.claim import OnWindow
 from pipeline.certificates.goal import Goal, for_all_times, has_period, on_window
 from pipeline.certificates.outcome import Counterexample, Unproved
 from pipeline.certificates.prove import Outcome, prove, prove_on_window
+from pipeline.certificates.rounding import LATEST
 from pipeline.codec import dumps, loads
 from pipeline.errors import InputError, NoReferenceError
-from pipeline.files import write_atomically, write_json
+from pipeline.files import read_bytes, write_atomically, write_json
 from pipeline.gp.joint import JointPosterior, JointPrior
 from pipeline.gp.kernel import Kernel
 from pipeline.gp.prior import NOISE, Prior
@@ -50,6 +51,7 @@ class TrackableReference:
     """A learned reference with its proof: the system can follow it at all times that `certificate` names.
 
     `samples` and the learned `prior` are those of the flat outputs; `objective` is l(θ) = −2 ln p(y) at the optimum.
+    Steps outside of what is proved are refused with a ValueError; `reference` has values there too, but no guarantee.
     """
 
     reference: Reference
@@ -60,14 +62,19 @@ class TrackableReference:
 
     def state(self, k: Array | int) -> Array:
         """x_r(k) at steps k (any shape): shape (*k.shape, n)."""
+        self._refuse_unproved(k)
         return self.reference.state(k)
 
     def input(self, k: Array | int) -> Array:
         """u_r(k), which takes x_r(k) to x_r(k + 1): shape (*k.shape, m)."""
+        self._refuse_unproved(k)
         return self.reference.input(k)
 
     def window(self, k: int, horizon: int) -> Window:
         """States k … k + `horizon` and the inputs between them, for a predictive controller at step k."""
+        if horizon < 1:
+            raise ValueError(f"window: a horizon of one step at least is needed, got {horizon}")
+        self._refuse_unproved(np.array([k, k + horizon]))
         return self.reference.window(k, horizon)
 
     def state_std(self, k: Array | int) -> Array:
@@ -88,9 +95,44 @@ class TrackableReference:
         return self.prior.hyperparameters
 
     @property
+    def misfit(self) -> dict[str, float]:
+        """By name, how far samples lie from the reference: root mean square, in the unit of what is sampled."""
+        return {name: float(np.sqrt(np.mean(off**2))) for name, off in self._off.items()}
+
+    @property
     def explanation(self) -> str:
-        """What is proved, in a sentence."""
-        return self.certificate.explanation
+        """What is proved, in a sentence, and what that costs: how far the reference is from its samples."""
+        until = self.certificate.evaluated_until
+        rounding = f" (evaluated in float64 up to {until:.4g} s)" if until < LATEST else ""
+        return f"{self.certificate.explanation}{rounding}; {', '.join(self._distances)}"
+
+    @property
+    def _off(self) -> dict[str, Array]:
+        """Samples minus what the reference says of them."""
+        flat = zip(self.prior.names, self.samples, self.reference.signals, strict=True)
+        return {name: of.values - of.stencil.seen(signal, of.times) for name, of, signal in flat}
+
+    @property
+    def _distances(self) -> list[str]:
+        said = []
+        for (name, off), of, part in zip(self._off.items(), self.samples, self.prior.parts, strict=True):
+            by_noise = np.sqrt(np.mean((off / (part.noise_std * of.relative_noise)) ** 2))
+            said.append(
+                f"it is {self.misfit[name]:.3g} off the samples of {name} (root mean square), {by_noise:.3g} times "
+                "their noise"
+            )
+        return said
+
+    def _refuse_unproved(self, k: Array | int) -> None:
+        steps = np.asarray(k, dtype=float)
+        (first, last), t = self.certificate.claim.span, self._times(k)
+        hair = 1e-12 * np.abs(t)
+        if (outside := ~((t >= first - hair) & (t <= last + hair))).any():
+            step, when = steps[outside].ravel()[0], t[outside].ravel()[0]
+            raise ValueError(
+                f"step {step:g} ({when:g} s) is outside of what is proved, {self.certificate.claim}; the field "
+                "`reference` has values there too, without any guarantee"
+            )
 
     def save(self, path: Path | str) -> None:
         """Write everything as JSON, losslessly and atomically. Raises OSError."""
@@ -100,13 +142,10 @@ class TrackableReference:
     def load(cls, path: Path | str) -> Self:
         """The inverse of `save`: what is read is proved again.
 
-        Raises InputError where the file is not there, CodecError where it is not what `save` wrote, and
-        NotTrackableError where it holds a reference that cannot be proved to keep its bounds.
+        Raises InputError where the file cannot be read or holds a certificate, CodecError where it is not what `save`
+        wrote, and NotTrackableError where it holds a reference that cannot be proved to keep its bounds.
         """
-        path = Path(path)
-        if not path.exists():
-            raise InputError(f"{path}: not there")
-        saved = loads(_Saved, path.read_bytes())
+        saved = _read(Path(path))
         found = saved.proof()
         if not isinstance(found, Certificate):
             raise NotTrackableError(found)
@@ -165,6 +204,13 @@ class _Saved:
         return prove_on_window(self.reference, self.proved_from, self.proved_until)
 
 
+def _read(path: Path) -> _Saved:
+    content = read_bytes(path)
+    if f'"format": "{FORMAT}"'.encode() in content:
+        raise InputError(f"{path}: holds a certificate; what can be loaded is the reference, as `save` writes it")
+    return loads(_Saved, content)
+
+
 def learn_reference(
     samples: Samples | Mapping[str, Samples],
     plant: ConstrainedSystem,
@@ -206,6 +252,8 @@ def learn_reference(
 
     Raises
     ------
+    TypeError
+        For samples or kernels that are none.
     ValueError
         For samples, kernels or options that do not fit together, and for a prior mean that is no admissible equilibrium
         (where all times are asked for), with the reason.
@@ -213,17 +261,43 @@ def learn_reference(
         Where no reference was found, or none that is proved: says by how much, where and why.
 
     """
-    given = {default_sample(plant): samples} if isinstance(samples, Samples) else dict(samples)
+    given = _given(samples, plant)
     names, seen = sampled_signals(plant, given)
     prior = _prior(names, seen, kernel, noise_std, mean, known or {}, share_period=kind == "periodic")
     goal = _goal(kind, seen, prior, plant, window)
-    space = SearchSpace.around(seen, prior, {name: Interval(*b) for name, b in (bounds or {}).items()}, starts)
+    space = SearchSpace.around(seen, prior, {name: _interval(name, *b) for name, b in (bounds or {}).items()}, starts)
     with tqdm(desc="learn reference", unit="fit", disable=None if progress else True) as bar:
         found = learn_certified(seen, prior, plant, space, goal, lambda done: bar.update())
     if not isinstance(found, Certified):
         raise NotTrackableError(found)
     posterior = found.solution.posterior
     return TrackableReference(found.reference, found.certificate, seen, posterior.prior, found.solution.objective)
+
+
+def _given(samples: Samples | Mapping[str, Samples], plant: ConstrainedSystem) -> dict[str, Samples]:
+    if isinstance(samples, Samples):
+        return {default_sample(plant): samples}
+    if not isinstance(samples, Mapping):
+        raise TypeError(
+            f"samples: expected Samples, or a mapping from names to Samples, got {type(samples).__name__}; "
+            "`recording.samples(name)` gives those of a recording"
+        )
+    for name, of_name in samples.items():
+        if not isinstance(of_name, Samples):
+            raise TypeError(f"samples: expected Samples(times, values) of {name}, got {type(of_name).__name__}")
+    return dict(samples)
+
+
+def _refuse_other_than_kernels(given: object) -> None:
+    if not isinstance(given, Kernel):
+        what = f"the class {given.__name__}" if isinstance(given, type) else type(given).__name__
+        raise TypeError(f"kernel: expected a kernel such as SquaredExponential(1.0, 1.0), got {what}")
+
+
+def _interval(name: str, lower: float, upper: float) -> Interval:
+    if not lower < upper:
+        raise ValueError(f"bounds: of {name} expected (lower, upper) with lower < upper, got ({lower:g}, {upper:g})")
+    return Interval(lower, upper)
 
 
 def _prior(
@@ -239,6 +313,7 @@ def _prior(
     parts = []
     for name, of_name in zip(names, samples, strict=True):
         own = _of(kernel, name, "kernel")
+        _refuse_other_than_kernels(own)
         sigma = _of(noise_std, name, "noise_std")
         stencil = of_name.stencil
         level = (_of(mean, name, "mean") - stencil.offset) / sum(stencil.weights)

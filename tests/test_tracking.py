@@ -22,6 +22,7 @@ from pipeline import (
     learn_reference,
 )
 from pipeline.certificates.checker import Proved, check
+from pipeline.check import check_file
 from pipeline.codec import CodecError
 from pipeline.errors import InputError
 from pipeline.learning.problem import Infeasible
@@ -120,6 +121,42 @@ def test_the_certificate_stands_alone(axis: TrackableReference, tmp_path: Path) 
     assert "lengthscale = " in repr(axis)
 
 
+def test_the_wrong_file_is_told_from_the_right_one(axis: TrackableReference, tmp_path: Path) -> None:
+    axis.save(tmp_path / "axis.json")
+    axis.save_certificate(tmp_path / "proof.json")
+    with pytest.raises(InputError, match=r"proof.json: holds a certificate; what can be loaded is the reference"):
+        TrackableReference.load(tmp_path / "proof.json")
+    with pytest.raises(InputError, match=r"axis.json: is a saved reference, not a certificate; `save_certificate`"):
+        check_file(tmp_path / "axis.json")
+    with pytest.raises(InputError, match=r"nothing.json: not there$"):
+        check_file(tmp_path / "nothing.json")
+    with pytest.raises(InputError, match=r"cannot be read: Is a directory$"):
+        check_file(tmp_path)
+    assert "For all real t ≥ 0" in check_file(tmp_path / "proof.json")
+
+
+def test_how_far_the_samples_are_is_said(axis: TrackableReference) -> None:
+    """Against the states themselves: position is what was sampled."""
+    off = SAMPLES.values - axis.reference.state_at(TIMES)[:, 0]
+    assert axis.misfit == pytest.approx({"position": np.sqrt(np.mean(off**2))}, rel=1e-9)
+    times = np.sqrt(np.mean(off**2)) / 0.02
+    assert f"{axis.misfit['position']:.3g} off the samples of position" in axis.explanation
+    assert f"{times:.3g} times their noise" in axis.explanation
+    known = {"signal_std": 0.01, "lengthscale": 3.0}
+    far = learn_reference({"position": SAMPLES}, AXIS, KERNEL, "asymptotic", noise_std=0.02, known=known)
+    assert far.misfit["position"] > 0.3
+
+
+def test_what_is_not_proved_is_refused(axis: TrackableReference) -> None:
+    for ask in (axis.state, axis.input, lambda k: axis.window(k, 5)):
+        with pytest.raises(ValueError, match=r"^step -1 \(-0.05 s\) is outside of what is proved, all real t ≥ 0"):
+            ask(-1)
+    assert axis.reference.state(-1).shape == (2,)
+    with pytest.raises(ValueError, match="a horizon of one step at least is needed, got 0"):
+        axis.window(3, 0)
+    assert axis.window(10**9, 3).states.shape == (4, 2)
+
+
 def test_one_signal_needs_no_name_and_noise_may_be_learned() -> None:
     found = learn_reference(SAMPLES, AXIS, KERNEL, "asymptotic")
     assert 0.005 < found.hyperparameters["noise_std"] < 0.1
@@ -142,6 +179,10 @@ def test_a_window_is_proved_and_nothing_else() -> None:
     found = learn_reference(up, AXIS, KERNEL, "window", noise_std=0.02, mean=-5.0, window=(0.0, 3.0))
     assert "from 0 s to 3 s" in found.explanation
     assert np.min(AXIS.state_set.margin(found.state(np.arange(61)))) >= 0
+    assert found.window(50, 10).states.shape == (11, 2)
+    for ask in (lambda: found.state(61), lambda: found.input(np.arange(70)), lambda: found.window(51, 10)):
+        with pytest.raises(ValueError, match=r"^step 61 \(3.05 s\) is outside of what is proved, all real t from 0"):
+            ask()
 
 
 def test_two_periodic_signals_share_their_period() -> None:
@@ -150,6 +191,8 @@ def test_two_periodic_signals_share_their_period() -> None:
     found = learn_reference(samples, CART, Periodic(1.0, 1.0, 1.7), "periodic", noise_std=0.05)
     assert found.hyperparameters["period"] == pytest.approx(1.7, abs=0.05)
     assert "proved for all real t:" in found.explanation
+    assert re.search(r"\(evaluated in float64 up to \d+ s\)", found.explanation)
+    assert found.state(-70).shape == (2,)
     k = np.arange(5000)
     assert np.min(CART.input_set.margin(found.input(k))) >= 0
     assert isinstance(check(found.certificate.to_dict()), Proved)
@@ -201,7 +244,29 @@ def refusals() -> dict[str, tuple[dict[str, object], str]]:
         "no kind": ({"kind": "constant"}, "kind: must be one of asymptotic, periodic, window, got 'constant'"),
         "unknown parameter": ({"known": {"length": 1.0}}, "prior: length is no hyperparameter; there are signal_std"),
         "unknown bounds": ({"bounds": {"length": (0.1, 1.0)}}, "search: bounds are given for length, which is not lea"),
+        "bounds": (
+            {"bounds": {"lengthscale": (2, 1)}},
+            "bounds: of lengthscale expected (lower, upper) with lower",
+        ),
     }
+
+
+WRONG_TYPES = {
+    "values": ({"samples": {"position": SAMPLES.values}}, "expected Samples(times, values) of position, got ndarray"),
+    "no mapping": ({"samples": [SAMPLES]}, "expected Samples, or a mapping from names to Samples, got list"),
+    "kernel class": (
+        {"kernel": SquaredExponential},
+        "expected a kernel such as SquaredExponential(1.0, 1.0), got ",
+    ),
+    "kernel number": ({"kernel": 1.0}, "expected a kernel such as SquaredExponential(1.0, 1.0), got float"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_TYPES)
+def test_what_is_no_sample_or_kernel_is_refused(name: str) -> None:
+    changed, sentence = WRONG_TYPES[name]
+    with pytest.raises(TypeError, match=re.escape(sentence)):
+        learn_reference(**{"samples": SAMPLES, "plant": AXIS, "kernel": KERNEL, "kind": "asymptotic"} | changed)
 
 
 @pytest.mark.parametrize("name", refusals())

@@ -1,5 +1,6 @@
 """What a certificate claims, and about which times."""
 
+import math
 from dataclasses import dataclass
 
 
@@ -8,6 +9,11 @@ class AllTimes:
     """Every real t ≥ 0, by a cover of [0, tail_start] and an envelope that decays from `tail_start` [s] on."""
 
     tail_start: float
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """From when to when [s]."""
+        return 0.0, math.inf
 
     def __str__(self) -> str:
         return "all real t ≥ 0"
@@ -18,6 +24,11 @@ class AllPhases:
     """Every real t, by a cover of one `period` [s] (the stored float64, taken exactly) of a periodic kernel."""
 
     period: float
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """From when to when [s]."""
+        return -math.inf, math.inf
 
     def __str__(self) -> str:
         return "all real t"
@@ -34,6 +45,11 @@ class OnWindow:
         if not self.start < self.end:
             raise ValueError(f"claim: a window needs start < end, got [{self.start!r}, {self.end!r}]")
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """From when to when [s]."""
+        return self.start, self.end
+
     def __str__(self) -> str:
         return f"all real t from {self.start:g} s to {self.end:g} s"
 
@@ -43,6 +59,11 @@ class AtInstants:
     """Every sampled instant k T_s, k = 0, 1, 2, …: one by one up to `last_step`, by the envelope from there on."""
 
     last_step: int
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """From when to when [s]."""
+        return 0.0, math.inf
 
     def __str__(self) -> str:
         return "all sampled instants k T_s, k ≥ 0"

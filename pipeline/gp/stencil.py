@@ -1,5 +1,6 @@
 """How samples see a process: not always directly, but as a weighted sum of it at shifted times."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -28,6 +29,10 @@ class Stencil:
     def at_rest(self, level: float) -> float:
         """What is sampled of a constant process."""
         return self.offset + sum(self.weights) * level
+
+    def seen(self, process: Callable[[Array], Array], t: Array) -> Array:
+        """What is sampled of a process at t [s]: the shape of t."""
+        return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
 
     def centres(self, t: Array) -> Array:
         """The instants t + j step [s] of the process that samples at t (shape (n,)) see: shape (n · len(weights),)."""

@@ -17,6 +17,7 @@ from pipeline.learning.problem import ConstrainedProblem, Infeasible, NoSolution
 
 _MAX_ROUNDS = 60
 _MAX_HALVINGS = 60
+_LOOKS = 256
 _SAME_POINT = 1e-6
 _SAME_TIME = 1e-9
 
@@ -42,8 +43,11 @@ def solve(problem: ConstrainedProblem, warm: Solution | None = None) -> Solution
     search.settle()
     if search.incumbent is None:
         search.sweep(Program.minimise_violation, starts)
-        search.sweep(Program.minimise, [search.closest.log_theta])
-        search.settle()
+        search.improve_closest()
+    if search.incumbent is None:  # before it is said that there is none: everywhere, if thinly
+        search.look_at(problem.space.points(_LOOKS))
+        search.sweep(Program.minimise_violation, [search.closest.log_theta])
+        search.improve_closest()
     if search.incumbent is None:
         return search.closest.infeasible(problem)
     return Solution(search.incumbent.posterior, search.incumbent.objective, search.times, search.fits)
@@ -169,6 +173,16 @@ class _Search:
             self.incumbent, self._closest = None, [found]
             self.times = tuple(united(*pair) for pair in zip(self.times, found.broken_places, strict=True))
             self.sweep(Program.minimise, [found.log_theta])
+
+    def improve_closest(self) -> None:
+        """Go on from the point that breaks the bounds least, or from the best that keeps them."""
+        self.sweep(Program.minimise, [(self.incumbent or self.closest).log_theta])
+        self.settle()
+
+    def look_at(self, points: Iterable[Array]) -> None:
+        """What the constraints say at some points: the best that keeps all of them is kept, or the closest."""
+        for point in points:
+            self._judged(point)
 
     def keep_faded(self, points: Iterable[Array]) -> None:
         """Halve the signal's amplitude at each point until the bounds hold; keep the best that does."""

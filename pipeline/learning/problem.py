@@ -201,4 +201,7 @@ class Infeasible(NoSolution):
         if not np.isfinite(self.violation):
             what = f"has no {self.quantity.name} at t = {self.time:.6g} s, as its formula is not defined there"
         by = f" by {self.violation:.3g}" if np.isfinite(self.violation) else ""
-        return f"{rest}no reference was found that keeps its bounds: the best attempt ({theta}) {what}{by}"
+        found = f"{rest}no reference was found that keeps its bounds: the best attempt ({theta}) {what}{by}"
+        return (
+            found if self.broken_at_rest else f"{found}; wider bounds of hyperparameters, or more starts, may find one"
+        )

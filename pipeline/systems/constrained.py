@@ -16,6 +16,7 @@ from pipeline.systems.nonlinear import Nonlinear
 from pipeline.systems.polytope import Polytope
 from pipeline.systems.quantity import Quantity
 from pipeline.systems.trajectory import combined
+from pipeline.systems.wording import written
 
 System = Linear | Nonlinear
 
@@ -111,23 +112,13 @@ def _limits(
     of: Literal["state", "input"], rows: Sequence[tuple[tuple[Fraction, ...], Interval]], names: tuple[str, ...]
 ) -> list[Limit]:
     """Each called as its row is written; rows of one name are numbered."""
-    written = Counter[str]()
+    counted = Counter[str]()
     limits = []
     for row, bounds in rows:
-        name = _name(row, names)
-        written[name] += 1
-        limits.append(Limit(name if written[name] == 1 else f"{name} ({written[name]})", of, row, bounds))
+        name = written(row, names)
+        counted[name] += 1
+        limits.append(Limit(name if counted[name] == 1 else f"{name} ({counted[name]})", of, row, bounds))
     return limits
-
-
-def _name(row: tuple[Fraction, ...], names: tuple[str, ...]) -> str:
-    """x, or x+y, or x-0.5y."""
-    signed = []
-    for weight, name in zip(map(float, row), names, strict=True):
-        if weight:
-            size = "" if abs(weight) == 1 else f"{abs(weight):.3g}"
-            signed.append(f"{'-' if weight < 0 else '+'}{size}{name}")
-    return "".join(signed).removeprefix("+")
 
 
 def _free(names: tuple[str, ...], wanted: Polytope) -> list[str]:

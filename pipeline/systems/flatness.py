@@ -17,8 +17,9 @@ from flint import fmpq, fmpq_mat
 
 from pipeline.systems.functional import Functional
 from pipeline.systems.linear import Linear
-from pipeline.systems.rationals import beside, columns_of, exact, fraction, row_of, stacked
+from pipeline.systems.rationals import beside, columns_of, exact, fraction, kernel, row_of, stacked
 from pipeline.systems.trajectory import Coordinate
+from pipeline.systems.wording import written
 
 _WORST_CONDITION = 1e13
 _REFUSED = "system: must be controllable, so that its states can be led where a reference wants them"
@@ -112,10 +113,20 @@ def _chains(system: Linear, A: fmpq_mat, B: fmpq_mat) -> list[int]:
                     orders[c] += 1
         power = A * power
     if len(taken) < n:
-        raise ValueError(f"{_REFUSED}: its inputs reach {len(taken)} of {n} dimensions ({', '.join(system.states)})")
+        raise ValueError(
+            f"{_REFUSED}: its inputs reach {len(taken)} of {n} dimensions, and none of them ever moves "
+            f"{written(_never_moved(taken, n), system.states)}"
+        )
     if not (condition := _condition(beside(taken))) < _WORST_CONDITION:
         raise ValueError(f"{_REFUSED}, but is so barely: [B, A B, …] has condition number {condition:.1g}")
     return orders
+
+
+def _never_moved(reached: list[fmpq_mat], n: int) -> list[Fraction]:
+    """A row that maps everything that is reached to zero; its largest number is 1."""
+    row = kernel(beside(reached).transpose())[0] if reached else fmpq_mat(n, 1, [fmpq(int(i == 0)) for i in range(n)])
+    weights = [fraction(row[i, 0]) for i in range(n)]
+    return [w / max(weights, key=abs) for w in weights]
 
 
 def _outputs(A: fmpq_mat, B: fmpq_mat, orders: list[int]) -> fmpq_mat:

@@ -29,6 +29,7 @@ from pipeline.systems.interval import Interval
 from pipeline.systems.linear import Linear
 from pipeline.systems.polytope import Polytope
 from pipeline.systems.reference import Reference
+from pipeline.tracking import learn_reference
 from tests.certificates import naive
 from tests.systems.instances import controllable, unbounded
 
@@ -243,3 +244,30 @@ def test_a_prior_mean_that_is_no_admissible_equilibrium_is_explained():
     assert found.explanation.startswith(
         "the prior mean 5 is no admissible equilibrium (its position 5 does not lie inside [-1, 1.2])"
     )
+
+
+def test_before_it_is_said_that_there_is_none_the_whole_search_space_is_looked_at():
+    """All eight starts end where the velocity is broken; where it is kept, they do not see."""
+    rng = np.random.default_rng(5)
+    times = np.cumsum(rng.uniform(0.03, 0.07, 80))
+    times -= times[0]
+    part = np.clip((times - 0.3) / 2.4, 0, 1)
+    values = 0.5 * (10 * part**3 - 15 * part**4 + 6 * part**5) + 0.003 * rng.standard_normal(80)
+    kept = np.delete(np.arange(80), [12, 33, 34, 50])
+    cart = ConstrainedSystem(
+        Linear.discretised([[0, 1], [0, -0.75]], [[0], [0.5]], 0.04, states=("position", "velocity")),
+        Polytope.box([-0.05, -0.35], [0.55, 0.35]),
+        Polytope.box([-2.0], [2.0]),
+        0.04,
+    )
+    bounds = {"noise_std": (0.002, 0.05), "signal_std": (0.05, 5.0), "lengthscale": (0.2, 3.0)}
+    found = learn_reference(
+        Samples(times[kept], values[kept]),
+        cart,
+        SquaredExponential(1.0, 1.0),
+        "asymptotic",
+        mean=0.5,
+        bounds=bounds,
+        progress=False,
+    )
+    assert found.objective < -357
