@@ -1,9 +1,10 @@
 """Measured samples in people's files, CSV or MCAP → signals over time, each as it was recorded, with a report."""
 
 from pipeline.recordings.cleaning import Cleaning, Finding
-from pipeline.recordings.clocks import CLOCKS, Clock, DateTimes, Ticks, frames
+from pipeline.recordings.clocks import CLOCKS, Clock, Ticks, frames
 from pipeline.recordings.csv_reader import Column, read_csv
 from pipeline.recordings.csv_table import CsvLayout
+from pipeline.recordings.dates import DateTimes
 from pipeline.recordings.mcap_reader import Field, read_mcap
 from pipeline.recordings.message_times import LOG_TIME, PUBLISH_TIME, MessageTime, Stamp
 from pipeline.recordings.recording import Recording

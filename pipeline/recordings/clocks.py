@@ -1,20 +1,13 @@
 """What a stamp in a file means: ticks of some length, or a date and a time of day."""
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
 from decimal import Context, Decimal
 
 from pipeline.errors import InputError
+from pipeline.recordings.dates import DateTimes
 from pipeline.recordings.decimals import EXACT
-
-_STAMP = re.compile(
-    r"(?P<start>\d{4}-?\d\d-?\d\d[T ]\d\d:?\d\d:?\d\d)(?:[.,](?P<fraction>\d+))?(?P<zone>Z|[+-][\d:]+)?", re.ASCII
-)
-_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
-_SECOND = timedelta(seconds=1)
 
 
 @dataclass(frozen=True)
@@ -31,25 +24,6 @@ class Ticks:
     def seconds(self, stamp: Decimal) -> Decimal:
         """The time [s] since zero, exactly."""
         return EXACT.multiply(stamp, self.length)
-
-
-@dataclass(frozen=True)
-class DateTimes:
-    """Stamps are ISO 8601 dates with a time of day: 2024-05-01T12:00:00.25+02:00; without a zone they are in UTC."""
-
-    absolute: bool = True
-
-    def seconds(self, stamp: str) -> Decimal:
-        """The time [s] since 1970, UTC, exactly. ValueError where the text is no such stamp."""
-        match = _STAMP.fullmatch(stamp.strip())
-        try:
-            if match is None:
-                raise ValueError
-            # datetime would cut the fraction after six digits, without a word.
-            moment = datetime.fromisoformat(match["start"] + (match["zone"] or "Z"))
-        except ValueError:
-            raise ValueError(f"expected a stamp like 2024-05-01T12:00:00.25Z, got {stamp!r}") from None
-        return Decimal((moment - _EPOCH) // _SECOND) + Decimal(f"0.{match['fraction'] or 0}")
 
 
 Clock = Ticks | DateTimes

@@ -10,11 +10,13 @@ import numpy as np
 
 from pipeline.arrays import Array
 from pipeline.errors import InputError
-from pipeline.recordings.clocks import Clock, DateTimes, clock_named
+from pipeline.recordings.clocks import Clock, clock_named
 from pipeline.recordings.csv_table import PLAIN, CsvLayout, CsvTable, read_table
+from pipeline.recordings.dates import DateTimes
 from pipeline.recordings.decimals import check_scale, parse, scaled
+from pipeline.recordings.origin import Origin, checked_origin
 from pipeline.recordings.recording import Recording
-from pipeline.recordings.repairs import Repair
+from pipeline.recordings.repairs import Repair, chosen_repairs
 from pipeline.recordings.rows import Rows
 from pipeline.recordings.settle import recorded
 
@@ -41,38 +43,49 @@ def read_csv(
     path: str | Path,
     time: str,
     time_unit: str | Clock,
-    signals: Mapping[str, Column],
+    signals: Mapping[str, Column | str],
     layout: CsvLayout = PLAIN,
-    repairs: Sequence[Repair] = (),
-    origin: int | None = None,
+    repairs: Sequence[Repair | str] = (),
+    origin: Origin = None,
 ) -> Recording:
     """Signals of a CSV file with a header, over its column `time`.
 
-    `time_unit` is one of `CLOCKS`, by name, or a clock of one's own. Times [s] count from `origin` [ns]; without one
-    from the zero of the file's own unit, and from the first sample where stamps are dates or since 1970.
+    `time_unit` is one of `CLOCKS`, by name, or a clock of one's own; a signal is a `Column`, or the name of one. Times
+    [s] count from `origin` [ns], or from the first sample of all where that is "first"; without one from the zero of
+    the file's own unit, and from the first sample where stamps are dates or since 1970.
 
     Rows are taken as they stand. Cells without a value are left out and reported; what else is wrong is mended where
-    one of the `repairs` does so, and otherwise refused. Raises InputError, naming file and line.
+    one of the `repairs`, functions or names of `REPAIRS`, does so, and otherwise refused. Raises InputError, naming
+    file and line.
     """
     path = Path(path)
     if not signals:
         raise InputError(f"{path}: expected the name of a signal at least, got none")
-    clock = clock_named(time_unit)
-    names = [time, *(name for c in signals.values() for name in (c.name, c.noise_std) if name is not None)]
+    clock, mending, zero = clock_named(time_unit), chosen_repairs(repairs), checked_origin(origin)
+    columns = {name: _column(name, wanted) for name, wanted in signals.items()}
+    names = [time, *(name for c in columns.values() for name in (c.name, c.noise_std) if name is not None)]
     table = read_table(path, layout, names)
     cells = _Cells(path, table, layout)
     rows = Rows(
         str(path),
         [f"line {line}" for line in table.lines],
         cells.stamps(time, clock),
-        {name: cells.numbers(column.name, column.scale) for name, column in signals.items()},
+        {name: cells.numbers(column.name, column.scale) for name, column in columns.items()},
         {
             name: cells.numbers(column.noise_std, abs(column.scale))
-            for name, column in signals.items()
+            for name, column in columns.items()
             if column.noise_std is not None
         },
     )
-    return recorded([rows], clock.absolute, repairs, origin)
+    return recorded([rows], clock.absolute, mending, zero)
+
+
+def _column(signal: str, wanted: object) -> Column:
+    if isinstance(wanted, Column):
+        return wanted
+    if isinstance(wanted, str):
+        return Column(wanted)
+    raise InputError(f"signal {signal!r}: expected a Column, or the name of one, got {wanted!r}")
 
 
 @dataclass(frozen=True)
@@ -98,8 +111,15 @@ class _Cells:
         is_missing = self.layout.is_missing
         found: list[_T | None] = []
         for line, row in zip(self.table.lines, self.table.rows, strict=True):
+            cell = row[column]
             try:
-                found.append(None if is_missing(row[column]) else convert(row[column]))
+                found.append(None if is_missing(cell) else convert(cell))
             except ValueError as error:
-                raise InputError(f"{self.path}, line {line}, column {name!r}: {error}") from error
+                raise InputError(f"{self.path}, line {line}, column {name!r}: {error}{self._hint(cell)}") from error
         return found
+
+    def _hint(self, cell: str) -> str:
+        if cell.strip().lstrip("+-.,")[:1].isdigit():
+            return ""  # there is a value, written in another way
+        others = ", ".join(map(repr, self.layout.missing)) or "nothing"
+        return f"; if it stands for no value, name it in CsvLayout(missing=...) beside {others}"

@@ -1,6 +1,5 @@
 """The text of a CSV file as named cells, with the line that each stands on."""
 
-import codecs
 import csv
 import io
 from collections.abc import Collection, Iterator, Sequence
@@ -11,11 +10,10 @@ from pathlib import Path
 
 from pipeline.errors import InputError
 from pipeline.recordings.decimals import DECIMAL_MARKS, POINT
+from pipeline.recordings.text_file import read_text
 
 SEPARATORS = (",", ";", "\t")
 MISSING = ("", "-", "na", "n/a", "nan", "null")
-UTF8 = ("utf-8", "utf-8-sig")
-UTF8_MARK = b"\xef\xbb\xbf"
 
 
 @dataclass(frozen=True)
@@ -39,6 +37,8 @@ class CsvLayout:
             raise InputError(f"CSV layout: expected a point or a comma as decimal mark, got {self.decimal!r}")
         if self.separator is not None and (len(self.separator) != 1 or self.separator in '"\r\n'):
             raise InputError(f"CSV layout: expected one character as separator, got {self.separator!r}")
+        if isinstance(self.missing, str):
+            raise InputError(f"CSV layout: expected a list of texts that stand for no value, got {self.missing!r}")
 
     def is_missing(self, cell: str) -> bool:
         """Whether the cell holds no value."""
@@ -64,7 +64,7 @@ class CsvTable:
 
 def read_table(path: Path, layout: CsvLayout, names: Collection[str]) -> CsvTable:
     """All cells of the file. InputError where it is not read, lacks a column of `names` or repeats it, or is ragged."""
-    text = _text(path, layout.encoding)
+    text = read_text(path, layout.encoding)
     separator, header = _header(path, text, layout, names)
     lines, rows = [], []
     try:
@@ -80,24 +80,6 @@ def read_table(path: Path, layout: CsvLayout, names: Collection[str]) -> CsvTabl
     if not rows:
         raise InputError(f"{path}: there are no rows below the header")
     return CsvTable(header, lines, rows)
-
-
-def _text(path: Path, encoding: str) -> str:
-    try:
-        data = path.read_bytes()
-        if data.startswith(UTF8_MARK):
-            if codecs.lookup(encoding).name not in UTF8:
-                raise InputError(
-                    f"{path}: it begins with the mark of UTF-8, but its encoding is said to be {encoding!r}"
-                )
-            data = data.removeprefix(UTF8_MARK)
-        return data.decode(encoding)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error})") from error
-    except LookupError as error:
-        raise InputError(f"{path}: expected an encoding like 'utf-8' or 'latin-1', got {encoding!r}") from error
-    except UnicodeError as error:
-        raise InputError(f"{path}: it is not written in {encoding!r} ({error}); 'latin-1' or 'utf-16'?") from error
 
 
 def _header(path: Path, text: str, layout: CsvLayout, names: Collection[str]) -> tuple[str, list[str]]:

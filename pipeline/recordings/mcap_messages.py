@@ -20,6 +20,7 @@ from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
 from mcap_ros2.decoder import DecoderFactory as Ros2Decoders
 
 from pipeline.errors import InputError
+from pipeline.recordings.unreadable import unreadable
 
 Decode = Callable[[bytes], object]
 
@@ -88,7 +89,7 @@ def _records(path: Path) -> Iterator[McapRecord]:
             size = path.stat().st_size  # no record is longer: a damaged length asks for no memory
             yield from StreamReader(file, validate_crcs=True, record_size_limit=size).records
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error})") from error
+        raise unreadable(path, error) from error
     except Exception as error:  # beside the library's own: of struct, of both compressors, of text, of memory
         cut = "it ends too early (if a recorder was cut off, 'mcap recover' of the MCAP project saves what there is)"
         reason = cut if isinstance(error, EndOfFile | struct.error) else _reason(error)

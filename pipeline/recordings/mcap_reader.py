@@ -14,8 +14,9 @@ from pipeline.recordings.decimals import check_scale, exact, scaled
 from pipeline.recordings.fields import find, leaves
 from pipeline.recordings.mcap_messages import Received, read_messages
 from pipeline.recordings.message_times import LOG_TIME, MessageTime
+from pipeline.recordings.origin import Origin, checked_origin
 from pipeline.recordings.recording import Recording
-from pipeline.recordings.repairs import Repair
+from pipeline.recordings.repairs import Repair, chosen_repairs
 from pipeline.recordings.rows import Rows
 from pipeline.recordings.settle import recorded
 
@@ -41,20 +42,24 @@ class Field:
 
 
 def read_mcap(
-    path: str | Path, signals: Mapping[str, Field], repairs: Sequence[Repair] = (), origin: int | None = None
+    path: str | Path, signals: Mapping[str, Field], repairs: Sequence[Repair | str] = (), origin: Origin = None
 ) -> Recording:
     """Signals of an MCAP file with JSON, Protobuf or ROS 2 messages; chunks may be compressed.
 
-    Times [s] count from `origin` [ns]; without one from the first sample of all, or, where a stamp is a number in a
-    unit whose zero is the file's own, from that zero.
+    Times [s] count from `origin` [ns], or from the first sample of all where that is "first"; without one from the
+    first sample as well, or, where a stamp is a number in a unit whose zero is the file's own, from that zero.
 
     Messages are taken in the order of their log times, as every reader of MCAP does. Fields without a value (unset,
     null, NaN, absent from some messages) are left out and reported; what else is wrong is mended where one of the
-    `repairs` does so, and otherwise refused. Raises InputError, naming file, topic and message.
+    `repairs`, functions or names of `REPAIRS`, does so, and otherwise refused. Raises InputError, naming file, topic
+    and message.
     """
     path = Path(path)
     if not signals:
         raise InputError(f"{path}: expected the field of a signal at least, got none")
+    for name, wanted in signals.items():
+        _refuse_no_field(name, wanted)
+    mending, zero = chosen_repairs(repairs), checked_origin(origin)
     absolute = {field.time.absolute for field in signals.values()}
     if len(absolute) > 1:
         raise InputError(f"{path}: signals are timed by clocks with different zeros; read them one by one")
@@ -63,8 +68,13 @@ def read_mcap(
     for name, wanted in signals.items():
         groups.setdefault((wanted.topic, wanted.time), {})[name] = wanted
     tables = [_rows(path, messages[topic], topic, time, fields) for (topic, time), fields in groups.items()]
-    found = recorded(tables, absolute.pop(), repairs, origin)
+    found = recorded(tables, absolute.pop(), mending, zero)
     return replace(found, signals={name: found[name] for name in signals})
+
+
+def _refuse_no_field(signal: str, wanted: object) -> None:
+    if not isinstance(wanted, Field):
+        raise InputError(f'signal {signal!r}: expected a Field, as Field("/topic", "path.in.message"), got {wanted!r}')
 
 
 def _rows(path: Path, messages: Sequence[Received], topic: str, time: MessageTime, fields: Mapping[str, Field]) -> Rows:

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from decimal import Decimal
 
-from pipeline.recordings.clocks import Clock, DateTimes, clock_named
+from pipeline.recordings.clocks import Clock, clock_named
+from pipeline.recordings.dates import DateTimes
 from pipeline.recordings.decimals import EXACT, NANOSECOND, exact, shown
 from pipeline.recordings.fields import find
 from pipeline.recordings.mcap_messages import Received

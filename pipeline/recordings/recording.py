@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pipeline.errors import InputError
 from pipeline.gp.samples import Samples
 from pipeline.recordings.cleaning import Cleaning
+from pipeline.recordings.origin import described
 from pipeline.recordings.signal import Signal
 
 
@@ -14,12 +15,14 @@ class Recording:
     """`signals` by name, differently spaced as they may be, with times [s] since `origin`.
 
     `origin` [ns] is where their zero lies on the file's own clock, exactly: since 1970 for epoch stamps, dates and most
-    log times, else since the file's zero. `cleanings` says, for each table or topic, what was found and mended.
+    log times, which are `absolute`, else since the file's zero. `cleanings` says, for each table or topic, what was
+    found and mended.
     """
 
     signals: Mapping[str, Signal]
     origin: int
     cleanings: tuple[Cleaning, ...] = ()
+    absolute: bool = False
 
     def __getitem__(self, name: str) -> Signal:
         if name not in self.signals:
@@ -46,14 +49,15 @@ class Recording:
             )
         if both := self.signals.keys() & other.signals.keys():
             raise InputError(f"both recordings have a signal {min(both)!r}; give one another name")
-        return Recording({**self.signals, **other.signals}, self.origin, self.cleanings + other.cleanings)
+        signals, cleanings = {**self.signals, **other.signals}, self.cleanings + other.cleanings
+        return Recording(signals, self.origin, cleanings, self.absolute and other.absolute)
 
     def __str__(self) -> str:
         lines = [
             f"{name}: {len(signal)} samples from {signal.times[0]:g} to {signal.times[-1]:g} s"
             for name, signal in self.signals.items()
         ]
-        return "\n".join([*lines, f"time zero: {self.origin} ns", *map(str, self.cleanings)])
+        return "\n".join([*lines, f"time zero: {described(self.origin, self.absolute)}", *map(str, self.cleanings)])
 
 
 def _named(name: str, signal: Signal, start: float, end: float) -> Signal:

@@ -1,6 +1,7 @@
 """Repairs of rows: what is chosen is done, in the order in which it is chosen, and reported; nothing else is mended.
 
-A repair is a function from rows to rows and a report, so a program can pass its own beside these.
+A repair is a function from rows to rows and a report, so a program can pass its own beside these; those here may be
+chosen by name.
 """
 
 import math
@@ -10,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.arrays import Array
+from pipeline.errors import InputError
 from pipeline.recordings.cleaning import Finding
 from pipeline.recordings.order import out_of_order
 from pipeline.recordings.rows import Rows
@@ -72,7 +74,23 @@ REPAIRS: Mapping[str, Repair] = {
         average_repeated,
     )
 }
-"""By name, for files of parameters."""
+"""By name, as files of parameters and messages call them."""
+
+
+def chosen_repairs(repairs: Sequence[Repair | str]) -> list[Repair]:
+    """The repairs in their order, those that are named taken from `REPAIRS`. InputError lists the names."""
+    if isinstance(repairs, str) or callable(repairs):
+        alone = repairs if isinstance(repairs, str) else getattr(repairs, "__name__", repairs)
+        raise InputError(f"repairs: expected a list of them, in their order, got {alone} by itself")
+    return [_repair(repair) for repair in repairs]
+
+
+def _repair(repair: Repair | str) -> Repair:
+    if callable(repair):
+        return repair
+    if repair not in REPAIRS:
+        raise InputError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
+    return REPAIRS[repair]
 
 
 def _without(rows: Rows, dropped: Sequence[int], what: str) -> tuple[Rows, tuple[Finding, ...]]:

@@ -9,23 +9,26 @@ from pipeline.errors import InputError
 from pipeline.recordings.cleaning import Cleaning, Finding
 from pipeline.recordings.decimals import EXACT, NANOSECOND, plain
 from pipeline.recordings.order import out_of_order
+from pipeline.recordings.origin import Origin
 from pipeline.recordings.recording import Recording
 from pipeline.recordings.repairs import Repair
 from pipeline.recordings.rows import Rows
 from pipeline.recordings.signal import Signal
 
 
-def recorded(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: int | None) -> Recording:
+def recorded(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:
     """The signals of one or several tables, at least one, with times [s] since `origin` [ns].
 
-    Without an `origin`, times are the file's own, or, where they are `absolute`, count from the first sample of all.
-    Raises InputError, naming the place, where dirt is left that no repair was chosen for, or a signal has no sample.
+    Without an `origin`, times are the file's own, or, where they are `absolute`, count from the first sample of all;
+    so they do where it is "first". Raises InputError, naming the place, where dirt is left that no repair was chosen
+    for, or a signal has no sample.
     """
     settled = [_settled(rows, repairs) for rows in tables]
     if origin is None:
-        origin = min(_first(rows) for rows, _ in settled) if absolute else 0
-    signals = {name: _signal(rows, name, origin) for rows, _ in settled for name in rows.values}
-    return Recording(signals, origin, tuple(cleaning for _, cleaning in settled))
+        origin = "first" if absolute else 0
+    zero = min(_first(rows) for rows, _ in settled) if origin == "first" else origin
+    signals = {name: _signal(rows, name, zero) for rows, _ in settled for name in rows.values}
+    return Recording(signals, zero, tuple(cleaning for _, cleaning in settled), absolute)
 
 
 def _settled(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Cleaning]:

@@ -1,14 +1,13 @@
 """A stamp keeps every digit, whatever it counts."""
 
 import re
-from datetime import UTC, datetime
 from decimal import Decimal
 from typing import Any
 
 import pytest
 
 from pipeline.errors import InputError
-from pipeline.recordings.clocks import CLOCKS, DateTimes, Ticks, clock_named, frames
+from pipeline.recordings.clocks import CLOCKS, Ticks, clock_named, frames
 
 TICKS = {
     "s": ("12.7", "12.7"),
@@ -24,28 +23,6 @@ TICKS = {
     "epoch ns": ("1700000000123456789", "1700000000.123456789"),
 }
 
-DATES = {
-    "1970-01-01T00:00:00Z": "0",
-    "1970-01-01 00:00:01": "1",
-    "1969-12-31T23:59:59.25Z": "-0.75",
-    "2023-11-14T22:13:20.123456789Z": "1700000000.123456789",
-    "2023-11-14T22:13:20,123456789": "1700000000.123456789",
-    "2023-11-14T23:13:20.5+01:00": "1700000000.5",
-    "2023-11-14T20:13:20-0200": "1700000000",
-    "20231114T221320Z": "1700000000",
-    " 2024-02-29T12:00:00Z ": "1709208000",
-}
-
-NO_DATES = [
-    "",
-    "17",
-    "2024-05-01",
-    "2023-02-29T00:00:00",
-    "01.05.2024 12:00:00",
-    "2024-05-01T25:00:00Z",
-    "2024-05-01T12:00",
-]
-
 
 @pytest.mark.parametrize("name", TICKS)
 def test_ticks(name: str) -> None:
@@ -58,22 +35,6 @@ def test_ticks(name: str) -> None:
 
 def test_the_table_has_every_clock() -> None:
     assert set(CLOCKS) == {*TICKS, "ISO 8601"}
-
-
-@pytest.mark.parametrize("text", DATES)
-def test_dates(text: str) -> None:
-    assert DateTimes().seconds(text) == Decimal(DATES[text])
-
-
-def test_dates_agree_with_the_standard_library() -> None:
-    moment = datetime(2031, 12, 31, 23, 59, 59, 999999, tzinfo=UTC)
-    assert DateTimes().seconds(moment.isoformat()) == Decimal(repr(moment.timestamp()))
-
-
-@pytest.mark.parametrize("text", NO_DATES)
-def test_no_dates(text: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(f"expected a stamp like 2024-05-01T12:00:00.25Z, got {text!r}")):
-        DateTimes().seconds(text)
 
 
 def test_frames() -> None:

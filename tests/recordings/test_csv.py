@@ -10,7 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import InputError
-from pipeline.recordings import Column, CsvLayout, Finding, Recording, frames, read_csv
+from pipeline.recordings import Column, CsvLayout, DateTimes, Finding, Recording, frames, read_csv, sort_rows
+from pipeline.recordings.unreadable import unreadable
 
 X = {"x": Column("x")}
 COMMAS = CsvLayout(decimal=",")
@@ -148,6 +149,9 @@ def test_what_is_missing_can_be_said(path: Path) -> None:
     assert pairs(recording) == [(0.0, 1.0)]
 
 
+MISSING = "; if it stands for no value, name it in CsvLayout(missing=...) beside '', '-', 'na', 'n/a', 'nan', 'null'"
+FORMATS = ' (DateTimes("%d.%m.%Y %H:%M:%S") as time unit reads other formats)'
+
 REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "empty": ("", {}, ": expected a header that names the columns, got an empty file"),
     "nothing but comments": ("# t,x\n", {}, ": expected a header that names the columns, got an empty file"),
@@ -174,9 +178,9 @@ REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         ": there is no column 's'; with the separator ',' there are 't', 'x'",
     ),
     "two columns of a name": ("t,x,x\n0,1,2\n", {}, ": expected one column 'x', got 2"),
-    "text": ("t,x\n0,1\n\n1,one\n", {}, ", line 4, column 'x': expected a number, got 'one'"),
-    "text as time": ("t,x\n0,1\nsoon,2\n", {}, ", line 3, column 't': expected a number, got 'soon'"),
-    "infinity": ("t,x\n0,inf\n", {}, ", line 2, column 'x': expected a number, got 'inf'"),
+    "text": ("t,x\n0,1\n\n1,one\n", {}, f", line 4, column 'x': expected a number, got 'one'{MISSING}"),
+    "text as time": ("t,x\n0,1\nsoon,2\n", {}, f", line 3, column 't': expected a number, got 'soon'{MISSING}"),
+    "infinity": ("t,x\n0,inf\n", {}, f", line 2, column 'x': expected a number, got 'inf'{MISSING}"),
     "decimal commas unsaid": (
         "t;x\n0;1,5\n",
         {},
@@ -201,7 +205,34 @@ REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "numbers where dates were said": (
         "t,x\n17,1\n",
         {"unit": "ISO 8601"},
-        ", line 2, column 't': expected a stamp like 2024-05-01T12:00:00.25Z, got '17'",
+        f", line 2, column 't': expected a stamp like 2024-05-01T12:00:00.25Z, got '17'{FORMATS}",
+    ),
+    "German dates where ISO 8601 was said": (
+        "t,x\n02.03.2026 14:15:00,1\n",
+        {"unit": "ISO 8601"},
+        f", line 2, column 't': expected a stamp like 2024-05-01T12:00:00.25Z, got '02.03.2026 14:15:00'{FORMATS}",
+    ),
+    "ISO 8601 where another format was said": (
+        "t,x\n2026-03-02 14:15:00,1\n",
+        {"unit": DateTimes("%d.%m.%Y %H:%M:%S")},
+        ", line 2, column 't': expected a stamp like 01.05.2024 13:00:00, got '2026-03-02 14:15:00'",
+    ),
+    "text as date": (
+        "t,x\nFehler,1\n",
+        {"unit": DateTimes("%d.%m.%Y %H:%M")},
+        f", line 2, column 't': expected a stamp like 01.05.2024 13:00, got 'Fehler'{MISSING}",
+    ),
+    "text, others being missing": (
+        "t,x\n0,Fehler\n",
+        {"layout": CsvLayout(missing=("LOST", ""))},
+        ", line 2, column 'x': expected a number, got 'Fehler'; if it stands for no value, "
+        "name it in CsvLayout(missing=...) beside 'LOST', ''",
+    ),
+    "text, nothing being missing": (
+        "t,x\n0,-\n",
+        {"layout": CsvLayout(missing=())},
+        ", line 2, column 'x': expected a number, got '-'; if it stands for no value, "
+        "name it in CsvLayout(missing=...) beside nothing",
     ),
     "decimal commas without quotes": (
         "t,x\n0,1,5\n",
@@ -227,7 +258,43 @@ REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         "t,x,größe\n0,1,2\n".encode("latin-1"),
         {},
         ": it is not written in 'utf-8' ('utf-8' codec can't decode byte 0xf6 in position 6: invalid start byte); "
-        "'latin-1' or 'utf-16'?",
+        'does CsvLayout(encoding="latin-1") read it?',
+    ),
+    "UTF-16 as UTF-8": (
+        "t,x\n0,1\n".encode("utf-16"),
+        {},
+        ': it begins with the mark of UTF-16, which CsvLayout(encoding="utf-16") reads',
+    ),
+    "UTF-16 without a mark": (
+        "t,x\n0,1\n".encode("utf-16-le"),
+        {},
+        ', line 1: a NUL byte, so this is no text file (unless it is in UTF-16: CsvLayout(encoding="utf-16-le"))',
+    ),
+    "UTF-16 cut off": (
+        "t,x\n0,1\n".encode("utf-16")[:-1],
+        {"layout": CsvLayout(encoding="utf-16")},
+        ": it is not written in 'utf-16' ('utf-16-le' codec can't decode byte 0x0a in position 16: truncated data)",
+    ),
+    "zeros behind the text": (
+        b"t,x\r\n0,1\r\n1,\0\0\0",
+        {},
+        ', line 3: a NUL byte, so this is no text file (unless it is in UTF-16: CsvLayout(encoding="utf-16-le"))',
+    ),
+    "binary": (
+        b"\x7fELF\n\xff\0\1",
+        {},
+        ', line 2: a NUL byte, so this is no text file (unless it is in UTF-16: CsvLayout(encoding="utf-16-le"))',
+    ),
+    "binary as Latin-1": (
+        b"\xff\0\1",
+        {"layout": CsvLayout(encoding="latin-1")},
+        ', line 1: a NUL byte, so this is no text file (unless it is in UTF-16: CsvLayout(encoding="utf-16-le"))',
+    ),
+    "MCAP": (b"\x89MCAP0\r\n\1\0", {}, ": this is an MCAP file, which read_mcap reads"),
+    "MCAP as Latin-1": (
+        b"\x89MCAP0\r\n\1\0",
+        {"layout": CsvLayout(encoding="latin-1")},
+        ": this is an MCAP file, which read_mcap reads",
     ),
     "UTF-8 as Latin-1": (
         b"\xef\xbb\xbft,x\n0,1\n",
@@ -251,10 +318,29 @@ def test_refused(path: Path, name: str) -> None:
     assert str(caught.value) == f"{path}{message}"
 
 
+NO_FILES = {"none.csv": "there is no such file", ".": "expected a file, got a folder"}
+
+
 def test_no_file(path: Path) -> None:
-    for where in (path, path.parent):
-        with pytest.raises(InputError, match=re.escape(f"{where}: cannot be read (")):
-            read_csv(str(where), "t", "s", X)
+    for where, message in NO_FILES.items():
+        with pytest.raises(InputError) as caught:
+            read_csv(str(path.parent / where), "t", "s", X)
+        assert str(caught.value) == f"{path.parent / where}: {message}"
+
+
+def test_no_file_says_where_it_looked(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(InputError) as caught:
+        read_csv("data/some.csv", "t", "s", X)
+    assert str(caught.value) == f"data/some.csv: there is no such file in {path.parent}"
+
+
+def test_other_reasons_not_to_be_read(path: Path) -> None:
+    """Nobody is refused for lack of a permission where tests run as root."""
+    assert str(unreadable(path, PermissionError(13, "Permission denied"))) == (
+        f"{path}: cannot be read (Permission denied)"
+    )
+    assert str(unreadable(path, OSError("nothing there"))) == f"{path}: cannot be read (nothing there)"
 
 
 @pytest.mark.parametrize(
@@ -264,12 +350,61 @@ def test_no_file(path: Path) -> None:
         ({"separator": ", "}, "CSV layout: expected one character as separator, got ', '"),
         ({"separator": '"'}, "CSV layout: expected one character as separator, got '\"'"),
         ({"separator": ""}, "CSV layout: expected one character as separator, got ''"),
+        ({"missing": "LOST"}, "CSV layout: expected a list of texts that stand for no value, got 'LOST'"),
     ],
 )
 def test_no_layout(options: dict[str, str], message: str) -> None:
     with pytest.raises(InputError) as caught:
         CsvLayout(**options)  # type: ignore[arg-type]
     assert str(caught.value) == message
+
+
+def test_a_text_is_the_column_of_that_name(path: Path) -> None:
+    text = "t;Weg [mm];x\n0;1.5;2\n1;-2;3\n"
+    recording = read(path, text, signals={"p": "Weg [mm]", "x": Column("x", scale=2)})
+    assert pairs(recording, "p") == [(0.0, 1.5), (1.0, -2.0)]
+    assert pairs(recording, "x") == [(0.0, 4.0), (1.0, 6.0)]
+
+
+@pytest.mark.parametrize("wanted", [("x", 1e-3), None, 2])
+def test_no_column(path: Path, wanted: object) -> None:
+    with pytest.raises(InputError) as caught:
+        read(path, "t,x\n0,1\n", signals={"p": wanted})
+    assert str(caught.value) == f"signal 'p': expected a Column, or the name of one, got {wanted!r}"
+
+
+def test_repairs_by_name(path: Path) -> None:
+    text = "t,x\n1,1\n0,2\n0,3\n"
+    by_name = read(path, text, repairs=("sort_rows", "keep_last_of_repeated"))
+    assert pairs(by_name) == [(0.0, 3.0), (1.0, 1.0)]
+    mixed = read(path, text, repairs=[sort_rows, "keep_last_of_repeated"])
+    assert (pairs(mixed), mixed.cleanings) == (pairs(by_name), by_name.cleanings)
+
+
+def test_what_is_chosen_is_checked_before_the_file_is_read(path: Path) -> None:
+    for options, message in (
+        ({"repairs": ["sort"]}, "there is no repair 'sort'; there are drop_rows_without_time, "),
+        ({"origin": "nonsense"}, "origin: expected "),
+    ):
+        with pytest.raises(InputError, match=re.escape(message)):
+            read_csv(path, "t", "s", X, **options)  # type: ignore[arg-type]
+
+
+def test_times_from_the_first_sample_on(path: Path) -> None:
+    signals = {"x": Column("x"), "y": Column("y")}
+    text = "t,x,y\n184230.4,,1\n184330.4,2,\n184430.4,3,4\n"
+    assert pairs(read(path, text, "ms"))[0] == (184.3304, 2.0)
+    recording = read(path, text, "ms", signals=signals, origin="first")
+    assert recording.origin == 184_230_400_000
+    assert pairs(recording, "x") == [(0.1, 2.0), (0.2, 3.0)]
+    assert pairs(recording, "y") == [(0.0, 1.0), (0.2, 4.0)]
+
+
+def test_dates_in_a_format_of_ones_own(path: Path) -> None:
+    text = "t;x\n14.11.2023 23:13:20,000000001;1,5\n14.11.2023 23:13:20,1;2\n"
+    recording = read(path, text, DateTimes("%d.%m.%Y %H:%M:%S", "+01:00"), layout=COMMAS)
+    assert recording.origin == 1700000000_000000001
+    assert pairs(recording) == [(0.0, 1.5), (0.099999999, 2.0)]
 
 
 def test_truncated_anywhere(path: Path) -> None:

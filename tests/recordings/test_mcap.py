@@ -16,12 +16,12 @@ from pipeline.logs import Log, Series, read_log, write_log
 from pipeline.recordings import (
     LOG_TIME,
     PUBLISH_TIME,
+    DateTimes,
     Field,
     Finding,
     MessageTime,
     Recording,
     Stamp,
-    average_repeated,
     frames,
     read_mcap,
     sort_rows,
@@ -30,6 +30,7 @@ from tests.recordings.mcap_files import START, STATES, TOPIC, WRITERS, WriteFile
 
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 STAMP = Stamp("stamp")
+MS = Stamp("t", "ms")
 each_encoding = pytest.mark.parametrize("write", [pytest.param(write, id=name) for name, write in WRITERS.items()])
 
 
@@ -121,7 +122,7 @@ def test_repairs_are_those_of_tables(path: Path) -> None:
         replace(STATES[5], stamp=STATES[4].stamp),
     ]
     WRITERS["ros2"](path, late, CompressionType.ZSTD)
-    recording = read(path, "position.x", STAMP, repairs=(sort_rows, average_repeated))
+    recording = read(path, "position.x", STAMP, repairs=(sort_rows, "average_repeated"))
     assert recording["x"].values.tolist() == [*(s.x for s in STATES[:4]), (STATES[4].x + STATES[5].x) / 2]
     assert recording.cleanings[0].findings == (
         Finding("out of order, sorted", 1, "message 2"),
@@ -146,6 +147,12 @@ STAMPS: dict[str, tuple[Stamp, list[object], int, list[float]]] = {
         START,
         [0.0, 1e-9, 1.0],
     ),
+    "German dates": (
+        Stamp("t", DateTimes("%d.%m.%Y %H:%M:%S")),
+        ["14.11.2023 22:13:20.000000001", "14.11.2023 22:13:20.000000002", "14.11.2023 22:13:21.000000001"],
+        START,
+        [0.0, 1e-9, 1.0],
+    ),
     "ROS 1": (Stamp("t"), [{"secs": k, "nsecs": 5} for k in (1, 2, 4)], 1_000000005, [0.0, 1.0, 3.0]),
     "deep": (Stamp("t[0].at"), [[{"at": {"sec": k, "nanosec": 5}}] for k in (1, 2, 4)], 1_000000005, [0.0, 1.0, 3.0]),
 }
@@ -157,6 +164,15 @@ def test_stamps(path: Path, name: str) -> None:
     recording = read(written(path, *({"t": stamp, "x": k} for k, stamp in enumerate(stamps))), "x", time)
     assert recording.origin == origin
     assert recording["x"].times.tolist() == times
+
+
+def test_times_from_the_first_sample_on(path: Path) -> None:
+    recording = read(written(path, {"t": 100, "x": None}, {"t": 300.5, "x": 1}, {"t": 400.5, "x": 2}), "x", MS)
+    assert (recording.origin, recording["x"].times.tolist()) == (0, [0.3005, 0.4005])
+    recording = read(path, "x", MS, origin="first")
+    assert (recording.origin, recording["x"].times.tolist()) == (300_500_000, [0.0, 0.1])
+    logged = read(path, "x", origin="first")
+    assert (logged.origin, logged.absolute) == (STATES[1].log_time, True)
 
 
 def test_stamps_in_json_keep_every_digit(path: Path) -> None:

@@ -144,9 +144,27 @@ def test_no_signal(path: Path) -> None:
         read_mcap(path, {})
 
 
+@pytest.mark.parametrize("wanted", ["position.x", "/robot/state", ("/robot/state", "position.x"), None])
+def test_no_field(path: Path, wanted: Any) -> None:
+    with pytest.raises(InputError) as caught:
+        read_mcap(path, {"x": wanted})
+    assert str(caught.value) == (
+        f'signal \'x\': expected a Field, as Field("/topic", "path.in.message"), got {wanted!r}'
+    )
+
+
+def test_no_repair_and_no_origin(path: Path) -> None:
+    for options, message in (
+        ({"repairs": ["sort"]}, "there is no repair 'sort'; there are drop_rows_without_time, "),
+        ({"origin": 0.5}, "origin: expected a whole number of nanoseconds, "),
+    ):
+        with pytest.raises(InputError, match=re.escape(message)):
+            read_mcap(path, {"x": Field("/a", "x")}, **options)  # type: ignore[arg-type]
+
+
 def test_no_file(path: Path) -> None:
-    assert refusal(path).startswith(": cannot be read (")
-    assert refusal(path.parent).startswith(": cannot be read (")
+    assert refusal(path) == ": there is no such file"
+    assert refusal(path.parent) == ": expected a file, got a folder"
 
 
 @pytest.mark.parametrize("data", [b"", b"t,x\n0,1\n", b"\x89MCAP0\r\n"])

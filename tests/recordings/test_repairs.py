@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from decimal import Decimal
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +26,8 @@ from pipeline.recordings import (
     sort_rows,
 )
 from pipeline.recordings.order import out_of_order
+from pipeline.recordings.origin import Origin
+from pipeline.recordings.repairs import chosen_repairs
 from pipeline.recordings.settle import recorded
 
 NAN = float("nan")
@@ -41,7 +44,7 @@ def rows(stamps: Sequence[str | None], noise: Sequence[float] | None = None, **v
     )
 
 
-def record(table: Rows, *repairs: Repair, absolute: bool = False, origin: int | None = None) -> Recording:
+def record(table: Rows, *repairs: Repair, absolute: bool = False, origin: Origin = None) -> Recording:
     return recorded([table], absolute, repairs, origin)
 
 
@@ -145,6 +148,36 @@ def test_by_name() -> None:
     assert REPAIRS["sort_rows"] is sort_rows
 
 
+def test_chosen_by_name() -> None:
+    def own(table: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+        return table, ()
+
+    assert chosen_repairs(()) == []
+    assert chosen_repairs(list(REPAIRS)) == list(REPAIRS.values())
+    assert chosen_repairs(("sort_rows", own, drop_zero_rows)) == [sort_rows, own, drop_zero_rows]
+
+
+LISTED = (
+    "drop_rows_without_time, drop_zero_rows, drop_rows_out_of_order, sort_rows, keep_first_of_repeated, "
+    "keep_last_of_repeated, average_repeated"
+)
+
+
+@pytest.mark.parametrize(
+    ("repairs", "message"),
+    [
+        (["sort_rows", "sort rows"], f"there is no repair 'sort rows'; there are {LISTED}"),
+        ([None], f"there is no repair None; there are {LISTED}"),
+        ("sort_rows", "repairs: expected a list of them, in their order, got sort_rows by itself"),
+        (sort_rows, "repairs: expected a list of them, in their order, got sort_rows by itself"),
+    ],
+)
+def test_nothing_chosen(repairs: Any, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        chosen_repairs(repairs)
+    assert str(caught.value) == message
+
+
 def test_zeros_are_kept_unless_dropping_them_is_chosen() -> None:
     table = rows(["0", "1"], x=[0, 1], y=[0, 0])
     assert content(record(table))["x"] == [(0.0, 0.0), (1.0, 1.0)]
@@ -245,6 +278,14 @@ def test_a_stated_origin_is_kept() -> None:
     recording = record(rows(EPOCH, x=[1, 2, 3]), absolute=True, origin=1700000000_000000000)
     assert recording.origin == 1700000000_000000000
     assert recording["x"].times.tolist() == [1e-9, 0.100000001, 0.300000002]
+
+
+@pytest.mark.parametrize("absolute", [True, False])
+def test_the_first_sample_as_origin(absolute: bool) -> None:
+    table = rows(["1", "184.2304", "184.3304"], x=[NAN, 1, 2], y=[NAN, NAN, 3])
+    recording = record(table, absolute=absolute, origin="first")
+    assert (recording.origin, recording.absolute) == (184_230_400_000, absolute)
+    assert content(recording) == {"x": [(0.0, 1.0), (0.1, 2.0)], "y": [(0.1, 3.0)]}
 
 
 def test_several_tables_have_one_origin() -> None:

@@ -138,12 +138,27 @@ def test_beside() -> None:
         RECORDING.beside(Recording({"x": UNEVEN}, 17))
 
 
+def test_zeros_of_different_clocks() -> None:
+    absolute = Recording({"z": UNEVEN}, 17, absolute=True)
+    assert absolute.select(0, 3).absolute
+    assert absolute.beside(Recording({"a": UNEVEN}, 17, absolute=True)).absolute
+    assert not absolute.beside(RECORDING).absolute
+    assert not RECORDING.beside(absolute).absolute
+
+
+def test_a_date_is_printed() -> None:
+    recording = Recording({"x": UNEVEN}, 1772442900_090000000, absolute=True)
+    assert str(recording).splitlines()[1] == (
+        "time zero: 2026-03-02 09:15:00.09 UTC (1772442900090000000 ns since 1970)"
+    )
+
+
 def test_printed() -> None:
     assert str(RECORDING.beside(Recording({"z": UNEVEN}, 17, (Cleaning("b.csv", 5),)))).splitlines() == [
         "x: 5 samples from -1 to 3 s",
         "y: 3 samples from 0 to 4 s",
         "z: 5 samples from -1 to 3 s",
-        "time zero: 17 ns",
+        "time zero: 0.000000017 s on the file's own clock",
         "a.csv: 7 rows",
         "  no value of x: 2, first in line 3",
         "b.csv: 5 rows",
