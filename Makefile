@@ -1,3 +1,4 @@
+# make install  the locked packages, into .venv (every other target does so first where it is missing)
 # make repro   set up everything, then run the pipeline (only what changed)
 # make test    set up everything, then run the tests
 # make lint    formatting, lint, import rules, types
@@ -12,8 +13,10 @@ PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: repro test lint force compare status lab bench lock
+.PHONY: install repro test lint force compare status lab bench lock
 .DELETE_ON_ERROR:
+
+install: .venv/installed
 
 repro: .venv/installed
 	dvc repro

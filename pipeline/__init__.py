@@ -15,7 +15,7 @@ _PUBLIC = {
     "Linear": "pipeline.systems.linear",
     "Matern32": "pipeline.gp.radial",
     "Matern52": "pipeline.gp.radial",
-    "NotTrackableError": "pipeline.tracking",
+    "NotTrackableError": "pipeline.trackable",
     "Periodic": "pipeline.gp.periodic",
     "Polytope": "pipeline.systems.polytope",
     "Product": "pipeline.gp.combinations",
@@ -23,7 +23,7 @@ _PUBLIC = {
     "Samples": "pipeline.gp.samples",
     "SquaredExponential": "pipeline.gp.radial",
     "Sum": "pipeline.gp.combinations",
-    "TrackableReference": "pipeline.tracking",
+    "TrackableReference": "pipeline.trackable",
     "learn_reference": "pipeline.tracking",
 }
 __all__ = ["ROOT", *_PUBLIC]  # noqa: PLE0604

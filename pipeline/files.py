@@ -29,13 +29,21 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 
 def read_bytes(path: Path) -> bytes:
-    """A file's content. InputError where there is none to be read."""
-    if not path.exists():
-        raise InputError(f"{path}: not there")
+    """A file's content. InputError where it cannot be read."""
     try:
         return path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+        raise unreadable(path, error) from error
+
+
+def unreadable(path: Path, error: OSError) -> InputError:
+    """What to raise where `error` came of opening or reading `path`: why, in words for whoever named it."""
+    if isinstance(error, FileNotFoundError):
+        looked = "" if path.is_absolute() else f" in {Path.cwd()}"
+        return InputError(f"{path}: there is no such file{looked}")
+    if path.is_dir():
+        return InputError(f"{path}: expected a file, got a folder")
+    return InputError(f"{path}: cannot be read ({error.strerror or error})")
 
 
 def write_text(path: Path, text: str) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from pipeline.arrays import Array
 from pipeline.errors import InputError
+from pipeline.files import unreadable
 
 
 def read_columns(path: Path) -> dict[str, Array]:
@@ -17,7 +18,9 @@ def read_columns(path: Path) -> dict[str, Array]:
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except OSError as error:
+        raise unreadable(path, error) from error
+    except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path}: cannot be read ({error})") from error
     if not rows:
         raise InputError(f"{path}: holds no rows below its header")

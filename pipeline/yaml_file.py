@@ -9,6 +9,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from pipeline.errors import InputError
+from pipeline.files import read_bytes
 
 
 class Fields(BaseModel):
@@ -26,8 +27,8 @@ M = TypeVar("M", bound=Fields)
 def read_yaml(path: Path) -> object:
     """What the file says. Raises InputError."""
     try:
-        content: object = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
+        content: object = YAML(typ="safe", pure=True).load(read_bytes(path).decode())
+    except UnicodeDecodeError as error:
         raise InputError(f"{path}: cannot be read ({error})") from error
     except YAMLError as error:
         raise InputError(f"{path}: is not YAML: {' '.join(str(error).split())}") from error
@@ -35,15 +36,16 @@ def read_yaml(path: Path) -> object:
 
 
 def validated(model: type[M], content: object, path: Path, *entry: str) -> M:
-    """What stands at an entry of the file, or in all of it, as a `model`. Raises InputError with the place in the file
-    and the complaint."""
+    """What stands at an entry of the file, or in all of it, as a `model`. Raises InputError with all complaints, each
+    after its place in the file."""
     try:
         return model.model_validate(content)
     except ValidationError as error:
         # A misspelt field is also a missing one: the misspelling is what helps.
-        first = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
-        place = ".".join(map(str, (*entry, *first["loc"])))
-        raise InputError(f"{path}: {place + ': ' if place else ''}{_complaint(first)}") from None
+        ordered = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
+        placed = [(".".join(map(str, (*entry, *e["loc"]))), _complaint(e)) for e in ordered]
+        said = "; ".join(f"{place}: {complaint}" if place else complaint for place, complaint in placed)
+        raise InputError(f"{path}: {said}") from None
 
 
 def _complaint(error: ErrorDetails) -> str:

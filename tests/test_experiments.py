@@ -19,7 +19,11 @@ WRONG = [
     ("a: 0.9", "a: true", r"system\.a: .*True"),
     ("a: 0.9", "a: fast", r"system\.a: .*'fast'"),
     ("a: 0.9", "aa: 0.9", r"system\.aa: is not a known field"),
-    ("b: 0.5", "b: 0", r"system: must be controllable, .*: its inputs reach 0 of 1 dimensions \(state\)"),
+    (
+        "b: 0.5",
+        "b: 0",
+        "system: must be controllable, .*: its inputs reach 0 of 1 dimensions, and none of them ever moves state",
+    ),
     ("sampling_time: 0.01", "sampling_time: -0.01", r"system\.sampling_time: expected greater than 0, got -0\.01"),
     ("sampling_time: 0.01", "sampling_time: .nan", r"system\.sampling_time: .*nan"),
     ("sampling_time: 0.01", "sampling_time: .inf", r"system\.sampling_time: .*inf"),
@@ -93,7 +97,7 @@ def test_a_mistake_in_one_experiment_does_not_stop_another(tmp_path: Path) -> No
 
 
 def test_missing_and_unreadable_files(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="there is no such file"):
         load_experiments(tmp_path / "none.yaml")
     binary = tmp_path / "params.yaml"
     binary.write_bytes(b"\xff\xfe\x00")
@@ -113,3 +117,11 @@ def test_numbers_are_known_and_intervals_are_learned(tmp_path: Path) -> None:
     assert prior.learned == ("left.signal_std", "left.lengthscale", "right.lengthscale")
     assert prior.hyperparameters["left.period"] == 2
     assert 3 < prior.hyperparameters["right.lengthscale"] < 9
+
+
+def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "params.yaml"
+    text = WRITTEN.replace("a: 0.9", "aa: 0.9").replace("c: 0.0", "cc: 0.0")
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"system.aa: is not a known field; .*system.a: is missing"):
+        load_experiments(path)

@@ -1,11 +1,13 @@
 """What the README shows works as it is shown."""
 
+import json
 import re
 from pathlib import Path
 
 import pytest
 
 from pipeline import ROOT
+from pipeline.experiments import load_experiment
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -25,3 +27,13 @@ def test_the_commands_exist() -> None:
 @pytest.mark.parametrize("path", re.findall(r"\]\(([^)#]+)\)", README))
 def test_links_lead_somewhere(path: str) -> None:
     assert (ROOT / Path(path)).exists()
+
+
+def test_the_entry_in_the_guide_is_an_experiment(tmp_path: Path) -> None:
+    """Its samples, bounds and prior are those of the guide's own call."""
+    cells = json.loads((ROOT / "notebooks" / "guide.ipynb").read_text(encoding="utf-8"))["cells"]
+    (block,) = re.findall(r"```yaml\n(.*?)```", "".join(cells[-1]["source"]), re.DOTALL)
+    (tmp_path / "params.yaml").write_text(f"experiments:\n{block}", encoding="utf-8")
+    experiment = load_experiment("axis", tmp_path / "params.yaml")
+    assert experiment.constrained_system.system.states == ("position", "velocity")
+    assert experiment.constrained_system.sampling_time == 0.01

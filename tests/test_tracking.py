@@ -110,7 +110,7 @@ def test_a_file_that_was_changed_is_refused(axis: TrackableReference, tmp_path: 
     path.write_text(json.dumps({**content, "more": 1}))
     with pytest.raises(CodecError, match="has no more"):
         TrackableReference.load(path)
-    with pytest.raises(InputError, match="not there"):
+    with pytest.raises(InputError, match="there is no such file"):
         TrackableReference.load(tmp_path / "nothing.json")
 
 
@@ -128,9 +128,9 @@ def test_the_wrong_file_is_told_from_the_right_one(axis: TrackableReference, tmp
         TrackableReference.load(tmp_path / "proof.json")
     with pytest.raises(InputError, match=r"axis.json: is a saved reference, not a certificate; `save_certificate`"):
         check_file(tmp_path / "axis.json")
-    with pytest.raises(InputError, match=r"nothing.json: not there$"):
+    with pytest.raises(InputError, match=r"nothing.json: there is no such file$"):
         check_file(tmp_path / "nothing.json")
-    with pytest.raises(InputError, match=r"cannot be read: Is a directory$"):
+    with pytest.raises(InputError, match=r"expected a file, got a folder$"):
         check_file(tmp_path)
     assert "For all real t ≥ 0" in check_file(tmp_path / "proof.json")
 
@@ -145,6 +145,17 @@ def test_how_far_the_samples_are_is_said(axis: TrackableReference) -> None:
     known = {"signal_std": 0.01, "lengthscale": 3.0}
     far = learn_reference({"position": SAMPLES}, AXIS, KERNEL, "asymptotic", noise_std=0.02, known=known)
     assert far.misfit["position"] > 0.3
+
+
+def test_the_usual_process_is_at_hand_to_compare_with(axis: TrackableReference) -> None:
+    """It is closer to the samples, and breaks the bounds."""
+    weak = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.5], [0.2, 0.5]), AXIS.input_set, 0.05)
+    slow = learn_reference({"position": SAMPLES}, weak, KERNEL, "asymptotic", noise_std=0.02)
+    usual = slow.unconstrained()
+    assert usual.plant is slow.reference.plant
+    off = SAMPLES.values - usual.state_at(TIMES)[:, 0]
+    assert np.sqrt(np.mean(off**2)) < 0.5 * slow.misfit["position"]
+    assert np.min(weak.state_set.margin(usual.state(np.arange(60)))) < -0.1
 
 
 def test_what_is_not_proved_is_refused(axis: TrackableReference) -> None:

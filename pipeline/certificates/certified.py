@@ -11,12 +11,10 @@ from pipeline.certificates.outcome import Counterexample, Unproved
 from pipeline.certificates.prove import reference_period
 from pipeline.certificates.rounding import evaluation_errors
 from pipeline.gp.joint import JointPrior
-from pipeline.gp.periodic import Periodic
 from pipeline.gp.samples import Samples
-from pipeline.learning.basins import best_of
-from pipeline.learning.exchange import followed, solve
+from pipeline.learning.exchange import followed
 from pipeline.learning.problem import ROUNDING_BACKOFF, ConstrainedProblem, Constraint, NoSolution, Solution
-from pipeline.learning.screening import screened
+from pipeline.learning.search import best_solution
 from pipeline.learning.space import SearchSpace
 from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.quantity import Quantity
@@ -24,7 +22,6 @@ from pipeline.systems.reference import Reference
 
 _LARGEST_BACKOFF = 1e-2
 _MOST_ROUNDS = 30
-_FEWEST_BASINS = 16
 
 
 @dataclass(frozen=True)
@@ -72,7 +69,7 @@ def learn_certified(
     goal = goal or for_all_times(samples, prior, plant)
     rounds = 0
     while True:
-        first = _fit(_problem(samples, prior, plant, space, goal, ROUNDING_BACKOFF), None)
+        first = best_solution(_problem(samples, prior, plant, space, goal, ROUNDING_BACKOFF))
         found, backoff = first, ROUNDING_BACKOFF
         while True:
             rounds += 1
@@ -89,22 +86,11 @@ def learn_certified(
             backoff = max(10 * backoff, 4 * _relative_error(reference))
             if backoff > _LARGEST_BACKOFF or rounds >= _MOST_ROUNDS:
                 return outcome
-            found = _fit(_problem(samples, prior, plant, space, goal, backoff), found)
+            found = followed(found, _problem(samples, prior, plant, space, goal, backoff))
         longer = goal.longer(_failed_at(outcome))
         if longer is None or rounds >= _MOST_ROUNDS:
             return outcome
         goal = longer
-
-
-def _fit(problem: ConstrainedProblem, before: Solution | None) -> Solution | NoSolution:
-    if before:
-        return followed(before, problem)
-    kernels = [part.kernel for part in problem.prior.parts]
-    if len(kernels) == 1 and isinstance(
-        kernels[0], Periodic
-    ):  # the likelihood has a basin for every multiple of the period
-        return best_of(problem, screened(problem, max(_FEWEST_BASINS, problem.space.starts))).outcome
-    return solve(problem)
 
 
 def _problem(

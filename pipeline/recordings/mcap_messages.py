@@ -20,7 +20,7 @@ from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
 from mcap_ros2.decoder import DecoderFactory as Ros2Decoders
 
 from pipeline.errors import InputError
-from pipeline.recordings.unreadable import unreadable
+from pipeline.files import unreadable
 
 Decode = Callable[[bytes], object]
 

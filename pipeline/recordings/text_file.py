@@ -4,7 +4,7 @@ import codecs
 from pathlib import Path
 
 from pipeline.errors import InputError
-from pipeline.recordings.unreadable import unreadable
+from pipeline.files import read_bytes
 
 _UTF8 = ("utf-8", "utf-8-sig")
 _UTF8_MARK = b"\xef\xbb\xbf"
@@ -14,12 +14,10 @@ _MCAP = b"\x89MCAP"
 
 def read_text(path: Path, encoding: str) -> str:
     """All of it, without the mark of UTF-8. InputError where it cannot be read, or is no text in `encoding`."""
+    data = read_bytes(path)
     try:
-        data = path.read_bytes()
         _refuse_no_text(path, data, encoding)
         return data.removeprefix(_UTF8_MARK).decode(encoding)
-    except OSError as error:
-        raise unreadable(path, error) from error
     except LookupError as error:
         raise InputError(f"{path}: expected an encoding like 'utf-8' or 'latin-1', got {encoding!r}") from error
     except UnicodeError as error:

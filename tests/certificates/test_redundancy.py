@@ -22,7 +22,8 @@ from pipeline.systems.constrained import ConstrainedSystem
 from pipeline.systems.linear import Linear
 from pipeline.systems.polytope import Polytope
 from pipeline.systems.reference import Reference
-from pipeline.tracking import TrackableReference, learn_reference
+from pipeline.trackable import TrackableReference
+from pipeline.tracking import learn_reference
 from tests.gp.instances import over
 from tests.systems.test_allocation import CASES, ONE_STATE
 

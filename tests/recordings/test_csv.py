@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import InputError
+from pipeline.files import unreadable
 from pipeline.recordings import Column, CsvLayout, DateTimes, Finding, Recording, frames, read_csv, sort_rows
-from pipeline.recordings.unreadable import unreadable
 
 X = {"x": Column("x")}
 COMMAS = CsvLayout(decimal=",")

@@ -1,0 +1,20 @@
+"""The search that suits the kernels."""
+
+from pipeline.gp.periodic import Periodic
+from pipeline.learning.basins import best_of
+from pipeline.learning.exchange import solve
+from pipeline.learning.problem import ConstrainedProblem, NoSolution, Solution
+from pipeline.learning.screening import screened
+
+_FEWEST_BASINS = 16
+
+
+def best_solution(problem: ConstrainedProblem) -> Solution | NoSolution:
+    """The best of local minima: from starts of the search space, or for a periodic kernel from the most promising ones.
+
+    The likelihood of the latter has a basin for nearly every period.
+    """
+    kernels = [part.kernel for part in problem.prior.parts]
+    if len(kernels) == 1 and isinstance(kernels[0], Periodic):
+        return best_of(problem, screened(problem, max(_FEWEST_BASINS, problem.space.starts))).outcome
+    return solve(problem)
