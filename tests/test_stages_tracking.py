@@ -11,13 +11,17 @@ from pipeline import ROOT
 from pipeline.archive import Fitted, read_fit
 from pipeline.certificates.checker import Proved, check
 from pipeline.collect import collect
+from pipeline.compare.claims import Claims
+from pipeline.compare.comparison import compare
+from pipeline.compare.model import Status
+from pipeline.compare.tolerances import load_tolerances
 from pipeline.errors import InputError
 from pipeline.experiments import TrackingExperiment, load_experiment
 from pipeline.record import record
 from pipeline.results import Results
 from pipeline.systems.margins import margin_profile
 from pipeline.systems.reference import Reference
-from tests.stages import run_all
+from tests.stages import STAGES, drawn_here, run_all
 
 PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 # Loops as long as the figures show: `make compare` runs them for as long as they are committed.
@@ -173,3 +177,42 @@ def test_a_recording_that_is_not_as_written_is_refused(right: str, wrong: str, s
     assert isinstance(experiment, TrackingExperiment)
     with pytest.raises(InputError, match=sentence):
         collect(experiment)
+
+
+def redundant() -> str:
+    """The vehicle with a second, weak drive along x."""
+    changed = SHORT
+    for old, new in (
+        ("B: [[0, 0], [0, 0], [1, 0], [0, 1]]", "B: [[0, 0, 0], [0, 0, 0], [1, 0, 1], [0, 1, 0]]"),
+        ("inputs: [ax, ay]", "inputs: [ax, ay, boost]"),
+        (
+            "      H: [[1, 1], [-1, -1], [1, -1], [-1, 1]]\n      h: [1.2, 1.2, 1.2, 1.2]\n",
+            "      lower: [-0.5, -0.6, -0.1]\n      upper: [0.5, 0.6, 0.1]\n",
+        ),
+    ):
+        assert changed.count(old) == 1, old
+        changed = changed.replace(old, new)
+    return changed
+
+
+def test_redundant_inputs_from_samples_to_figures(tmp_path: Path) -> None:
+    (tmp_path / "params.yaml").write_text(redundant(), encoding="utf-8")
+    done = run_all(tmp_path, "vehicle", stages=STAGES[:-1])
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
+    assert drawn_here(tmp_path, "vehicle", "tracking")
+    results = Results("vehicle", tmp_path / "results")
+    reference = read_fit(results).learned["certified"].reference
+    assert [quantity.name for quantity in reference.quantities[-2:]] == ["ay", "ax+boost"]
+    k = np.arange(3000)
+    u = reference.input(k)
+    assert np.min(reference.plant.input_set.margin(u)) > -1e-12
+    assert np.max(np.abs(u[:, 0])) > 0.1, "more than both drives could do with the same input"
+    assert isinstance(check(json.loads((tmp_path / "results/vehicle/certificates/certified.json").read_text())), Proved)
+    metrics = json.loads((tmp_path / "results/vehicle/metrics.json").read_text())
+    assert metrics["certified"]["worst_ax+boost_margin"] >= 0
+    loops = json.loads((tmp_path / "results/vehicle/control.json").read_text())["certified"]
+    assert {loops[start]["infeasible_steps"] for start in ("on", "above", "below")} == {0}
+    itself = compare(
+        tmp_path / "results", tmp_path / "results", load_tolerances(ROOT / "tolerances.yaml"), Claims(claims=())
+    )
+    assert {row.status for row in itself.rows} == {Status.IDENTICAL}

@@ -56,19 +56,30 @@ def _certified(path: Path) -> Leaves | None:
         return None
     try:
         match read_json(path.read_bytes()):
-            case {"signals": signals, "system": system, "bounds": list(bounds)}:
-                sets = {f"{kind}_set": _set(bounds, kind) for kind in ("state", "input")}
+            case {"signals": signals, "system": system, "bounds": list(bounds), **rest}:
+                # With redundant inputs, bounds combine the rows of the set, which is given beside them.
+                sets = {"state_set": _set(_of(bounds, "state")), "input_set": _set(_inputs(bounds, rest))}
                 return json_leaves({"signals": signals, "system": system, **sets})
     except UnreadableError:
         pass  # the row of the file itself says so
     return None
 
 
-def _set(bounds: list[Any], kind: str) -> dict[str, list[Any]]:
-    """The bounds of one kind as a set: its rows, and their lower and upper bounds."""
-    own = [bound for bound in bounds if isinstance(bound, dict) and bound.get("of") == kind]
+def _of(bounds: list[Any], kind: str) -> list[Any]:
+    return [bound for bound in bounds if isinstance(bound, dict) and bound.get("of") == kind]
+
+
+def _inputs(bounds: list[Any], rest: dict[Any, Any]) -> list[Any]:
+    match rest.get("input_set"):
+        case list(rows):
+            return [row for row in rows if isinstance(row, dict)]
+    return _of(bounds, "input")
+
+
+def _set(bounds: list[Any]) -> dict[str, list[Any]]:
+    """Bounds as a set: its rows, and their lower and upper bounds."""
     fields = {"rows": "row", "lower": "lower", "upper": "upper"}
-    return {name: [bound.get(field) for bound in own] for name, field in fields.items()}
+    return {name: [bound.get(field) for bound in bounds] for name, field in fields.items()}
 
 
 def _learned(fit: Path) -> dict[str, Leaves]:

@@ -202,6 +202,6 @@ class Infeasible(NoSolution):
             what = f"has no {self.quantity.name} at t = {self.time:.6g} s, as its formula is not defined there"
         by = f" by {self.violation:.3g}" if np.isfinite(self.violation) else ""
         found = f"{rest}no reference was found that keeps its bounds: the best attempt ({theta}) {what}{by}"
-        return (
-            found if self.broken_at_rest else f"{found}; wider bounds of hyperparameters, or more starts, may find one"
-        )
+        if self.broken_at_rest or not self.best.prior.learned:
+            return found
+        return f"{found}; wider bounds of hyperparameters, or more starts, may find one"
