@@ -30,7 +30,8 @@ class Admissible:
         side = Side.of(self.bounded)
         outward, room = side.rows @ (u - self.centre), side.ends - side.rows @ self.centre
         crossed = outward > room
-        return np.asarray(self.centre + _INSIDE * np.min(room[crossed] / outward[crossed]) * (u - self.centre))
+        nearest = np.min(room[crossed] / outward[crossed], initial=1.0)  # 1 where only rounding has crossed a bound
+        return np.asarray(self.centre + _INSIDE * nearest * (u - self.centre))
 
     @cached_property
     def centre(self) -> Array:

@@ -79,7 +79,7 @@ def case(seed: int, margin: float | None = None) -> Case:
 def general_case(seed: int, margin: float | None = None) -> Case:
     """The same with up to three states and two inputs, in polytopes; one period for all signals, or none."""
     rng = np.random.default_rng(seed)
-    span, system = 10 ** rng.uniform(-1, 1), controllable(seed, states=3)
+    span, system = 10 ** rng.uniform(-1, 1), without_redundancy(controllable(seed, states=3))
     n, m = system.B.shape
     rows = [[_row(rng, d) for _ in range(int(rng.integers(1, d + 2)))] for d in (n, m)]
     plant = ConstrainedSystem(system, *_rows(*rows), span * 10 ** rng.uniform(-2, -0.5))
@@ -94,6 +94,15 @@ def general_case(seed: int, margin: float | None = None) -> Case:
         signals.append(KernelSum(kernel, float(rng.choice([0.0, rng.normal()])), centres, weights))
     reference = Reference(tuple(signals), plant)
     return _with_bounds(rng, reference, reference_period(reference) or 1.5 * span, margin)
+
+
+def without_redundancy(system: Linear) -> Linear:
+    """With independent inputs only: bounds of redundant ones cannot be drawn one by one (test_redundancy.py)."""
+    kept: list[int] = []
+    for c in range(system.B.shape[1]):
+        if np.linalg.matrix_rank(system.B[:, [*kept, c]]) > len(kept):
+            kept.append(c)
+    return Linear(system.A, system.B[:, kept], system.c)
 
 
 def _row(rng: np.random.Generator, dimension: int) -> list[float]:

@@ -9,12 +9,14 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import pytest
 
 from pipeline.certificates.certificate import Certificate
 from pipeline.certificates.checker import Failed, NotACertificate, Proved, check
 from pipeline.certificates.checker.redundancy import check_input_set
+from pipeline.certificates.outcome import Counterexample
 from pipeline.certificates.prove import prove
-from pipeline.gp.radial import SquaredExponential
+from pipeline.gp.radial import Matern52, SquaredExponential
 from pipeline.gp.samples import Samples
 from pipeline.gp.signal import KernelSum
 from pipeline.systems.allocation import Allocation
@@ -25,7 +27,8 @@ from pipeline.systems.reference import Reference
 from pipeline.trackable import TrackableReference
 from pipeline.tracking import learn_reference
 from tests.gp.instances import over
-from tests.systems.test_allocation import CASES, ONE_STATE
+from tests.systems.instances import controllable
+from tests.systems.test_allocation import CASES, ONE_STATE, excess
 
 STEPS = np.arange(5000)
 PLANT = ConstrainedSystem(ONE_STATE, Polytope.box([-3.0], [3.0]), Polytope.box([-1.0, -0.2], [1.0, 0.2]), 0.1)
@@ -201,3 +204,51 @@ def test_a_scalar_input_needs_no_set_of_its_own():
     found = prove(Reference(learned().reference.signals, scalar))
     assert isinstance(found, Certificate)
     assert "input_set" not in found.to_dict()
+
+
+def nearly(seed: int) -> tuple[Reference, float]:
+    """A random reference of a system with an input too many, and the part of U by which some need is kept or broken."""
+    rng = np.random.default_rng(seed)
+    system = controllable(3 * seed, states=2)
+    n, m = system.A.shape[0], min(system.B.shape[1], len(system.A)) + 1
+    system = Linear(system.A, np.column_stack([system.B[:, : m - 1], rng.choice([-1, 0.5, 2]) * system.B[:, 0]]))
+    lower, upper = -rng.uniform(0.1, 2, m), rng.uniform(0.1, 2, m)
+    free = Polytope(np.empty((0, n)), np.empty(0), np.empty(0), n)
+    kernels = (SquaredExponential(1.0, 0.7), Matern52(1.0, 1.0))
+    plant = ConstrainedSystem(system, free, Polytope.box(lower, upper), 0.2)
+    signals = tuple(
+        KernelSum(kernels[int(rng.integers(2))], 0.0, np.sort(rng.uniform(0, 2, 3)), rng.normal(size=3))
+        for _ in range(plant.signals)
+    )
+    reference = Reference(signals, plant)
+    used = max(
+        float(np.max(np.abs(values / np.where(values < 0, quantity.bounds.lower, quantity.bounds.upper))))
+        for quantity in reference.quantities
+        for values in [quantity(signals, FINE)]
+    )
+    off = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-6, -2))
+    bounds = Polytope.box((1 + off) * used * lower, (1 + off) * used * upper)
+    return Reference(signals, replace(plant, input_set=bounds)), off
+
+
+FINE = np.linspace(0, 12, 24_001)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_what_is_proved_can_be_done_and_what_is_denied_cannot(seed):
+    """By linear programs at the tightest times; a hair (of 1e-6 at least) decides."""
+    reference, off = nearly(seed)
+    plant, outcome = reference.plant, prove(reference)
+    needs = np.min([quantity.margin(reference.signals, FINE) for quantity in reference.quantities], axis=0)
+    least = np.stack([q(reference.signals, FINE) for q in plant.flatness.inputs], axis=-1)
+    tightest = np.argsort(needs)[:20]
+    excesses = [excess(plant.system, plant.input_set, least[i]) for i in tightest]
+    if isinstance(outcome, Certificate):
+        assert off > 0
+        assert max(excesses) < 1e-9
+        assert np.min(plant.input_set.margin(reference.input_at(FINE))) > -1e-12
+        assert isinstance(check(as_read(outcome)), Proved)
+    else:
+        assert isinstance(outcome, Counterexample)
+        assert off < 0
+        assert max(excesses) > 0

@@ -89,8 +89,9 @@ def test_a_reference_within_the_controllers_tolerance_only_is_not_taken(first):
 
 
 def test_what_has_no_solution_is_not_taken():
-    # No level near 5 is admissible, and that is where the prior wants to rest.
-    elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0),))
+    # No level near 5 is admissible, and that is where the prior wants to rest; nothing is left to be learned.
+    known = frozenset({"signal_std", "lengthscale", "noise_std"})
+    elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0, fixed=known),))
     failed = relearning(elsewhere, PLANT, starts=2)(receding(STREAM, 0.8, 8))
     assert isinstance(failed, NoSolution)
     offer = judged(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
