@@ -6,7 +6,7 @@ from pipeline.experiments.sources import CsvColumn, Drawn, Excerpt, McapField
 from pipeline.experiments.tracking import TrackingExperiment
 from pipeline.gp.samples import Samples
 from pipeline.ground_truth import GROUND_TRUTHS
-from pipeline.recordings import REPAIRS, Column, CsvLayout, Field, Signal, read_csv, read_mcap
+from pipeline.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
 from pipeline.sampled import Sampled
 from pipeline.systems.sampling import sampled_signals
 
@@ -37,15 +37,16 @@ def _drawn(source: Drawn, sampling_time: float) -> Samples:
 
 
 def _recorded(source: CsvColumn | McapField) -> Signal:
-    repairs = [REPAIRS[name] for name in source.repairs]
     scale = source.excerpt.scale
     if isinstance(source, CsvColumn):
         column = Column(source.value_column, scale, source.noise_column)
-        layout = CsvLayout(source.separator, source.decimal, source.encoding)
-        recording = read_csv(source.csv, source.time_column, source.time_unit, {_SIGNAL: column}, layout, repairs)
+        layout = CsvLayout(source.separator, source.decimal, source.encoding, skip=source.skip, missing=source.missing)
+        recording = read_csv(
+            source.csv, source.time_column, source.time_unit, {_SIGNAL: column}, layout, source.repairs
+        )
     else:
         field = Field(source.topic, source.field, scale, noise_std=source.noise_field)
-        recording = read_mcap(source.mcap, {_SIGNAL: field}, repairs)
+        recording = read_mcap(source.mcap, {_SIGNAL: field}, source.repairs)
     return recording[_SIGNAL]
 
 

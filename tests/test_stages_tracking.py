@@ -138,6 +138,13 @@ WRONG = [
     ("vehicle", "      x: {mean: 0.0", "      vx: {mean: 0.0", "samples and prior must have the same names, got x, y"),
     ("vehicle", "seed: 1", "sead: 1", "samples.x.sead: is not a known field"),
     ("robot-axis", "time_unit: ms", "time_unit: fortnights", "samples.position.time_unit: expected one of s, ms"),
+    (
+        "robot-axis",
+        "time_unit: ms",
+        "time_unit: {date_format: '%H:%M'}",
+        "clock: expected a format with day, month, year",
+    ),
+    ("robot-axis", "time_unit: ms", "time_unit: {date_format: '%c', zon: Z}", "or {date_format: ..., zone: ...}"),
     ("robot-axis", "[drop_zero_rows,", "[guess,", "there is no repair 'guess'; there are drop_rows_without_time"),
     ("robot-axis", "{start: 0.0, end: 30.0", "{start: 40.0, end: 30.0", "expected start < end, got 40.0 and 30.0"),
     ("robot-axis", "B: [[0], [1]]", "B: [[0], [0]]", "system: must be controllable"),
@@ -158,6 +165,31 @@ def test_a_wrong_parameter_is_one_sentence(name: str, right: str, wrong: str, se
     assert re.search(re.escape(sentence), message), message
     assert message.startswith(f"{path}: experiments.{name}")
     assert "\n" not in message
+
+
+def test_a_recording_with_german_dates_lost_values_and_a_line_of_units(tmp_path: Path) -> None:
+    """The same motion as the guide's, written otherwise."""
+    seconds, values = np.arange(40) * 0.05, 80 * np.cos(np.arange(40) * 0.05)
+    rows = [f"02.03.2026 14:15:{s:06.3f};{v:.3f}".replace(".", ",") for s, v in zip(seconds, values, strict=True)]
+    rows = [row.replace("02,03,2026", "02.03.2026") for row in rows]
+    rows[7] = rows[7].split(";")[0] + ";LOST"
+    (tmp_path / "axis.csv").write_text("\n".join(["stamp;z", "-;[mm]", *rows]), encoding="utf-8")
+    written = PARAMS
+    for old, new in (
+        ("csv: data/recordings/breathing.csv", f"csv: {tmp_path / 'axis.csv'}"),
+        ("time_column: Timestamp", "time_column: stamp"),
+        ("time_unit: ms", 'time_unit: {date_format: "%d.%m.%Y %H:%M:%S", zone: "+01:00"}'),
+        ("repairs: [drop_zero_rows, drop_rows_out_of_order, average_repeated]", "skip: [2]\n        missing: [LOST]"),
+        ("{start: 0.0, end: 30.0, every: 0.5, held_out: 5.4, level: median}", "{end: 30.0}"),
+    ):
+        assert written.count(old) == 1, old
+        written = written.replace(old, new)
+    (tmp_path / "params.yaml").write_text(written, encoding="utf-8")
+    experiment = load_experiment("robot-axis", tmp_path / "params.yaml")
+    assert isinstance(experiment, TrackingExperiment)
+    samples = collect(experiment).only
+    np.testing.assert_allclose(samples.times, np.delete(seconds, 7), atol=1e-12)
+    np.testing.assert_allclose(samples.values, np.delete(values, 7), atol=5e-4)
 
 
 @pytest.mark.parametrize(

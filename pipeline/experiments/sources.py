@@ -2,10 +2,12 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, model_validator
+from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
+from pipeline.errors import InputError
 from pipeline.experiments.fields import ProjectPath, Steps, as_tuple
-from pipeline.recordings import CLOCKS, REPAIRS
+from pipeline.recordings import CLOCKS, REPAIRS, DateTimes
+from pipeline.recordings.csv_table import MISSING
 from pipeline.yaml_file import Fields
 
 
@@ -47,25 +49,43 @@ def _known_repairs(written: object) -> object:
 
 
 def _known_clock(written: object) -> object:
-    if written not in CLOCKS:
-        raise ValueError(f"expected one of {', '.join(CLOCKS)}")
-    return written
+    match written:
+        case str() if written in CLOCKS:
+            return written
+        case {"date_format": str(form), "zone": str(zone), **rest} if not rest:
+            return _dates(form, zone)
+        case {"date_format": str(form), **rest} if not rest:
+            return _dates(form)
+    raise ValueError(f"expected one of {', '.join(CLOCKS)}, or {{date_format: ..., zone: ...}}")
+
+
+def _dates(form: str, zone: str = "Z") -> DateTimes:
+    try:
+        return DateTimes(form, zone)
+    except InputError as error:
+        raise ValueError(str(error)) from error
 
 
 Repairs = Annotated[tuple[str, ...], BeforeValidator(_known_repairs)]
 
 
 class CsvColumn(Fields):
-    """A column of a CSV file over its time column, see pipeline.recordings.read_csv; `repairs` in their order."""
+    """A column of a CSV file over its time column, see pipeline.recordings.read_csv; `repairs` in their order.
+
+    `time_unit` is a name, or the `date_format` (and the `zone`) in which stamps are written; lines in `skip` are left
+    out, and cells that are one of `missing` have no value.
+    """
 
     csv: ProjectPath
     time_column: str
-    time_unit: Annotated[str, BeforeValidator(_known_clock)]
+    time_unit: Annotated[str | DateTimes, BeforeValidator(_known_clock)]
     value_column: str
     noise_column: str | None = None
     separator: str | None = None
     decimal: Literal[".", ","] = "."
     encoding: str = "utf-8"
+    skip: Annotated[tuple[PositiveInt, ...], BeforeValidator(as_tuple)] = ()
+    missing: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] = MISSING
     repairs: Repairs = ()
     excerpt: Excerpt
 
