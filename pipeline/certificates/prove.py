@@ -82,10 +82,14 @@ def _span(reference: Reference) -> float:
 
 @dataclass(frozen=True)
 class _Task:
-    """A reference, and a `window` [s] long, far beyond which it will be evaluated."""
+    """A reference, and a `window` [s] long, far beyond which it will be evaluated. ValueError: nothing is bounded."""
 
     reference: Reference
     window: float
+
+    def __post_init__(self) -> None:
+        if not self.reference.quantities:
+            raise ValueError("claim: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
 
     @cached_property
     def until(self) -> float:

@@ -11,6 +11,7 @@ of circuits in which no sign meets its opposite.)
 """
 
 import math
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -25,11 +26,11 @@ from pipeline.arrays import Array
 from pipeline.systems.interval import Interval
 from pipeline.systems.linear import Linear
 from pipeline.systems.polytope import Polytope
-from pipeline.systems.rationals import exact, fraction, kernel, row_of
+from pipeline.systems.rationals import beside, exact, fraction, kernel, rounded, row_of, stacked
 
 _MOST = 10_000
 _AT_ONCE = 2**22
-_HAIR = 1e-12  # of a bound's width: rounding
+_ROUNDING = 2.0**-48  # of the sum of what is added up
 
 
 class Attainable(NamedTuple):
@@ -67,18 +68,24 @@ class Allocation:
         found: dict[tuple[Fraction, ...], tuple[Fraction, Fraction]] = {}
         for circuit in self._circuits():
             row = [sum((factor * rows[i][j] for i, factor in circuit), Fraction(0)) for j in range(len(rows[0]))]
-            if not any(row):
-                continue  # without any u in it the inequality says that U is not empty
-            scale = max(map(abs, row)) * (1 if next(filter(None, row)) > 0 else -1)
+            scale = max(row, key=abs) or Fraction(1)
             factors = [(i, factor / scale) for i, factor in circuit]
             low = sum((factor * (lower if factor > 0 else upper)[i] for i, factor in factors), Fraction(0))
             high = sum((factor * (upper if factor > 0 else lower)[i] for i, factor in factors), Fraction(0))
             direction = tuple(r / scale for r in row)
             lowest, highest = found.get(direction, (low, high))
             found[direction] = max(low, lowest), min(high, highest)
+            self._refuse_empty(direction, *found[direction])
         return [
-            Attainable(row, Interval(_float_above(low), -_float_above(-high))) for row, (low, high) in found.items()
+            Attainable(row, Interval(_float_above(low), -_float_above(-high)))
+            for row, (low, high) in found.items()
+            if any(row)
         ]
+
+    def _refuse_empty(self, row: tuple[Fraction, ...], low: Fraction, high: Fraction) -> None:
+        """Without any u in it an inequality says whether U holds an input at all; with one, whether it can be kept."""
+        if not (low < high if any(row) else low <= 0 <= high):
+            raise ValueError(f"set: must have an interior, but no input lies strictly inside {self.input_set}")
 
     def smallest(self, u: Array) -> Array:
         """The smallest admissible input (Euclidean) that pushes as u (…, m) does, u having no part along Z.
@@ -100,32 +107,45 @@ class Allocation:
         return np.concatenate([self._choice_of(block) for block in blocks]).reshape(u.shape[:-1])
 
     def _choice_of(self, u: Array) -> Array:
+        choice = np.zeros(len(u), dtype=int)  # the first law is u itself
+        outside = self.input_set.margin(u) < 0
+        u = u[outside]
         gains, shifts = self._laws
         candidates = np.einsum("cij,kj->cki", gains, u) + shifts[:, None]
         sides = self.input_set
         values, widths = candidates @ sides.rows.T, sides.upper - sides.lower
-        beyond = np.max(np.maximum(values - sides.upper, sides.lower - values) / widths, axis=-1, initial=0.0)
-        admissible = beyond <= np.maximum(_HAIR, np.min(beyond, axis=0))
-        return np.asarray(np.argmin(np.where(admissible, np.linalg.norm(candidates, axis=-1), np.inf), axis=0))
+        summed = np.einsum("cij,kj->cki", np.abs(gains), np.abs(u)) + np.abs(shifts)[:, None]
+        excess = np.maximum(values - sides.upper, sides.lower - values) - _ROUNDING * (summed @ np.abs(sides.rows).T)
+        beyond = np.max(np.maximum(excess, 0) / widths, axis=-1)
+        norms = np.where(beyond <= np.min(beyond, axis=0), np.linalg.norm(candidates, axis=-1), np.inf)
+        choice[outside] = np.argmin(norms, axis=0)
+        return choice
 
     @cached_property
     def _laws(self) -> tuple[Array, Array]:
         """Gains (c, m, m) and shifts (c, m): the admissible input nearest to zero is one of gain u + shift.
 
-        It is the point nearest to zero of those that hit some bounds, whatever the others. With Z orthonormal and
-        P = R Z it has v = P_S⁺ (b_S − R_S u) for bounds b_S of some rows S, no more than there are columns.
+        It is the point nearest to zero of those that hit some bounds b_S, whatever the others: u + Z v with
+
+            v = G⁻¹ P_Sᵀ (P_S G⁻¹ P_Sᵀ)⁻¹ (b_S − R_S u),     G = Zᵀ Z,   P = R Z,
+
+        for some rows S whose P_S are independent. All of that is exact, and rounded once.
         """
-        columns = [[float(fraction(column[i, 0])) for i in range(column.nrows())] for column in self.kernel]
-        Z, _ = np.linalg.qr(np.array(columns).T)
-        m, d = Z.shape
-        R, ends = self.input_set.rows, (self.input_set.lower, self.input_set.upper)
+        Z, R, m = beside(list(self.kernel)), exact(self.input_set.rows), self.input_set.dimension
+        inverse = (Z.transpose() * Z).inv()
+        ends = self.input_set.lower, self.input_set.upper
         gains, shifts = [np.eye(m)], [np.zeros(m)]
-        for size in range(1, d + 1):
-            for hit in map(list, combinations(range(len(R)), size)):
-                back = Z @ np.linalg.pinv(R[hit] @ Z)
-                for sides in product(ends, repeat=size):
-                    gains.append(np.eye(m) - back @ R[hit])
-                    shifts.append(back @ [side[i] for side, i in zip(sides, hit, strict=True)])
+        for size in range(1, len(self.kernel) + 1):
+            for hit in combinations(range(len(self.input_set.rows)), size):
+                rows = stacked([row_of(R, i) for i in hit])
+                P = rows * Z
+                if P.rank() == size:
+                    back = Z * inverse * P.transpose() * (P * inverse * P.transpose()).inv()
+                    gain = np.eye(m) - rounded(back * rows)
+                    for sides in product(ends, repeat=size):
+                        bounds = exact(np.array([[side[i]] for side, i in zip(sides, hit, strict=True)]))
+                        gains.append(gain)
+                        shifts.append(rounded(back * bounds)[:, 0])
         return np.array(gains), np.array(shifts)
 
     def _circuits(self) -> Iterator[list[tuple[int, Fraction]]]:
@@ -145,6 +165,9 @@ def _fractions(numbers: Array) -> list[Fraction]:
 
 
 def _float_above(number: Fraction) -> float:
-    """The smallest float64 that is no smaller."""
-    rounded = float(number)
-    return rounded if Fraction(rounded) >= number else math.nextafter(rounded, math.inf)
+    """The smallest float64 that is no smaller, if there is one; no number of float64's range lies below the lowest."""
+    try:
+        nearest = float(number)
+    except OverflowError:
+        return math.inf if number > 0 else -sys.float_info.max
+    return nearest if Fraction(nearest) >= number else math.nextafter(nearest, math.inf)

@@ -2,10 +2,10 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import chain
 from typing import Literal, NamedTuple
 
 from pipeline.systems.allocation import Allocation
@@ -16,16 +16,19 @@ from pipeline.systems.nonlinear import Nonlinear
 from pipeline.systems.polytope import Polytope
 from pipeline.systems.quantity import Quantity
 from pipeline.systems.trajectory import combined
-from pipeline.systems.wording import written
+from pipeline.systems.wording import shortened, written
 
 System = Linear | Nonlinear
+
+
+Side = Literal["state", "input"]
 
 
 class Limit(NamedTuple):
     """`bounds` of Σ_i `row`[i] x_i, or of Σ_i `row`[i] u_i: `of` says which."""
 
     name: str
-    of: Literal["state", "input"]
+    of: Side
     row: tuple[Fraction, ...]
     bounds: Interval
 
@@ -55,7 +58,7 @@ class ConstrainedSystem:
                 f"system: every input of a nonlinear system must be bounded, as nothing else shows that there is one "
                 f"that f can be solved for, but {', '.join(free)} is free; a bound that is never reached will do"
             )
-        _ = self.flatness, self.allocation  # raise what they refuse
+        _ = self.flatness, self.needed  # raise what they refuse
 
     @cached_property
     def flatness(self) -> Flatness:
@@ -84,11 +87,7 @@ class ConstrainedSystem:
     @cached_property
     def limits(self) -> tuple[Limit, ...]:
         """The rows of X and of U, as they are given."""
-        x, u = (
-            [(tuple(map(Fraction, row.tolist())), bounds) for row, bounds in given.intervals]
-            for given in (self.state_set, self.input_set)
-        )
-        return (*_limits("state", x, self.system.states), *_limits("input", u, self.system.inputs))
+        return self._called(self._given("state", self.state_set), self._given("input", self.input_set))
 
     @cached_property
     def needed(self) -> tuple[Limit, ...]:
@@ -98,8 +97,10 @@ class ConstrainedSystem:
         """
         if self.allocation is None:
             return self.limits
-        of_states = [limit for limit in self.limits if limit.of == "state"]
-        return (*of_states, *_limits("input", self.allocation.attainable, self.system.inputs))
+        return self._called(
+            self._given("state", self.state_set),
+            [Limit("", "input", row, bounds) for row, bounds in self.allocation.attainable],
+        )
 
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -107,18 +108,20 @@ class ConstrainedSystem:
         coordinates = {"state": self.flatness.states, "input": self.flatness.inputs}
         return tuple(Quantity(name, combined(row, coordinates[of]), bounds) for name, of, row, bounds in self.needed)
 
+    @staticmethod
+    def _given(of: Side, wanted: Polytope) -> list[Limit]:
+        return [Limit("", of, tuple(map(Fraction, row.tolist())), bounds) for row, bounds in wanted.intervals]
 
-def _limits(
-    of: Literal["state", "input"], rows: Sequence[tuple[tuple[Fraction, ...], Interval]], names: tuple[str, ...]
-) -> list[Limit]:
-    """Each called as its row is written; rows of one name are numbered."""
-    counted = Counter[str]()
-    limits = []
-    for row, bounds in rows:
-        name = written(row, names)
-        counted[name] += 1
-        limits.append(Limit(name if counted[name] == 1 else f"{name} ({counted[name]})", of, row, bounds))
-    return limits
+    def _called(self, *sides: list[Limit]) -> tuple[Limit, ...]:
+        """Each called as its row is written; those that would have one name are numbered."""
+        names = {"state": self.system.states, "input": self.system.inputs}
+        counted = Counter[str]()
+        called = []
+        for limit in chain(*sides):
+            name = shortened(written(limit.row, names[limit.of]))
+            counted[name] += 1
+            called.append(limit._replace(name=name if counted[name] == 1 else f"{name} ({counted[name]})"))
+        return tuple(called)
 
 
 def _free(names: tuple[str, ...], wanted: Polytope) -> list[str]:

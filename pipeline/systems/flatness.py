@@ -17,7 +17,7 @@ from flint import fmpq, fmpq_mat
 
 from pipeline.systems.functional import Functional
 from pipeline.systems.linear import Linear
-from pipeline.systems.rationals import beside, columns_of, exact, fraction, kernel, row_of, stacked
+from pipeline.systems.rationals import beside, columns_of, exact, fraction, kernel, rounded, row_of, stacked
 from pipeline.systems.trajectory import Coordinate
 from pipeline.systems.wording import written
 
@@ -171,5 +171,5 @@ def _accumulated(A: fmpq_mat, steps: int) -> fmpq_mat:
 
 def _condition(matrix: fmpq_mat) -> float:
     """Of the matrix with columns of unit length: how independent they are, whatever their units."""
-    rounded = np.array([[float(fraction(matrix[i, j])) for j in range(matrix.ncols())] for i in range(matrix.nrows())])
-    return float(np.linalg.cond(rounded / np.linalg.norm(rounded, axis=0)))
+    columns = rounded(matrix)
+    return float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))

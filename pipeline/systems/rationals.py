@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 
+import numpy as np
 from flint import fmpq, fmpq_mat
 
 from pipeline.arrays import Array
@@ -17,6 +18,12 @@ def exact(matrix: Array) -> fmpq_mat:
 def fraction(number: fmpq) -> Fraction:
     """As Python writes it."""
     return Fraction(int(number.p), int(number.q))
+
+
+def rounded(matrix: fmpq_mat) -> Array:
+    """The nearest float64 numbers."""
+    rows, columns = matrix.nrows(), matrix.ncols()
+    return np.array([[float(fraction(matrix[i, j])) for j in range(columns)] for i in range(rows)])
 
 
 def row_of(matrix: fmpq_mat, i: int) -> fmpq_mat:

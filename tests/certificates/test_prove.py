@@ -29,6 +29,7 @@ from tests.certificates import naive
 from tests.certificates.references import certified, unconstrained
 from tests.learning import example1
 from tests.systems.instances import bounded
+from tests.systems.instances import unbounded as without_bounds
 
 WIDE = Interval(-2.0, 2.0)
 PLANT = scalar(0.9, 0.5, state_set=WIDE, input_set=WIDE, sampling_time=0.05)
@@ -184,3 +185,9 @@ def test_explanations_are_sentences(example):
     assert certificate.explanation.startswith("proved for all real t")
     for quantity in certificate.reference.quantities:
         assert f"{quantity.name} in {quantity.bounds}" in certificate.explanation
+
+
+def test_where_nothing_is_bounded_there_is_nothing_to_prove():
+    free = without_bounds(Linear.scalar(0.9, 0.5), 0.05)
+    with pytest.raises(ValueError, match="nothing is bounded, so there is nothing to prove"):
+        prove(reference(SquaredExponential(1.0, 1.0), free))

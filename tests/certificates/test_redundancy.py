@@ -169,6 +169,23 @@ def test_the_same_row_in_another_size_or_direction_says_the_same():
         assert check_input_set(_read(changed(turned, ("bounds", 1, "upper"), ends[1] + 1e-12))) is not None
 
 
+EMPTY = {
+    "nothing in between": [([0.0, 0.0], 1.0, 2.0)],
+    "apart": [([1.0, 0.0], 1.0, 2.0), ([1.0, 0.0], -5.0, -0.2)],
+    "apart in other units": [([1.0, 0.0], 1.0, 2.0), ([-3.0, 0.0], 1.0, 2.0)],
+    "apart beside another": [([1.0, 0.0], -0.1, 5.0), ([1.0, 0.0], -5.0, -0.2), ([0.0, 1.0], -9.0, 9.0)],
+}
+
+
+@over(EMPTY, "rows")
+def test_an_empty_set_holds_no_input(rows):
+    """Each has no inequality left that says anything of u; those that say nothing of it must hold."""
+    sides = [{"row": row, "lower": lower, "upper": upper} for row, lower, upper in rows]
+    verdict = check(changed(as_read(learned().certificate), ("input_set",), sides))
+    assert isinstance(verdict, Failed)
+    assert verdict.reason.startswith("input_set: no input keeps its rows")
+
+
 def test_a_set_turned_inside_out_holds_no_input():
     data = _read(as_read(learned().certificate))
     side = {"row": [0.0, 1.0], "lower": 0.2, "upper": -0.2}

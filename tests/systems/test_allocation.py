@@ -149,6 +149,64 @@ def test_where_none_is_admissible_the_set_is_left_by_a_small_part_of_its_width(p
     np.testing.assert_allclose(allocation.smallest(np.array(pair[0])), pair[1], atol=1e-15)
 
 
+@over(
+    {
+        "a bound never reached": ([1.0, 1.0], [-1.0, 0.0], [1.0, 1e13], -0.8, [-0.8, 0.0]),
+        "narrow beside wide": ([1.0, 1.0, 1.0], [-1e-3, -1e-3, -1e3], [1e-3, 1e-3, 1e3], 27.19, [1e-3, 1e-3, 27.188]),
+        "narrow and far": (
+            [1.0, 1.0, 1.0],
+            [300.0, 300.0, 0.0],
+            [300.01, 300.01, 1e3],
+            700.3,
+            [300.01, 300.01, 100.28],
+        ),
+    },
+    "case",
+)
+def test_widths_of_all_sizes(case):
+    row, lower, upper, push, wanted = case
+    allocation = Allocation.of(Linear(np.array([[0.5]]), np.array([row])), Polytope.box(lower, upper))
+    np.testing.assert_allclose(allocation.smallest(np.full(len(row), push / len(row))), wanted, rtol=1e-9, atol=1e-12)
+
+
+@over({"parallel": (1e-9, 1.0), "nearly": (1e-12, 1.0), "tiny": (1.0, 1e-9)}, "case")
+def test_inputs_push_alike_whatever_columns_of_b_come_first(case):
+    """The first two columns are hardly independent, or the second is small; together they are fine."""
+    apart, size = case
+    B = np.array([[1.0, size, 0.3, 0.7], [1.0, size * (1 + apart), 0.7, 0.1]])
+    wanted = Polytope.box(-np.array([1, 0.5, 0.2, 0.3]), np.array([1, 0.5, 0.2, 0.3]))
+    u = np.random.default_rng(0).uniform(-0.6, 0.6, (50, 2)) @ np.linalg.pinv(B).T
+    chosen = Allocation.of(Linear(np.eye(2) / 2, B), wanted).smallest(u)
+    np.testing.assert_allclose(chosen @ B.T, u @ B.T, atol=1e-14)
+    assert np.sum(wanted.margin(u) < 0) > 5
+
+
+def test_numbers_at_the_end_of_the_range():
+    huge = np.finfo(float).max
+    ((row, bounds),) = Allocation.of(ONE_STATE, Polytope.box([-huge, -huge], [huge, huge])).attainable
+    assert row == (1, 1)
+    assert (bounds.lower, bounds.upper) == (-huge, huge)
+
+
+def test_a_set_that_only_rounding_leaves_open_is_refused():
+    """Its interior is smaller than the linear program's tolerance; exactly there is none."""
+    rows = np.array([[1.0, 0.0], [1.0, 1e-13], [0.0, 1.0]])
+    wanted = Polytope(rows, np.array([0.0, -1.0, -1.0]), np.array([1.0, 1.0, 1.0]))
+    object.__setattr__(wanted, "lower", np.array([0.0, 1.5, -1.0]))
+    object.__setattr__(wanted, "upper", np.array([1.0, 2.0, 1.0]))
+    with pytest.raises(ValueError, match="set: must have an interior, but no input lies strictly inside"):
+        _ = Allocation.of(ONE_STATE, wanted).attainable
+
+
+def test_names_do_not_meet_and_do_not_grow():
+    system = Linear(np.array([[0.5]]), np.array([[1.0, 1.0]]), states=("u1+u2",), inputs=("u1", "u2"))
+    plant = ConstrainedSystem(system, Polytope.box([-3.0], [3.0]), Polytope.box([-1.0, -0.2], [1.0, 0.2]), 0.1)
+    assert [quantity.name for quantity in plant.quantities] == ["u1+u2", "u1+u2 (2)"]
+    long = Linear(np.array([[0.5]]), np.ones((1, 3)), inputs=tuple("abc"[i] * 60 for i in range(3)))
+    plant = ConstrainedSystem(long, Polytope.box([-3.0], [3.0]), Polytope.box(-np.ones(3), np.ones(3)), 0.1)
+    assert [len(quantity.name) for quantity in plant.quantities] == [2, 80]
+
+
 def test_shapes_are_kept():
     allocation = Allocation.of(*CASES["small_second"])
     assert allocation.smallest(np.array([0.4, 0.4])) == pytest.approx([0.6, 0.2])

@@ -28,8 +28,10 @@ def check_input_set(certificate: Any) -> str | None:
             exact_sum(factor * Fraction(rows[i][end if factor > 0 else other]) for i, factor in circuit)
             for end, other in (("lower", "upper"), ("upper", "lower"))
         )
+        names = ", ".join(str(i) for i, _ in circuit)
+        if not any(row) and not low <= 0 <= high:
+            return f"input_set: no input keeps its rows {names} together"
         if any(row) and not any(_implies(bound, row, low, high) for bound in certificate["bounds"]):
-            names = ", ".join(str(i) for i, _ in circuit)
             return f"input_set: no bound keeps what its rows {names} leave of the inputs together"
     return None
 
