@@ -12,6 +12,8 @@ ROOT = Path(__file__).resolve().parent.parent
 
 _PUBLIC = {
     "ConstrainedSystem": "pipeline.systems.constrained",
+    "Controller": "pipeline.control.controller",
+    "Infeasible": "pipeline.control.answer",
     "Linear": "pipeline.systems.linear",
     "Matern32": "pipeline.gp.radial",
     "Matern52": "pipeline.gp.radial",
@@ -23,6 +25,7 @@ _PUBLIC = {
     "Samples": "pipeline.gp.samples",
     "SquaredExponential": "pipeline.gp.radial",
     "Sum": "pipeline.gp.combinations",
+    "Step": "pipeline.control.answer",
     "TrackableReference": "pipeline.trackable",
     "learn_reference": "pipeline.tracking",
 }

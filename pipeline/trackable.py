@@ -1,5 +1,6 @@
 """A learned reference with its proof, as programs and notebooks hold it, and as a file."""
 
+import operator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +18,7 @@ from pipeline.codec import dumps, loads
 from pipeline.errors import InputError, NoReferenceError
 from pipeline.files import read_bytes, write_atomically, write_json
 from pipeline.gp.joint import JointPosterior, JointPrior
+from pipeline.gp.prior import NOISE
 from pipeline.gp.samples import Samples
 from pipeline.learning.problem import ConstrainedProblem, NoSolution, Solution
 from pipeline.learning.search import best_solution
@@ -59,8 +61,11 @@ class TrackableReference:
         return self.reference.input(k)
 
     def window(self, k: int, horizon: int) -> Window:
-        """States k … k + `horizon` and the inputs between them, for a predictive controller at step k."""
-        if horizon < 1:
+        """States k … k + `horizon` and the inputs between them, for a predictive controller at step k.
+
+        TypeError for a horizon that is no whole number.
+        """
+        if operator.index(horizon) < 1:
             raise ValueError(f"window: a horizon of one step at least is needed, got {horizon}")
         self._refuse_unproved(np.array([k, k + horizon]))
         return self.reference.window(k, horizon)
@@ -105,9 +110,10 @@ class TrackableReference:
         said = []
         for (name, off), of, part in zip(self._off.items(), self.samples, self.prior.parts, strict=True):
             by_noise = np.sqrt(np.mean((off / (part.noise_std * of.relative_noise)) ** 2))
+            noise = "learned noise" if NOISE in part.learned else "noise"  # which a bad fit makes large
             said.append(
-                f"it is {self.misfit[name]:.3g} off the samples of {name} (root mean square), {by_noise:.3g} times "
-                "their noise"
+                f"it is {self.misfit[name]:.3g} off the samples of {name}, which spread by {np.std(of.values):.3g} "
+                f"(root mean squares), and {by_noise:.3g} times their {noise}"
             )
         return said
 

@@ -140,7 +140,10 @@ def test_how_far_the_samples_are_is_said(axis: TrackableReference) -> None:
     off = SAMPLES.values - axis.reference.state_at(TIMES)[:, 0]
     assert axis.misfit == pytest.approx({"position": np.sqrt(np.mean(off**2))}, rel=1e-9)
     times = np.sqrt(np.mean(off**2)) / 0.02
-    assert f"{axis.misfit['position']:.3g} off the samples of position" in axis.explanation
+    spread = np.std(SAMPLES.values)
+    assert (
+        f"{axis.misfit['position']:.3g} off the samples of position, which spread by {spread:.3g}" in axis.explanation
+    )
     assert f"{times:.3g} times their noise" in axis.explanation
     known = {"signal_std": 0.01, "lengthscale": 3.0}
     far = learn_reference({"position": SAMPLES}, AXIS, KERNEL, "asymptotic", noise_std=0.02, known=known)
@@ -165,6 +168,8 @@ def test_what_is_not_proved_is_refused(axis: TrackableReference) -> None:
     assert axis.reference.state(-1).shape == (2,)
     with pytest.raises(ValueError, match="a horizon of one step at least is needed, got 0"):
         axis.window(3, 0)
+    with pytest.raises(TypeError, match="float"):
+        axis.window(3, 2.5)
     assert axis.window(10**9, 3).states.shape == (4, 2)
 
 
@@ -207,6 +212,26 @@ def test_two_periodic_signals_share_their_period() -> None:
     k = np.arange(5000)
     assert np.min(CART.input_set.margin(found.input(k))) >= 0
     assert isinstance(check(found.certificate.to_dict()), Proved)
+
+
+def test_the_shared_period_is_not_a_multiple_of_itself() -> None:
+    """Three periods only: every multiple has a minimum of its own, and a longer memory to fit with."""
+    t, rng = np.arange(0, 8, 0.15), np.random.default_rng(0)
+    values = {
+        "q1": 0.8 * np.sin(2 * np.pi * t / 2.5),
+        "q2": 0.5 * np.cos(2 * np.pi * t / 2.5) + 0.2 * np.sin(4 * np.pi * t / 2.5),
+    }
+    samples = {name: Samples(t, y + 0.02 * rng.standard_normal(t.size)) for name, y in values.items()}
+    joints = ConstrainedSystem(
+        Linear.discretised(
+            np.kron(np.eye(2), np.eye(2, k=1)), np.eye(4)[:, 1::2], 0.05, states=("q1", "w1", "q2", "w2")
+        ),
+        Polytope.box([-1.5, -2.2] * 2, [1.5, 2.2] * 2),
+        Polytope.box([-6.0] * 2, [6.0] * 2),
+        0.05,
+    )
+    found = learn_reference(samples, joints, Periodic(1.0, 1.0, 1.0), "periodic", noise_std=0.02)
+    assert found.hyperparameters["period"] == pytest.approx(2.5, abs=0.05)
 
 
 def test_flat_outputs_themselves_can_be_sampled() -> None:

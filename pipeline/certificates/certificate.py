@@ -56,7 +56,9 @@ class Certificate:
     def explanation(self) -> str:
         """What is proved, in a sentence."""
         kept = ", ".join(f"{q.name} in {q.bounds}" for q in self.reference.quantities)
-        return f"proved for {self.claim}: {kept}"
+        plant = self.reference.plant
+        chosen = f", with inputs in {_box(plant)} that push alike" if plant.allocation else ""
+        return f"proved for {self.claim}: {kept}{chosen}"
 
     def to_dict(self) -> dict[str, Any]:
         """As nested dicts, lists, strings and numbers; every float64 as it is, so that `repr` keeps it."""
@@ -99,6 +101,10 @@ class Certificate:
             evaluation_error=dict(data["evaluation"]["errors"]),
             evaluated_until=data["evaluation"]["until"],
         )
+
+
+def _box(plant: ConstrainedSystem) -> str:
+    return "{" + ", ".join(f"{limit.name} in {limit.bounds}" for limit in plant.limits if limit.of == "input") + "}"
 
 
 def _limit_to_dict(limit: Limit, plant: ConstrainedSystem) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Tracking model predictive control with a terminal equality constraint on the reference."""
 
+import operator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,7 +24,7 @@ class Controller:
 
     N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. The state at hand is
     not constrained, all later ones are. Raises ValueError where a weight is something else, and where N steps are too
-    few to lead the system where the terminal constraint wants it.
+    few to lead the system where the terminal constraint wants it; TypeError where N is no whole number.
     """
 
     plant: ConstrainedSystem
@@ -45,6 +46,7 @@ class Controller:
                 raise ValueError(f"controller: {name} must be positive {kind}, got eigenvalues {values.tolist()}")
             weight.flags.writeable = False
             object.__setattr__(self, name, weight)
+        object.__setattr__(self, "horizon", operator.index(self.horizon))
         if self.horizon < (fewest := max(self.plant.flatness.orders)):
             raise ValueError(
                 f"controller: from a state off the reference it takes {fewest} steps to return to it, so that with a "

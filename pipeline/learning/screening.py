@@ -10,11 +10,12 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.arrays import Array
+from pipeline.gp.joint import JointPrior
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.prior import NOISE
 from pipeline.gp.spectrum import Spectrum
 from pipeline.learning.problem import ConstrainedProblem
-from pipeline.learning.space import amplitude
+from pipeline.learning.space import SearchSpace, amplitude
 
 _LOOKS = 1200
 _AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0
@@ -24,19 +25,19 @@ _APART = {"lengthscale": 0.3, "period": 0.03, NOISE: 0.3}
 
 
 def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
-    """ln θ of up to `keep` starts, the most promising first, for a problem with a `Periodic` kernel (TypeError else).
+    """ln θ of up to `keep` starts, the most promising first, for a problem with `Periodic` kernels (TypeError else).
 
     First come points that keep all bounds at a few phases, by objective; then others, by how much they break them. What
-    the constraints say about *where* bounds are to be kept is not looked at.
+    the constraints say about *where* bounds are to be kept is not looked at; and of several signals, which share
+    bounds, only the objective is.
     """
     kernels = [part.kernel for part in problem.prior.parts]
-    if not (len(kernels) == 1 and isinstance(kernels[0], Periodic)):
+    if not all(isinstance(kernel, Periodic) for kernel in kernels):
         names = ", ".join(type(kernel).__name__ for kernel in kernels)
-        raise TypeError(f"screening needs one signal with a periodic kernel, got {names}")
-    points = problem.space.points(_LOOKS)
-    amplitudes = _amplitudes(problem)
-    looks = [_best_amplitude(problem, amplitudes, point) for point in points]
-    apart = np.array([_APART.get(name, np.inf) for name in problem.prior.learned])
+        raise TypeError(f"screening needs periodic kernels, got {names}")
+    signals = _signals(problem)
+    looks = [_look(signals, point) for point in problem.space.points(_LOOKS)]
+    apart = np.array([_APART.get(name.rsplit(".", 1)[-1], np.inf) for name in problem.prior.learned])
     kept: list[Array] = []
     for _, _, point in sorted(looks, key=lambda look: look[:2]):
         if len(kept) == keep:
@@ -44,6 +45,29 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
         if all(np.any(np.abs(point - other) > apart) for other in kept):
             kept.append(point)
     return kept
+
+
+def _signals(problem: ConstrainedProblem) -> list[tuple[ConstrainedProblem, Array, list[int]]]:
+    """Each signal as a problem of its own, the amplitudes to look at, and where its hyperparameters are in all."""
+    if len(problem.prior.parts) == 1:
+        return [(problem, _amplitudes(problem), list(range(len(problem.prior.learned))))]
+    found = []
+    for i, (part, samples) in enumerate(zip(problem.prior.parts, problem.samples, strict=True)):
+        places = problem.prior.places[i]
+        bounds = [problem.space.bounds[problem.prior.learned[place]] for place in places]
+        space = SearchSpace(dict(zip(part.learned, bounds, strict=True)))
+        own = ConstrainedProblem((samples,), JointPrior((part,)), space)
+        found.append((own, _amplitudes(own), places))
+    return found
+
+
+def _look(signals: list[tuple[ConstrainedProblem, Array, list[int]]], point: Array) -> tuple[float, float, Array]:
+    """Violation, objective and ln θ with every signal at the best of its amplitudes."""
+    found, violation, objective = point.copy(), 0.0, 0.0
+    for problem, amplitudes, places in signals:
+        broken, own, found[places] = _best_amplitude(problem, amplitudes, point[places])
+        violation, objective = max(violation, broken), objective + own
+    return violation, objective, found
 
 
 def _best_amplitude(problem: ConstrainedProblem, amplitudes: Array, log_theta: Array) -> tuple[float, float, Array]:

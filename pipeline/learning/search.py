@@ -10,11 +10,10 @@ _FEWEST_BASINS = 16
 
 
 def best_solution(problem: ConstrainedProblem) -> Solution | NoSolution:
-    """The best of local minima: from starts of the search space, or for a periodic kernel from the most promising ones.
+    """The best of local minima: from starts of the search space, or for periodic kernels from the most promising ones.
 
     The likelihood of the latter has a basin for nearly every period.
     """
-    kernels = [part.kernel for part in problem.prior.parts]
-    if len(kernels) == 1 and isinstance(kernels[0], Periodic):
+    if all(isinstance(part.kernel, Periodic) for part in problem.prior.parts):
         return best_of(problem, screened(problem, max(_FEWEST_BASINS, problem.space.starts))).outcome
     return solve(problem)

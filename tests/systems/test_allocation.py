@@ -158,7 +158,7 @@ def test_where_none_is_admissible_the_set_is_left_by_a_small_part_of_its_width(p
             [300.0, 300.0, 0.0],
             [300.01, 300.01, 1e3],
             700.3,
-            [300.01, 300.01, 100.28],
+            [300.0, 300.0, 100.3],
         ),
     },
     "case",
