@@ -11,9 +11,12 @@ from pipeline.results import Results
 
 
 def figures(experiment: Experiment, results: Results) -> None:
-    """Draw and save every figure of the experiment."""
-    for name, draw in tqdm(drawings(experiment, results).items(), desc=f"{experiment.name}: figures", disable=None):
+    """Draw and save every figure of the experiment; those of an earlier run that it has no more are removed."""
+    drawn = drawings(experiment, results)
+    for name, draw in tqdm(drawn.items(), desc=f"{experiment.name}: figures", disable=None):
         plots.save(draw(), results.figure(name))
+    for old in {*results.figures.glob("*.svg")} - {results.figure(name) for name in drawn}:
+        old.unlink()
 
 
 def drawings(experiment: Experiment, results: Results) -> dict[str, Callable[[], Figure]]:

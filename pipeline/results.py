@@ -38,5 +38,9 @@ class Results:
     def certificate(self, method: str) -> Path:
         return self.folder / "certificates" / f"{method}.json"
 
+    @property
+    def figures(self) -> Path:
+        return self.folder / "figures"
+
     def figure(self, name: str) -> Path:
-        return self.folder / "figures" / f"{name}.svg"
+        return self.figures / f"{name}.svg"

@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline import ROOT, plots
+from pipeline import ROOT, figures, plots
+from pipeline.experiments import load_experiment
 from pipeline.gp.joint import JointPrior
 from pipeline.gp.periodic import Periodic
 from pipeline.gp.posterior import Posterior
@@ -30,6 +31,7 @@ from pipeline.learning.problem import ConstrainedProblem, Constraint
 from pipeline.learning.space import SearchSpace
 from pipeline.learning.study import Conservatism
 from pipeline.plots.style import SHEETS
+from pipeline.results import Results
 from pipeline.systems.interval import Interval
 from pipeline.systems.margins import margin_profile
 from pipeline.systems.reference import Reference
@@ -283,3 +285,14 @@ def test_importing_touches_no_backend() -> None:
 
 if __name__ == "__main__":
     print(json.dumps({draw.__name__: sha256(plots.svg(draw())).hexdigest() for draw in FIGURES}))
+
+
+def test_figures_of_an_earlier_run_do_not_stay(tmp_path, monkeypatch):
+    """Where nothing is lost any more, say, there is no figure of how it was lost."""
+    results = Results("example1", tmp_path)
+    results.figures.mkdir(parents=True)
+    results.figure("old").write_text("<svg/>")
+    (results.figures / "notes.txt").write_text("mine")
+    monkeypatch.setattr(figures, "drawings", lambda *_: {"new": lambda: Figure(figsize=(1, 1))})
+    figures.figures(load_experiment("example1"), results)
+    assert sorted(path.name for path in results.figures.iterdir()) == ["new.svg", "notes.txt"]
