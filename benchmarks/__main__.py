@@ -24,6 +24,8 @@ def measured(name: str) -> list[Row]:
 
 if __name__ == "__main__":
     names = sys.argv[1:] or _ALL
+    if unknown := set(names) - set(_ALL):
+        sys.exit(f"python -m benchmarks [NAME ...]: {', '.join(sorted(unknown))} is none of {', '.join(_ALL)}")
     with threadpool_limits(limits=1):
         before = load()
         rows = list(chain.from_iterable(measured(name) for name in names))
