@@ -14,7 +14,7 @@ from pipeline.gp.factored import Covariance
 
 _ROWS = 64
 _SMALL = 128  # rows: so few are one strip, as two of them take as long as what they save
-_ONCE = np.triu(np.ones((_SMALL, _SMALL)), 1) + np.eye(_SMALL) / 2  # of what is taken twice
+_COUNTED = 2 * np.triu(np.ones((_SMALL, _SMALL)), 1) + np.eye(_SMALL)  # how often in a symmetric matrix, from above
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,8 @@ class Strips:
 
     def times(self, c: Array) -> Array:
         """D_j c for c of shape (n,): shape (p, n)."""
+        if len(self.strips) == 1:
+            return np.asarray(self.strips[0] @ c)
         product = np.zeros((len(self.strips[0]), len(c)))
         for rows, strip in zip(_rows(len(c)), self.strips, strict=True):
             right = strip[:, :, rows.stop - rows.start :]
@@ -37,8 +39,9 @@ class Strips:
         trace = np.zeros(len(self.strips[0]))
         for rows, strip in zip(_rows(len(upper)), self.strips, strict=True):
             height = rows.stop - rows.start
-            part = 2 * upper[rows, rows.start :]
-            part[:, :height] *= _ONCE[:height, :height]
+            part = np.empty((height, len(upper) - rows.start))
+            np.multiply(upper[rows, rows.start : rows.stop], _COUNTED[:height, :height], out=part[:, :height])
+            np.multiply(upper[rows, rows.stop :], 2, out=part[:, height:])
             trace += strip.reshape(len(strip), -1) @ part.reshape(-1)
         return trace
 

@@ -85,7 +85,7 @@ class Posterior:
         n, c = len(self.samples), self.weights
         value = self._factored.log_determinant + c @ self._residual
         by_kernel, by_noise = self._factored.contracted(c)
-        return float(value + n * _LOG_TAU), np.array([*by_kernel.tolist(), 2 * by_noise])[self._learned]
+        return float(value + n * _LOG_TAU), np.array([*by_kernel.tolist(), 2 * by_noise])[self.prior.places]
 
     @cached_property
     def _centres(self) -> Array:
@@ -115,11 +115,7 @@ class Posterior:
         through_kernel[:-1] = gradient @ self.signal.weights
         spread = self.samples.stencil.spread(self._factored.gathered(self._weights_gradient))
         through_weights = np.moveaxis(jet @ spread.T, -1, 0)
-        return np.asarray(mean), np.asarray(through_kernel[self._learned] + through_weights)
-
-    @cached_property
-    def _learned(self) -> list[int]:
-        return [i for i, name in enumerate(self.prior.hyperparameters) if name not in self.prior.fixed]
+        return np.asarray(mean), np.asarray(through_kernel[self.prior.places] + through_weights)
 
     @cached_property
     def _factored(self) -> Factored:
@@ -139,4 +135,4 @@ class Posterior:
         """∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, shape (p, n)."""
         by_kernel = self._factored.gradient_times(self.weights)
         by_noise = 2 * noise_variance(self.prior, self.samples) * self.weights
-        return -self._factored.solve(np.vstack([by_kernel, by_noise])[self._learned].T).T
+        return -self._factored.solve(np.vstack([by_kernel, by_noise])[self.prior.places].T).T

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -40,10 +41,15 @@ class Prior:
         """All of them, fixed ones and the noise (last) included, in natural units."""
         return {**self.kernel.hyperparameters, NOISE: self.noise_std}
 
-    @property
+    @cached_property
     def learned(self) -> tuple[str, ...]:
         """Names of the hyperparameters that are learned, in the order of every gradient."""
         return tuple(name for name in self.hyperparameters if name not in self.fixed)
+
+    @cached_property
+    def places(self) -> list[int]:
+        """Where they stand among all."""
+        return [i for i, name in enumerate(self.hyperparameters) if name not in self.fixed]
 
     @property
     def log_hyperparameters(self) -> Array:
@@ -52,7 +58,10 @@ class Prior:
 
     def with_hyperparameters(self, values: dict[str, float]) -> Self:
         kernel = self.kernel.with_hyperparameters({name: v for name, v in values.items() if name != NOISE})
-        return type(self)(kernel, values.get(NOISE, self.noise_std), self.mean, self.fixed)
+        moved = type(self)(kernel, values.get(NOISE, self.noise_std), self.mean, self.fixed)
+        # Names do not depend on the values; an optimiser would ask again at every step.
+        vars(moved).update(learned=self.learned, places=self.places)
+        return moved
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """The inverse of `log_hyperparameters`."""
