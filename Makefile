@@ -35,16 +35,15 @@ force: .venv/installed
 
 compare: .venv/installed
 	rm -rf .compare
-	ls data/results | xargs -P 2 -I NAME sh -ec 'git clone --quiet . .compare/NAME; cd .compare/NAME; \
-		PYTHONPATH=$$PWD dvc repro --force --quiet figures@NAME notebook@NAME'
-	git clone --quiet . .compare/all
-	cd .compare/all && PYTHONPATH=$$PWD dvc repro --force --quiet guide
+	{ ls data/results; echo .all; } | xargs -P 2 -I NAME sh -ec 'git clone --quiet . .compare/NAME; cd .compare/NAME; \
+		case NAME in .all) set guide;; *) set figures@NAME notebook@NAME;; esac; \
+		PYTHONPATH=$$PWD dvc repro --force --quiet "$$@"'
 	for name in $$(ls data/results); do \
-		rm -r .compare/all/data/results/$$name .compare/all/notebooks/$$name.ipynb && \
-		cp -r .compare/$$name/data/results/$$name .compare/all/data/results/ && \
-		cp .compare/$$name/notebooks/$$name.ipynb .compare/all/notebooks/ || exit 1; \
+		rm -r .compare/.all/data/results/$$name .compare/.all/notebooks/$$name.ipynb && \
+		cp -r .compare/$$name/data/results/$$name .compare/.all/data/results/ && \
+		cp .compare/$$name/notebooks/$$name.ipynb .compare/.all/notebooks/ || exit 1; \
 	done
-	python -m pipeline compare HEAD .compare/all
+	python -m pipeline compare HEAD .compare/.all
 
 status: .venv/installed
 	dvc status
