@@ -90,7 +90,7 @@ class TrackableReference:
     @property
     def misfit(self) -> dict[str, float]:
         """By name, how far samples lie from the reference: root mean square, in the unit of what is sampled."""
-        return {name: float(np.sqrt(np.mean(off**2))) for name, off in self._off.items()}
+        return {name: _root_mean_square(off) for name, off in self._off.items()}
 
     @property
     def explanation(self) -> str:
@@ -109,11 +109,11 @@ class TrackableReference:
     def _distances(self) -> list[str]:
         said = []
         for (name, off), of, part in zip(self._off.items(), self.samples, self.prior.parts, strict=True):
-            by_noise = np.sqrt(np.mean((off / (part.noise_std * of.relative_noise)) ** 2))
+            by_noise = _root_mean_square(off / (part.noise_std * of.relative_noise))
             noise = "learned noise" if NOISE in part.learned else "noise"  # which a bad fit makes large
             said.append(
-                f"it is {self.misfit[name]:.3g} off the samples of {name}, which spread by {np.std(of.values):.3g} "
-                f"(root mean squares), and {by_noise:.3g} times their {noise}"
+                f"it is {_root_mean_square(off):.3g} off the samples of {name}, which spread by "
+                f"{np.std(of.values):.3g} (root mean squares), and {by_noise:.3g} times their {noise}"
             )
         return said
 
@@ -207,6 +207,10 @@ class _Saved:
         if self.proved_from is None or self.proved_until is None:
             return prove(self.reference)
         return prove_on_window(self.reference, self.proved_from, self.proved_until)
+
+
+def _root_mean_square(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _read(path: Path) -> _Saved:

@@ -49,14 +49,12 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
 
 def _signals(problem: ConstrainedProblem) -> list[tuple[ConstrainedProblem, Array, list[int]]]:
     """Each signal as a problem of its own, the amplitudes to look at, and where its hyperparameters are in all."""
-    if len(problem.prior.parts) == 1:
-        return [(problem, _amplitudes(problem), list(range(len(problem.prior.learned))))]
+    prior, bounds = problem.prior, list(problem.space.bounds.values())
+    constraints = problem.constraints if len(prior.parts) == 1 else ()
     found = []
-    for i, (part, samples) in enumerate(zip(problem.prior.parts, problem.samples, strict=True)):
-        places = problem.prior.places[i]
-        bounds = [problem.space.bounds[problem.prior.learned[place]] for place in places]
-        space = SearchSpace(dict(zip(part.learned, bounds, strict=True)))
-        own = ConstrainedProblem((samples,), JointPrior((part,)), space)
+    for part, samples, places in zip(prior.parts, problem.samples, prior.places, strict=True):
+        space = SearchSpace({name: bounds[place] for name, place in zip(part.learned, places, strict=True)})
+        own = ConstrainedProblem((samples,), JointPrior((part,)), space, constraints)
         found.append((own, _amplitudes(own), places))
     return found
 
