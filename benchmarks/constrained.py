@@ -8,16 +8,16 @@ import numpy as np
 from benchmarks.duel import Row, agree, duel
 from benchmarks.problems import Example, example
 from benchmarks.rivals import OnGrid, by_ipopt, by_slsqp, by_trust_constr
-from pipeline.arrays import Array
-from pipeline.certificates.certified import Certified, learn_certified
-from pipeline.gp.joint import JointPosterior
-from pipeline.learning import periodic
-from pipeline.learning.algorithm1 import AS_PUBLISHED, algorithm1
-from pipeline.learning.basins import best_of
-from pipeline.learning.exchange import solve
-from pipeline.learning.problem import Solution
-from pipeline.learning.screening import screened
-from pipeline.learning.tail import tail
+from trackable.arrays import Array
+from trackable.certificates.certified import Certified, learn_certified
+from trackable.gp.joint import JointPosterior
+from trackable.learning.basins import best_of
+from trackable.learning.exchange import solve
+from trackable.learning.problem import Solution
+from trackable.learning.published import periodic
+from trackable.learning.published.algorithm1 import AS_PUBLISHED, algorithm1
+from trackable.learning.published.tail import tail
+from trackable.learning.screening import screened
 
 T = TypeVar("T")
 _FIRST_STEP = 70

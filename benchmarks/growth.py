@@ -12,11 +12,11 @@ import numpy as np
 
 from benchmarks.duel import Row, agree, duel
 from benchmarks.problems import PRIOR, example, irregular, likelihood, regular
-from pipeline.learning.exchange import solve
-from pipeline.learning.problem import Solution
-from pipeline.learning.space import SearchSpace
-from pipeline.systems.interval import Interval
-from pipeline.systems.scalar import scalar
+from trackable.learning.exchange import solve
+from trackable.learning.problem import Solution
+from trackable.learning.published.scalar import scalar
+from trackable.learning.space import SearchSpace
+from trackable.systems.sets.interval import Interval
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
 _SPAN = 2.0  # seconds

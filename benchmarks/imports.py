@@ -8,7 +8,7 @@ from statistics import median
 import numpy as np
 
 from benchmarks.duel import Row
-from pipeline import ROOT
+from benchmarks.machine import ROOT
 
 _ROUNDS = 9
 _MEASURED = "import time; begin = time.process_time(); {}; print(time.process_time() - begin)"
@@ -17,7 +17,7 @@ _MEASURED = "import time; begin = time.process_time(); {}; print(time.process_ti
 def rows() -> Iterator[Row]:
     """Each in new interpreters; the time of numpy alone beside it."""
     numpy = _seconds("import numpy")
-    for statement, target in (("import pipeline", 0.5), ("from pipeline import learn_reference", None)):
+    for statement, target in (("import trackable", 0.5), ("from trackable import learn_reference", None)):
         taken = _seconds(statement)
         middle, parts = median(taken), [second / 0.5 for second in taken]
         rival = "half a second" if target else "half a second (no target)"

@@ -9,12 +9,12 @@ from scipy.linalg import lapack
 
 from benchmarks.duel import Row, agree, duel
 from benchmarks.problems import NOISE, PRIOR, free, irregular, likelihood, regular
-from pipeline.gp.dense import Dense
-from pipeline.gp.factoring import noise_variance
-from pipeline.gp.posterior import Posterior
-from pipeline.gp.samples import Samples
-from pipeline.learning.exchange import solve
-from pipeline.learning.problem import Solution
+from trackable.gp.factors.dense import Dense
+from trackable.gp.factors.factoring import noise_variance
+from trackable.gp.posterior import Posterior
+from trackable.gp.samples import Samples
+from trackable.learning.exchange import solve
+from trackable.learning.problem import Solution
 
 _SIZES = (30, 100, 300, 1000, 2000, 3000)
 _STRUCTURED = 300  # samples, from which on the covariance matrix is taken for the band that it is

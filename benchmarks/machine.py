@@ -7,6 +7,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_info
 
+ROOT = Path(__file__).resolve().parent.parent
 _PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "scikit-learn", "casadi", "do-mpc")
 
 

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 
 from benchmarks.duel import Row, agree, duel
-from pipeline.arrays import Array
-from pipeline.control.answer import Status, Step
-from pipeline.control.controller import Controller
-from pipeline.control.followed import Followed
-from pipeline.gp.radial import SquaredExponential
-from pipeline.gp.signal import KernelSum
-from pipeline.systems.constrained import ConstrainedSystem
-from pipeline.systems.linear import Linear
-from pipeline.systems.polytope import Polytope
-from pipeline.systems.reference import Reference
+from trackable.arrays import Array
+from trackable.control.controller import Controller
+from trackable.control.followed import Followed
+from trackable.control.step.answer import Status, Step
+from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.signal import KernelSum
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.linear import Linear
+from trackable.systems.reference import Reference
+from trackable.systems.sets.polytope import Polytope
 
 _STARTS, _DRAWS = 40, 400
 

@@ -5,20 +5,20 @@ from functools import cache
 
 import numpy as np
 
-from pipeline import ROOT
-from pipeline.arrays import Array
+from benchmarks.machine import ROOT
 from pipeline.experiments import ScalarExperiment
 from pipeline.experiments.load import load_experiment
 from pipeline.generate import sampled_by
-from pipeline.gp.joint import JointPosterior, JointPrior
-from pipeline.gp.prior import Prior
-from pipeline.gp.radial import SquaredExponential
-from pipeline.gp.samples import Samples
-from pipeline.learning.index_set import Steps
-from pipeline.learning.problem import ConstrainedProblem, Constraint
-from pipeline.learning.space import SearchSpace
-from pipeline.systems.constrained import ConstrainedSystem
-from pipeline.systems.scalar import Scalar
+from trackable.arrays import Array
+from trackable.gp.joint import JointPosterior, JointPrior
+from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.prior import Prior
+from trackable.gp.samples import Samples
+from trackable.learning.index_set import Steps
+from trackable.learning.problem import ConstrainedProblem, Constraint
+from trackable.learning.published.scalar import Scalar
+from trackable.learning.space import SearchSpace
+from trackable.systems.constrained import ConstrainedSystem
 
 NOISE = 0.1
 

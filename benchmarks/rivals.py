@@ -13,9 +13,9 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.optimize import NonlinearConstraint, minimize
 
 from benchmarks.problems import Example
-from pipeline.arrays import Array
-from pipeline.gp.periodic import Periodic
-from pipeline.learning.problem import ROUNDING_BACKOFF
+from trackable.arrays import Array
+from trackable.gp.kernels.periodic import Periodic
+from trackable.learning.problem import ROUNDING_BACKOFF
 
 _FEASIBLE = -1e-7
 

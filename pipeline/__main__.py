@@ -8,12 +8,12 @@ from pathlib import Path
 import click
 from threadpoolctl import threadpool_limits
 
-from pipeline.codec import CodecError
 from pipeline.compare.command import compare, environment
-from pipeline.errors import InputError, NoReferenceError
 from pipeline.experiments import PARAMS, Experiment, load_experiment
-from pipeline.logs import LogError
-from pipeline.results import Results
+from pipeline.storage.logs import LogError
+from pipeline.storage.results import Results
+from trackable.codec import CodecError
+from trackable.errors import InputError, NoReferenceError
 
 _NOTHING_FOUND, _UNUSABLE = 1, 2
 
@@ -60,7 +60,7 @@ def _notebook(name: str, params: Path) -> None:
 @main.command("record", short_help="Write the simulated recordings.")
 def _record() -> None:
     """Write the simulated recordings of data/recordings: inputs of the experiments beyond the paper."""
-    from pipeline.record import record  # noqa: PLC0415  as for the stages
+    from pipeline.published.record import record  # noqa: PLC0415  as for the stages
 
     record()
 
@@ -72,7 +72,7 @@ def _check(file: Path) -> None:
 
     Exit codes: 0 what is proved; 1 the first box, tail or cover that fails; 2 FILE is not a certificate.
     """
-    from pipeline.check import check_file  # noqa: PLC0415  as for the stages
+    from trackable.check import check_file  # noqa: PLC0415  as for the stages
 
     click.echo(check_file(file))
 

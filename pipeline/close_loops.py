@@ -7,19 +7,19 @@ from dataclasses import replace
 
 from tqdm import tqdm
 
-from pipeline.archive import Fitted, read_fit
-from pipeline.control.controller import Controller
-from pipeline.control.feasible_over_time import feasible_over_time
-from pipeline.control.followed import Followed, Interpolated
-from pipeline.control.loop import Loop, patient, simulate
-from pipeline.control.starts import ON, scaled, starts
-from pipeline.control.summary import Course, first_untrackable, summary
-from pipeline.control_archive import ClosedLoops, write_loops
-from pipeline.errors import InputError
 from pipeline.experiments import Experiment
-from pipeline.files import from_json, write_json
 from pipeline.relearn import relearn
-from pipeline.results import Results
+from pipeline.storage.archive import Fitted, read_fit
+from pipeline.storage.loops import ClosedLoops, write_loops
+from pipeline.storage.results import Results
+from trackable.control.controller import Controller
+from trackable.control.feasible_over_time import feasible_over_time
+from trackable.control.followed import Followed, Interpolated
+from trackable.control.loop import Loop, patient, simulate
+from trackable.control.starts import ON, scaled, starts
+from trackable.control.summary import Course, first_untrackable, summary
+from trackable.errors import InputError
+from trackable.files import from_json, write_json
 
 CERTIFIED, UNCONSTRAINED, INTERPOLATED = "certified", "unconstrained", "interpolated"
 

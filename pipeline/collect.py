@@ -4,11 +4,11 @@ import numpy as np
 
 from pipeline.experiments.sources import CsvColumn, Drawn, Excerpt, McapField
 from pipeline.experiments.tracking import TrackingExperiment
-from pipeline.gp.samples import Samples
-from pipeline.ground_truth import GROUND_TRUTHS
-from pipeline.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
-from pipeline.sampled import Sampled
-from pipeline.systems.sampling import sampled_signals
+from pipeline.published.ground_truth import GROUND_TRUTHS
+from pipeline.storage.sampled import Sampled
+from trackable.gp.samples import Samples
+from trackable.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
+from trackable.systems.flat.sampling import sampled_signals
 
 _SIGNAL = "signal"
 

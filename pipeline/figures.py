@@ -5,9 +5,10 @@ from collections.abc import Callable
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from pipeline import figures_asymptotic, figures_control, figures_periodic, figures_tracking, plots
+from pipeline import figures_asymptotic, figures_control, figures_periodic, figures_tracking
 from pipeline.experiments import AsymptoticExperiment, Experiment, PeriodicExperiment, TrackingExperiment
-from pipeline.results import Results
+from pipeline.storage.results import Results
+from trackable import plots
 
 
 def figures(experiment: Experiment, results: Results) -> None:

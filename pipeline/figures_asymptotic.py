@@ -6,18 +6,18 @@ from dataclasses import replace
 import numpy as np
 from matplotlib.figure import Figure
 
-from pipeline import plots
-from pipeline.archive import Fitted, read_fit, read_margins
 from pipeline.experiments import AsymptoticExperiment
-from pipeline.gp.joint import JointPrior
-from pipeline.ground_truth import GROUND_TRUTHS
-from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND
-from pipeline.learning.landscape import Landscape, landscape
-from pipeline.learning.problem import ConstrainedProblem
-from pipeline.learning.space import SearchSpace
-from pipeline.results import Results
-from pipeline.systems.scalar import ScalarReference
-from pipeline.tables import read_columns
+from pipeline.published.ground_truth import GROUND_TRUTHS
+from pipeline.storage.archive import Fitted, read_fit, read_margins
+from pipeline.storage.results import Results
+from pipeline.storage.tables import read_columns
+from trackable import plots
+from trackable.gp.joint import JointPrior
+from trackable.learning.landscape import Landscape, landscape
+from trackable.learning.problem import ConstrainedProblem
+from trackable.learning.published.algorithm1 import AS_PUBLISHED, SOUND
+from trackable.learning.published.scalar import ScalarReference
+from trackable.learning.space import SearchSpace
 
 _STEPS_OF_TUBE = 12
 _GRID_POINTS = 56

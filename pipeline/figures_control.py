@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 from matplotlib.figure import Figure
 
-from pipeline import plots
-from pipeline.control_archive import read_loops
 from pipeline.experiments import Experiment
-from pipeline.results import Results
+from pipeline.storage.loops import read_loops
+from pipeline.storage.results import Results
+from trackable import plots
 
 _CERTIFIED, _UNCONSTRAINED, _ON = "certified", "unconstrained", "on"
 

@@ -5,15 +5,15 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.figure import Figure
 
-from pipeline import plots
-from pipeline.archive import Fitted, read_fit, read_margins
 from pipeline.experiments import PeriodicExperiment
-from pipeline.ground_truth import GROUND_TRUTHS
-from pipeline.learning.growth import growth_rates
-from pipeline.results import Results
-from pipeline.systems.margins import MarginProfile
-from pipeline.systems.scalar import ScalarReference
-from pipeline.tables import read_columns
+from pipeline.published.ground_truth import GROUND_TRUTHS
+from pipeline.storage.archive import Fitted, read_fit, read_margins
+from pipeline.storage.results import Results
+from pipeline.storage.tables import read_columns
+from trackable import plots
+from trackable.learning.published.growth import growth_rates
+from trackable.learning.published.scalar import ScalarReference
+from trackable.systems.margins import MarginProfile
 
 # Looks go by position: in this order the references of every figure.
 _ORDER = ("unconstrained", "exact", "intervals", "grid", "sampled")

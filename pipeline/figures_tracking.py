@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.figure import Figure
 
-from pipeline import plots
-from pipeline.archive import Fitted, read_fit, read_margins
 from pipeline.experiments import TrackingExperiment
-from pipeline.results import Results
+from pipeline.storage.archive import Fitted, read_fit, read_margins
+from pipeline.storage.results import Results
+from trackable import plots
 
 _POINTS = 1501
 

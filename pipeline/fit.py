@@ -5,13 +5,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from pipeline import fit_asymptotic, fit_periodic, fit_tracking
-from pipeline.archive import Fitted, read_samples, write_fit
-from pipeline.arrays import Array
 from pipeline.experiments import AsymptoticExperiment, Experiment, PeriodicExperiment, TrackingExperiment
-from pipeline.files import write_json, write_text
-from pipeline.results import Results
-from pipeline.sampled import Sampled
-from pipeline.tables import to_csv
+from pipeline.storage.archive import Fitted, read_samples, write_fit
+from pipeline.storage.results import Results
+from pipeline.storage.sampled import Sampled
+from pipeline.storage.tables import to_csv
+from trackable.arrays import Array
+from trackable.files import write_json, write_text
 
 _INSTANTS_PER_STEP = 2
 

@@ -2,17 +2,17 @@
 
 from tqdm import tqdm
 
-from pipeline.archive import Fitted
-from pipeline.arrays import Array
-from pipeline.errors import NoReferenceError
 from pipeline.experiments import AsymptoticExperiment
 from pipeline.fit_certified import certified
-from pipeline.gp.samples import Samples
-from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND, Reading, Run, algorithm1
-from pipeline.learning.exchange import solve
-from pipeline.learning.learned import LearnedReference, Trace
-from pipeline.learning.problem import ConstrainedProblem, Solution
-from pipeline.sampled import Sampled
+from pipeline.storage.archive import Fitted
+from pipeline.storage.sampled import Sampled
+from trackable.arrays import Array
+from trackable.errors import NoReferenceError
+from trackable.gp.samples import Samples
+from trackable.learning.exchange import solve
+from trackable.learning.learned import LearnedReference, Trace
+from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.published.algorithm1 import AS_PUBLISHED, SOUND, Reading, Run, algorithm1
 
 READINGS = (AS_PUBLISHED, SOUND)
 _TABLE = ("k_bar", "mean_bound", "growth_lower", "growth_upper", "derivative_bound")

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable
 
-from pipeline.certificates.certified import Certified, Round, learn_certified
-from pipeline.errors import NoReferenceError
 from pipeline.experiments import Experiment
-from pipeline.gp.samples import Samples
-from pipeline.learning.learned import LearnedReference
+from trackable.certificates.certified import Certified, Round, learn_certified
+from trackable.errors import NoReferenceError
+from trackable.gp.samples import Samples
+from trackable.learning.learned import LearnedReference
 
 CERTIFIED = "certified"
 

@@ -11,22 +11,22 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-from pipeline.archive import Fitted
-from pipeline.arrays import Array
-from pipeline.errors import NoReferenceError
 from pipeline.experiments import PeriodicExperiment
 from pipeline.experiments.fields import SampleDraw
 from pipeline.fit_certified import CERTIFIED, certified
-from pipeline.gp.joint import JointPosterior
-from pipeline.gp.samples import Samples
-from pipeline.ground_truth import GROUND_TRUTHS
-from pipeline.learning import periodic
-from pipeline.learning.basins import Found
-from pipeline.learning.learned import LearnedReference
-from pipeline.learning.periodic import Constraints, exact, grid, intervals, sampled
-from pipeline.learning.problem import Solution
-from pipeline.learning.study import Conservatism, Draws, Study
-from pipeline.sampled import Sampled
+from pipeline.published.ground_truth import GROUND_TRUTHS
+from pipeline.storage.archive import Fitted
+from pipeline.storage.sampled import Sampled
+from trackable.arrays import Array
+from trackable.errors import NoReferenceError
+from trackable.gp.joint import JointPosterior
+from trackable.gp.samples import Samples
+from trackable.learning.basins import Found
+from trackable.learning.learned import LearnedReference
+from trackable.learning.problem import Solution
+from trackable.learning.published import periodic
+from trackable.learning.published.periodic import Constraints, exact, grid, intervals, sampled
+from trackable.learning.study import Conservatism, Draws, Study
 
 UNCONSTRAINED, GRID, INTERVALS, EXACT, SAMPLED = "unconstrained", "grid", "intervals", "exact", "sampled"
 

@@ -3,16 +3,16 @@
 import numpy as np
 from tqdm import tqdm
 
-from pipeline.archive import Fitted
-from pipeline.arrays import Array
-from pipeline.certificates.certified import Round
-from pipeline.errors import NoReferenceError
 from pipeline.experiments import TrackingExperiment
 from pipeline.fit_certified import CERTIFIED, certified
-from pipeline.learning.basins import best_of
-from pipeline.learning.learned import LearnedReference
-from pipeline.learning.problem import ConstrainedProblem, Solution
-from pipeline.sampled import Sampled
+from pipeline.storage.archive import Fitted
+from pipeline.storage.sampled import Sampled
+from trackable.arrays import Array
+from trackable.certificates.certified import Round
+from trackable.errors import NoReferenceError
+from trackable.learning.basins import best_of
+from trackable.learning.learned import LearnedReference
+from trackable.learning.problem import ConstrainedProblem, Solution
 
 UNCONSTRAINED = "unconstrained"
 

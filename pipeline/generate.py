@@ -2,17 +2,17 @@
 
 import numpy as np
 
-from pipeline.archive import write_samples
 from pipeline.collect import collect
-from pipeline.errors import InputError
 from pipeline.experiments import Experiment, ScalarExperiment, TrackingExperiment
 from pipeline.experiments.fields import SampleDraw, SampleFile
 from pipeline.experiments.model import STATE
-from pipeline.gp.samples import Samples
-from pipeline.learning.problem import ConstrainedProblem
-from pipeline.results import Results
-from pipeline.sampled import Sampled
-from pipeline.tables import column, read_columns
+from pipeline.storage.archive import write_samples
+from pipeline.storage.results import Results
+from pipeline.storage.sampled import Sampled
+from pipeline.storage.tables import column, read_columns
+from trackable.errors import InputError
+from trackable.gp.samples import Samples
+from trackable.learning.problem import ConstrainedProblem
 
 
 def generate(experiment: Experiment, results: Results) -> None:

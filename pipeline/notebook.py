@@ -9,8 +9,8 @@ from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 from traitlets.config import Config
 
-from pipeline.errors import InputError
-from pipeline.files import write_text
+from trackable.errors import InputError
+from trackable.files import write_text
 
 NOTEBOOKS = Path("notebooks")
 TEMPLATE = NOTEBOOKS / "template.ipynb"

@@ -4,16 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.arrays import Array
-from pipeline.certificates.certified import Certified, learn_certified
-from pipeline.control.controller import Controller
-from pipeline.control.loop import Loop
-from pipeline.control.online import Learned, Offer, holds_for_ever, receding, simulate_online
-from pipeline.errors import InputError, NoReferenceError
 from pipeline.experiments import Experiment
 from pipeline.experiments.control import Relearning
-from pipeline.gp.samples import Samples
-from pipeline.sampled import Sampled
+from pipeline.storage.sampled import Sampled
+from trackable.arrays import Array
+from trackable.certificates.certified import Certified, learn_certified
+from trackable.control.controller import Controller
+from trackable.control.loop import Loop
+from trackable.control.online import Learned, Offer, holds_for_ever, receding, simulate_online
+from trackable.errors import InputError, NoReferenceError
+from trackable.gp.samples import Samples
 
 _AFTERWARDS = 50
 

@@ -5,23 +5,23 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from pipeline.archive import read_fit, write_margins
-from pipeline.arrays import Array
-from pipeline.certificates.certificate import Certificate
-from pipeline.certificates.prove import Outcome, prove_at_instants
-from pipeline.errors import NoReferenceError
 from pipeline.experiments import Experiment, PeriodicExperiment
-from pipeline.files import write_json
-from pipeline.learning.algorithm1 import AS_PUBLISHED, SOUND
-from pipeline.learning.learned import LearnedReference
-from pipeline.learning.periodic import period_of
-from pipeline.learning.tail import tail
-from pipeline.results import Results
-from pipeline.sampled import Sampled
-from pipeline.systems.definition import smallest_defect
-from pipeline.systems.margins import MarginProfile, margin_profile
-from pipeline.systems.reference import Reference
-from pipeline.systems.scalar import Scalar
+from pipeline.storage.archive import read_fit, write_margins
+from pipeline.storage.results import Results
+from pipeline.storage.sampled import Sampled
+from trackable.arrays import Array
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.prove import Outcome, prove_at_instants
+from trackable.errors import NoReferenceError
+from trackable.files import write_json
+from trackable.learning.learned import LearnedReference
+from trackable.learning.published.algorithm1 import AS_PUBLISHED, SOUND
+from trackable.learning.published.periodic import period_of
+from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.tail import tail
+from trackable.systems.definition import smallest_defect
+from trackable.systems.margins import MarginProfile, margin_profile
+from trackable.systems.reference import Reference
 
 _CLAIMS_A_PROOF = {"certified", "exact"}
 _PERIODS = 100

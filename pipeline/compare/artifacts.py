@@ -6,14 +6,14 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from pipeline.compare.content import Leaf, Part, UnreadableError, judge
-from pipeline.compare.documents import csv_parts, json_parts, read_csv, read_json
+from pipeline.compare.content.documents import csv_parts, json_parts, read_csv, read_json
+from pipeline.compare.content.notebooks import notebook_parts, read_notebook
+from pipeline.compare.content.raster import picture_parts, read_picture
+from pipeline.compare.content.recordings import read_recording, recording_parts
+from pipeline.compare.content.values import Leaf, Part, UnreadableError, judge
+from pipeline.compare.content.vector import drawing_parts, read_drawing
 from pipeline.compare.model import Row, Status
-from pipeline.compare.notebooks import notebook_parts, read_notebook
-from pipeline.compare.raster import picture_parts, read_picture
-from pipeline.compare.recordings import read_recording, recording_parts
 from pipeline.compare.tolerances import Tolerances
-from pipeline.compare.vector import drawing_parts, read_drawing
 
 RESULTS, NOTEBOOKS = Path("data/results"), Path("notebooks")
 

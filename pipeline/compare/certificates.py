@@ -4,10 +4,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.compare.content import Leaf, Leaves, UnreadableError
-from pipeline.compare.documents import json_leaves, read_json
+from pipeline.compare.content.documents import json_leaves, read_json
+from pipeline.compare.content.recordings import read_recording
+from pipeline.compare.content.values import Leaf, Leaves, UnreadableError
 from pipeline.compare.model import Row, Status
-from pipeline.compare.recordings import read_recording
 
 _FIT = "fit.mcap"
 

@@ -7,9 +7,9 @@ from typing import Annotated, Literal, Self, TypeGuard
 from pydantic import BeforeValidator, Field, NonNegativeFloat, model_validator
 
 from pipeline.compare.model import Found
-from pipeline.errors import InputError
-from pipeline.paper import printed_numbers
-from pipeline.yaml_file import Fields, read_yaml, validated
+from pipeline.experiments.yaml_file import Fields, read_yaml, validated
+from pipeline.published.paper import printed_numbers
+from trackable.errors import InputError
 
 CLAIMS = Path("claims.yaml")
 

@@ -41,13 +41,13 @@ def compare(
     # Imported late, like the stages: `--help` should wait for nothing.
     from pipeline.compare.claims import load_claims  # noqa: PLC0415
     from pipeline.compare.comparison import compare as compare_folders  # noqa: PLC0415
-    from pipeline.compare.markdown import to_markdown  # noqa: PLC0415
-    from pipeline.compare.pictures import write_pictures  # noqa: PLC0415
-    from pipeline.compare.record import to_record  # noqa: PLC0415
+    from pipeline.compare.reports.markdown import to_markdown  # noqa: PLC0415
+    from pipeline.compare.reports.pictures import write_pictures  # noqa: PLC0415
+    from pipeline.compare.reports.record import to_record  # noqa: PLC0415
+    from pipeline.compare.reports.text import to_text  # noqa: PLC0415
     from pipeline.compare.sources import laid_out  # noqa: PLC0415
-    from pipeline.compare.text import to_text  # noqa: PLC0415
     from pipeline.compare.tolerances import load_tolerances  # noqa: PLC0415
-    from pipeline.files import write_atomically, write_text  # noqa: PLC0415
+    from trackable.files import write_atomically, write_text  # noqa: PLC0415
 
     rules, claimed = load_tolerances(tolerances), load_claims(claims)
     with ExitStack() as stack:
@@ -67,6 +67,6 @@ def compare(
 def environment() -> None:
     """Print the environment as JSON: put beside results as `environment.json`, `compare` will read it there."""
     from pipeline.compare.environment import here  # noqa: PLC0415
-    from pipeline.files import to_json  # noqa: PLC0415
+    from trackable.files import to_json  # noqa: PLC0415
 
     click.echo(to_json(here()), nl=False)

@@ -9,7 +9,7 @@ from pipeline.compare.environment import versions
 from pipeline.compare.model import Comparison
 from pipeline.compare.tolerances import Tolerances
 from pipeline.compare.verdicts import judge_claim
-from pipeline.errors import InputError
+from trackable.errors import InputError
 
 
 def compare(

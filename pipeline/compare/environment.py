@@ -9,7 +9,7 @@ from packaging.requirements import InvalidRequirement, Requirement
 from threadpoolctl import threadpool_info
 
 from pipeline.compare.model import Version
-from pipeline.errors import InputError
+from trackable.errors import InputError
 
 RECORD, LOCK = "environment.json", "requirements.lock"
 PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "python-flint", "mpmath", "matplotlib", "mcap")

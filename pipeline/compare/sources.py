@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 from pipeline.compare.artifacts import NOTEBOOKS, RESULTS
 from pipeline.compare.environment import LOCK, RECORD
-from pipeline.errors import InputError
+from trackable.errors import InputError
 
 _WANTED = (RESULTS.as_posix(), NOTEBOOKS.as_posix(), LOCK, RECORD)
 

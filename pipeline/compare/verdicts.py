@@ -6,11 +6,11 @@ from pathlib import Path
 
 from pipeline.compare.artifacts import results_folder
 from pipeline.compare.claims import Claim, Locator
-from pipeline.compare.content import UnreadableError
-from pipeline.compare.documents import json_leaves, numbers_of, read_csv, read_json
+from pipeline.compare.content.documents import json_leaves, numbers_of, read_csv, read_json
+from pipeline.compare.content.recordings import read_recording
+from pipeline.compare.content.values import UnreadableError
 from pipeline.compare.model import ABSENT, JudgedClaim, Value, Verdict
-from pipeline.compare.recordings import read_recording
-from pipeline.logs import TIME
+from pipeline.storage.logs import TIME
 
 Columns = Mapping[str, Sequence[float]]
 """Numbers by column; NaN where there is none."""

@@ -13,8 +13,8 @@ from pydantic import (
 )
 
 from pipeline.experiments.kernel_choice import Hyperparameter, KernelChoice
-from pipeline.systems.interval import Interval
-from pipeline.yaml_file import Fields
+from pipeline.experiments.yaml_file import Fields
+from trackable.systems.sets.interval import Interval
 
 
 def _interval(written: object) -> Interval:

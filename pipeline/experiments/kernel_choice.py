@@ -5,11 +5,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from pipeline.gp.combinations import Product, Sum
-from pipeline.gp.kernel import Elementary, Kernel
-from pipeline.gp.periodic import Periodic
-from pipeline.gp.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
-from pipeline.systems.interval import Interval
+from trackable.gp.kernels.base import Elementary, Kernel
+from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.systems.sets.interval import Interval
 
 _ELEMENTARY: dict[str, type[Elementary]] = {
     "squared_exponential": SquaredExponential,

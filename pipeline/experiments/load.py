@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import InputError
 from pipeline.experiments.model import AsymptoticExperiment, Experiment, PeriodicExperiment
 from pipeline.experiments.tracking import TrackingExperiment
-from pipeline.yaml_file import read_yaml, validated
+from pipeline.experiments.yaml_file import read_yaml, validated
+from trackable.errors import InputError
 
 PARAMS = Path("params.yaml")
 KINDS: dict[str, type[Experiment]] = {

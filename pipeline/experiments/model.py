@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from pipeline.certificates.goal import Goal, for_all_times
 from pipeline.experiments.control import Control
 from pipeline.experiments.fields import (
     Algorithm1,
@@ -22,16 +21,17 @@ from pipeline.experiments.fields import (
     Verification,
     which_samples,
 )
-from pipeline.gp.joint import JointPrior
-from pipeline.gp.prior import NOISE, Prior
-from pipeline.gp.samples import Samples
-from pipeline.ground_truth import GROUND_TRUTHS, GroundTruth
-from pipeline.learning.periodic import period_of
-from pipeline.learning.space import SearchSpace
-from pipeline.systems.constrained import ConstrainedSystem
-from pipeline.systems.interval import Interval
-from pipeline.systems.scalar import Scalar, scalar
-from pipeline.yaml_file import Fields
+from pipeline.experiments.yaml_file import Fields
+from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
+from trackable.certificates.goal import Goal, for_all_times
+from trackable.gp.joint import JointPrior
+from trackable.gp.prior import NOISE, Prior
+from trackable.gp.samples import Samples
+from trackable.learning.published.periodic import period_of
+from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.space import SearchSpace
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.sets.interval import Interval
 
 STATE = "state"
 """What is sampled of a scalar system."""

@@ -5,11 +5,11 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, PositiveFloat, model_validator
 
-from pipeline.models import MODELS
-from pipeline.systems.constrained import System
-from pipeline.systems.linear import Linear
-from pipeline.systems.polytope import Polytope
-from pipeline.yaml_file import Fields
+from pipeline.experiments.yaml_file import Fields
+from pipeline.published.models import MODELS
+from trackable.systems.constrained import System
+from trackable.systems.linear import Linear
+from trackable.systems.sets.polytope import Polytope
 
 
 def _matrix(written: object) -> object:
@@ -56,7 +56,7 @@ class LinearModel(Fields):
 
 
 class NamedModel(Fields):
-    """A nonlinear system of pipeline.models, x(k+1) = f(x(k), u(k)), one step every `sampling_time` [s]."""
+    """A nonlinear system of pipeline.published.models, x(k+1) = f(x(k), u(k)), one step every `sampling_time` [s]."""
 
     model: str
     sampling_time: PositiveFloat

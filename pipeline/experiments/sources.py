@@ -4,11 +4,11 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
-from pipeline.errors import InputError
 from pipeline.experiments.fields import ProjectPath, Steps, as_tuple
-from pipeline.recordings import CLOCKS, REPAIRS, DateTimes
-from pipeline.recordings.csv_table import MISSING
-from pipeline.yaml_file import Fields
+from pipeline.experiments.yaml_file import Fields
+from trackable.errors import InputError
+from trackable.recordings import CLOCKS, REPAIRS, DateTimes
+from trackable.recordings.csv_files.table import MISSING
 
 
 class Drawn(Fields):
@@ -70,7 +70,7 @@ Repairs = Annotated[tuple[str, ...], BeforeValidator(_known_repairs)]
 
 
 class CsvColumn(Fields):
-    """A column of a CSV file over its time column, see pipeline.recordings.read_csv; `repairs` in their order.
+    """A column of a CSV file over its time column, see trackable.recordings.read_csv; `repairs` in their order.
 
     `time_unit` is a name, or the `date_format` (and the `zone`) in which stamps are written; lines in `skip` are left
     out, and cells that are one of `missing` have no value.
@@ -91,7 +91,7 @@ class CsvColumn(Fields):
 
 
 class McapField(Fields):
-    """A field of the messages on a topic of an MCAP file, see pipeline.recordings.read_mcap; timed by the log time."""
+    """A field of the messages on a topic of an MCAP file, see trackable.recordings.read_mcap; timed by the log time."""
 
     mcap: ProjectPath
     topic: str

@@ -5,19 +5,19 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, PositiveInt, model_validator
 
-from pipeline.certificates.goal import Goal, for_all_times, on_window
 from pipeline.experiments.fields import PriorFields
 from pipeline.experiments.model import Experiment
 from pipeline.experiments.plants import ModelField, SetField
 from pipeline.experiments.sources import Drawn, Source, SourceField
-from pipeline.gp.joint import JointPrior
-from pipeline.gp.prior import NOISE, Prior
-from pipeline.gp.samples import Samples
-from pipeline.ground_truth import GROUND_TRUTHS, GroundTruth
-from pipeline.systems.constrained import ConstrainedSystem
-from pipeline.systems.interval import Interval
-from pipeline.systems.sampling import seen_through
-from pipeline.yaml_file import Fields
+from pipeline.experiments.yaml_file import Fields
+from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
+from trackable.certificates.goal import Goal, for_all_times, on_window
+from trackable.gp.joint import JointPrior
+from trackable.gp.prior import NOISE, Prior
+from trackable.gp.samples import Samples
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.flat.sampling import seen_through
+from trackable.systems.sets.interval import Interval
 
 
 class Looks(Fields):

@@ -1,0 +1,1 @@
+"""Artifacts as values at places, one module for each kind of file."""

@@ -1,0 +1,83 @@
+"""Logs as values at places: a part for each topic and field, each attachment, and what is said about the log itself."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from pipeline.compare.content.documents import json_leaves, read_json, told_leaves
+from pipeline.compare.content.values import Leaf, Leaves, Part, UnreadableError
+from pipeline.storage.logs import TIME, Log, LogError, Series, read_log
+
+
+def read_recording(path: Path) -> Log:
+    """The log, of which every bit is accounted for."""
+    try:
+        return read_log(path)
+    except LogError as error:
+        raise UnreadableError(str(error).removeprefix(f"{path}: ")) from error
+
+
+def recording_parts(base: Log, new: Log) -> Iterator[Part]:
+    """Topics in the order of `base`; a topic that one side lacks is one part, whatever its fields."""
+    series = {s.topic: s for s in base.series}, {s.topic: s for s in new.series}
+    for topic in {**series[0], **series[1]}:
+        if topic in series[0] and topic in series[1]:
+            yield from _series_parts(series[0][topic], series[1][topic])
+        else:
+            yield Part(topic, "", {} if topic in series[0] else None, {} if topic in series[1] else None)
+    for name in {**base.attachments, **new.attachments}:
+        yield Part(f"attachment {name}", "", _attachment(base, name), _attachment(new, name))
+    yield Part("metadata", "", _about(base), _about(new))
+
+
+def _series_parts(base: Series, new: Series) -> Iterator[Part]:
+    rows = (
+        (_by_number(base), _by_number(base)) if len(base.times) == len(new.times) else (_by_time(base), _by_time(new))
+    )
+    notes = (
+        () if len(base.times) == len(new.times) else (f"{len(base.times)} samples in BASE, {len(new.times)} in NEW",)
+    )
+    fields = {TIME: base.times, **base.fields}, {TIME: new.times, **new.fields}
+    for field in {**fields[0], **fields[1]}:
+        columns = [
+            {place: Leaf(field, value) for place, value in zip(places, side[field].tolist(), strict=True)}
+            if field in side
+            else None
+            for places, side in zip(rows, fields, strict=True)
+        ]
+        yield Part(base.topic, field, columns[0], columns[1], notes)
+
+
+def _by_number(series: Series) -> list[str]:
+    """Samples named by their time, and by their number where several have the same."""
+    times = series.times.tolist()
+    often = Counter(times)
+    return [f"t = {t!r} s" + (f", sample {i}" if often[t] > 1 else "") for i, t in enumerate(times)]
+
+
+def _by_time(series: Series) -> list[str]:
+    """Samples named by their time in whole nanoseconds, so that rounding pairs none wrongly."""
+    seen: Counter[int] = Counter()
+    places = []
+    for t in series.times.tolist():
+        nanoseconds = round(t * 1e9)
+        seen[nanoseconds] += 1
+        places.append(
+            f"t = {nanoseconds / 1e9!r} s" + (f", number {seen[nanoseconds]}" if seen[nanoseconds] > 1 else "")
+        )
+    return places
+
+
+def _attachment(log: Log, name: str) -> Leaves | None:
+    return told_leaves(read_json(log.attachments[name])) if name in log.attachments else None
+
+
+def _about(log: Log) -> Leaves:
+    """Metadata records, and units."""
+    return json_leaves(
+        {**_plain(log.metadata), "unit": {series.topic: dict(series.units) for series in log.series if series.units}}
+    )
+
+
+def _plain(metadata: Mapping[str, Mapping[str, str]]) -> dict[str, object]:
+    return {record: dict(content) for record, content in metadata.items()}

@@ -1,0 +1,84 @@
+"""A comparison as Markdown, for a comment on a pull request."""
+
+from collections.abc import Iterable, Sequence
+
+from pipeline.compare.model import Comparison, JudgedClaim, Row, Status
+from pipeline.compare.reports.wording import (
+    allowed,
+    closing,
+    differing_text,
+    extent,
+    failing,
+    remarkable,
+    size,
+    verdict,
+)
+
+_MOST = 60  # rows; a comment of more than 65,536 characters is refused by the best-known host
+
+
+def to_markdown(comparison: Comparison) -> str:
+    """The verdict, what is not identical, the claims and the environment; the parts that seldom matter folded."""
+    rows = remarkable(comparison)
+    bad = [row for row in rows if row.status is not Status.WITHIN]
+    fine = [row for row in rows if row.status is Status.WITHIN]
+    doubtful = failing(comparison.claims)
+    moved = ", ".join(version.name for version in comparison.environment if version.differs)
+    blocks = [
+        f"### Artifacts: {closing(comparison)}",
+        "; ".join((f"BASE `{comparison.base}`, NEW `{comparison.new}`", *comparison.notes)),
+        _artifacts(bad) if bad else "",
+        f"**Claims that do not hold on both sides**\n\n{_claims(doubtful)}" if doubtful else "",
+        _folded(f"Within tolerance: {len(fine)}", _artifacts(fine)) if fine else "",
+        _folded(f"Claims of the paper: {len(comparison.claims)}", _claims(comparison.claims)),
+        _folded(f"Environment: {moved + ' differ' if moved else 'no difference known'}", _environment(comparison)),
+    ]
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def _artifacts(rows: Sequence[Row]) -> str:
+    header = ("", "artifact", "where", "BASE", "NEW", "absolute", "relative", "allowed (rule)", "")
+    table = _table(header, [_cells(row) for row in rows[:_MOST]])
+    return table + (f"\n\n… and {len(rows) - _MOST} more" if len(rows) > _MOST else "")
+
+
+def _cells(row: Row) -> list[str]:
+    remarks = "; ".join((*row.notes, extent(row))).strip("; ")
+    if not row.worst:
+        return [row.status.value, row.name, *[""] * 6, remarks]
+    worst = row.worst[0]
+    return [
+        row.status.value,
+        row.name,
+        worst.place,
+        *differing_text(worst.base, worst.new),
+        *size(worst),
+        allowed(worst),
+        remarks,
+    ]
+
+
+def _claims(claims: Iterable[JudgedClaim]) -> str:
+    rows = [[c.text, c.source, c.expected, verdict(c.base), verdict(c.new)] for c in claims]
+    return _table(("claim", "source", "expected", "BASE", "NEW"), rows)
+
+
+def _environment(comparison: Comparison) -> str:
+    rows = [[v.name, v.base or "not recorded", v.new or "not recorded"] for v in comparison.environment]
+    return _table(("", "BASE", "NEW"), rows)
+
+
+def _folded(title: str, content: str) -> str:
+    return f"<details><summary>{title}</summary>\n\n{content}\n\n</details>"
+
+
+def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [header, ["---"] * len(header), *([_cell(text) for text in row] for row in rows)]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _cell(text: str) -> str:
+    """Text in which nothing means anything to Markdown or HTML."""
+    for character in "\\`*_|[]":
+        text = text.replace(character, f"\\{character}")
+    return " ".join(text.replace("&", "&amp;").replace("<", "&lt;").split())

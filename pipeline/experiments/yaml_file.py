@@ -1,0 +1,63 @@
+"""Reading YAML files into models, and one sentence for whatever is wrong with one."""
+
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from trackable.errors import InputError
+from trackable.files import read_bytes
+
+
+class Fields(BaseModel):
+    """A mapping in a YAML file, read strictly: no field is unknown, none converted, none changed later; numbers are
+    finite."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, arbitrary_types_allowed=True
+    )
+
+
+M = TypeVar("M", bound=Fields)
+
+
+def read_yaml(path: Path) -> object:
+    """What the file says. Raises InputError."""
+    try:
+        content: object = YAML(typ="safe", pure=True).load(read_bytes(path).decode())
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: cannot be read ({error})") from error
+    except YAMLError as error:
+        raise InputError(f"{path}: is not YAML: {' '.join(str(error).split())}") from error
+    return content
+
+
+def validated(model: type[M], content: object, path: Path, *entry: str) -> M:
+    """What stands at an entry of the file, or in all of it, as a `model`. Raises InputError with all complaints, each
+    after its place in the file."""
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        # A misspelt field is also a missing one: the misspelling is what helps.
+        ordered = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
+        placed = [(".".join(map(str, (*entry, *e["loc"]))), _complaint(e)) for e in ordered]
+        said = "; ".join(f"{place}: {complaint}" if place else complaint for place, complaint in placed)
+        raise InputError(f"{path}: {said}") from None
+
+
+def _complaint(error: ErrorDetails) -> str:
+    """What was expected, and what came."""
+    match error["type"]:
+        case "missing":
+            return "is missing"
+        case "extra_forbidden":
+            return "is not a known field"
+        case "value_error":
+            expected = error["msg"].removeprefix("Value error, ")
+        case _:
+            expected = error["msg"].replace("Input should be", "expected")
+    said_all = isinstance(error["input"], dict) or not error["loc"] or "got" in expected
+    return " ".join(expected.split()) + ("" if said_all else f", got {error['input']!r}")

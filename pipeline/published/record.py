@@ -1,0 +1,76 @@
+"""Recordings as sensors would leave them, simulated: inputs of the experiments beyond the paper.
+
+Real ones of the same form can take their places: nothing but the name of the file changes in params.yaml.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.storage.logs import Log, Series, write_log
+from trackable.arrays import Array
+from trackable.files import to_json, write_text
+
+RECORDINGS = Path("data/recordings")
+_AXIS_SEED, _BREATHING_SEED, _TANK_SEED = 3, 7, 11
+
+
+def record(folder: Path = RECORDINGS) -> None:
+    """Write all recordings. Raises OSError."""
+    write_text(folder / "axis.csv", axis(seed=_AXIS_SEED))
+    write_text(folder / "breathing.csv", breathing(seconds=90.0, seed=_BREATHING_SEED))
+    write_log(folder / "tank.mcap", tank(seconds=300.0, seed=_TANK_SEED))
+
+
+def axis(seed: int) -> str:
+    """The position [mm] of a machine axis that is moved by hand to its rest position, about every 60 ms [ms]."""
+    rng = np.random.default_rng(seed)
+    stamps = 60 * np.arange(36) + rng.integers(-9, 10, 36)
+    stamps[0] = 0
+    left = 1 - np.clip(stamps / 1500, 0, 1)
+    positions = -80 * left**3 * (10 - 15 * left + 6 * left**2) + 0.5 * rng.standard_normal(stamps.size)
+    rows = (f"{stamp};{position:.1f}".replace(".", ",") for stamp, position in zip(stamps, positions, strict=True))
+    return "\n".join(["time [ms];position [mm]", *rows, ""])
+
+
+def breathing(seconds: float, seed: int) -> str:
+    """The height [mm] of a marker on the abdomen, about every 100 ms, as trackers write it down.
+
+    Respiratory motion after Lujan et al. (1999), rest + depth · cos²ⁿ(π t/τ − φ) with n = 3: long exhaled, shortly
+    inhaled; then a slow drift, noise, a resolution of 0.1 mm, and what comes with such files: decimal commas, repeated
+    stamps, rows out of order, and one where the marker was lost.
+    """
+    rng = np.random.default_rng(seed)
+    ticks = np.arange(int(10 * seconds))
+    stamps = 100 * ticks + rng.integers(-8, 9, ticks.size)
+    t = stamps / 1000
+    height = 64.0 + 12.0 * np.cos(np.pi * t / 5.4 - 0.6) ** 6
+    height = height + 0.8 * np.sin(2 * np.pi * t / 70) + 0.15 * rng.standard_normal(t.size)
+    rows = [
+        [6 * int(k), int(stamp), 0.1, 0.2, round(float(z), 1)]
+        for k, stamp, z in zip(ticks, stamps, height, strict=True)
+    ]
+    rows[0][1] = 0
+    rows[250][1] = rows[249][1]
+    rows[400], rows[401] = rows[401], rows[400]
+    rows[520][2:] = [0, 0, 0]
+    header = ['"Frame"', '"Timestamp"', '"x"', '"y"', '"z"']
+    written = [[str(frame), str(stamp), *(f"{v:g}".replace(".", ",") for v in at)] for frame, stamp, *at in rows]
+    return "".join(f"{';'.join(cells)}\n" for cells in [header, *written])
+
+
+def tank(seconds: float, seed: int) -> Log:
+    """The level [m] of a tank that an operator moves from one setpoint to another, at uneven times, with noise."""
+    rng = np.random.default_rng(seed)
+    times = np.cumsum(rng.uniform(2.0, 8.0, int(seconds / 5)))
+    values = _level(times) + 0.01 * rng.standard_normal(times.size)
+    return Log(
+        (Series("/tank/level", times, {"level": values}),),
+        {"recording": {"unit": "m"}},
+        {"recording.json": to_json({"simulated": True})},
+    )
+
+
+def _level(t: Array) -> Array:
+    """From 0.5 m to 1.2 m, in an S that begins at 40 s and takes about two minutes."""
+    return np.asarray(0.5 + 0.7 / (1 + np.exp(-(t - 110.0) / 14.0)))

@@ -1,0 +1,1 @@
+"""MCAP logs, JSON and CSV: what the stages write and read."""

@@ -1,0 +1,147 @@
+"""What the stages leave for each other: the topics and attachments of an experiment's logs, written and read back."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.storage.logs import Log, LogError, Series, read_log, write_log
+from pipeline.storage.results import Results
+from pipeline.storage.sampled import Sampled
+from trackable.arrays import Array
+from trackable.certificates.certificate import Certificate
+from trackable.codec import dumps, loads
+from trackable.errors import InputError
+from trackable.files import to_json
+from trackable.gp.joint import JointPosterior
+from trackable.learning.learned import LearnedReference, Trace
+from trackable.learning.published.scalar import Scalar, ScalarReference
+from trackable.learning.study import Study
+from trackable.systems.margins import MarginProfile
+
+_SAMPLES = "samples.json"
+_STUDY = "study.json"
+
+
+def write_samples(results: Results, sampled: Sampled, truths: Mapping[str, tuple[Array, Array]]) -> None:
+    """Samples, and by their names the ground truths as (times, values) where these are known."""
+    topics = {"samples": sampled.by_name, "held_out": sampled.held_out_by_name}
+    series = [
+        Series(f"/{topic}/{name}", samples.times, {"value": samples.values})
+        for topic, by_name in topics.items()
+        for name, samples in by_name.items()
+    ]
+    series += [Series(f"/ground_truth/{name}", times, {"value": values}) for name, (times, values) in truths.items()]
+    write_stage(results, "samples", series, {_SAMPLES: dumps(sampled)})
+
+
+def read_samples(results: Results) -> Sampled:
+    """The samples of the generate stage. InputError where it has not run, LogError where its log is damaged."""
+    return loads(Sampled, read_stage(results, "samples").attachments[_SAMPLES])
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What the fit stage hands on: learned references by method, traces of those that have one, and a study of them."""
+
+    sampled: Sampled
+    learned: Mapping[str, LearnedReference]
+    traces: Mapping[str, Trace]
+    study: Study | None = None
+
+
+def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
+    """References and traces losslessly, and the references as curves at `times` [s] for viewers."""
+    series = [
+        *(
+            _trace(name, trace, fitted.learned[name].reference.plant.sampling_time)
+            for name, trace in fitted.traces.items()
+        ),
+        *(_curves(fitted.sampled, reference, times) for reference in fitted.learned.values()),
+    ]
+    attachments = {f"{name}.json": dumps(reference) for name, reference in fitted.learned.items()}
+    if fitted.study:
+        attachments[_STUDY] = dumps(fitted.study)
+    write_stage(results, "fit", series, {_SAMPLES: dumps(fitted.sampled), **attachments})
+
+
+def read_fit(results: Results) -> Fitted:
+    """The inverse of `write_fit`. InputError where the stage has not run, LogError where its log is damaged."""
+    log = read_stage(results, "fit")
+    attachments = dict(log.attachments)
+    sampled = loads(Sampled, attachments.pop(_SAMPLES))
+    study = attachments.pop(_STUDY, None)
+    learned = {name.removesuffix(".json"): loads(LearnedReference, data) for name, data in attachments.items()}
+    topics = {series.topic: series for series in log.series}
+    traces = {
+        name: Trace.from_columns(topics[topic].fields) for name in learned if (topic := f"/iterations/{name}") in topics
+    }
+    return Fitted(sampled, learned, traces, loads(Study, study) if study else None)
+
+
+def write_margins(
+    results: Results,
+    margins: Mapping[str, Sequence[MarginProfile]],
+    metrics: object,
+    certificates: Mapping[str, Certificate],
+) -> None:
+    """For each method and quantity: margins by sampling interval; the metrics and certificates as attachments."""
+    series = [
+        Series(
+            f"/margins/{method}/{profile.quantity.name}",
+            np.arange(len(profile.margins), dtype=float) * profile.quantity.trajectory.sampling_time,
+            {"margin": profile.margins, "at_time": profile.times, "margin_at_step": profile.at_steps},
+        )
+        for method, profiles in margins.items()
+        for profile in profiles
+    ]
+    proofs = {f"{method}.certificate.json": to_json(found.to_dict()) for method, found in certificates.items()}
+    write_stage(results, "verification", series, {"metrics.json": to_json(metrics), **proofs})
+
+
+def read_margins(results: Results, learned: Mapping[str, LearnedReference]) -> dict[str, list[MarginProfile]]:
+    """The inverse of `write_margins`, for the references it was about. InputError and LogError as above."""
+    topics = {series.topic: series.fields for series in read_stage(results, "verification").series}
+    return {
+        method: [
+            MarginProfile(quantity, fields["at_time"], fields["margin"], fields["margin_at_step"])
+            for quantity in reference.reference.quantities
+            for fields in [topics[f"/margins/{method}/{quantity.name}"]]
+        ]
+        for method, reference in learned.items()
+    }
+
+
+def _trace(name: str, trace: Trace, sampling_time: float) -> Series:
+    return Series(f"/iterations/{name}", trace.k_bar * sampling_time, trace.columns())
+
+
+def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series:
+    """States with their standard deviations, and inputs, over time; for scalar systems the tube at t + T_s too."""
+    reference, posterior = learned.reference, JointPosterior(learned.prior, sampled.samples)
+    plant = reference.plant
+    states, inputs = reference.state_at(times), reference.input_at(times)
+    curves = {name: states[:, i] for i, name in enumerate(plant.system.states)}
+    for name, functional in zip(plant.system.states, plant.flatness.states, strict=True):
+        curves[f"{name}_std"] = np.sqrt(posterior.variance_of(functional.rounded, times, plant.sampling_time))
+    curves |= {name: inputs[:, i] for i, name in enumerate(plant.system.inputs)}
+    if Scalar.describes(plant):
+        curves["successor_lower"], curves["successor_upper"] = ScalarReference.of(reference).tube(times)
+    return Series(f"/references/{learned.method}", times, curves)
+
+
+def write_stage(results: Results, stage: str, series: Sequence[Series], attachments: Mapping[str, bytes]) -> None:
+    """The log of a stage: one series a topic, and attachments of JSON."""
+    log = Log(tuple(series), {"experiment": {"name": results.experiment, "written_by": stage}}, attachments)
+    write_log(results.log(stage), log)
+
+
+def read_stage(results: Results, stage: str) -> Log:
+    """The inverse. InputError where the stage has not run, LogError where its log is damaged or another's."""
+    path = results.log(stage)
+    if not path.exists():
+        raise InputError(f"{path}: not there yet; run the stage that writes it first, or `dvc repro`")
+    log = read_log(path)
+    if log.metadata.get("experiment", {}).get("written_by") != stage:
+        raise LogError(f"{path}: was not written as the {stage} log")
+    return log

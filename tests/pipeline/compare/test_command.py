@@ -1,0 +1,111 @@
+"""The command: exit codes, revisions, and what it writes."""
+
+import json
+import subprocess
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from tests.pipeline.compare.project import CLAIMS, edit_json, edit_text
+from tests.pipeline.stages import Done, call
+from tests.project import ROOT
+
+OPTIONS = ("--tolerances", str(ROOT / "tolerances.yaml"))
+
+
+def run(folder: Path, *arguments: str) -> Done:
+    claims = folder / "claims.yaml"
+    if not claims.exists():  # JSON is YAML
+        claims.write_text(CLAIMS.model_dump_json(exclude_unset=True))
+    return call("compare", *arguments, folder=folder)
+
+
+def git(folder: Path, *arguments: str) -> None:
+    who = ("-c", "user.name=somebody", "-c", "user.email=somebody@example.org", "-c", "commit.gpgsign=false")
+    subprocess.run(["git", *who, *arguments], cwd=folder, check=True, capture_output=True)
+
+
+def test_identical_folders_exit_with_0(base: Path, new: Path) -> None:
+    done = run(new, str(base), str(new), *OPTIONS)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines()[-1].endswith(
+        "0 within tolerance, 0 DIFFERENT, 0 missing, 0 extra; of 3 claims 3 hold in BASE and 3 in NEW: within tolerance"
+    )
+
+
+def test_every_format_says_what_moved(base: Path, new: Path, tmp_path: Path) -> None:
+    edit_json(new / "data/results/example1/metrics.json", lambda m: m["sound"].update(nlml=-3.7160132, final_step=None))
+    edit_text(new / "data/results/example1/figures/margins.svg", "#d55e00", "#0072b2")
+    out = tmp_path / "out"
+    options = ("--json", str(out / "c.json"), "--markdown", str(out / "c.md"), "--pictures", str(out / "pictures"))
+    done = run(new, str(base), ".", *OPTIONS, *options)
+    assert (done.returncode, done.stderr) == (1, "")
+    assert "sound.final_step: 130 → null" in done.stdout
+    assert "allowed no change (metrics)" in done.stdout
+
+    record = json.loads((out / "c.json").read_text())
+    metrics = next(row for row in record["artifacts"] if row["artifact"] == "example1/metrics.json")
+    assert (record["within_tolerance"], record["counts"]["DIFFERENT"]) == (False, 2)
+    assert [d["place"] for d in metrics["worst"]] == ["sound.final_step", "sound.nlml"]
+    assert metrics["largest_absolute"]["absolute"] == pytest.approx(2e-5)
+    assert metrics["largest_absolute"]["tolerance"] == {"rule": "metrics", "absolute": 1e-6, "relative": 1e-7}
+
+    report = (out / "c.md").read_text()
+    assert report.startswith("### Artifacts: ")
+    assert "| DIFFERENT | example1/metrics.json | sound.final\\_step | 130 | null |" in report
+    assert "NOT within tolerance" in report.splitlines()[0]
+
+    picture = ElementTree.parse(out / "pictures/example1--figures--margins.svg").getroot()
+    assert len(picture.findall(".//{http://www.w3.org/2000/svg}image")) == 4
+    assert "axes_1/line2d_1/path[1]: style stroke" in (out / "pictures/index.html").read_text()
+
+
+def test_base_may_be_a_revision(new: Path) -> None:
+    git(new, "init", "--quiet")
+    git(new, "add", "--all")
+    git(new, "commit", "--quiet", "--message", "results")
+    assert run(new, "HEAD", *OPTIONS).returncode == 0
+    edit_json(new / "data/results/example1/metrics.json", lambda m: m["sound"].update(final_step=131))
+    done = run(new, "HEAD", *OPTIONS)
+    assert done.returncode == 1
+    assert "sound.final_step: 130 → 131" in done.stdout
+
+
+BROKEN = {
+    "no YAML": ("rules: [", "is not YAML"),
+    "misspelt": ("rules: [{name: all, absolut: 1e-6}]", "rules.0.absolut: is not a known field"),
+    "negative": ("rules: [{name: all, absolute: -1}]", "rules.0.absolute"),
+    "no tolerance": ("rules: [{name: all}]", "'all' needs absolute or relative"),
+    "no default": ("rules: [{name: one, artifact: x, absolute: 1}]", "the last rule has to match everything"),
+    "none": ("", "tolerances.yaml: "),
+}
+
+
+@pytest.mark.parametrize(("text", "said"), BROKEN.values(), ids=BROKEN)
+def test_a_broken_tolerance_file_is_one_sentence(base: Path, new: Path, text: str, said: str) -> None:
+    (new / "tolerances.yaml").write_text(text)
+    refused(run(new, str(base)), said)
+
+
+def test_a_broken_claim_is_one_sentence(base: Path, new: Path) -> None:
+    claim = "{claims: [{claim: c, source: s, value: {file: a.json, path: x}, equals: 1, at_least: 0}]}"
+    (new / "claims.yaml").write_text(claim)
+    refused(run(new, str(base), *OPTIONS), "expected one of equals, printed, at_least and at_most")
+
+
+@pytest.mark.parametrize("wrong", ["no-such-revision", "claims.yaml", "--not-an-option^{tree}"])
+def test_what_is_no_folder_and_no_revision_is_one_sentence(new: Path, wrong: str) -> None:
+    git(new, "init", "--quiet")
+    refused(run(new, *OPTIONS, "--", wrong), "neither a folder nor a revision")
+
+
+def test_a_folder_without_results_is_one_sentence(base: Path, new: Path, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    refused(run(new, str(base), str(tmp_path / "empty"), *OPTIONS), "holds no results")
+
+
+def refused(done: Done, said: str) -> None:
+    assert (done.returncode, done.stdout) == (2, "")
+    assert said in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1

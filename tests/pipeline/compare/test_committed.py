@@ -1,0 +1,81 @@
+"""The committed claims, of the committed results."""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from pipeline.compare.claims import load_claims
+from pipeline.compare.comparison import compare
+from pipeline.compare.content import recordings
+from pipeline.compare.content.outlines import distance
+from pipeline.compare.environment import locked, recorded, versions
+from tests.pipeline.compare.project import TOLERANCES
+from tests.project import ROOT
+from trackable.errors import InputError
+
+
+def test_the_committed_results_bear_the_claims_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    # Both sides are the same files: each log is read once, and not for every comparison that it is part of.
+    monkeypatch.setattr(recordings, "read_log", cache(recordings.read_log))
+    comparison = compare(ROOT, ROOT, TOLERANCES, load_claims(ROOT / "claims.yaml"))
+    assert [(claim.text, claim.new) for claim in comparison.claims if not claim.new.holds] == []
+    assert comparison.within
+
+
+@pytest.mark.parametrize(
+    ("artifact", "topic", "field", "rule"),
+    [
+        ("example1/metrics.json", "", "sound.nlml", "metrics"),
+        ("example2/metrics.json", "", "grid.nlml", "metrics"),
+        ("example2/metrics.json", "", "exact.nlml", "metrics, at all phases"),
+        ("example2/verification.mcap", "attachment metrics.json", "intervals.rmse", "metrics, on intervals"),
+        ("example2/fit.mcap", "/references/grid", "mean", "everything else"),
+        ("example2/fit.mcap", "/references/certified", "mean", "all phases"),
+        ("example1/fit.mcap", "/references/certified", "mean", "everything else"),
+        ("example2/fit.mcap", "attachment intervals.json", "reference.signals[0].weights[3]", "weights, on intervals"),
+        ("example2/certificates/exact.json", "", "signals[0].weights[0]", "weights, at all phases"),
+        ("example1/certificates/certified.json", "", "claim.covers.state.ends[1]", "boxes of a proof"),
+        ("example2/figures/margins.svg", "", "coordinates", "points on paper, Example 2"),
+        ("notebooks/example1.ipynb", "", "numbers", "numbers in notebooks"),
+    ],
+)
+def test_rules_reach_what_they_are_meant_for(artifact: str, topic: str, field: str, rule: str) -> None:
+    assert TOLERANCES.rule(artifact, topic, field).name == rule
+
+
+def test_the_lock_names_versions() -> None:
+    pinned = locked(ROOT)
+    assert {"numpy", "scipy", "cvxpy", "clarabel"} <= pinned.keys()
+    assert all(version[0].isdigit() for version in pinned.values())
+
+
+def test_environments_are_compared(tmp_path: Path) -> None:
+    (tmp_path / "environment.json").write_text('{"python": "3.0.0", "BLAS": "slow"}')
+    told = {version.name: version for version in versions(tmp_path, ROOT)}
+    assert told["python"].differs
+    assert told["BLAS"].differs
+    assert (told["numpy"].base, told["numpy"].differs) == (None, False)
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"python": 3}'])
+def test_an_unusable_environment_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "environment.json").write_text(text)
+    with pytest.raises(InputError, match=r"environment\.json"):
+        recorded(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("base", "new", "expected"),
+    [
+        ("M 0 0 L 10 0", "M 10 0 L 5 0 L 0 0", 0.0),
+        ("M 0 0 L 10 0", "M 0 3 L 10 3", 3.0),
+        ("M 0 0 L 4 0 L 4 4 z", "M 4 0 L 4 4 L 0 0 z", 0.0),
+        ("M 0 0 L 1 0 M 9 0 L 10 0", "M 0 0 L 1 0", 9.0),
+        ("M 0 0", "M 0 0 L 1 0", None),
+        ("M 0 0 A 1 1 0 0 0 2 2", "M 0 0 L 1 0", None),
+    ],
+)
+def test_outlines_are_apart_by(base: str, new: str, expected: float | None) -> None:
+    assert distance(base, new) == expected == distance(new, base)

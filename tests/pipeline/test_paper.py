@@ -1,0 +1,32 @@
+"""What is read out of printed curves, on curves where the answer is known."""
+
+import numpy as np
+import pytest
+
+from pipeline.published.paper import period_of_curve, reach_in_intervals, states_behind
+from trackable.learning.published.scalar import Scalar, scalar
+from trackable.systems.sets.interval import Interval
+
+TIMES = np.linspace(0, 4, 401)
+
+
+@pytest.mark.parametrize("period", [2.95, 3.1251, np.pi])
+def test_the_period_of_a_sum_of_harmonics(period):
+    curve = np.sin(2 * np.pi / period * TIMES) + 0.3 * np.cos(6 * np.pi / period * TIMES + 1)
+    curve[0] = np.nan
+    found, left = period_of_curve(TIMES, curve, (2.9, 3.4), harmonics=5)
+    assert found == pytest.approx(period, abs=1e-6)
+    assert left < 1e-6
+
+
+def test_growth_rates_tell_the_states_they_were_made_for():
+    sets = {"state_set": Interval(-2, 2), "input_set": Interval(-3, 1.4)}
+    plant = Scalar.of(scalar(0.9, 0.1, 0.02, **sets, sampling_time=0.01))
+    low, high = plant.growth_rates(Interval(-0.7, 1.1))
+    lowest, highest = states_behind(plant, np.array([low]), np.array([high]))
+    assert (lowest.item(), highest.item()) == pytest.approx((-0.7, 1.1), abs=1e-12)
+
+
+def test_reach_in_intervals():
+    reach = reach_in_intervals(TIMES, 2 * TIMES, np.array([0.0, 1.0, 3.0]))
+    np.testing.assert_allclose(reach, [1.0, 8.0], atol=1e-9)

@@ -1,0 +1,153 @@
+"""Example 2 through the stages: what they leave behind, the same bytes each time, and what the numbers have to say."""
+
+import csv
+import json
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from pipeline import figures_periodic
+from pipeline.experiments import load_experiment
+from pipeline.storage.archive import read_fit
+from pipeline.storage.results import Results
+from tests.pipeline.stages import STAGES, moved, written
+from tests.pipeline.stages import run_all as run_all_stages
+from tests.pipeline.stages import run_here as run_stage_here
+from tests.project import ROOT
+from trackable.codec import dumps
+
+run_all, run_here = (partial(f, experiment="example2") for f in (run_all_stages, run_stage_here))
+METHODS = ("unconstrained", "grid", "intervals", "exact")
+SHORT = (
+    (ROOT / "params.yaml")
+    .read_text(encoding="utf-8")
+    .replace("conservatism: [4, 8, 16, 32, 64, 128, 256]", "conservatism: [4, 8]")
+    .replace("draws: 30", "draws: 2")
+    .replace("steps: 10000, shown: 400", "steps: 150, shown: 100, horizons: [2, 20]")
+    .replace("search: {starts: 16}", "search: {starts: 12}")
+)
+ONE_START = SHORT.replace("starts: 12", "starts: 1")
+WITHOUT_STUDY = SHORT.replace("draws: 2", "draws: 0").replace("conservatism: [4, 8]", "conservatism: []")
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("finished")
+    (folder / "params.yaml").write_text(SHORT, encoding="utf-8")
+    done = run_all(folder)
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    return folder
+
+
+def test_stages_leave_what_they_promise(finished: Path) -> None:
+    files = {f"figures/{name}.svg" for name in ("prediction", "growth", "margins", "conservatism")}
+    files |= {f"figures/{name}.svg" for name in ("closed-loop", "cost", "infeasibility", "feasible-set")}
+    files |= {
+        "control.mcap",
+        "control.json",
+        "samples.mcap",
+        "fit.mcap",
+        "iterations.csv",
+        "verification.mcap",
+        "metrics.json",
+    }
+    files |= {f"certificates/{method}.json" for method in ("intervals", "exact", "certified")}
+    assert written(finished).keys() == {f"example2/{name}" for name in files}
+
+
+def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> None:
+    """Also with other numbers of BLAS threads and another hash seed; wall clocks go elsewhere.
+
+    Loops and figures depend on nothing that they do not in Example 1, where they are closed and drawn twice.
+    """
+    (tmp_path / "params.yaml").write_text(SHORT, encoding="utf-8")
+    done = run_all(tmp_path, stages=STAGES[:3], PYTHONHASHSEED="7", OPENBLAS_NUM_THREADS="2")
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    again, before = written(tmp_path), written(finished)
+    assert again == {name: before[name] for name in again}
+    assert before.keys() - again.keys() == {name for name in before if "/figures/" in name or "/control." in name}
+
+
+def test_rounding_moves_results_within_tolerance_only(finished: Path, tmp_path: Path) -> None:
+    """Other BLAS kernels, where there are others, and samples whose noise is larger by a few rounding errors."""
+    text = WITHOUT_STUDY.replace("noise_std: 0.3\n", f"noise_std: {0.3 * (1 + 1e-14)!r}\n")
+    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+    done = run_all(tmp_path, stages=("generate", "fit", "verify"), OPENBLAS_CORETYPE="Prescott")
+    assert done.returncode == 0, done.stderr
+    assert [row for row in moved(finished, tmp_path) if row.topic != "attachment study.json"] == []
+
+
+def test_metrics_of_the_four_methods(finished: Path) -> None:
+    metrics = json.loads((finished / "results/example2/metrics.json").read_text())
+    assert tuple(metrics) == (*METHODS, "certified")
+    wanted = {"signal_std", "lengthscale", "period", "nlml", "rmse", "worst_state_margin", "worst_input_margin", "fits"}
+    for block in metrics.values():
+        assert wanted <= block.keys()
+        assert "seconds" not in block
+    free, grid, intervals, exact = (metrics[method] for method in METHODS)
+    assert free["nlml"] < grid["nlml"] < exact["nlml"] < intervals["nlml"]
+    assert exact["nlml"] == pytest.approx(71.2587, abs=1e-3)
+    assert free["worst_input_margin"] < grid["worst_input_margin"] < 0 < exact["worst_input_margin"]
+    assert grid["worst_input_margin_at_steps"] >= 0
+    assert grid["first_violated_step"] > 400
+    assert exact["first_violated_step"] is None
+    assert exact["proof"].startswith("proved for all real t")
+    assert exact["rmse"] < free["rmse"]
+
+
+def test_seconds_are_told_apart(finished: Path) -> None:
+    seconds = json.loads((finished / "results/example2/timings.json").read_text())
+    assert tuple(seconds) == (*METHODS, "certified", "control")
+    assert all(seconds[method] > 0 for method in (*METHODS, "certified"))
+
+
+def test_the_study_survives_its_log(finished: Path) -> None:
+    study = read_fit(Results("example2", finished / "results")).study
+    assert study is not None
+    assert study.conservatism.counts.tolist() == [4, 8]
+    assert study.draws.seeds.tolist() == [0, 1]
+    assert dumps(study) == dumps(read_fit(Results("example2", finished / "results")).study)
+
+
+def test_the_committed_rounds_end_feasible() -> None:
+    with (ROOT / "data/results/example2/iterations.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["relative_margin"]) >= 0 for row in rows] == [False] * (len(rows) - 1) + [True]
+
+
+def test_a_grid_shorter_than_a_period_is_refused(tmp_path: Path) -> None:
+    text = SHORT.replace("periodic:\n      last_step: 400", "periodic:\n      last_step: 300")
+    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+    done = run_here("generate", tmp_path)
+    assert done.returncode == 2
+    assert "have to last at least one period" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_an_infeasible_problem_ends_as_in_example_1(tmp_path: Path) -> None:
+    text = ONE_START.replace("state_set: [-2.0, 2.0]", "state_set: [3.0, 4.0]")
+    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+    assert run_here("generate", tmp_path).returncode == 0
+    done = run_here("fit", tmp_path)
+    assert done.returncode == 1
+    assert "no admissible equilibrium" in done.stderr
+    assert "breaks the state bounds [3, 4]" in done.stderr
+    assert not (tmp_path / "results/example2/fit.mcap").exists()
+
+
+def test_a_period_of_whole_steps_adds_the_sampled_problem(tmp_path: Path) -> None:
+    text = WITHOUT_STUDY.replace("starts: 12", "starts: 1")
+    text = text.replace("kernel: {type: periodic}", "kernel: {type: periodic, period: 3.14}")
+    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+    for stage in ("generate", "fit", "verify"):
+        done = run_here(stage, tmp_path)
+        assert done.returncode == 0, done.stderr
+    results = Results("example2", tmp_path / "results")
+    metrics = json.loads(results.metrics.read_text())
+    assert tuple(metrics) == (*METHODS, "sampled", "certified")
+    assert metrics["sampled"]["first_violated_step"] is None
+    assert metrics["sampled"]["nlml"] <= metrics["exact"]["nlml"] + 1e-6
+    drawings = figures_periodic.drawings(load_experiment("example2", tmp_path / "params.yaml"), results)
+    for axes in drawings["margins"]().axes:
+        assert any("sampled" in text.get_text() for text in axes.get_legend().get_texts())

@@ -1,0 +1,249 @@
+"""Experiments on systems with several states: from the command line, on recordings, and wrongly written."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.collect import collect
+from pipeline.compare.claims import Claims
+from pipeline.compare.comparison import compare
+from pipeline.compare.model import Status
+from pipeline.compare.tolerances import load_tolerances
+from pipeline.experiments import TrackingExperiment, load_experiment
+from pipeline.published.record import record
+from pipeline.storage.archive import Fitted, read_fit
+from pipeline.storage.results import Results
+from tests.pipeline.stages import run_all
+from tests.project import ROOT
+from trackable.checker import Proved, check
+from trackable.errors import InputError
+from trackable.plots import svg, tracking
+from trackable.systems.margins import margin_profile
+from trackable.systems.reference import Reference
+
+PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
+# Loops as long as the figures show: `make compare` runs them for as long as they are committed.
+SHORT = (
+    PARAMS.replace(
+        "    verification: {last_step: 240, instants_per_step: 20}\n",
+        "    verification: {last_step: 240, instants_per_step: 20}\n    control: {steps: 150, logged: 150}\n",
+    )
+    .replace("      horizon: 6\n      shown: 100\n", "      horizon: 6\n      steps: 100\n      shown: 100\n")
+    .replace("online: {first: 12, window: 8, every: 6}", "online: {first: 12, window: 8, every: 24}")
+)
+BREATHING = sorted((ROOT.parent / "shared" / "data" / "breathing").glob("*.csv"))
+
+
+@pytest.fixture(scope="module", params=["vehicle", "tank"])
+def finished(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    """Samples to figures."""
+    folder, name = tmp_path_factory.mktemp("tracking"), request.param
+    (folder / "params.yaml").write_text(SHORT, encoding="utf-8")
+    done = run_all(folder, name)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
+    return name, folder / "results"
+
+
+def test_the_certified_reference_keeps_every_bound_and_the_other_does_not(finished: tuple[str, Path]) -> None:
+    name, results = finished
+    metrics = json.loads((results / name / "metrics.json").read_text())
+    worst = {
+        method: min(value for key, value in of.items() if key.endswith("_margin_at_steps"))
+        for method, of in metrics.items()
+    }
+    assert worst["unconstrained"] < 0 <= worst["certified"]
+    assert metrics["unconstrained"]["first_violated_step"] is not None
+    assert metrics["certified"]["first_violated_step"] is None
+    assert metrics["certified"]["proof"].startswith("proved for all real t ≥ 0")
+    assert "certainly breaks" in metrics["unconstrained"]["proof"]
+    assert metrics["certified"]["nlml"] > metrics["unconstrained"]["nlml"]
+
+
+def test_its_certificate_is_proved_by_the_checker(finished: tuple[str, Path]) -> None:
+    name, results = finished
+    assert isinstance(check(json.loads((results / name / "certificates/certified.json").read_text())), Proved)
+
+
+def test_the_system_goes_where_the_stored_reference_goes(finished: tuple[str, Path]) -> None:
+    name, results = finished
+    reference = read_fit(Results(name, results)).learned["certified"].reference
+    states, inputs = reference.state(np.arange(2001)), reference.input(np.arange(2000))
+    np.testing.assert_allclose(reference.plant.system.successor(states[:-1], inputs), states[1:], atol=1e-9)
+
+
+def test_rounds_of_fit_and_proof_are_written_down(finished: tuple[str, Path]) -> None:
+    name, results = finished
+    header, *rows = (results / name / "iterations.csv").read_text().splitlines()
+    assert header == "round,backoff,objective,proved"
+    assert rows[-1].endswith(",1")
+
+
+def test_recordings_are_those_of_their_code(tmp_path: Path) -> None:
+    record(tmp_path)
+    for path in sorted(tmp_path.iterdir()):
+        assert path.read_bytes() == (ROOT / "data/recordings" / path.name).read_bytes(), path.name
+
+
+def axis() -> TrackingExperiment:
+    experiment = load_experiment("robot-axis")
+    assert isinstance(experiment, TrackingExperiment)
+    return experiment
+
+
+def test_what_is_learned_of_a_recording_and_what_is_held_out() -> None:
+    sampled = collect(axis())
+    (learned,), (later,) = sampled.samples, sampled.held_out
+    assert (sampled.names, sampled.held_out_names) == (("position",), ("position",))
+    assert learned.times[0] >= 0
+    assert learned.times[-1] <= 30.0 < later.times[0]
+    assert later.times[-1] <= 35.4
+    assert np.median(np.diff(learned.times)) == pytest.approx(0.5, abs=0.02)
+    assert np.median(learned.values) == pytest.approx(0, abs=1e-12)
+    assert np.ptp(learned.values) == pytest.approx(12, abs=1.5)
+    assert learned.stencil.weights == (0.5, 0.5)
+
+
+@pytest.mark.skipif(not BREATHING, reason="the recordings of breathing are not part of the project")
+@pytest.mark.parametrize("path", BREATHING, ids=lambda path: path.stem)
+def test_real_recordings_take_the_place_of_the_simulated_one(path: Path, tmp_path: Path) -> None:
+    """Nothing but the file changes, and what comes after is followed no worse than by the usual fit."""
+    changed = PARAMS.replace("data/recordings/breathing.csv", str(path))
+    (tmp_path / "params.yaml").write_text(changed, encoding="utf-8")
+    done = run_all(tmp_path, "robot-axis", stages=("generate", "fit"))
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    results = Results("robot-axis", tmp_path / "results")
+    fitted = read_fit(results)
+    assert len(fitted.sampled.only) > 50
+    assert results.iterations.read_text().splitlines()[-1].endswith(",1"), "proved in the end"
+    certified, free = (fitted.learned[name].reference for name in ("certified", "unconstrained"))
+    assert _held_out_rmse(fitted, certified) < 1.02 * _held_out_rmse(fitted, free)
+    assert [quantity.name for quantity in certified.quantities] == ["position", "velocity", "acceleration"]
+    assert all(margin_profile(certified, quantity, 5000, 1).worst[0] > 0 for quantity in certified.quantities)
+
+
+def _held_out_rmse(fitted: Fitted, reference: Reference) -> float:
+    (later,) = fitted.sampled.held_out
+    return float(np.sqrt(np.mean((reference.state_at(later.times)[..., 0] - later.values) ** 2)))
+
+
+WRONG = [
+    ("vehicle", "states: [x, y, vx, vy]", "states: [x, y, vx]", "4 states and 2 inputs need as many different names"),
+    ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", "system.A: expected a matrix: a list of rows of numbers, all"),
+    ("vehicle", "upper: [0.2, 2.0, 1.2, 1.2]", "upper: [0.2, 2.0, 1.2]", "as many lower as upper bounds are needed"),
+    ("vehicle", "h: [1.2, 1.2, 1.2, 1.2]", "h: [1.2, -1.3, 1.2, 1.2]", "set: must have an interior"),
+    ("vehicle", "    state_set:  # beside", "    state_sets:  # beside", "vehicle.state_sets: is not a known field"),
+    ("vehicle", "ground_truth: docking_x", "ground_truth: docking", "samples.x.ground_truth: expected one of setpoint"),
+    ("vehicle", "      x: {mean: 0.0", "      vx: {mean: 0.0", "samples and prior must have the same names, got x, y"),
+    ("vehicle", "seed: 1", "sead: 1", "samples.x.sead: is not a known field"),
+    ("robot-axis", "time_unit: ms", "time_unit: fortnights", "samples.position.time_unit: expected one of s, ms"),
+    (
+        "robot-axis",
+        "time_unit: ms",
+        "time_unit: {date_format: '%H:%M'}",
+        "clock: expected a format with day, month, year",
+    ),
+    ("robot-axis", "time_unit: ms", "time_unit: {date_format: '%c', zon: Z}", "or {date_format: ..., zone: ...}"),
+    ("robot-axis", "[drop_zero_rows,", "[guess,", "there is no repair 'guess'; there are drop_rows_without_time"),
+    ("robot-axis", "{start: 0.0, end: 30.0", "{start: 40.0, end: 30.0", "expected start < end, got 40.0 and 30.0"),
+    ("robot-axis", "B: [[0], [1]]", "B: [[0], [0]]", "system: must be controllable"),
+    ("tank", "model: tank", "model: reactor", "there is no model 'reactor'; there are tank"),
+    ("tank", "mcap: data", "bag: data", "expected one of `ground_truth` (drawn), `csv`, `mcap` (recorded)"),
+]
+
+
+@pytest.mark.parametrize(("name", "right", "wrong", "sentence"), WRONG, ids=[f"{w[0]}: {w[2]}" for w in WRONG])
+def test_a_wrong_parameter_is_one_sentence(name: str, right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
+    start = PARAMS.index(f"  {name}:")
+    assert right in PARAMS[start:]
+    path = tmp_path / "params.yaml"
+    path.write_text(PARAMS[:start] + PARAMS[start:].replace(right, wrong, 1), encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        load_experiment(name, path)
+    message = str(raised.value)
+    assert re.search(re.escape(sentence), message), message
+    assert message.startswith(f"{path}: experiments.{name}")
+    assert "\n" not in message
+
+
+def test_a_recording_with_german_dates_lost_values_and_a_line_of_units(tmp_path: Path) -> None:
+    """The same motion as the guide's, written otherwise."""
+    seconds, values = np.arange(40) * 0.05, 80 * np.cos(np.arange(40) * 0.05)
+    rows = [f"02.03.2026 14:15:{s:06.3f};{v:.3f}".replace(".", ",") for s, v in zip(seconds, values, strict=True)]
+    rows = [row.replace("02,03,2026", "02.03.2026") for row in rows]
+    rows[7] = rows[7].split(";")[0] + ";LOST"
+    (tmp_path / "axis.csv").write_text("\n".join(["stamp;z", "-;[mm]", *rows]), encoding="utf-8")
+    written = PARAMS
+    for old, new in (
+        ("csv: data/recordings/breathing.csv", f"csv: {tmp_path / 'axis.csv'}"),
+        ("time_column: Timestamp", "time_column: stamp"),
+        ("time_unit: ms", 'time_unit: {date_format: "%d.%m.%Y %H:%M:%S", zone: "+01:00"}'),
+        ("repairs: [drop_zero_rows, drop_rows_out_of_order, average_repeated]", "skip: [2]\n        missing: [LOST]"),
+        ("{start: 0.0, end: 30.0, every: 0.5, held_out: 5.4, level: median}", "{end: 30.0}"),
+    ):
+        assert written.count(old) == 1, old
+        written = written.replace(old, new)
+    (tmp_path / "params.yaml").write_text(written, encoding="utf-8")
+    experiment = load_experiment("robot-axis", tmp_path / "params.yaml")
+    assert isinstance(experiment, TrackingExperiment)
+    samples = collect(experiment).only
+    np.testing.assert_allclose(samples.times, np.delete(seconds, 7), atol=1e-12)
+    np.testing.assert_allclose(samples.values, np.delete(values, 7), atol=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "sentence"),
+    [
+        ("value_column: z", "value_column: w", "breathing.csv"),
+        ("breathing.csv", "nothing.csv", "nothing.csv"),
+        ('decimal: ","', 'decimal: "."', "breathing.csv"),
+        ("[drop_zero_rows, drop_rows_out_of_order, average_repeated]", "[]", "drop_rows_out_of_order"),
+    ],
+)
+def test_a_recording_that_is_not_as_written_is_refused(right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
+    path = tmp_path / "params.yaml"
+    assert right in PARAMS
+    path.write_text(PARAMS.replace(right, wrong), encoding="utf-8")
+    experiment = load_experiment("robot-axis", path)
+    assert isinstance(experiment, TrackingExperiment)
+    with pytest.raises(InputError, match=sentence):
+        collect(experiment)
+
+
+def redundant() -> str:
+    """The vehicle with a second, weak drive along x."""
+    changed = SHORT
+    for old, new in (
+        ("B: [[0, 0], [0, 0], [1, 0], [0, 1]]", "B: [[0, 0, 0], [0, 0, 0], [1, 0, 1], [0, 1, 0]]"),
+        ("inputs: [ax, ay]", "inputs: [ax, ay, boost]"),
+        (
+            "      H: [[1, 1], [-1, -1], [1, -1], [-1, 1]]\n      h: [1.2, 1.2, 1.2, 1.2]\n",
+            "      lower: [-0.5, -0.6, -0.1]\n      upper: [0.5, 0.6, 0.1]\n",
+        ),
+    ):
+        assert changed.count(old) == 1, old
+        changed = changed.replace(old, new)
+    return changed
+
+
+def test_redundant_inputs_from_samples_to_figures(tmp_path: Path) -> None:
+    (tmp_path / "params.yaml").write_text(redundant(), encoding="utf-8")
+    done = run_all(tmp_path, "vehicle", stages=("generate", "fit", "verify"))
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
+    fitted = read_fit(Results("vehicle", tmp_path / "results"))
+    assert svg(tracking({name: found.reference for name, found in fitted.learned.items()}, {}, np.linspace(0, 12, 100)))
+    reference = fitted.learned["certified"].reference
+    assert [quantity.name for quantity in reference.quantities[-2:]] == ["ay", "ax+boost"]
+    k = np.arange(3000)
+    u = reference.input(k)
+    assert np.min(reference.plant.input_set.margin(u)) > -1e-12
+    assert np.max(np.abs(u[:, 0])) > 0.1, "more than both drives could do with the same input"
+    assert isinstance(check(json.loads((tmp_path / "results/vehicle/certificates/certified.json").read_text())), Proved)
+    metrics = json.loads((tmp_path / "results/vehicle/metrics.json").read_text())
+    assert metrics["certified"]["worst_ax+boost_margin"] >= 0
+    itself = compare(
+        tmp_path / "results", tmp_path / "results", load_tolerances(ROOT / "tolerances.yaml"), Claims(claims=())
+    )
+    assert {row.status for row in itself.rows} == {Status.IDENTICAL}

@@ -1,0 +1,55 @@
+"""A certificate is data: nothing is lost on the way to a file and back."""
+
+import json
+
+import pytest
+
+from tests.trackable.certificates.test_prove import reference
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.prove import prove, prove_at_instants, prove_on_window
+from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.radial import Matern52, RationalQuadratic, SquaredExponential
+
+SETTLING = reference(
+    Sum(Product(SquaredExponential(0.9, 0.3), Periodic(0.5, 0.8, 0.7)), RationalQuadratic(1.1, 0.2, 3.0))
+)
+ALL = {
+    "all_times": lambda: prove(SETTLING),
+    "all_phases": lambda: prove(reference(Periodic(1.0, 0.8, 0.7))),
+    "window": lambda: prove_on_window(reference(Matern52(1.0, 0.5)), -0.1, 0.7),
+    "instants": lambda: prove_at_instants(reference(Matern52(1.0, 0.1))),
+}
+
+
+@pytest.fixture(params=ALL, scope="module")
+def certificate(request) -> Certificate:
+    found = ALL[request.param]()
+    assert isinstance(found, Certificate), found.explanation
+    return found
+
+
+def test_round_trip_keeps_every_bit(certificate):
+    data = certificate.to_dict()
+    again = Certificate.from_dict(json.loads(json.dumps(data, allow_nan=False)))
+    assert again.to_dict() == data
+    assert again.claim == certificate.claim
+    assert again.covers == certificate.covers
+    for ours, theirs in zip(again.reference.signals, certificate.reference.signals, strict=True):
+        assert ours.weights.tobytes() == theirs.weights.tobytes()
+        assert ours.kernel == theirs.kernel
+    assert [(q.name, q.bounds, q.functional) for q in again.reference.quantities] == [
+        (q.name, q.bounds, q.functional) for q in certificate.reference.quantities
+    ]
+
+
+def test_covers_are_contiguous(certificate):
+    for cover in certificate.covers.values():
+        assert len(cover.ends) == len(cover.radii) + 1
+        assert list(cover.ends) == sorted(set(cover.ends))
+
+
+def test_other_formats_are_refused(certificate):
+    for version in (1, 3):
+        with pytest.raises(ValueError, match="expected 'trackable certificate' version 2"):
+            Certificate.from_dict({**certificate.to_dict(), "version": version})

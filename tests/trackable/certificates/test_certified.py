@@ -1,0 +1,45 @@
+"""Learning with a proof: the same optimum as Algorithm 1's sound reading, and a stronger claim."""
+
+import pytest
+
+from tests.trackable.certificates.references import PROBLEMS, certified
+from tests.trackable.learning.published import example1
+from tests.trackable.systems.instances import bounded
+from trackable.certificates.certified import learn_certified
+from trackable.certificates.outcome import Counterexample, Unproved
+from trackable.gp.samples import Samples
+from trackable.learning.problem import Infeasible
+from trackable.systems.sets.interval import Interval
+
+
+def test_example1_has_the_sound_optimum():
+    found = certified("example1")
+    theta = found.solution.posterior.prior.hyperparameters
+    assert theta["signal_std"] == pytest.approx(0.701178, abs=3e-5)
+    assert theta["lengthscale"] == pytest.approx(0.219672, abs=3e-6)
+    assert found.solution.objective == pytest.approx(-3.716033, abs=1e-5)
+
+
+@pytest.mark.parametrize("example", PROBLEMS)
+def test_the_back_off_is_small_and_its_cost_is_told(example):
+    found = certified(example)
+    assert found.backoff <= 1e-6
+    assert abs(found.cost) < 1e-3
+    assert f"{found.backoff:.1g}" in found.explanation
+    assert found.rounds < 10
+
+
+def test_a_problem_without_solution_has_none():
+    samples, prior, plant, space = PROBLEMS["example1"]
+    impossible = bounded(plant, state_set=Interval(0.5, 1.0))
+    assert isinstance(learn_certified(samples, prior, impossible, space), Infeasible | Counterexample | Unproved)
+
+
+def test_a_late_violation_makes_the_window_grow():
+    """With the samples' last third cut off, the mean swings on for long after the last sample."""
+    samples, prior, plant, space = PROBLEMS["example1"]
+    (whole,) = samples
+    short = Samples(whole.times[:3], whole.values[:3])
+    found = learn_certified((short,), prior, plant, space)
+    assert not isinstance(found, Counterexample), found.explanation
+    assert plant is example1.SYSTEM

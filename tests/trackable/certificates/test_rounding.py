@@ -1,0 +1,52 @@
+"""What float64 evaluation gives lies within the error that is deducted from every margin."""
+
+import numpy as np
+import pytest
+from mpmath import mp
+from scipy.linalg import block_diag
+
+from tests.trackable.certificates import naive
+from tests.trackable.certificates.instances import case, general_case
+from tests.trackable.certificates.references import certified
+from trackable.certificates.rounding.references import evaluated_until, evaluation_errors
+
+
+def off(reference, name, t: float, exact_time) -> float:
+    """As the quantity itself says, and as the row of the states or inputs."""
+    plant, values = reference.plant, np.concatenate([reference.state_at(np.array(t)), reference.input_at(np.array(t))])
+    rows = block_diag(plant.state_set.rows, plant.input_set.rows)
+    which = [q.name for q in reference.quantities].index(name)
+    with mp.workdps(naive.DIGITS):
+        exact = naive.exactly(reference, name, exact_time)
+        evaluated = reference.quantities[which](reference.signals, np.array(t)), rows[which] @ values
+        return max(float(abs(mp.mpf(float(value)) - exact)) for value in evaluated)
+
+
+@pytest.mark.parametrize(("make", "seed"), [(case, s) for s in range(120)] + [(general_case, s) for s in range(40)])
+def test_errors_are_bounded(make, seed):
+    chosen, rng = make(seed), np.random.default_rng(seed)
+    reference = chosen.reference
+    until = evaluated_until(reference.signals, chosen.end)
+    errors = evaluation_errors(reference, until)
+    latest = min(until, 1e3 * chosen.end)
+    times = np.concatenate([rng.uniform(0, chosen.end, 6), rng.uniform(0, latest, 3), -rng.uniform(0, latest, 1)])
+    for name, error in errors.items():
+        for t in times.tolist():
+            assert off(reference, name, t, t) <= error
+        for k in rng.integers(0, 1000, 4).tolist():
+            assert off(reference, name, float(reference.instants(np.array(k))), naive.instant(reference, k)) <= error
+
+
+@pytest.mark.parametrize("example", ["example1", "example2"])
+def test_errors_are_small_where_it_matters(example):
+    found = certified(example)
+    for quantity in found.reference.quantities:
+        assert found.certificate.evaluation_error[quantity.name] < 1e-7 * quantity.bounds.width
+
+
+@pytest.mark.parametrize("example", ["example1", "example2"])
+def test_evaluated_references_stay_inside(example):
+    found = certified(example)
+    times = np.concatenate([np.linspace(0, 5, 20_001), np.geomspace(5, found.certificate.evaluated_until, 2000)])
+    for quantity in found.reference.quantities:
+        assert np.min(quantity.bounds.margin(quantity(found.reference.signals, times))) >= 0

@@ -1,0 +1,102 @@
+"""Attack: a thousand random references whose bounds are kept or broken by a hair, and a search that knows no mercy."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from tests.trackable.certificates import naive
+from tests.trackable.certificates.instances import Case, case, general_case
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
+from trackable.certificates.outcome import Counterexample
+from trackable.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
+from trackable.certificates.rounding.references import evaluation_errors
+from trackable.checker import Proved, check
+from trackable.systems.reference import Reference
+
+CHUNKS, SIZE = 20, 52
+
+
+def ask(seed: int, chosen: Case) -> Outcome:
+    question = (prove, prove_at_instants, prove, lambda reference: prove_on_window(reference, 0.0, chosen.end))
+    return question[seed % 4](chosen.reference)
+
+
+def smallest_margin(reference: Reference, claim, name: str):
+    """The smallest margin that is found at any time for which the claim is made."""
+    match claim:
+        case AllTimes(tail_start=end):
+            # A heavy tail starts late: look closely where something happens, and here and there later.
+            busy = min(end, 10 * max(float(np.max(s.centres)) for s in reference.signals) + end / 10)
+            times = naive.extremes(reference, name, 0.0, busy) + np.geomspace(busy, 1e3 * end, 30).tolist()
+        case AllPhases(period=end):
+            times = [t + k * end for t in naive.extremes(reference, name, 0.0, end) for k in (0, -3)]
+        case OnWindow(start=start, end=end):
+            times = naive.extremes(reference, name, start, end)
+        case AtInstants(last_step=last):
+            steps = np.arange(min(last, 2000) + 20)
+            values = naive.extended(reference, name, steps * np.longdouble(reference.plant.sampling_time))
+            times = [naive.instant(reference, int(k)) for k in (np.argmax(values), np.argmin(values))]
+            return min(naive.margin(reference, name, t) for t in times)
+    return naive.smallest(reference, name, times)
+
+
+def assert_nothing_false_is_claimed(cases: dict[int, Case]) -> Counter[type]:
+    said = Counter[type]()
+    for seed, chosen in cases.items():
+        found = ask(seed, chosen)
+        said[type(found)] += 1
+        if isinstance(found, Certificate):
+            assert set(found.evaluation_error) == {q.name for q in chosen.reference.quantities}
+            for name, error in found.evaluation_error.items():
+                assert smallest_margin(chosen.reference, found.claim, name) >= error, seed
+        elif isinstance(found, Counterexample):
+            t = found.time if found.step is None else naive.instant(chosen.reference, found.step)
+            assert naive.margin(chosen.reference, found.quantity, t) <= -found.violation < 0, seed
+    return said
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_nothing_false_is_ever_claimed(chunk):
+    said = assert_nothing_false_is_claimed({s: case(s) for s in range(1000 + chunk * SIZE, 1000 + (chunk + 1) * SIZE)})
+    assert min(said[Certificate], said[Counterexample]) >= SIZE // 6
+
+
+@pytest.mark.parametrize("chunk", range(4))
+def test_nothing_false_is_ever_claimed_of_general_systems(chunk):
+    said = assert_nothing_false_is_claimed(
+        {s: general_case(s) for s in range(8000 + chunk * 15, 8000 + (chunk + 1) * 15)}
+    )
+    assert min(said[Certificate], said[Counterexample]) >= 2
+
+
+@pytest.mark.parametrize("seed", range(8000, 8060))
+def test_the_checker_agrees_about_general_systems(seed):
+    """About certificates with few boxes, or few instants, so that it takes no minutes."""
+    found = ask(seed, general_case(seed))
+    if not isinstance(found, Certificate):
+        return
+    instants = found.claim.last_step if isinstance(found.claim, AtInstants) else 0
+    if instants + sum(len(cover.radii) for cover in found.covers.values()) <= 12:
+        verdict = check(found.to_dict())
+        assert isinstance(verdict, Proved), verdict
+
+
+@pytest.mark.parametrize("chunk", range(10))
+def test_a_margin_of_a_millionth_is_enough(chunk):
+    for seed in range(5000 + 15 * chunk, 5000 + 15 * (chunk + 1)):
+        chosen = case(seed, margin=1e-6)
+        errors = evaluation_errors(chosen.reference, 1e3 * chosen.end)
+        found = prove_on_window(chosen.reference, 0.0, chosen.end)
+        if all(errors[q.name] < 1e-7 * q.bounds.width for q in chosen.reference.quantities):
+            assert isinstance(found, Certificate), (seed, found.explanation)
+
+
+@pytest.mark.parametrize("chunk", range(10))
+def test_a_millionth_too_much_is_refuted(chunk):
+    for seed in range(6000 + 15 * chunk, 6000 + 15 * (chunk + 1)):
+        chosen = case(seed, margin=-1e-6)
+        found = prove_on_window(chosen.reference, 0.0, chosen.end)
+        assert isinstance(found, Counterexample), (seed, found.explanation)
+        assert found.quantity == chosen.active

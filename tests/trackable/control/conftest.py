@@ -1,0 +1,46 @@
+"""What is learned once and followed often."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from tests.trackable.control import instances
+from trackable.certificates.certified import Certified, learn_certified
+from trackable.control.followed import Interpolated
+from trackable.learning.exchange import solve
+from trackable.learning.problem import ConstrainedProblem
+from trackable.systems.reference import Reference
+
+
+@dataclass(frozen=True)
+class Example:
+    learning: instances.Learning
+    learned: Certified
+    unconstrained: Reference
+    interpolated: Interpolated
+
+    @property
+    def certified(self) -> Reference:
+        return self.learned.reference
+
+
+def _example(learning: instances.Learning) -> Example:
+    learned = learn_certified(learning.samples, learning.prior, learning.plant, learning.space)
+    plain = solve(ConstrainedProblem(learning.samples, learning.prior, learning.space))
+    unconstrained = Reference(plain.posterior.signals, learning.plant)
+    return Example(learning, learned, unconstrained, Interpolated(learning.samples, learning.plant))
+
+
+@pytest.fixture(scope="session")
+def example1() -> Example:
+    return _example(instances.example1())
+
+
+@pytest.fixture(scope="session")
+def example2() -> Example:
+    return _example(instances.example2())
+
+
+@pytest.fixture(scope="session", params=["example1", "example2"])
+def example(request) -> Example:
+    return request.getfixturevalue(request.param)

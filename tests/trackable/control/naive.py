@@ -1,0 +1,42 @@
+"""The controller's program as the textbook has it: built afresh at each step, in states and inputs themselves."""
+
+import cvxpy as cp
+import numpy as np
+
+from trackable.control.controller import Controller
+
+
+def _variables(controller: Controller, k: int, state, reference, wider: float):
+    plant, N = controller.plant, controller.horizon
+    system, X, U = plant.system, plant.state_set, plant.input_set
+    n, m = system.B.shape
+    x, u = cp.Variable((n, N + 1)), cp.Variable((m, N))
+    x_r = np.array([reference.state(k + i) for i in range(N + 1)])
+    u_r = np.array([reference.input(k + i) for i in range(N)])
+    kept = [x[:, 0] == state]
+    more_x, more_u = wider * (X.upper - X.lower), wider * (U.upper - U.lower)
+    for i in range(N):
+        kept += [x[:, i + 1] == system.A @ x[:, i] + system.B @ u[:, i] + system.c]
+        kept += [X.rows @ x[:, i + 1] <= X.upper + more_x, X.rows @ x[:, i + 1] >= X.lower - more_x]
+        kept += [U.rows @ u[:, i] <= U.upper + more_u, U.rows @ u[:, i] >= U.lower - more_u]
+    return x, u, x_r, u_r, kept
+
+
+def optimum(controller: Controller, k: int, state, reference, wider: float = 0.0):
+    """(V, u(k)); (inf, None) where there is no plan."""
+    x, u, x_r, u_r, kept = _variables(controller, k, state, reference, wider)
+    N = controller.horizon
+    cost = sum(
+        cp.quad_form(x[:, i] - x_r[i], controller.Q) + cp.quad_form(u[:, i] - u_r[i], controller.R) for i in range(N)
+    )
+    problem = cp.Problem(cp.Minimize(cost), [*kept, x[:, N] == x_r[N]])
+    problem.solve(solver=cp.CLARABEL)
+    return problem.value, None if u.value is None else u.value[:, 0]
+
+
+def smallest_miss(controller: Controller, k: int, state, reference) -> float:
+    """min ‖x(k+N) − x_r(k+N)‖; inf where the sets cannot be kept."""
+    x, _, x_r, _, kept = _variables(controller, k, state, reference, 0.0)
+    problem = cp.Problem(cp.Minimize(cp.norm(x[:, -1] - x_r[-1])), kept)
+    problem.solve(solver=cp.CLARABEL)
+    return problem.value

@@ -1,0 +1,201 @@
+"""One step: the optimum, against a naive second implementation; and what is said where there is none."""
+
+from dataclasses import replace
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+from tests.trackable.checker.test_redundancy import PLANE, in_the_plane
+from tests.trackable.control import instances, naive
+from trackable.control.controller import TOLERANCE, Controller
+from trackable.control.step.answer import Infeasible, Status, Step
+from trackable.control.step.program import Program, Question
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.linear import Linear
+from trackable.systems.sets.polytope import Polytope
+
+PLANT = instances.double_integrator()
+AT_REST = instances.at_rest(PLANT, 1.2)  # on its bound
+CONTROLLER = Controller(PLANT, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
+
+
+def test_on_the_reference_the_optimum_is_to_stay_on_it(example):
+    controller = Controller(example.learning.plant, 20, np.eye(1), np.eye(1))
+    for k in range(0, 400, 3):
+        answer = controller.step(k, example.certified.state(k), example.certified)
+        assert isinstance(answer, Step)
+        assert answer.status is Status.UNBOUNDED
+        assert answer.cost < 1e-24
+        np.testing.assert_allclose(answer.input, example.certified.input(k), atol=1e-12)
+
+
+def test_on_a_reference_at_rest_on_its_bound_the_optimum_is_to_stay_there():
+    answer = CONTROLLER.step(0, np.array([1.2, 0.0]), AT_REST)
+    assert isinstance(answer, Step)
+    assert answer.cost < 1e-24
+    assert answer.slack == pytest.approx(0, abs=1e-14)
+
+
+def test_a_reference_out_of_its_bound_by_rounding_is_on_it():
+    """Which of them rounding leaves where differs from one linear algebra to the next."""
+    beyond = float(np.nextafter(1.2, 2))
+    answer = CONTROLLER.step(0, np.array([beyond, 0.0]), instances.at_rest(PLANT, beyond))
+    assert isinstance(answer, Step)
+    assert answer.status is Status.UNBOUNDED
+    assert -1e-15 < answer.slack < 0
+    assert answer.cost < 1e-24
+
+
+STATES = [(1.2, 0.3), (1.2, 0.01), (1.1, 1.0), (1.0, 1.2), (0.9, -1.0), (0.5, 0.0), (1.19, 0.0), (0.2, 1.9), (1.0, 0.9)]
+
+
+@pytest.mark.parametrize("state", STATES, ids=str)
+def test_the_optimum_is_that_of_the_program_built_afresh(state):
+    answer = CONTROLLER.step(0, np.array(state), AT_REST)
+    cost, applied = naive.optimum(CONTROLLER, 0, np.array(state), AT_REST)
+    if isinstance(answer, Infeasible):
+        assert cost == np.inf
+    else:
+        assert answer.cost == pytest.approx(cost, rel=1e-6, abs=1e-7)
+        np.testing.assert_allclose(answer.input, applied, atol=1e-3)  # the naive one's accuracy, not this one's
+
+
+def test_the_states_above_meet_every_kind_of_answer():
+    answers = [CONTROLLER.step(0, np.array(state), AT_REST) for state in STATES]
+    kinds = {answer.status if isinstance(answer, Step) else "infeasible" for answer in answers}
+    assert kinds >= {Status.UNBOUNDED, Status.SOLVED, "infeasible"}
+
+
+@pytest.mark.parametrize("seed", range(0, 50, 4))
+def test_the_optimum_of_random_systems_is_that_of_the_program_built_afresh(seed):
+    case = instances.instance(seed)
+    answer = case.controller.step(0, case.start, case.reference)
+    cost, applied = naive.optimum(case.controller, 0, case.start, case.reference, TOLERANCE)
+    assert isinstance(answer, Step)
+    assert answer.cost == pytest.approx(cost, rel=1e-4)
+    np.testing.assert_allclose(answer.input, applied, atol=1e-3 * max(1, np.max(np.abs(applied))))
+
+
+def test_a_plan_is_what_it_says():
+    state = np.array([1.0, 1.0])
+    answer = CONTROLLER.step(0, state, AT_REST)
+    assert isinstance(answer, Step)
+    np.testing.assert_allclose(answer.states[0], state, atol=1e-15)
+    np.testing.assert_allclose(answer.states[1:], PLANT.system.successor(answer.states[:-1], answer.inputs), atol=1e-12)
+    np.testing.assert_allclose(answer.states[-1], [1.2, 0.0], atol=1e-9)
+    margins = [PLANT.state_set.margin(answer.states[1:]).min(), PLANT.input_set.margin(answer.inputs).min()]
+    assert min(margins) > -1e-9
+    assert answer.landing < 1e-9
+    stage = 10 * (1.0 - 1.2) ** 2 + 1.0 + 0.1 * answer.inputs[0, 0] ** 2
+    assert answer.stage_cost == pytest.approx(stage)
+
+
+def test_the_answer_does_not_depend_on_what_was_asked_before():
+    fresh = replace(CONTROLLER)
+    CONTROLLER.step(0, np.array([1.0, 0.5]), AT_REST)
+    again = [controller.step(3, np.array([1.05, 1.0]), AT_REST) for controller in (CONTROLLER, fresh)]
+    assert again[0].status is Status.SOLVED
+    assert [a.cost for a in again] == [again[0].cost] * 2
+    assert np.array_equal(again[0].states, again[1].states)
+
+
+@pytest.mark.parametrize("state", [(1.2, 0.3), (1.1, 1.5), (-1.0, -2.0), (0.0, 0.0), (5.0, 0.0)], ids=str)
+def test_what_is_infeasible_says_by_how_much(state):
+    state = np.array(state)
+    answer = CONTROLLER.step(7, state, AT_REST)
+    assert isinstance(answer, Infeasible)
+    enough, too_little = (answer.widening * (1 + by) for by in (1e-2, -1e-2))
+    assert naive.optimum(CONTROLLER, 7, state, AT_REST, enough)[0] < np.inf
+    assert naive.optimum(CONTROLLER, 7, state, AT_REST, too_little)[0] == np.inf
+    miss = naive.smallest_miss(CONTROLLER, 7, state, AT_REST)
+    if answer.miss is None:
+        assert miss == np.inf
+    else:
+        assert np.linalg.norm(answer.miss) == pytest.approx(miss, rel=1e-3, abs=1e-5)
+    width = next(q.bounds.width for q in PLANT.quantities if q.name == answer.quantity)
+    assert answer.excess == pytest.approx(answer.widening * width)
+    assert 7 <= answer.when <= 27
+    assert PLANT.input_set.margin(answer.fallback) >= 0
+    assert answer.quantity in answer.explanation
+
+
+def test_the_inputs_applied_are_admissible_in_a_polytope_that_is_no_box():
+    system = Linear(np.array([[1.0, 0.2], [0.0, 1.0]]), np.array([[1.0, 0.3], [0.2, 1.0]]))
+    U = Polytope.halfspaces(np.array([[1.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]), np.array([0.1, 0.1, 0.1]))
+    plant = ConstrainedSystem(system, Polytope.box([-9.0, -9.0], [9.0, 9.0]), U, 0.1)
+    controller, still = Controller(plant, 10, np.eye(2), np.eye(2)), instances.at_rest(plant)
+    state, statuses = np.array([0.6, -0.5]), []
+    for k in range(15):
+        answer = controller.step(k, state, still)
+        assert isinstance(answer, Step)
+        assert U.margin(answer.input) >= 0
+        statuses.append(answer.status)
+        state = system.successor(state, answer.input)
+    assert {Status.SOLVED, Status.UNBOUNDED} <= set(statuses)
+    assert np.max(np.abs(state)) < 1e-2
+
+
+def test_without_bounds_every_step_is_feasible():
+    free = instances.double_integrator((-np.inf, np.inf), (-np.inf, np.inf), (-np.inf, np.inf))
+    answer = Controller(free, 2, np.eye(2), np.eye(1)).step(0, np.array([1e6, -1e3]), instances.at_rest(free))
+    assert isinstance(answer, Step)
+    assert answer.status is Status.UNBOUNDED
+    assert answer.landing < 1e-6
+
+
+def test_a_horizon_too_short_to_return_is_refused():
+    with pytest.raises(ValueError, match=r"takes 2 steps to return to it.*at least 2, got 1"):
+        Controller(PLANT, 1, np.eye(2), np.eye(1))
+
+
+@pytest.mark.parametrize(
+    ("Q", "R", "message"),
+    [
+        (np.eye(3), np.eye(1), r"Q must be a symmetric matrix of shape \(2, 2\)"),
+        (np.array([[1.0, 1.0], [0.0, 1.0]]), np.eye(1), "Q must be a symmetric"),
+        (np.diag([1.0, -1.0]), np.eye(1), "Q must be positive semidefinite"),
+        (np.zeros((2, 2)), np.eye(1), "Q must be positive semidefinite and not zero"),
+        (np.eye(2), np.zeros((1, 1)), "R must be positive definite"),
+        (np.eye(2), np.array([[np.nan]]), "R must be a symmetric"),
+    ],
+)
+def test_weights_that_are_none_are_refused(Q, R, message):
+    with pytest.raises(ValueError, match=message):
+        Controller(PLANT, 10, Q, R)
+
+
+@pytest.mark.parametrize("state", [[0.0], [0.0, np.nan], [[0.0, 0.0]]])
+def test_a_state_that_is_none_is_refused(state):
+    with pytest.raises(ValueError, match="a state is 2 finite numbers"):
+        CONTROLLER.step(0, np.array(state), AT_REST)
+
+
+def test_a_program_that_would_be_built_afresh_for_each_step_is_refused():
+    question = Question.about(PLANT, 3)
+    twice = cp.sum_squares(question.start[0] * question.gaps[0, 0] * question.v)
+    with pytest.raises(ValueError, match="affine in its parameters"):
+        Program(question, cp.Problem(cp.Minimize(twice)))
+
+
+def test_with_redundant_inputs_every_step_is_feasible_and_admissible():
+    """The reference's own inputs leave the smallest of all where that is not admissible."""
+    plant, reference = PLANE, in_the_plane().reference
+    controller = Controller(plant, 20, np.eye(4), 0.1 * np.eye(4))
+    x, costs = reference.state(0) + 0.02, []
+    for k in range(200):
+        answer = controller.step(k, x, reference)
+        assert isinstance(answer, Step)
+        assert plant.input_set.margin(answer.input) >= 0
+        costs.append(answer.cost)
+        x = plant.system.successor(x, answer.input)
+    assert np.max(np.diff(costs)) < 1e-9
+    np.testing.assert_allclose(x, reference.state(200), atol=1e-9)
+
+
+def test_what_is_too_tight_is_called_as_the_set_calls_it():
+    answer = Controller(PLANE, 20, np.eye(4), np.eye(4)).step(0, np.full(4, 1.9), in_the_plane().reference)
+    assert isinstance(answer, Infeasible)
+    assert answer.quantity in {"east", "north", "ne", "nw", "x", "vx", "y", "vy"}
+    limit = next(limit for limit in PLANE.limits if limit.name == answer.quantity)
+    assert answer.excess == pytest.approx(answer.widening * limit.bounds.width)

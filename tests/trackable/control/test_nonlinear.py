@@ -1,0 +1,161 @@
+"""Nonlinear systems: sequential linearisation finds what a general method finds, and keeps what linear systems have."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from pipeline.published.models import MODELS
+from trackable.control.controller import Controller
+from trackable.control.feasible_set import feasible_states
+from trackable.control.loop import continued, simulate
+from trackable.control.step.answer import Infeasible, Step
+from trackable.control.step.sequential import rolled_out
+from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.signal import KernelSum
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.linear import Linear
+from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.reference import Reference
+from trackable.systems.sets.polytope import Polytope
+
+TANK = ConstrainedSystem(MODELS["tank"], Polytope.box([0.3], [1.25]), Polytope.box([0.02], [0.068]), 5.0)
+PAIR = ConstrainedSystem(
+    Nonlinear.of(
+        lambda x, u: [0.9 * x[0] + 0.3 * np.sin(x[1]) + u[0], 0.8 * x[1] + 0.2 * x[0] * x[1] + (1 + x[0] ** 2) * u[1]],
+        ["a", "b"],
+        ["u", "w"],
+    ),
+    Polytope.box([-2.0, -2.0], [2.0, 2.0]),
+    Polytope.box([-0.25, -0.3], [0.25, 0.3]),
+    0.1,
+)
+
+
+def bump(plant, levels, heights, width) -> Reference:
+    signals = tuple(
+        KernelSum(SquaredExponential(1.0, width), level, np.array([4 * width]), np.array([height]))
+        for level, height in zip(levels, heights, strict=True)
+    )
+    return Reference(signals, plant)
+
+
+CASES = {
+    "tank": (Controller(TANK, 12, np.eye(1), np.eye(1)), bump(TANK, [0.8], [0.3], 60.0), np.array([0.6])),
+    "pair": (
+        Controller(PAIR, 8, np.eye(2), 0.1 * np.eye(2)),
+        bump(PAIR, [0.1, 0.0], [0.3, 0.4], 1.0),
+        np.array([1.0, -0.7]),
+    ),
+}
+
+
+@pytest.fixture(params=CASES)
+def case(request):
+    return CASES[request.param]
+
+
+@pytest.mark.parametrize("plant", [TANK, PAIR], ids=["tank", "pair"])
+def test_slopes_are_those_of_differences(plant):
+    rng = np.random.default_rng(1)
+    x, u = rng.uniform(0.4, 1.2, (5, plant.state_set.dimension)), rng.uniform(-0.1, 0.1, (5, plant.input_set.dimension))
+    A, B = plant.system.slopes(x, u)
+    for j, e in enumerate(1e-6 * np.eye(x.shape[1])):
+        by_state = (plant.system.successor(x + e, u) - plant.system.successor(x - e, u)) / 2e-6
+        by_input = (plant.system.successor(x, u + e) - plant.system.successor(x, u - e)) / 2e-6
+        np.testing.assert_allclose(A[..., j], by_state, atol=1e-8)
+        np.testing.assert_allclose(B[..., j], by_input, atol=1e-8)
+
+
+def naive_cost(controller, state, window) -> float:
+    """Single shooting with a general method."""
+    system, plant, shape = controller.plant.system, controller.plant, window.inputs.shape
+
+    def states(v):
+        return rolled_out(system, state, v.reshape(shape)).states
+
+    def cost(v):
+        e, d = states(v)[:-1] - window.states[:-1], v.reshape(shape) - window.inputs
+        return np.einsum("ia,ab,ib->", e, controller.Q, e) + np.einsum("ia,ab,ib->", d, controller.R, d)
+
+    lower, upper = plant.input_set.lower, plant.input_set.upper
+    found = minimize(
+        cost,
+        window.inputs.ravel(),
+        method="SLSQP",
+        bounds=list(zip(np.tile(lower, shape[0]), np.tile(upper, shape[0]), strict=True)),
+        constraints=[
+            {"type": "eq", "fun": lambda v: states(v)[-1] - window.states[-1]},
+            {"type": "ineq", "fun": lambda v: (states(v)[1:] - plant.state_set.lower).ravel()},
+            {"type": "ineq", "fun": lambda v: (plant.state_set.upper - states(v)[1:]).ravel()},
+        ],
+        options={"ftol": 1e-14, "maxiter": 500},
+    )
+    return float(found.fun)
+
+
+def test_the_optimum_is_that_of_a_general_method(case):
+    controller, reference, state = case
+    answer = controller.step(2, state, reference)
+    assert isinstance(answer, Step)
+    assert answer.cost == pytest.approx(
+        naive_cost(controller, state, reference.window(2, controller.horizon)), rel=1e-5
+    )
+    applied = rolled_out(controller.plant.system, state, answer.inputs)
+    np.testing.assert_allclose(applied.states, answer.states, atol=1e-9)
+    assert answer.slack == pytest.approx(0, abs=1e-7)  # else bounds would not have been tried
+
+
+def test_once_feasible_it_stays_so_and_the_cost_falls(case):
+    controller, reference, state = case
+    loop = simulate(controller, reference, state, 150)
+    assert loop.first_infeasible is None
+    assert np.max(loop.rises) <= 1e-11 * max(1.0, loop.costs[0])
+    assert np.max(np.abs(loop.errors[-20:])) < 1e-9
+    assert np.min(controller.plant.input_set.margin(loop.inputs)) >= 0
+    assert np.min(controller.plant.state_set.margin(loop.states)) >= -1e-9
+
+
+def test_a_warm_start_ends_where_a_cold_one_does(case):
+    controller, reference, state = case
+    first = controller.step(0, state, reference)
+    here = controller.plant.system.successor(state, first.input)
+    cold, warm = controller.step(1, here, reference), controller.step(1, here, reference, continued(first, reference))
+    assert warm.cost == pytest.approx(cold.cost, rel=1e-9)
+
+
+def test_what_is_infeasible_says_by_how_much():
+    controller = CASES["tank"][0]
+    answer = controller.step(0, np.array([0.3]), bump(TANK, [1.2], [0.0], 60.0))
+    assert isinstance(answer, Infeasible)
+    assert answer.quantity == "inflow"
+    assert answer.widening > 0.1
+    # With the inflow at its widened bound all along, the tank is just full enough.
+    wider = np.full((12, 1), 0.068 + answer.excess)
+    assert rolled_out(TANK.system, np.array([0.3]), wider).states[-1] == pytest.approx([1.2], abs=1e-7)
+
+
+def test_a_system_that_is_linear_in_truth_is_controlled_alike():
+    sets = (Polytope.box([-2.0], [0.05]), Polytope.box([-0.5], [0.5]))
+    written = Nonlinear.of(lambda x, u: [0.9 * x[0] + 0.5 * u[0]], ["state"], ["input"])
+    answers = []
+    for system in (Linear.scalar(0.9, 0.5), written):
+        plant = ConstrainedSystem(system, *sets, 0.01)
+        reference = bump(plant, [0.0], [-0.5], 0.1)
+        controller = Controller(plant, 5, np.eye(1), np.eye(1))
+        answers.append([controller.step(3, np.array([x]), reference) for x in (-1.9, -1.0, 0.0)])
+    for linear, nonlinear in zip(*answers, strict=True):
+        assert type(linear) is type(nonlinear)
+        value = "cost" if isinstance(linear, Step) else "widening"
+        assert getattr(nonlinear, value) == pytest.approx(getattr(linear, value), rel=1e-7)
+
+
+def test_where_the_system_is_not_defined_there_is_no_plan():
+    controller, reference, _ = CASES["tank"]
+    with pytest.raises(ArithmeticError, match="where the system is not defined"):
+        controller.step(0, np.array([-0.5]), reference, np.full((12, 1), 0.02))
+
+
+def test_no_feasible_set_is_drawn():
+    controller, reference, _ = CASES["tank"]
+    with pytest.raises(ValueError, match="linear systems only"):
+        feasible_states(controller, reference, 0)

@@ -1,0 +1,56 @@
+"""Every way to factor a covariance matrix, by its kind, and what a posterior makes of it."""
+
+import numpy as np
+
+from trackable.gp.factors.dense import Dense
+from trackable.gp.factors.factored import Factored
+from trackable.gp.factors.factoring import noise_variance, ways
+from trackable.gp.posterior import Posterior
+from trackable.gp.prior import Prior
+from trackable.gp.samples import Samples
+from trackable.gp.stencil import POINT
+
+
+def posterior_at(kernel, times, noise, relative_noise=None, stencil=POINT):
+    """Of a noisy sine; noise is a part of the kernel's standard deviation, and is learned like everything else."""
+    scale = float(kernel(np.zeros(()))) ** 0.5
+    rng = np.random.default_rng(len(times))
+    clean = np.sin(times - times[0]) + 0.3 + noise * rng.standard_normal(len(times))
+    spread = np.ones(len(times)) if relative_noise is None else relative_noise
+    samples = Samples(times, clean * scale, spread, stencil)
+    return Posterior(Prior(kernel, noise * scale, 0.1, fixed=frozenset()), samples)
+
+
+def found(posterior: Posterior) -> dict[type[Factored], Factored]:
+    """The factors at the end of all ways that are offered."""
+    ends = (way.make() for way in ways(posterior.prior, posterior.samples, posterior._covariance))
+    return {type(factor): factor for factor in ends if factor is not None}
+
+
+def dense(posterior: Posterior) -> Posterior:
+    """The same, by a Cholesky factor of the whole matrix."""
+    prior, samples = posterior.prior, posterior.samples
+    return with_factor(posterior, Dense.of(samples.times, posterior._covariance, noise_variance(prior, samples)))
+
+
+def with_factor(posterior: Posterior, factor: Factored | None) -> Posterior:
+    """The same, by another factor."""
+    assert factor is not None
+    other = Posterior(posterior.prior, posterior.samples)
+    vars(other)["_factored"] = factor
+    return other
+
+
+def disagreement(one: Posterior, other: Posterior) -> float:
+    """The largest relative difference of everything that a posterior is asked for."""
+    first, span = one.samples.times[0], one.samples.times[-1] - one.samples.times[0]
+    t = first + np.linspace(-0.1 * span, 1.2 * span, 60)
+
+    def answers(p):
+        value, gradient = p.negative_log_marginal_likelihood()
+        jet, by_theta = p.jet_and_gradient(t, 0)
+        return np.array(value), gradient, p.weights, jet - p.prior.mean, by_theta, p.variance(t)
+
+    return max(
+        float(np.max(np.abs(a - b)) / np.max(np.abs(b))) for a, b in zip(answers(one), answers(other), strict=True)
+    )

@@ -1,0 +1,53 @@
+"""What a kernel sum leaves out is nothing: beyond a distance float64 holds zeros only."""
+
+import numpy as np
+import pytest
+
+from tests.trackable.gp.instances import KERNELS, over
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.signal import KernelSum
+
+SHORT: list[Kernel] = [
+    SquaredExponential(2.0, 0.01),
+    Matern52(1.0, 0.002),
+    Sum(SquaredExponential(1.0, 0.01), Matern32(1.0, 0.001)),
+    Product(SquaredExponential(1.0, 0.01), Periodic(1.0, 1.0, 0.3)),
+]
+
+
+@over(KERNELS)
+def test_beyond_the_distance_there_are_zeros_only(kernel: Kernel) -> None:
+    distance = kernel.vanishing_distance
+    if np.isfinite(distance):
+        far = distance * np.array([1.0, 1.0001, 2.0, 1e3])
+        assert not np.any(kernel.jet(np.concatenate([far, -far]), 4))
+        # And not much sooner: half of it is enough for products of two kernels.
+        assert np.any(kernel.jet(0.4 * far[:1], 4))
+
+
+def test_what_never_vanishes_says_so() -> None:
+    for kernel in (Periodic(1.0, 1.0, 1.0), RationalQuadratic(1.0, 1.0, 1.0), Sum(SHORT[0], Periodic(1.0, 1.0, 1.0))):
+        assert kernel.vanishing_distance == np.inf
+
+
+@pytest.mark.parametrize("kernel", SHORT, ids=str)
+@pytest.mark.parametrize("in_order", [True, False])
+def test_sums_are_those_of_all_terms(kernel: Kernel, in_order: bool) -> None:
+    rng = np.random.default_rng(3)
+    centres = rng.uniform(0, 10, 500)
+    centres = np.sort(centres) if in_order else centres
+    signal = KernelSum(kernel, 0.3, centres, rng.standard_normal(500))
+    for t in (
+        np.linspace(-1, 12, 50),
+        np.array([4.0]),
+        np.array([-100.0, -99.0]),
+        np.array(5.0),
+        rng.uniform(3, 4, (4, 5)),
+    ):
+        every = kernel.jet(t[..., None] - centres, 2) @ signal.weights
+        every[0] += 0.3
+        scale = np.max(np.abs(kernel.jet(np.linspace(0, 0.1, 200), 2)), axis=1).reshape(3, *(1,) * t.ndim)
+        np.testing.assert_allclose(signal.jet(t, 2) / scale, every / scale, atol=1e-13)

@@ -1,0 +1,69 @@
+"""Names and values of a kernel's hyperparameters: checked on entry, read out, put back."""
+
+import math
+
+import pytest
+
+from tests.trackable.gp.instances import KERNELS, PERIODIC, RADIAL, over
+from trackable.gp.kernels.base import Elementary
+from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+
+BAD = [-1.0, 0.0, -0.0, math.nan, math.inf, -math.inf]
+
+
+@over(RADIAL | PERIODIC)
+@pytest.mark.parametrize("bad", BAD)
+def test_an_impossible_value_is_refused_by_name(kernel, bad):
+    for name in kernel.hyperparameters:
+        with pytest.raises(
+            ValueError, match=f"^{type(kernel).__name__}: {name} must be a positive finite number, got {bad!r}$"
+        ):
+            kernel.with_hyperparameters({name: bad})
+
+
+@pytest.mark.parametrize("family", [SquaredExponential, Matern32, Matern52])
+def test_an_impossible_value_is_refused_by_the_constructor(family: type[Elementary]):
+    with pytest.raises(ValueError, match="lengthscale must be a positive finite number, got 0"):
+        family(signal_std=1.0, lengthscale=0)
+
+
+@over(KERNELS)
+def test_values_make_a_round_trip(kernel):
+    values = {name: 1.5 * v for name, v in kernel.hyperparameters.items()}
+    moved = kernel.with_hyperparameters(values)
+    assert moved.hyperparameters == values
+    assert list(moved.hyperparameters) == list(kernel.hyperparameters)
+    assert moved != kernel
+    assert moved.with_hyperparameters(kernel.hyperparameters) == kernel
+    assert kernel.with_hyperparameters({}) == kernel
+
+
+@over(KERNELS)
+def test_one_value_moves_alone(kernel):
+    for name, value in kernel.hyperparameters.items():
+        moved = kernel.with_hyperparameters({name: 2 * value})
+        assert moved.hyperparameters == kernel.hyperparameters | {name: 2 * value}
+
+
+@over(KERNELS)
+@pytest.mark.parametrize("name", ["wavelength", "left.wavelength", "noise_std", ""])
+def test_an_unknown_name_is_refused(kernel, name):
+    with pytest.raises(TypeError, match=name or None):
+        kernel.with_hyperparameters({name: 1.0})
+
+
+def test_names_tell_where_they_belong():
+    kernel = Product(Sum(SquaredExponential(1.0, 2.0), RationalQuadratic(3.0, 4.0, 5.0)), Periodic(6.0, 7.0, 8.0))
+    assert kernel.hyperparameters == {
+        "left.left.signal_std": 1.0,
+        "left.left.lengthscale": 2.0,
+        "left.right.signal_std": 3.0,
+        "left.right.lengthscale": 4.0,
+        "left.right.shape": 5.0,
+        "right.signal_std": 6.0,
+        "right.lengthscale": 7.0,
+        "right.period": 8.0,
+    }
+    assert kernel.with_hyperparameters({"left.right.shape": 9.0}).left.right == RationalQuadratic(3.0, 4.0, 9.0)

@@ -1,0 +1,210 @@
+"""Periodic references on Example 2: four ways to constrain the same samples, and what each of them is worth."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipeline.published.ground_truth import two_harmonics
+from tests.trackable.learning.published.periodic_instances import instance
+from tests.trackable.systems.instances import bounded
+from trackable.gp.joint import JointPosterior, JointPrior
+from trackable.gp.kernels.combinations import Product
+from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.prior import Prior
+from trackable.gp.samples import Samples
+from trackable.learning.basins import Found, best_of
+from trackable.learning.problem import ConstrainedProblem, Infeasible, Solution
+from trackable.learning.published import periodic
+from trackable.learning.published.growth import GrowthRates, growth_rates
+from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.screening import screened
+from trackable.learning.space import SearchSpace
+from trackable.systems.sets.interval import Interval
+
+SYSTEM = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0, 1.4), sampling_time=0.01)
+PLANT = Scalar.of(SYSTEM)
+TIMES = np.arange(0, 401, 20) * 0.01
+SAMPLES = Samples(TIMES, two_harmonics(TIMES) + 0.3 * np.random.default_rng(4).standard_normal(TIMES.size))
+SINGLE = Prior(Periodic(1.0, 1.0, 3.0), 0.1)
+PRIOR = JointPrior((SINGLE,))
+SPACE = SearchSpace.around((SAMPLES,), PRIOR, starts=16)
+COUNTS = (4, 16, 64)
+
+
+def learn(constraints: periodic.Constraints) -> Found:
+    return periodic.learn((SAMPLES,), PRIOR, SYSTEM, SPACE, constraints)
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, Found]:
+    cases = {"unconstrained": (), "grid": periodic.grid(PLANT, 400), "exact": periodic.exact(SYSTEM, 1e-7)}
+    cases |= {f"intervals {n}": periodic.intervals(PLANT, 400, n) for n in COUNTS}
+    return {name: learn(constraints) for name, constraints in cases.items()}
+
+
+def margins(outcome: Solution, phases: int = 20_000) -> tuple[float, float]:
+    """The smallest margins of state and input at equally spaced phases."""
+    period = outcome.posterior.prior.hyperparameters["period"]
+    t = np.arange(phases) / phases * period
+    (mean,) = outcome.posterior.signals
+    x, after = mean(t), mean(t + 0.01)
+    u = (after - 0.9 * x) / 0.1
+    return float(np.min(PLANT.state_set.margin(x))), float(np.min(PLANT.input_set.margin(u)))
+
+
+def test_the_exact_form_keeps_every_phase(found):
+    assert min(margins(found["exact"].outcome)) >= 0
+
+
+def test_the_exact_form_is_no_worse_than_any_number_of_intervals(found):
+    exact = found["exact"].outcome.objective
+    by_count = [found[f"intervals {n}"].outcome.objective for n in COUNTS]
+    assert found["unconstrained"].outcome.objective < exact < min(by_count)
+    assert by_count == sorted(by_count, reverse=True)
+
+
+def test_the_unconstrained_fit_cannot_be_followed(found):
+    state, inputs = margins(found["unconstrained"].outcome)
+    assert state > 0.5
+    assert inputs == pytest.approx(-0.2974, abs=1e-4)
+
+
+def test_the_grid_holds_at_its_instants_and_breaks_between_them(found):
+    posterior = found["grid"].outcome.posterior
+    k = np.arange(0, 4000)
+    x = posterior.signals[0](k * 0.01)
+    inputs = PLANT.input_set.margin((x[1:] - 0.9 * x[:-1]) / 0.1)
+    assert np.min(inputs[:400]) >= 0
+    assert np.min(inputs) < -1e-5, "a later instant meets a phase that the grid has not"
+    assert margins(found["grid"].outcome)[1] == pytest.approx(-4.57e-4, abs=1e-5)
+
+
+def test_numbers_of_the_trial_in_the_notes_are_a_local_minimum():
+    for constraints, objective, period in (
+        (periodic.grid(PLANT, 400), 121.25, 3.07),
+        (periodic.exact(SYSTEM), 121.28, 3.0654),
+    ):
+        outcome = best_of(ConstrainedProblem((SAMPLES,), PRIOR, SPACE, constraints), [np.log([1, 1, 3.07])]).outcome
+        assert outcome.objective == pytest.approx(objective, abs=0.005)
+        assert outcome.posterior.prior.hyperparameters["period"] == pytest.approx(period, abs=1e-4)
+
+
+def test_the_exchange_ends_where_nothing_is_broken(found):
+    rounds = found["exact"].rounds
+    assert [r.margin < 0 for r in rounds] == [True] * (len(rounds) - 1) + [False]
+    assert [r.places for r in rounds] == sorted(r.places for r in rounds)
+    assert rounds[-1].objective == found["exact"].outcome.objective
+
+
+def test_two_calls_give_the_same_bits(found):
+    again, first = learn(periodic.exact(SYSTEM, 1e-7)), found["exact"].outcome
+    assert again.outcome.posterior.parts[0].weights.tobytes() == first.posterior.parts[0].weights.tobytes()
+    assert [r.log_theta.tobytes() for r in again.rounds] == [r.log_theta.tobytes() for r in found["exact"].rounds]
+
+
+def test_growth_rates_of_every_interval_contain_the_derivative(found):
+    """The pair form against the paper's own: rates from the range of the mean, extremes of the derivative."""
+    for count in COUNTS:
+        (signal,) = found[f"intervals {count}"].outcome.posterior.signals
+        edges = np.linspace(0, 4, count + 1)
+        lower, upper = growth_rates(signal, PLANT, tuple(edges.tolist()))
+        for i in range(count):
+            t = np.linspace(edges[i], edges[i + 1], 400)
+            x, rate = signal(t), signal.derivative(t)
+            low, high = PLANT.growth_rates(Interval(float(np.min(x)), float(np.max(x))))
+            assert (lower[i], upper[i]) == pytest.approx((low, high), abs=1e-3)
+            assert low - 1e-3 <= np.min(rate)
+            assert np.max(rate) <= high + 1e-3
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_worst_pair_is_the_worst_of_a_dense_grid_of_pairs(seed):
+    """Also for systems with a > 1, b < 0 or a < 0."""
+    case = instance(seed)
+    posterior, plant = JointPosterior(case.prior, case.samples), Scalar.of(case.plant)
+    (signal,) = posterior.signals
+    edges = np.linspace(0, 2, 5)
+    constraint = GrowthRates(plant, tuple(edges.tolist()))
+    a, b, t_s = plant.a, plant.b, plant.sampling_time
+    dense = []
+    for i in range(4):
+        t = np.linspace(edges[i], edges[i + 1], 500)
+        values = (t_s * signal.derivative(t)[:, None] + (1 - a) * signal(t)) / b
+        dense.append(np.min(plant.input_set.margin(values)) / plant.input_set.width)
+    places, found = constraint.closest(posterior)
+    assert places.shape == (8, 2)
+    assert np.min(found) == pytest.approx(min(dense), abs=1e-3)
+    assert np.min(found) <= min(dense) + 1e-12
+    assert np.all((places >= 0) & (places <= 2))
+
+
+def test_gradients_of_pairs_against_central_differences():
+    case = instance(3)
+    constraint = GrowthRates(Scalar.of(case.plant), (0.0, 1.0, 2.0))
+    places = np.array([[0.1, 0.7], [1.2, 1.9], [0.0, 0.0]])
+    theta = case.prior.log_hyperparameters
+
+    def at(log_theta: np.ndarray) -> np.ndarray:
+        return constraint.value(JointPosterior(case.prior.with_log_hyperparameters(log_theta), case.samples), places)
+
+    value, gradient = constraint.value_and_gradient(JointPosterior(case.prior, case.samples), places)
+    np.testing.assert_allclose(value, at(theta), rtol=1e-12)
+    differences = [(at(theta + h) - at(theta - h)) / 2e-5 for h in 1e-5 * np.eye(3)]
+    np.testing.assert_allclose(gradient, differences, rtol=1e-6, atol=1e-7)
+
+
+def test_a_known_period_of_whole_steps_needs_its_instants_only():
+    known = JointPrior((replace(SINGLE, kernel=Periodic(1.0, 1.0, 3.14), fixed=SINGLE.fixed | {"period"}),))
+    space = SearchSpace.around((SAMPLES,), known, starts=8)
+    outcomes = [
+        periodic.learn((SAMPLES,), known, SYSTEM, space, constraints).outcome
+        for constraints in (periodic.sampled(PLANT, 3.14), periodic.exact(SYSTEM))
+    ]
+    sampled, exact = outcomes
+    assert sampled.objective <= exact.objective + 1e-6
+    x = sampled.posterior.signals[0](np.arange(3000) * 0.01)
+    assert np.min(PLANT.input_set.margin((x[1:] - 0.9 * x[:-1]) / 0.1)) >= -1e-9
+    assert np.min(PLANT.state_set.margin(x)) >= -1e-9
+
+
+@pytest.mark.parametrize("period", [3.145, 0.001, np.pi])
+def test_a_period_between_steps_is_no_sampled_problem(period):
+    with pytest.raises(ValueError, match="no whole multiple of the sampling time"):
+        periodic.sampled(PLANT, period)
+
+
+def test_a_kernel_without_a_period_is_refused():
+    quasi = JointPrior((Prior(Product(Periodic(1, 1, 3), SquaredExponential(1, 5)), 0.1),))
+    space = SearchSpace.around((SAMPLES,), quasi)
+    with pytest.raises(TypeError, match="needs a periodic kernel, got Product"):
+        periodic.learn((SAMPLES,), quasi, SYSTEM, space, periodic.exact(SYSTEM))
+
+
+def test_no_admissible_equilibrium_and_nothing_feasible_is_explained():
+    plant = bounded(SYSTEM, state_set=Interval(3.0, 4.0))
+    outcome = periodic.learn((SAMPLES,), PRIOR, plant, replace(SPACE, starts=1), periodic.exact(plant)).outcome
+    assert isinstance(outcome, Infeasible)
+    assert "no admissible equilibrium" in outcome.explanation
+
+
+def test_learned_noise_is_allowed():
+    prior = JointPrior((replace(SINGLE, fixed=frozenset()),))
+    space = SearchSpace.around((SAMPLES,), prior, starts=8)
+    outcome = periodic.learn((SAMPLES,), prior, SYSTEM, space, periodic.exact(SYSTEM)).outcome
+    assert isinstance(outcome, Solution)
+    assert min(margins(outcome)) >= -1e-9
+    assert outcome.objective < 71
+
+
+def test_screened_starts_are_apart_inside_and_promising():
+    problem = ConstrainedProblem((SAMPLES,), PRIOR, SPACE, periodic.exact(SYSTEM))
+    points = np.array(screened(problem, 20))
+    assert points.shape == (20, 3)
+    assert np.all((points >= SPACE.log_lower - 1e-12) & (points <= SPACE.log_upper + 1e-12))
+    for i, one in enumerate(points):
+        for other in points[:i]:
+            assert np.any(np.abs(one - other)[1:] > (0.3, 0.03))
+    ends = [best_of(problem, [point]).outcome.objective for point in points[:4]]
+    assert min(ends) == pytest.approx(71.2587, abs=1e-3)

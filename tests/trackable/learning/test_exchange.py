@@ -1,0 +1,282 @@
+"""Exchange against brute force: as good, never outside its bounds, the same every time, honest where it fails."""
+
+import re
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from tests.trackable.learning import naive
+from tests.trackable.learning.instances import SEEDS, TIGHT_SEEDS, Instance, instance, tight, wild
+from trackable.gp.joint import JointPrior
+from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.prior import Prior
+from trackable.gp.samples import Samples
+from trackable.learning.exchange import solve, tightened
+from trackable.learning.index_set import Steps
+from trackable.learning.problem import ConstrainedProblem, Infeasible, Solution
+from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.space import SearchSpace
+from trackable.systems.sets.interval import Interval
+
+ROUNDING = 1e-11
+
+
+def assert_keeps_every_bound(case: Instance, solution) -> None:
+    assert isinstance(solution, Solution), solution.explanation
+    assert np.min(naive.margins(case, solution.posterior.prior.parts[0])) >= -ROUNDING
+    for constraint in case.problem.constraints:
+        steps = np.arange(constraint.index_set.first, constraint.index_set.last + 1)
+        margins = constraint.relative_margin(solution.posterior, steps * case.plant.sampling_time)
+        assert np.all(margins >= 0)
+
+
+@lru_cache
+def _solved(seed: int) -> Solution:
+    return solve(instance(seed).problem)
+
+
+@pytest.fixture(params=SEEDS)
+def seed(request) -> int:
+    return request.param
+
+
+@pytest.fixture
+def case(seed) -> Instance:
+    return instance(seed)
+
+
+@pytest.fixture
+def solution(seed) -> Solution:
+    return _solved(seed)
+
+
+def test_every_bound_is_kept_at_every_step(case, solution):
+    assert_keeps_every_bound(case, solution)
+
+
+def test_objective_is_that_of_the_point(case, solution):
+    assert solution.objective == pytest.approx(
+        naive.objective(solution.posterior.prior.parts[0], case.samples), rel=1e-9
+    )
+
+
+def test_the_point_lies_in_the_search_space(case, solution):
+    theta, space = solution.posterior.prior.log_hyperparameters, case.problem.space
+    assert np.all((theta >= space.log_lower - 1e-12) & (theta <= space.log_upper + 1e-12))
+
+
+def test_no_point_of_a_dense_grid_is_better(case, solution):
+    assert solution.objective <= naive.best_on_a_grid(case) + 1e-9
+
+
+def test_no_brute_force_from_many_starts_is_better(case, solution):
+    assert solution.objective <= naive.best_of_many_starts(case) + 1e-6 * (1 + abs(solution.objective))
+
+
+def test_two_calls_give_the_same_bits(case, solution):
+    again = solve(case.problem)
+    assert again.posterior.parts[0].weights.tobytes() == solution.posterior.parts[0].weights.tobytes()
+    assert again.posterior.prior == solution.posterior.prior
+    assert again.objective == solution.objective
+    assert [t.tobytes() for t in again.active] == [t.tobytes() for t in solution.active]
+    assert again.fits == solution.fits
+
+
+def test_what_no_look_meets_is_met_in_the_end(monkeypatch):
+    """Blind but for the first step, the exchange still ends at a solution that keeps every bound, as good as ever."""
+    plain = instance(SEEDS[0])
+    fine = tuple(
+        replace(
+            c,
+            index_set=replace(c.index_set, last=200 * c.index_set.last, sampling_time=plain.plant.sampling_time / 200),
+        )
+        for c in plain.problem.constraints
+    )
+    problem = replace(plain.problem, constraints=fine)
+    seeing = solve(problem)
+    assert isinstance(seeing, Solution)
+    monkeypatch.setattr(Steps, "local_minima", lambda steps, margin, kernels: np.array([steps.first * 1.0]))
+    blind = solve(problem)
+    assert isinstance(blind, Solution)
+    assert blind.objective == pytest.approx(seeing.objective, rel=1e-6, abs=1e-6)
+    for constraint in fine:
+        times = (
+            np.arange(constraint.index_set.first, constraint.index_set.last + 1) * constraint.index_set.sampling_time
+        )
+        assert np.all(constraint.relative_margin(blind.posterior, times) >= 0)
+
+
+def test_active_times_are_steps(case, solution):
+    for times, constraint in zip(solution.active, case.problem.constraints, strict=True):
+        steps = times / case.plant.sampling_time
+        np.testing.assert_allclose(steps, np.rint(steps), atol=1e-9)
+        assert np.all(np.diff(times) > 0)
+        assert np.all((constraint.index_set.first <= np.rint(steps)) & (np.rint(steps) <= constraint.index_set.last))
+
+
+def test_constraints_cost_something_in_most_of_the_instances():
+    """Otherwise the table would test nothing."""
+    costs = []
+    for seed in SEEDS:
+        free = replace(instance(seed).problem, constraints=())
+        costs.append(_solved(seed).objective - solve(free).objective)
+    assert min(costs) >= -1e-9
+    assert sum(cost > 1e-3 for cost in costs) >= 7
+
+
+def test_tightening_step_by_step_ends_where_solving_at_once_does(case, solution):
+    stepwise = solve(case.up_to(10).problem)
+    for last in (20, 21, 60, 100):
+        tighter = case.up_to(last)
+        stepwise = tightened(stepwise, tighter.problem)
+        assert_keeps_every_bound(tighter, stepwise)
+    assert stepwise.objective == pytest.approx(solution.objective, rel=1e-6, abs=1e-6)
+
+
+def test_tightening_by_what_is_kept_already_changes_nothing(case, solution):
+    again = tightened(solution, case.problem)
+    assert again.fits == 0
+    assert again == replace(solution, fits=0)
+
+
+def test_a_warm_start_is_no_worse_than_the_point_it_starts_from(case, solution):
+    warm = solve(case.problem, warm=solution)
+    assert_keeps_every_bound(case, warm)
+    assert warm.objective <= solution.objective + 1e-9
+
+
+@pytest.mark.parametrize("seed", TIGHT_SEEDS)
+def test_no_point_of_a_dense_grid_is_better_in_tight_sets_either(seed):
+    case = tight(seed)
+    found = solve(case.problem)
+    assert_keeps_every_bound(case, found)
+    assert found.objective <= naive.best_on_a_grid(case) + 1e-9
+
+
+def test_a_warm_start_in_tight_sets_is_no_worse_than_the_point_it_starts_from():
+    problem = tight(0).problem
+    cold = solve(problem)
+    assert solve(problem, warm=cold).objective <= cold.objective + 1e-9
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_learned_noise_is_as_good_as_brute_force(seed):
+    base = instance(seed)
+    prior = replace(base.prior, fixed=base.prior.fixed - {"noise_std"})
+    free = replace(base, prior=prior)
+    found = solve(replace(free.problem, constraints=()))
+    assert found.objective <= naive.best_of_many_starts(free, starts=20, constrained=False) + 1e-5
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_learned_noise_under_constraints_is_as_good_as_brute_force(seed):
+    base = instance(seed)
+    case = replace(base, prior=replace(base.prior, fixed=base.prior.fixed - {"noise_std"}))
+    found = solve(case.problem)
+    assert_keeps_every_bound(case, found)
+    assert found.objective <= naive.best_of_many_starts(case) + 1e-6 * (1 + abs(found.objective))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_an_admissible_equilibrium_is_enough_whatever_the_samples(seed):
+    """Notes, section 5: as θ₁ → 0 the mean tends to the prior mean, so that a feasible point exists."""
+    case = wild(seed)
+    assert_keeps_every_bound(case, solve(case.problem))
+
+
+EXPLANATION = re.compile(
+    r"no reference was found that keeps its bounds: the best attempt \((?P<theta>.*)\) breaks the (?P<quantity>\w+) "
+    r"bounds (?P<bounds>\[.*\]) at t = (?P<time>\S+) s by (?P<violation>[^\s;]+)"
+    r"(; wider bounds of hyperparameters, or more starts, may find one)?$"
+)
+OPPOSITE = Samples([0.0, 0.2, 0.4, 0.6, 0.8], [-9.0, -11.0, -10.0, -10.5, -9.5])
+NEAR = Samples([0.0, 0.2, 0.4, 0.6, 0.8], [0.3, 0.1, 0.2, 0.15, 0.1])
+PRIOR = Prior(SquaredExponential(1.0, 1.0), 0.1)
+
+
+def _infeasible(samples: Samples, system: tuple[float, ...], states: Interval, inputs: Interval) -> Instance:
+    plant = scalar(*system, state_set=states, input_set=inputs, sampling_time=0.05)
+    return Instance(samples, PRIOR, Scalar.of(plant), 60)
+
+
+INFEASIBLE = {
+    "state": (_infeasible(OPPOSITE, (0.9, 0.5), Interval(1.0, 2.0), Interval(-5.0, 5.0)), "state", 0.0),
+    "state_from_above": (
+        _infeasible(OPPOSITE, (0.9, -0.5), Interval(-50.0, -20.0), Interval(-50.0, 50.0)),
+        "state",
+        0.0,
+    ),
+    "input": (_infeasible(NEAR, (1.0, 1.0, 1.0), Interval(-9.0, 9.0), Interval(-0.4, 0.5)), "input", -1.0),
+    "input_the_other_way": (
+        _infeasible(NEAR, (1.0, -1.0, 1.0), Interval(-9.0, 9.0), Interval(-0.5, 0.4)),
+        "input",
+        1.0,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", INFEASIBLE)
+def test_an_infeasible_problem_is_explained_in_true_numbers(name):
+    case, quantity, at_rest = INFEASIBLE[name]
+    answer = solve(case.problem)
+    assert isinstance(answer, Infeasible)
+    said = EXPLANATION.search(answer.explanation)
+    assert said, answer.explanation
+    assert said["quantity"] == answer.quantity.name == quantity
+
+    bounds = {"state": case.plant.state_set, "input": case.plant.input_set}[quantity]
+    assert said["bounds"] == str(bounds)
+    x, u = naive.states_and_inputs(case, answer.best.prior.parts[0])
+    values = {"state": x, "input": u}[quantity]
+    worst = int(np.argmin(bounds.margin(values)))
+    assert float(said["time"]) == pytest.approx(answer.time, rel=1e-5)
+    assert bounds.margin(values)[round(answer.time / 0.05)] == pytest.approx(bounds.margin(values)[worst], abs=1e-9)
+    assert answer.violation == pytest.approx(-bounds.margin(values)[worst], abs=1e-9)
+    assert float(said["violation"]) == pytest.approx(answer.violation, rel=5e-3)
+    assert np.min(naive.margins(case, answer.best.prior.parts[0])) * bounds.width == pytest.approx(
+        -answer.violation, abs=1e-9
+    )
+    for entry in said["theta"].split(", "):
+        parameter, value = entry.split(" = ")
+        assert float(value) == pytest.approx(answer.best.prior.hyperparameters[parameter], rel=5e-4)
+
+    assert [q.name for q in answer.broken_at_rest] == [quantity]
+    assert answer.explanation.startswith(
+        f"the prior mean 0 is no admissible equilibrium (its {quantity} {at_rest:.4g} does not lie inside {bounds})"
+    )
+
+
+@pytest.mark.parametrize("name", INFEASIBLE)
+def test_no_point_of_a_grid_violates_less(name):
+    case, _, _ = INFEASIBLE[name]
+    answer = solve(case.problem)
+    space = case.problem.space
+    for log_theta in np.stack(
+        np.meshgrid(*[np.linspace(lo, hi, 25) for lo, hi in zip(space.log_lower, space.log_upper, strict=True)]),
+        axis=-1,
+    ).reshape(-1, 2):
+        margins = naive.margins(case, case.prior.with_log_hyperparameters(log_theta))
+        assert np.min(margins) <= -answer.violation / answer.quantity.bounds.width + 1e-3
+
+
+def test_a_search_that_can_factor_nothing_is_explained():
+    """Noise far too small for so many samples so close: no start has a Cholesky factor."""
+    samples = Samples(np.arange(30) / 100, np.sin(np.arange(30) / 100))
+    prior = Prior(SquaredExponential(1.0, 0.2), 1e-12)
+    case = replace(instance(0), samples=samples, prior=prior)
+    space = SearchSpace({"signal_std": Interval(0.5, 2.0), "lengthscale": Interval(5.0, 50.0)})
+    for constraints in (case.problem.constraints, ()):
+        answer = solve(ConstrainedProblem((samples,), JointPrior((prior,)), space, constraints))
+        assert not isinstance(answer, Solution)
+        assert "positive definite" in answer.explanation
+
+
+def test_with_nothing_to_learn_the_prior_itself_is_tried():
+    base = instance(0)
+    names = frozenset(base.prior.hyperparameters)
+    quiet = replace(base.prior, kernel=SquaredExponential(1e-3, 0.3), fixed=names)
+    answer = solve(replace(base, prior=quiet).problem)
+    assert isinstance(answer, Solution)
+    assert answer.posterior.prior == JointPrior((quiet,))

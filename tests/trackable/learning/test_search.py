@@ -1,0 +1,55 @@
+"""The search that suits the kernels: periods are looked for, however few starts are asked for."""
+
+import numpy as np
+import pytest
+
+from trackable.gp.joint import JointPrior
+from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.prior import Prior
+from trackable.gp.samples import Samples
+from trackable.learning.exchange import solve
+from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.screening import screened
+from trackable.learning.search import best_solution
+from trackable.learning.space import SearchSpace
+
+TIMES, PERIOD = np.arange(0, 8, 0.15), 1.1
+COURSES = (
+    0.8 * np.sin(2 * np.pi * TIMES / PERIOD),
+    0.5 * np.cos(2 * np.pi * TIMES / PERIOD) + 0.2 * np.sin(4 * np.pi * TIMES / PERIOD),
+)
+
+
+def problem(*kernels, starts: int = 1) -> ConstrainedProblem:
+    """A signal for each kernel, of one period if there is one; no constraints."""
+    rng = np.random.default_rng(0)
+    samples = tuple(
+        Samples(TIMES, course + 0.02 * rng.standard_normal(TIMES.size))
+        for course, _ in zip(COURSES, kernels, strict=False)
+    )
+    shared = frozenset({"period"}) if len(kernels) > 1 else frozenset()
+    prior = JointPrior(tuple(Prior(kernel, 0.02) for kernel in kernels), ("q1", "q2")[: len(kernels)], shared)
+    return ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts=starts))
+
+
+@pytest.mark.parametrize("signals", [1, 2])
+def test_the_period_is_found_though_a_single_start_misses_it(signals):
+    """Every multiple of the period is a minimum too, and that is where the single start ends."""
+    asked = problem(*[Periodic(1.0, 1.0, 1.0)] * signals)
+    found, alone = best_solution(asked), solve(asked)
+    assert isinstance(found, Solution)
+    assert found.posterior.prior.hyperparameters["period"] == pytest.approx(PERIOD, abs=0.01)
+    assert isinstance(alone, Solution)
+    assert alone.objective > found.objective + 10
+
+
+def test_of_several_signals_the_most_promising_start_has_the_period_of_both():
+    asked = problem(Periodic(1.0, 1.0, 1.0), Periodic(1.0, 1.0, 1.0))
+    first = np.exp(screened(asked, 4)[0])
+    assert first[asked.prior.learned.index("period")] == pytest.approx(PERIOD, abs=0.05)
+
+
+def test_other_kernels_are_not_screened():
+    with pytest.raises(TypeError, match="screening needs periodic kernels, got SquaredExponential"):
+        screened(problem(SquaredExponential(1.0, 1.0)), 4)

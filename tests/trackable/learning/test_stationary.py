@@ -1,0 +1,61 @@
+"""Where the optimiser says that it has converged, no step improves: multipliers exist, on the paper's second example.
+
+Its constraints are curved and nearly parallel, so that penalties become high; rounding must not pass for progress, nor
+for the lack of it.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from pipeline.experiments import PeriodicExperiment
+from pipeline.experiments.load import load_experiment
+from pipeline.generate import sampled_by
+from tests.project import ROOT
+from trackable.arrays import Array
+from trackable.learning import sqp
+from trackable.learning.basins import best_of
+from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.published import periodic
+
+_ACTIVE = 1e-6
+Ends = list[tuple[Array, sqp.Minimum]]
+
+
+@pytest.fixture
+def ends(monkeypatch: pytest.MonkeyPatch) -> Ends:
+    """Every local minimum that is found, with the constraints that hold there with equality, bounds of the box too."""
+    found: Ends = []
+    minimise: Callable[..., sqp.Minimum | None] = sqp.minimise
+
+    def noted(
+        evaluate: Callable[[Array], sqp.Evaluation | None], start: Array, lower: Array, upper: Array, radius: float
+    ) -> sqp.Minimum | None:
+        end = minimise(evaluate, start, lower, upper, radius)
+        if end is not None:
+            box = np.eye(len(start))
+            active = end.at.jacobian[end.at.slack < _ACTIVE], box[end.x <= lower + 1e-9], -box[end.x >= upper - 1e-9]
+            found.append((np.vstack(active), end))
+        return end
+
+    monkeypatch.setattr(sqp, "minimise", noted)
+    return found
+
+
+def test_multipliers_exist(ends: Ends) -> None:
+    experiment = load_experiment("example2", ROOT / "params.yaml")
+    assert isinstance(experiment, PeriodicExperiment)
+    (samples,), prior = sampled_by(experiment).samples, experiment.learned_prior
+    system, space = experiment.constrained_system, experiment.search_space((samples,))
+    problem = ConstrainedProblem((samples,), prior, space, periodic.exact(system, experiment.periodic.backoff))
+    outcome = best_of(problem, periodic.starts((samples,), prior, system, space)[:4]).outcome
+    assert isinstance(outcome, Solution)
+    assert outcome.objective == pytest.approx(71.2587, abs=1e-4)
+    assert len(ends) > 20
+    for normals, end in ends:
+        assert end.converged
+        assert end.at.violation == 0
+        _, left = nnls(normals.T, end.at.gradient)
+        assert left < 1e-5 * np.linalg.norm(end.at.gradient)

@@ -1,0 +1,102 @@
+"""The table of constrained systems, with inputs that push either way, and signals to send through them."""
+
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import strategies as st
+
+from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.radial import Matern52, SquaredExponential
+from trackable.gp.signal import KernelSum
+from trackable.learning.published.scalar import Scalar, scalar
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.linear import Linear
+from trackable.systems.sets.interval import Interval
+from trackable.systems.sets.polytope import Polytope
+
+SYSTEMS: dict[str, Linear] = {
+    "example1": Linear.scalar(0.9, 0.5),
+    "pulls": Linear.scalar(0.9, -0.5),
+    "unstable": Linear.scalar(1.2, 0.3, 0.1),
+    "integrator": Linear.scalar(1.0, -2.0),
+    "oscillates": Linear.scalar(-0.7, 0.4, -0.2),
+    "forgets": Linear.scalar(0.0, -1.5, 0.3),
+}
+
+
+def interval_box(bounds: Interval) -> Polytope:
+    return Polytope.box(np.array([bounds.lower]), np.array([bounds.upper]))
+
+
+def bounded(
+    plant: ConstrainedSystem, *, state_set: Interval | None = None, input_set: Interval | None = None
+) -> ConstrainedSystem:
+    """A scalar system with other sets."""
+    sets = {"state_set": state_set, "input_set": input_set}
+    return replace(plant, **{name: interval_box(bounds) for name, bounds in sets.items() if bounds})
+
+
+PLANTS: dict[str, ConstrainedSystem] = {
+    name: ConstrainedSystem(system, interval_box(Interval(-2.0, 1.5)), interval_box(Interval(-0.4, 0.7)), 0.05)
+    for name, system in SYSTEMS.items()
+}
+SCALARS: dict[str, Scalar] = {name: Scalar.of(plant) for name, plant in PLANTS.items()}
+
+SIGNAL = KernelSum(SquaredExponential(1.0, 0.3), 0.2, np.array([0.0, 0.4, 0.9]), np.array([0.5, -0.8, 0.3]))
+
+_finite = st.floats(-5, 5)
+_gain = st.floats(0.05, 5) | st.floats(-5, -0.05)
+
+
+@st.composite
+def intervals(draw):
+    lower = draw(_finite)
+    return Interval(lower, lower + draw(st.floats(0.01, 10)))
+
+
+plants = st.builds(
+    scalar,
+    _finite,
+    _gain,
+    _finite,
+    state_set=intervals(),
+    input_set=intervals(),
+    sampling_time=st.floats(1e-3, 2),
+)
+
+
+def with_sets(plant: Scalar, state_set: Interval, input_set: Interval) -> Scalar:
+    """The same system in other sets."""
+    t_s = plant.sampling_time
+    return Scalar.of(scalar(plant.a, plant.b, plant.c, state_set=state_set, input_set=input_set, sampling_time=t_s))
+
+
+def controllable(seed: int, states: int = 4, inputs: int = 2) -> Linear:
+    """Up to so many states and inputs; a third stable, a third sparse (chains of different lengths), a third wild."""
+    rng = np.random.default_rng(seed)
+    n, m = int(rng.integers(1, states + 1)), int(rng.integers(1, inputs + 1))
+    while True:
+        A, B, c = rng.normal(size=(n, n)), rng.normal(size=(n, m)), rng.normal(size=n) * rng.integers(2)
+        if seed % 3 == 0:
+            A *= rng.uniform(0.3, 0.97) / np.max(np.abs(np.linalg.eigvals(A)))
+        if seed % 3 == 1:
+            A, B = (rng.choice([0, 0, 1, -1], size=matrix.shape) * matrix for matrix in (A, B))
+        reached = np.hstack([np.linalg.matrix_power(A, k) @ B for k in range(n)])
+        if np.linalg.matrix_rank(reached) == n and np.linalg.cond(reached) < 1e4:
+            return Linear(A, B, c)
+
+
+def is_stable(system: Linear) -> bool:
+    return bool(np.max(np.abs(np.linalg.eigvals(system.A))) < 0.98)
+
+
+def unbounded(system: Linear, sampling_time: float) -> ConstrainedSystem:
+    n, m = system.B.shape
+    sets = (Polytope(np.empty((0, d)), np.empty(0), np.empty(0), d) for d in (n, m))
+    return ConstrainedSystem(system, *sets, sampling_time)
+
+
+def random_signal(rng: np.random.Generator) -> KernelSum:
+    kernels = SquaredExponential(1.0, 0.4), Matern52(0.7, 0.8), Periodic(1.0, 0.9, 2.3)
+    centres = np.sort(rng.uniform(0, 3, 6))
+    return KernelSum(kernels[int(rng.integers(3))], float(rng.normal()), centres, rng.normal(size=6))

@@ -1,0 +1,1 @@
+"""Enclosures in ball arithmetic: kernels, formulas, Taylor models."""

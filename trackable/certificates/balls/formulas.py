@@ -1,0 +1,78 @@
+"""Formulas in ball arithmetic, and where they are not defined."""
+
+from collections.abc import Mapping
+
+from flint import arb
+
+from trackable.systems.formulas.expression import Expression, evaluate
+
+MOST_MULTIPLIED = 64
+"""Whole exponents up to this size are repeated multiplication; others are exp(p log x), for x > 0."""
+
+
+class UndefinedError(ArithmeticError):
+    """A formula that is not certainly defined everywhere it is asked; says what is in the way."""
+
+
+def at_balls(formula: Expression, values: Mapping[str, arb]) -> arb:
+    """Enclosure of the formula at all values in these balls. UndefinedError where it may not be defined at some."""
+    found = evaluate(formula, values, _Balls())
+    if not found.is_finite():
+        raise UndefinedError(DIVISION)
+    return found
+
+
+DIVISION = "its formula divides by something that may be zero"
+_POSITIVE = {
+    "log": "its formula takes the logarithm of something that may not be positive",
+    "sqrt": "its formula takes the square root of something that may not be positive",
+    "power": "its formula takes a fractional power of something that may not be positive",
+}
+
+
+def require_positive(function: str, argument: arb) -> None:
+    """UndefinedError for a function that wants a positive argument and may not get it."""
+    if function in _POSITIVE and not argument > 0:
+        raise UndefinedError(_POSITIVE[function])
+
+
+def is_multiplied(exponent: float) -> bool:
+    """Whether a power is repeated multiplication: defined at negative numbers too."""
+    return exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED
+
+
+def whole_power(x: arb, exponent: int) -> arb:
+    """x^exponent by multiplication, tightly; flint's own goes by the logarithm where x is no number but a ball.
+
+    Powers of |x| rise with it, so that the ends of the ball are enough. UndefinedError for 1/x^n where x may be zero.
+    """
+    if exponent < 0:
+        if not (x > 0 or x < 0):
+            raise UndefinedError(DIVISION)
+        return 1 / whole_power(x, -exponent)
+    ends = (x.lower(), x.upper()) if exponent % 2 else (abs(x).lower().max(arb(0)), abs(x).upper())
+    low, high = (_multiplied(end, exponent) for end in ends)
+    return low.union(high)
+
+
+def _multiplied(x: arb, exponent: int) -> arb:
+    found = arb(1)
+    for bit in f"{exponent:b}":
+        found = found * found * x if bit == "1" else found * found
+    return found
+
+
+class _Balls:
+    def constant(self, value: float) -> arb:
+        return arb(value)
+
+    def power(self, base: arb, exponent: float) -> arb:
+        if is_multiplied(exponent):
+            return whole_power(base, int(exponent))
+        require_positive("power", base)
+        return (base.log() * arb(exponent)).exp()
+
+    def function(self, name: str, argument: arb) -> arb:
+        require_positive(name, argument)
+        found: arb = getattr(argument, name)()
+        return found

@@ -1,0 +1,71 @@
+"""Boxes of time that together cover a window, each with an enclosure inside the bounds: guessed fast, then proved."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from flint import arb
+
+from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above
+from trackable.certificates.balls.formulas import UndefinedError
+from trackable.certificates.enclosure import Box, best_radius, enclosure, remainder
+from trackable.certificates.exact import ExactQuantity, Look
+from trackable.certificates.sketch import Sketch
+
+TERMS = 16
+_MOST_BOXES = 20_000
+_TOO_WIDE = "no enclosure found in this box is narrow enough"
+
+
+@dataclass(frozen=True)
+class Cover:
+    """Boxes [ends_k, ends_(k+1)] without gaps, `radii` one for each: times [s] as float64, taken exactly."""
+
+    ends: tuple[float, ...]
+    radii: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A box in which no enclosure was found that stays inside the bounds, and why."""
+
+    box: Box
+    reason: str
+
+
+def cover(
+    quantity: ExactQuantity, looks: Collection[Look], sketch: Sketch, start: float, end: float, reserve: float
+) -> Cover | Hole:
+    """Boxes from `start` to `end` [s] in which the quantity stays inside its bounds, both drawn in by `reserve`.
+
+    Discs are chosen for all of the `looks`, which other quantities take too: equal boxes are enclosed once for all.
+    """
+    with ball_arithmetic():
+        lower, upper = arb(quantity.bounds.lower) + arb(reserve), arb(quantity.bounds.upper) - arb(reserve)
+    waiting = [_box(looks, start, end)]
+    proved: list[Box] = []
+    while waiting:
+        box = waiting.pop()
+        room = sketch.smallest(box.start, box.end) - reserve
+        reason = _TOO_WIDE
+        if _missed(quantity, box, sketch.steepest(box.start, box.end)) <= room / 2:
+            try:
+                if enclosure(quantity, box, TERMS).stays_in(lower, upper):
+                    proved.append(box)
+                    continue
+            except UndefinedError as undefined:
+                reason = str(undefined)
+        middle = box.start + (box.end - box.start) / 2
+        if not box.start < middle < box.end or len(waiting) + len(proved) > _MOST_BOXES:
+            return Hole(box, reason)
+        waiting += [_box(looks, middle, box.end), _box(looks, box.start, middle)]
+    return Cover((start, *(box.end for box in proved)), tuple(box.radius for box in proved))
+
+
+def _missed(quantity: ExactQuantity, box: Box, slopes: Mapping[str, float]) -> float:
+    """About what the enclosure's polynomial will miss: cheaply, to sort out boxes that are much too wide."""
+    missed = (float_above(remainder(functional, box, TERMS)) for functional in quantity.arguments.values())
+    return sum(slope * rest for slope, rest in zip(slopes.values(), missed, strict=True))
+
+
+def _box(looks: Collection[Look], start: float, end: float) -> Box:
+    return Box(start, end, best_radius(looks, start, end, TERMS))

@@ -1,0 +1,139 @@
+"""Enclosure of a quantity over a box of time: a Taylor polynomial about its middle, and a bound of what that misses."""
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from flint import arb, arb_poly, arb_series
+
+from trackable.certificates.balls.arithmetic import ball_arithmetic
+from trackable.certificates.balls.growth import on_disc
+from trackable.certificates.balls.models import Enclosure, Models
+from trackable.certificates.balls.series import has_periodic_part, is_analytic, taylor
+from trackable.certificates.exact import ExactFunctional, ExactQuantity, Look
+from trackable.gp.kernels.base import Kernel
+from trackable.systems.formulas.expression import Variable, evaluate
+
+_BEYOND_HALF = 1.01
+_REMEMBERED = 4096  # enclosures of looks: quantities are bisected alike
+_ROOM = 4
+"""A checker that bounds what formulas miss a little more crudely still agrees."""
+
+_RATIOS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0)
+
+
+@dataclass(frozen=True)
+class Box:
+    """The real times of [start, end] [s], start < end; `radius` [s] of the discs used in Cauchy's estimate."""
+
+    start: float
+    end: float
+    radius: float
+
+
+def remainder(functional: ExactFunctional, box: Box, terms: int) -> arb:
+    """Bound of what a Taylor polynomial of so many terms leaves out in the box; infinite if the disc is small."""
+    with ball_arithmetic(2):
+        return sum((abs(weight) * _missed(look, box, terms) for weight, look in functional.terms), arb(0))
+
+
+@lru_cache(_REMEMBERED)
+def _missed(look: Look, box: Box, terms: int) -> arb:
+    """By Cauchy's estimate with |κ| ≤ M on |z − r| < ρ: Σ_(k ≥ terms) |κ⁽ᵏ⁾(r)| hᵏ/k! ≤ M (h/ρ)^terms / (1 − h/ρ).
+
+    If the kink of a Matérn kernel lies in the box, the branch of the box's middle is continued beyond it.
+    """
+    kernel = look.signal.kernel
+    with ball_arithmetic(2):
+        middle, half = _midpoint(box)
+        radius = arb(box.radius)
+        largest, continued = arb(0), arb(0)
+        for shift, c in look.summands:
+            r = middle + shift
+            largest += abs(c) * on_disc(kernel, r, radius)
+            if not (is_analytic(kernel) or _side(box, shift)):
+                # A middle of uncertain sign is next to the kink, or else nothing is known.
+                known = r > 0 or r < 0 or abs(r) < half / 1000
+                continued += abs(c) * (_oddness(kernel, half * _BEYOND_HALF, radius, terms) if known else arb.pos_inf())
+        return largest * _geometric_rest(half / radius, terms) + continued
+
+
+def _geometric_rest(ratio: arb, terms: int) -> arb:
+    """Σ_(k ≥ terms) ratioᵏ."""
+    return ratio**terms / (1 - ratio) if ratio < 1 else arb.pos_inf()
+
+
+def _oddness(kernel: Kernel, reach: arb, radius: arb, terms: int) -> arb:
+    """Bound of |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ reach: what continuing the branch κ₊ of r ≥ 0 beyond the kink costs.
+
+    Of (1 + x) e^(−x) the odd powers begin with x³, of Matérn 5/2 with x⁵.
+    """
+    rest = on_disc(kernel, arb(0), radius) * _geometric_rest(reach / radius, terms)
+    with ball_arithmetic(terms):
+        odd = taylor(kernel, arb_series([0, reach], prec=terms)).coeffs()[1::2]
+        return 2 * (sum((abs(coefficient) for coefficient in odd), arb(0)) + rest)
+
+
+def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
+    """Polynomial with so many terms, and its remainder. UndefinedError where the quantity may not be defined."""
+    arguments = {name: _enclosure(functional, box, terms) for name, functional in quantity.arguments.items()}
+    if isinstance(quantity.formula, Variable):
+        return arguments[quantity.formula.name]
+    with ball_arithmetic(terms):
+        found = evaluate(quantity.formula, arguments, Models())
+        return Enclosure(found.coefficients, _ROOM * found.remainder)
+
+
+def _enclosure(functional: ExactFunctional, box: Box, terms: int) -> Enclosure:
+    with ball_arithmetic(terms):
+        polynomial = sum((_polynomial(look, box, terms) * weight for weight, look in functional.terms), arb_poly())
+        return Enclosure(polynomial + functional.offset, remainder(functional, box, terms))
+
+
+@lru_cache(_REMEMBERED)
+def _polynomial(look: Look, box: Box, terms: int) -> arb_poly:
+    """Σ_i c_i κ(middle + h x + s − t_i), as so many terms of its Taylor series in x."""
+    with ball_arithmetic(terms):
+        middle, half = _midpoint(box)
+        polynomial = arb_poly()
+        for shift, c in look.summands:
+            r = middle + shift
+            # κ is even: differences are mirrored to the branch of r ≥ 0.
+            mirror = _side(box, shift) or (1 if r >= 0 else -1)
+            series = arb_series([mirror * r, mirror * half], prec=terms)
+            polynomial += arb_poly(taylor(look.signal.kernel, series).coeffs()) * c
+        return polynomial
+
+
+def best_radius(looks: Collection[Look], start: float, end: float, terms: int) -> float:
+    """A radius of discs [s] that makes remainders small in the box [start, end] [s]; any other is valid too."""
+    half = (end - start) / 2
+    with ball_arithmetic(2):
+        nearest = [(look.signal.kernel, _nearest(look, start + half)) for look in looks]
+        radii = [half * ratio for ratio in _RATIOS]
+        bounds = [
+            sum((on_disc(kernel, r, arb(radius)) for kernel, r in nearest), arb(0)) * (arb(half) / arb(radius)) ** terms
+            for radius in radii
+        ]
+        sizes = [float(bound.upper()) if bound.is_finite() else math.inf for bound in bounds]
+        return radii[sizes.index(min(sizes))]
+
+
+def _nearest(look: Look, middle: float) -> arb:
+    """How far the nearest centre is [s], about; of a repeating kernel some crest always is near."""
+    if has_periodic_part(look.signal.kernel):
+        return arb(0)
+    return arb(float(np.min(np.abs(middle + float(look.shift) - look.signal.centres))))
+
+
+def _midpoint(box: Box) -> tuple[arb, arb]:
+    return (arb(box.start) + arb(box.end)) / 2, (arb(box.end) - arb(box.start)) / 2
+
+
+def _side(box: Box, shift: arb) -> int:
+    """On which side of zero t + shift certainly stays for all t in the box: −1, 1, or 0 where on neither."""
+    if arb(box.start) + shift >= 0:
+        return 1
+    return -1 if arb(box.end) + shift <= 0 else 0

@@ -1,0 +1,115 @@
+"""A reference's bounded quantities as exact real functions of time, defined by the stored numbers alone."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+from flint import arb
+
+from trackable.certificates.balls.arithmetic import ball_arithmetic
+from trackable.certificates.balls.formulas import at_balls
+from trackable.certificates.balls.series import value
+from trackable.gp.signal import KernelSum
+from trackable.systems.flat.functional import Functional
+from trackable.systems.formulas.expression import Expression
+from trackable.systems.reference import Reference
+from trackable.systems.sets.interval import Interval
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """z(t + s) − m = Σ_i c_i κ(t + s − t_i): a `signal` as it is `shift` s [s] later.
+
+    Quantities share the looks at their signals, so that what is enclosed of a look is enclosed once for all.
+    """
+
+    signal: KernelSum
+    shift: arb
+
+    @cached_property
+    def summands(self) -> list[tuple[arb, arb]]:
+        """All s − t_i and c_i."""
+        with ball_arithmetic():
+            pairs = zip(self.signal.centres.tolist(), self.signal.weights.tolist(), strict=True)
+            return [(self.shift - arb(t_i), arb(c)) for t_i, c in pairs]
+
+    def at(self, t: arb) -> arb:
+        """Enclosure of z(t + s) − m."""
+        with ball_arithmetic():
+            kernel = self.signal.kernel
+            return sum((c * value(kernel, t + shift) for shift, c in self.summands), arb(0))
+
+
+@dataclass(frozen=True)
+class ExactFunctional:
+    """q(t) = offset + Σ_j w_j (z_j(t + s_j) − m_j), with pairs (w_j, look) in `terms`; offset is its value at rest.
+
+    The weights are those of the formulas, not of their float64 evaluation: 1/b is a ball, no rounded quotient.
+    """
+
+    terms: tuple[tuple[arb, Look], ...]
+    offset: arb
+
+    def at(self, t: arb) -> arb:
+        """Enclosure of q(t)."""
+        with ball_arithmetic():
+            return self.offset + sum((weight * look.at(t) for weight, look in self.terms), arb(0))
+
+
+@dataclass(frozen=True)
+class ExactQuantity:
+    """A `formula` of functionals, by name in `arguments`, wanted in `bounds`."""
+
+    name: str
+    formula: Expression
+    arguments: Mapping[str, ExactFunctional]
+    bounds: Interval
+
+    @property
+    def looks(self) -> tuple[Look, ...]:
+        """Every look at a signal."""
+        return tuple(look for functional in self.arguments.values() for _, look in functional.terms)
+
+    def at(self, t: arb) -> arb:
+        """Enclosure of q(t). UndefinedError where it may not be defined."""
+        with ball_arithmetic():
+            return at_balls(self.formula, {name: functional.at(t) for name, functional in self.arguments.items()})
+
+    def margin_at(self, t: arb) -> arb:
+        """Enclosure of the distance to the nearer bound: certainly negative where a bound is certainly broken."""
+        with ball_arithmetic():
+            q = self.at(t)
+            return (q - arb(self.bounds.lower)).min(arb(self.bounds.upper) - q)
+
+
+def exact_quantities(reference: Reference) -> tuple[ExactQuantity, ...]:
+    """Everything that is bounded."""
+    looks: dict[tuple[int, int], Look] = {}
+    return tuple(
+        ExactQuantity(
+            quantity.name,
+            quantity.trajectory.formula,
+            {name: _exact(reference, functional, looks) for name, functional in quantity.trajectory.arguments},
+            quantity.bounds,
+        )
+        for quantity in reference.quantities
+    )
+
+
+def _exact(reference: Reference, functional: Functional, looks: dict[tuple[int, int], Look]) -> ExactFunctional:
+    """With the looks that there are already, and new ones added to them."""
+    with ball_arithmetic():
+        terms = []
+        for c, weights in enumerate(functional.weights):
+            for j, w in enumerate(weights):
+                if w:
+                    new = Look(reference.signals[c], j * arb(functional.sampling_time))
+                    terms.append((rational(w), looks.setdefault((c, j), new)))
+        at_rest = rational(functional.offset) + sum((w * arb(look.signal.mean) for w, look in terms), arb(0))
+    return ExactFunctional(tuple(terms), at_rest)
+
+
+def rational(number: Fraction) -> arb:
+    """A ball around a rational number."""
+    return arb(number.numerator) / arb(number.denominator)

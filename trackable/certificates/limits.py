@@ -1,0 +1,93 @@
+"""Where the bounded quantities of a reference stay for all later times, as its signals come to rest."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+from flint import arb
+
+from trackable.certificates.balls.arithmetic import ball_arithmetic
+from trackable.certificates.balls.formulas import UndefinedError, at_balls
+from trackable.certificates.balls.growth import beyond
+from trackable.certificates.exact import ExactQuantity, exact_quantities, rational
+from trackable.gp.signal import KernelSum
+from trackable.systems.flat.trajectory import Trajectory
+from trackable.systems.quantity import Quantity
+from trackable.systems.reference import Reference
+
+_Envelopes = list[tuple[arb, arb]]
+
+
+def limits_beyond(reference: Reference, start: arb) -> dict[str, tuple[arb, arb]]:
+    """Centre and reach of an interval that holds each quantity for all real t ≥ `start` [s]: an over-estimate, infinite
+    where a quantity may not be defined.
+
+    With e = z − m: |e(t)| ≤ R = Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i, where K_i and D_i bound |κ| and |κ̇| at all
+    distances from start − t_i on. So Σ_j w_j e(t + j T_s) is at most Σ_j |w_j| R; and since it is
+    Σ_j w_j e(t) + Σ_j w_j (e(t + j T_s) − e(t)), at most |Σ_j w_j| R + T_s Σ_j j |w_j| D. A formula of such functionals
+    differs from its value at rest by one of them: with its slopes, at some point on the way, for weights.
+    """
+    with ball_arithmetic(2):
+        envelopes = [_envelope(signal, start) for signal in reference.signals]
+        exact = exact_quantities(reference)
+        return {q.name: _limits(q, e, envelopes) for q, e in zip(reference.quantities, exact, strict=True)}
+
+
+def _limits(quantity: Quantity, exact: ExactQuantity, envelopes: _Envelopes) -> tuple[arb, arb]:
+    trajectory, step = quantity.trajectory, arb(quantity.trajectory.sampling_time)
+    reaches = {
+        name: sum((_reach(_looks(w), e, step) for w, e in zip(functional.weights, envelopes, strict=True)), arb(0))
+        for name, functional in trajectory.arguments
+    }
+    rest = {name: functional.offset for name, functional in exact.arguments.items()}
+    if trajectory.functional:
+        return at_balls(trajectory.formula, rest), at_balls(trajectory.formula, reaches)
+    around = {name: level + arb(0, 1) * reaches[name] for name, level in rest.items()}
+    try:
+        at_balls(trajectory.formula, around)  # defined all the way
+        weights = zip(_weights(trajectory, around), envelopes, strict=True)
+        return at_balls(trajectory.formula, rest), sum((_reach(w, e, step) for w, e in weights), arb(0))
+    except UndefinedError:
+        return arb(0), arb.pos_inf()
+
+
+@dataclass(frozen=True)
+class _Weights:
+    """w_j of one signal, and their sum."""
+
+    each: list[arb]
+    sum: arb
+
+
+def _looks(weights: tuple[Fraction, ...]) -> _Weights:
+    return _Weights([rational(w) for w in weights], rational(sum(weights, Fraction(0))))
+
+
+def _weights(trajectory: Trajectory, around: dict[str, arb]) -> Iterator[_Weights]:
+    """Σ_a ∂q/∂q_a w_acj for each signal c, with slopes from everywhere around."""
+    slopes = {name: at_balls(s, around) for name, s in trajectory.derivatives.items() if s is not None}
+    longest = max(len(w) for _, functional in trajectory.arguments for w in functional.weights)
+    for c, shift in enumerate(trajectory.shifts):
+        each = [arb(0)] * longest
+        for name, functional in trajectory.arguments:
+            for j, w in enumerate(functional.weights[c]):
+                each[j] += slopes[name] * rational(w) if name in slopes else 0
+        yield _Weights(each, at_balls(shift, around) if shift is not None else arb(0))
+
+
+def _reach(weights: _Weights, envelope: tuple[arb, arb], step: arb) -> arb:
+    """Bound of |Σ_j w_j e(t + j T_s)|."""
+    size, rate = envelope
+    by_size = sum((abs(w) for w in weights.each), arb(0)) * size
+    by_rate = abs(weights.sum) * size + step * sum((j * abs(w) for j, w in enumerate(weights.each)), arb(0)) * rate
+    return by_rate.min(by_size)
+
+
+def _envelope(signal: KernelSum, start: arb) -> tuple[arb, arb]:
+    """R and D."""
+    reach, rate = arb(0), arb(0)
+    for t_i, c in zip(signal.centres.tolist(), signal.weights.tolist(), strict=True):
+        kappa, slope = beyond(signal.kernel, (start - arb(t_i)).max(arb(0)))
+        reach += abs(arb(c)) * kappa
+        rate += abs(arb(c)) * slope
+    return reach, rate

@@ -1,0 +1,43 @@
+"""What is said when there is no proof. Failures are values, each with an explaining sentence."""
+
+from dataclasses import dataclass
+
+from trackable.systems.sets.interval import Interval
+
+
+@dataclass(frozen=True)
+class Counterexample:
+    """A rigorous one: at `time` [s], or at exactly k T_s for a `step` k, bounds are broken by at least `violation`."""
+
+    quantity: str
+    bounds: Interval
+    time: float
+    violation: float
+    step: int | None = None
+
+    @property
+    def explanation(self) -> str:
+        when = f"t = {self.time!r} s" if self.step is None else f"step {self.step} (t = {self.time:.6g} s)"
+        return f"at {when} the {self.quantity} certainly breaks {self.bounds}, by at least {self.violation:.3g}"
+
+
+@dataclass(frozen=True)
+class Unproved:
+    """Nothing is shown to be broken, but nothing is proved either: `shortfall` (in the quantity's unit) is missing.
+
+    `box` [s] is where the proof of `quantity` fails; `reason` says what it would take.
+    """
+
+    quantity: str
+    bounds: Interval
+    box: tuple[float, float]
+    shortfall: float
+    reason: str
+
+    @property
+    def explanation(self) -> str:
+        start, end = self.box
+        return (
+            f"from t = {start:.9g} s to {end:.9g} s it is not proved that the {self.quantity} stays in {self.bounds}: "
+            f"{self.reason} (short by {self.shortfall:.3g})"
+        )

@@ -1,0 +1,194 @@
+"""A certificate, a rigorous counterexample, or what a proof would lack: the answer to every question asked here."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from flint import arb
+
+from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
+from trackable.certificates.balls.formulas import UndefinedError
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
+from trackable.certificates.cover import TERMS, Cover, Hole, cover
+from trackable.certificates.exact import ExactQuantity, exact_quantities
+from trackable.certificates.outcome import Counterexample, Unproved
+from trackable.certificates.rounding.references import (
+    evaluated_until,
+    evaluation_errors,
+    has_sane_numbers,
+    why_unbounded,
+)
+from trackable.certificates.settled import earliest_settled, settled_margins
+from trackable.certificates.sketch import Sketch, sketch
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.periodic import Periodic
+from trackable.systems.reference import Reference
+
+Failure = Counterexample | Unproved
+Outcome = Certificate | Failure
+
+_LATEST_STEP = 100_000
+
+
+def prove(reference: Reference) -> Outcome:
+    """Every real t ≥ 0: by one period where the kernel has one, by a cover and a decaying envelope otherwise."""
+    period = reference_period(reference)
+    return prove_while_settling(reference) if period is None else prove_for_all_phases(reference, period)
+
+
+def prove_for_all_phases(reference: Reference, period: float) -> Outcome:
+    """Every real t, for a kernel with this period [s], to the bit (ValueError for others)."""
+    if period != reference_period(reference):
+        raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
+    return _Task(reference, period).cover_window(AllPhases(period), 0.0, period)
+
+
+def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
+    """Every real t from `start` to `end` [s], and nothing else."""
+    return _Task(reference, max(abs(start), abs(end))).cover_window(OnWindow(start, end), start, end)
+
+
+def prove_while_settling(reference: Reference) -> Outcome:
+    """Every real t ≥ 0: boxes cover the time until the envelope of the kernel has decayed into the bounds."""
+    task = _Task(reference, _span(reference))
+    start = task.settled
+    return task.never_settles if start is None else task.cover_window(AllTimes(start), 0.0, start)
+
+
+def prove_at_instants(reference: Reference) -> Outcome:
+    """Every sampled instant k T_s, k ≥ 0, of a reference that settles; between instants anything may happen."""
+    task = _Task(reference, _span(reference))
+    start, step = task.settled, reference.plant.sampling_time
+    if start is None or start / step > _LATEST_STEP:
+        return task.never_settles
+    return task.look_at_instants(int(np.ceil(start / step)))
+
+
+def common_period(kernel: Kernel) -> float | None:
+    """The period [s] that all parts of a kernel have, as the same float64; None where there is none."""
+    if isinstance(kernel, Sum | Product):
+        left, right = common_period(kernel.left), common_period(kernel.right)
+        return left if left == right else None
+    return kernel.period if isinstance(kernel, Periodic) else None
+
+
+def reference_period(reference: Reference) -> float | None:
+    """The period [s] that all signals have; None where there is none."""
+    periods = {common_period(signal.kernel) for signal in reference.signals}
+    return periods.pop() if len(periods) == 1 else None
+
+
+def _span(reference: Reference) -> float:
+    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.signals)
+    return latest + max(reference.plant.flatness.orders) * reference.plant.sampling_time
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A reference, and a `window` [s] long, far beyond which it will be evaluated. ValueError: nothing is bounded."""
+
+    reference: Reference
+    window: float
+
+    def __post_init__(self) -> None:
+        if not self.reference.quantities:
+            raise ValueError("claim: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
+
+    @cached_property
+    def until(self) -> float:
+        return evaluated_until(self.reference.signals, self.window)
+
+    @cached_property
+    def errors(self) -> dict[str, float]:
+        return evaluation_errors(self.reference, self.until)
+
+    @cached_property
+    def quantities(self) -> tuple[ExactQuantity, ...]:
+        return exact_quantities(self.reference)
+
+    @cached_property
+    def settled(self) -> float | None:
+        return earliest_settled(self.reference, self.errors) if has_sane_numbers(self.reference) else None
+
+    def cover_window(self, claim: Claim, start: float, end: float) -> Outcome:
+        if not has_sane_numbers(self.reference):
+            return self._beyond_analysis
+        sketches = self._sketches(start, end)
+        for quantity, drawn in zip(self.quantities, sketches, strict=True):
+            if failure := self._failure_at(quantity, arb(drawn.worst_time), drawn.worst_time):
+                return failure
+        covers: dict[str, Cover] = {}
+        looks = tuple(dict.fromkeys(look for quantity in self.quantities for look in quantity.looks))
+        for quantity, drawn in zip(self.quantities, sketches, strict=True):
+            found = cover(quantity, looks, drawn, start, end, self.errors[quantity.name])
+            if isinstance(found, Hole):
+                return self._explained(quantity, found)
+            covers[quantity.name] = found
+        return Certificate(self.reference, claim, TERMS, covers, self.errors, self.until)
+
+    def _sketches(self, start: float, end: float) -> list[Sketch]:
+        return [sketch(self.reference, quantity, start, end) for quantity in self.reference.quantities]
+
+    def look_at_instants(self, last_step: int) -> Outcome:
+        step = self.reference.plant.sampling_time
+        for k in range(last_step + 1):
+            with ball_arithmetic():
+                t = k * arb(step)
+            for quantity in self.quantities:
+                if failure := self._failure_at(quantity, t, k * step, k):
+                    return failure
+        return Certificate(self.reference, AtInstants(last_step), 0, {}, self.errors, self.until)
+
+    @property
+    def never_settles(self) -> Failure:
+        """Broken for sure far out, or only unproved there."""
+        if not has_sane_numbers(self.reference):
+            return self._beyond_analysis
+        if unbounded := [quantity for quantity in self.quantities if not np.isfinite(self.errors[quantity.name])]:
+            worst = zip(self.quantities, self._sketches(0.0, self.window), strict=True)
+            seen = (self._failure_at(q, arb(drawn.worst_time), drawn.worst_time) for q, drawn in worst)
+            broken = (failure for failure in seen if isinstance(failure, Counterexample))
+            return next(broken, None) or self._unbounded_error(unbounded[0])
+        far = 1e6 * self.window
+        margins = settled_margins(self.reference, arb(far), self.errors)
+        quantity = min(self.quantities, key=lambda q: margins[q.name])
+        failure = self._failure_at(quantity, arb(far), far)
+        if isinstance(failure, Counterexample):
+            return failure
+        reason = "the kernel has no envelope that decays into this bound in time; a finite window can still be claimed"
+        return Unproved(quantity.name, quantity.bounds, (far, np.inf), max(-margins[quantity.name], 0.0), reason)
+
+    @property
+    def _beyond_analysis(self) -> Unproved:
+        reason = "a stored number is too large or too small for the analysis of rounding"
+        first = self.reference.quantities[0]
+        return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
+
+    def _failure_at(self, quantity: ExactQuantity, t: arb, time: float, step: int | None = None) -> Failure | None:
+        """Whether one time, exactly t, already decides the question."""
+        reserve = self.errors[quantity.name]
+        try:
+            margin = quantity.margin_at(t)
+        except UndefinedError as undefined:
+            return Unproved(quantity.name, quantity.bounds, (time, time), np.inf, str(undefined))
+        if margin < 0:
+            return Counterexample(quantity.name, quantity.bounds, time, float_below(-margin), step)
+        if margin >= arb(reserve):
+            return None
+        if not np.isfinite(reserve):
+            return self._unbounded_error(quantity)
+        reason = f"the margin is smaller than the error of float64 evaluation, up to {reserve:.3g}"
+        return Unproved(quantity.name, quantity.bounds, (time, time), reserve - float_below(margin), reason)
+
+    def _unbounded_error(self, quantity: ExactQuantity) -> Unproved:
+        why = why_unbounded(self.reference, self.until)
+        reason = f"float64 evaluation may go wrong: with states anywhere in their set, {why}"
+        return Unproved(quantity.name, quantity.bounds, (-np.inf, np.inf), np.inf, reason)
+
+    def _explained(self, quantity: ExactQuantity, hole: Hole) -> Failure:
+        start, end = hole.box.start, hole.box.end
+        middle = start + (end - start) / 2
+        failure = self._failure_at(quantity, arb(middle), middle)
+        return failure or Unproved(quantity.name, quantity.bounds, (start, end), 0.0, hole.reason)

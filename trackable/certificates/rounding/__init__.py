@@ -1,0 +1,1 @@
+"""How far float64 evaluation can be from the real numbers that a certificate speaks about."""

@@ -1,0 +1,46 @@
+"""From when on the decay of the kernel keeps every bound for ever."""
+
+import numpy as np
+from flint import arb
+
+from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
+from trackable.certificates.limits import limits_beyond
+from trackable.systems.reference import Reference
+
+_DOUBLINGS, _BISECTIONS = 100, 8
+
+
+def settled_margins(reference: Reference, start: arb, reserve: dict[str, float]) -> dict[str, float]:
+    """Under-estimates of the margin of each quantity, reserve deducted, over all real t ≥ start: proved where ≥ 0."""
+    margins = {}
+    limits = limits_beyond(reference, start)
+    with ball_arithmetic(2):
+        for quantity in reference.quantities:
+            centre, reach = limits[quantity.name]
+            room = (centre - arb(quantity.bounds.lower)).min(arb(quantity.bounds.upper) - centre)
+            margins[quantity.name] = float_below(room - reach - arb(reserve[quantity.name]))
+    return margins
+
+
+def earliest_settled(reference: Reference, reserve: dict[str, float]) -> float | None:
+    """About the earliest start [s] from which the envelope keeps every bound; None where it never comes to do so.
+
+    The envelope falls with its start, so that doubling finds such a time and bisection an early one.
+    """
+
+    def holds(start: float) -> bool:
+        return min(settled_margins(reference, arb(start), reserve).values()) >= 0
+
+    origin = max(0.0, *(float(np.max(signal.centres)) for signal in reference.signals))
+    reach = reference.plant.sampling_time
+    for _ in range(_DOUBLINGS):
+        if holds(origin + reach):
+            break
+        reach *= 2
+    else:
+        return None
+    before = reach / 2
+    for _ in range(_BISECTIONS):
+        middle = (before + reach) / 2
+        before, reach = (before, middle) if holds(origin + middle) else (middle, reach)
+    return origin + reach

@@ -1,0 +1,1 @@
+"""One step of a controller: its convex programs, and the answer that they give."""

@@ -1,0 +1,83 @@
+"""What reaches the disk: whole files or none, and JSON that is strict in both directions."""
+
+import json
+import os
+from pathlib import Path
+from secrets import token_hex
+from typing import NoReturn
+
+from trackable.errors import InputError
+
+
+def write_atomically(path: Path, data: bytes) -> None:
+    """Put `data` at `path`, making its parent folders, so that no reader ever meets a part of it there.
+
+    The bytes go to a hidden neighbour first, which then takes the name. A failure removes the neighbour; a kill leaves
+    it behind, as `.<name>.<random>.tmp`, and what was at `path` before is still there. A link at `path` is replaced,
+    not followed: a file that a cache shares is never written through. Raises OSError.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    neighbour = path.with_name(f".{path.name}.{token_hex(4)}.tmp")
+    try:
+        with neighbour.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())  # else a power failure may keep the new name and lose the bytes
+        neighbour.replace(path)
+    finally:
+        neighbour.unlink(missing_ok=True)  # once it took the name there is nothing left to remove
+
+
+def read_bytes(path: Path) -> bytes:
+    """A file's content. InputError where it cannot be read."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise unreadable(path, error) from error
+
+
+def unreadable(path: Path, error: OSError) -> InputError:
+    """What to raise where `error` came of opening or reading `path`: why, in words for whoever named it."""
+    if isinstance(error, FileNotFoundError):
+        looked = "" if path.is_absolute() else f" in {Path.cwd()}"
+        return InputError(f"{path}: there is no such file{looked}")
+    if path.is_dir():
+        return InputError(f"{path}: expected a file, got a folder")
+    return InputError(f"{path}: cannot be read ({error.strerror or error})")
+
+
+def write_text(path: Path, text: str) -> None:
+    r"""UTF-8, and each newline as it stands in `text`: `\n` stays `\n` on every machine."""
+    write_atomically(path, text.encode())
+
+
+def write_json(path: Path, value: object) -> None:
+    """The bytes of `to_json` at `path`."""
+    write_atomically(path, to_json(value))
+
+
+def to_json(value: object) -> bytes:
+    """Indented UTF-8 JSON in the order given, with a final newline; ValueError for NaN and infinities."""
+    return (json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def from_json(data: bytes) -> object:
+    """What the JSON in `data` says; ValueError where it is no UTF-8, no JSON, says NaN, or names a key twice."""
+    try:
+        value: object = json.loads(data.decode(), parse_constant=_refuse_constant, object_pairs_hook=_unique)
+    except RecursionError as error:
+        raise ValueError("JSON nested too deeply") from error
+    return value
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no JSON number")
+
+
+def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    found: dict[str, object] = {}
+    for key, value in pairs:
+        if key in found:
+            raise ValueError(f"key {key!r} appears twice in one object")
+        found[key] = value
+    return found

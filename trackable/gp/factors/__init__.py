@@ -1,0 +1,1 @@
+"""Ways to factor K + σ_n² I, and the choice of the cheapest that is exact enough."""

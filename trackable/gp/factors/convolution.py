@@ -1,0 +1,39 @@
+"""Kernel sums with regular centres at regular times: one convolution, where the two spacings are commensurate."""
+
+from fractions import Fraction
+
+import numpy as np
+from scipy import fft
+
+from trackable.arrays import Array
+from trackable.gp.factors.grid import Grid
+from trackable.gp.kernels.base import Kernel
+
+_FINEST = 100  # parts of a spacing
+_COST = 60  # terms of a sum that take as long as one of the transforms
+
+
+def convolved(kernel: Kernel, centres: Array, weights: Array, t: Array, order: int) -> Array | None:
+    """Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order at increasing times t [s]: shape (order + 1, *t.shape).
+
+    None unless both kinds of times lie on grids, up to rounding, whose steps are p h and q h with whole numbers p and
+    q, and the convolution takes less time than the sum. With step h for all, and zeros between the weights, the lag
+    from centre i to time j is that from the first to the first, plus (j p − i q) h.
+    """
+    if (of := Grid.of(centres)) is None or (at := Grid.of(t)) is None or not (of.is_exact and at.is_exact):
+        return None
+    ratio = Fraction(at.step / of.step).limit_denominator(_FINEST)
+    p, q = ratio.numerator, ratio.denominator
+    if p == 0 or abs(at.step * q - of.step * p) * at.count > q * (at.rounding + of.rounding):
+        return None
+    first, last = -(of.count - 1) * q, (at.count - 1) * p
+    length = int(fft.next_fast_len(last - first + 1, real=True))
+    if _COST * length > at.count * of.count:
+        return None
+    lags = at.start - of.start + of.step / q * np.arange(first, last + 1, dtype=float)
+    spread = np.zeros(last - first + 1)
+    spread[: -first + 1 : q] = weights
+    # Lags begin at `first`, so that the sum for time j stands where a convolution has j p − first; what comes round
+    # from beyond the end stands before that.
+    spectrum = fft.rfft(kernel.jet(lags, order), length) * fft.rfft(spread, length)
+    return np.asarray(fft.irfft(spectrum, length)[:, -first : last - first + 1 : p])

@@ -1,0 +1,144 @@
+"""Several processes, each with samples of its own: learned together where something else ties them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.posterior import Posterior
+from trackable.gp.prior import Prior
+from trackable.gp.samples import Samples
+from trackable.gp.signal import KernelSum
+
+
+@dataclass(frozen=True)
+class JointPrior:
+    """Independent processes with `names`, one prior each; hyperparameters named in `shared` are the same for all.
+
+    A hyperparameter is called `<process>.<name>`, but plainly `<name>` if it is shared or there is one process only.
+    Raises ValueError where names repeat, or what is shared is unknown, starts at different values or is fixed for some
+    only.
+    """
+
+    parts: tuple[Prior, ...]
+    names: tuple[str, ...] = ("",)
+    shared: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        if not self.parts or len(set(self.names)) != len(self.parts) or len(self.names) != len(self.parts):
+            raise ValueError(f"prior: one name for each process is needed, got {self.names} for {len(self.parts)}")
+        for name in sorted(self.shared):
+            having = [part for part in self.parts if name in part.hyperparameters]
+            if not having:
+                raise ValueError(f"prior: {name} is shared, but no process has a hyperparameter of that name")
+            if len({(part.hyperparameters[name], name in part.fixed) for part in having}) > 1:
+                raise ValueError(f"prior: {name} is shared, so that all processes must have the same {name}")
+
+    @classmethod
+    def of(cls, prior: "Prior | JointPrior") -> "JointPrior":
+        """A single process as the case of one."""
+        return prior if isinstance(prior, JointPrior) else cls((prior,))
+
+    @property
+    def hyperparameters(self) -> dict[str, float]:
+        """All of them, in natural units, process by process."""
+        return {
+            self.called(process, name): value
+            for process, part in zip(self.names, self.parts, strict=True)
+            for name, value in part.hyperparameters.items()
+        }
+
+    @property
+    def fixed(self) -> frozenset[str]:
+        return frozenset(self.hyperparameters) - frozenset(self.learned)
+
+    @cached_property
+    def learned(self) -> tuple[str, ...]:
+        """Names of the hyperparameters that are learned, in the order of every gradient."""
+        named = [self.called(process, name) for process, part in self._named for name in part.learned]
+        return tuple(dict.fromkeys(named))
+
+    @property
+    def log_hyperparameters(self) -> Array:
+        """ln θ of the learned ones, shape (p,)."""
+        return np.log([self.hyperparameters[name] for name in self.learned])
+
+    def with_known(self, values: Mapping[str, float]) -> Self:
+        """The named hyperparameters at these values, and learned no longer. ValueError for unknown names."""
+        if unknown := values.keys() - self.hyperparameters.keys():
+            raise ValueError(
+                f"prior: {', '.join(sorted(unknown))} is no hyperparameter; there are {', '.join(self.hyperparameters)}"
+            )
+        parts = []
+        for process, part in self._named:
+            own = {n: values[called] for n in part.hyperparameters if (called := self.called(process, n)) in values}
+            parts.append(replace(part.with_hyperparameters(own), fixed=part.fixed | own.keys()))
+        return replace(self, parts=tuple(parts))
+
+    def with_log_hyperparameters(self, log_theta: Array) -> Self:
+        """The inverse of `log_hyperparameters`."""
+        values = dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True))
+        parts = [
+            part.with_hyperparameters({name: values[self.called(process, name)] for name in part.learned})
+            for process, part in self._named
+        ]
+        moved = type(self)(tuple(parts), self.names, self.shared)
+        # What is called how does not depend on the values; an optimiser would ask again at every step.
+        vars(moved).update(learned=self.learned, places=self.places)
+        return moved
+
+    @cached_property
+    def places(self) -> tuple[list[int], ...]:
+        """For each process, where its learned hyperparameters stand among all."""
+        return tuple(
+            [self.learned.index(self.called(process, name)) for name in part.learned] for process, part in self._named
+        )
+
+    @property
+    def _named(self) -> list[tuple[str, Prior]]:
+        return list(zip(self.names, self.parts, strict=True))
+
+    def called(self, process: str, name: str) -> str:
+        """What a process's hyperparameter is called among all."""
+        plain = len(self.parts) == 1 or name in self.shared
+        return name if plain else f"{process}.{name}"
+
+
+@dataclass(frozen=True)
+class JointPosterior:
+    """Each process given its own samples; raises IllConditioned, on first use, where one cannot be factored."""
+
+    prior: JointPrior
+    samples: tuple[Samples, ...]
+
+    @cached_property
+    def parts(self) -> tuple[Posterior, ...]:
+        return tuple(Posterior(prior, samples) for prior, samples in zip(self.prior.parts, self.samples, strict=True))
+
+    @cached_property
+    def signals(self) -> tuple[KernelSum, ...]:
+        """The posterior means as functions of time."""
+        return tuple(part.signal for part in self.parts)
+
+    def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
+        """The sum of l over the processes, and ∂/∂ln θ of the learned hyperparameters, shape (p,)."""
+        total, gradient = 0.0, np.zeros(len(self.prior.learned))
+        for part, places in zip(self.parts, self.prior.places, strict=True):
+            value, by_own = part.negative_log_marginal_likelihood()
+            total += value
+            gradient[places] += by_own
+        return total, gradient
+
+    def variance_of(self, weights: Sequence[tuple[int, Array]], t: Array, step: float) -> Array:
+        """Variance of Σ_c Σ_j w_cj g_c(t + j step), from pairs (c, w_c), at t [s]: the shape of t."""
+        return np.asarray(sum((self.parts[c].variance_of(w, step, t) for c, w in weights), np.zeros(())))
+
+    def jet_and_gradient(self, process: int, t: Array, order: int) -> tuple[Array, Array]:
+        """As of one process, but with ∂/∂ln θ of all learned hyperparameters: shape (p, order + 1, *t.shape)."""
+        jet, by_own = self.parts[process].jet_and_gradient(t, order)
+        gradient = np.zeros((len(self.prior.learned), *jet.shape))
+        gradient[self.prior.places[process]] = by_own
+        return jet, gradient

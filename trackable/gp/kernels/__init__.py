@@ -1,0 +1,1 @@
+"""Stationary kernels: one file a family; sums and products of them."""

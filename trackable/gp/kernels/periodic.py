@@ -1,0 +1,52 @@
+"""The periodic kernel (as corrected: the paper prints the square inside the sine)."""
+
+import math
+from dataclasses import dataclass
+from math import comb, tau
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.kernels.base import Elementary, stretched
+
+
+@dataclass(frozen=True)
+class Periodic(Elementary):
+    """κ(r) = θ₁² exp(−(2/θ₂²) sin²(π r/θ₃)) with `signal_std` θ₁, `lengthscale` θ₂ (no unit) and `period` θ₃ [s]."""
+
+    signal_std: float
+    lengthscale: float
+    period: float
+
+    def jet(self, r: Array, order: int) -> Array:
+        return np.asarray(self._jets(r, order)[0])
+
+    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
+        jet, detour = self._jets(r, order + 1)
+        gradient = np.zeros((3, *jet[:-1].shape))
+        gradient[0] = 2 * jet[:-1]
+        for n in range(order + 1):  # ∂κ/∂ln θ₂ = 2 g κ, differentiated n times
+            for j in range(n + 1):
+                gradient[1, n] += 2 * comb(n, j) * detour[n - j] * jet[j]
+        gradient[2] = stretched(jet, r)
+        return jet[:-1], gradient
+
+    def _jets(self, r: Array, order: int) -> tuple[Array, Array]:
+        """The jet of κ = θ₁² e^(−g), and that of its exponent g = (1 − cos ωr)/θ₂², where 2 sin²(ωr/2) = 1 − cos ωr."""
+        omega, beta = tau / self.period, self.lengthscale**-2
+        sine, cosine = np.sin(omega / 2 * r), np.cos(omega / 2 * r)
+        g, kappa = np.empty((order + 1, *r.shape)), np.zeros((order + 1, *r.shape))
+        g[0] = 2 * beta * sine**2
+        if order:
+            g[1] = 2 * beta * omega * sine * cosine
+        for n in range(2, order + 1):  # g'' = ω² (1/θ₂² − g)
+            g[n] = omega**2 * ((beta if n == 2 else 0) - g[n - 2])
+        kappa[0] = self.signal_std**2 * np.exp(-g[0])
+        for n in range(order):  # κ' = −g' κ, differentiated n times
+            for j in range(n + 1):
+                kappa[n + 1] -= comb(n, j) * g[n - j + 1] * kappa[j]
+        return kappa, g
+
+    @property
+    def decay_distance(self) -> float:
+        return math.inf

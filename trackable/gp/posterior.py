@@ -1,0 +1,138 @@
+"""The posterior: factored once, then asked often."""
+
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.factors.blocks import in_blocks
+from trackable.gp.factors.factored import Covariance, Factored
+from trackable.gp.factors.factoring import factored, noise_variance
+from trackable.gp.prior import Prior
+from trackable.gp.samples import Samples
+from trackable.gp.signal import KernelSum
+
+_LOG_TAU = np.log(2 * np.pi)
+
+
+class IllConditioned(ArithmeticError):
+    """K + σ_n² I is not numerically positive definite."""
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """A Gaussian process given samples.
+
+    One factor of K + σ_n² I carries the weights, the variance, the likelihood with its gradient, and the gradient of
+    the mean. Raises IllConditioned, on first use, where there is none.
+    """
+
+    prior: Prior
+    samples: Samples
+
+    @cached_property
+    def weights(self) -> Array:
+        """c = (K + σ_n² I)⁻¹ (y − m), shape (n,)."""
+        return self._factored.solve(self._residual)
+
+    @cached_property
+    def signal(self) -> KernelSum:
+        """The posterior mean as a function of time."""
+        samples, factored = self.samples, self._factored
+        centres = samples.stencil.centres(factored.instants(samples.times))
+        spread = samples.stencil.spread(factored.gathered(self.weights))
+        return KernelSum(self.prior.kernel, self.prior.mean, centres, spread)
+
+    def mean(self, t: Array) -> Array:
+        """m⁺(t), the shape of t [s]."""
+        return self.signal(t)
+
+    def derivative(self, t: Array) -> Array:
+        """ṁ⁺(t), the shape of t [s]."""
+        return self.signal.derivative(t)
+
+    def variance(self, t: Array) -> Array:
+        """Variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
+        return self.variance_of(np.ones(1), 0.0, t)
+
+    def variance_of(self, weights: Array, step: float, t: Array) -> Array:
+        """Variance of Σ_j w_j g(t + j step), with weights (J,) and step [s], at t [s]: the shape of t."""
+        width = 4 * len(weights) * len(self._centres)
+        function = partial(self._variance_of, weights, step)
+        (variance,) = in_blocks(function, np.asarray(t, dtype=float), width)
+        return variance
+
+    def mean_gradient(self, t: Array) -> Array:
+        """∂m⁺(t)/∂ln θ of the learned hyperparameters: shape (p, *t.shape)."""
+        return np.asarray(self.jet_and_gradient(t, 0)[1][:, 0])
+
+    def jet_and_gradient(self, t: Array, order: int) -> tuple[Array, Array]:
+        """m⁺ and its time derivatives up to `order`, and their ∂/∂ln θ of the learned hyperparameters.
+
+        Shapes (order + 1, *t.shape) and (p, order + 1, *t.shape).
+        """
+        width = (order + 1) * len(self.prior.hyperparameters) * len(self.signal.centres)
+        jet, gradient = in_blocks(partial(self._jet_and_gradient, order), np.asarray(t, dtype=float), width)
+        return jet, gradient
+
+    def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
+        """l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ, shape (p,).
+
+        Twice the usual negative logarithm: the factor of the paper is kept, so that printed values can be compared.
+        The gradient is tr((A⁻¹ − c cᵀ) ∂A).
+        """
+        n, c = len(self.samples), self.weights
+        value = self._factored.log_determinant + c @ self._residual
+        by_kernel, by_noise = self._factored.contracted(c)
+        return float(value + n * _LOG_TAU), np.array([*by_kernel.tolist(), 2 * by_noise])[self.prior.places]
+
+    @cached_property
+    def _centres(self) -> Array:
+        return self.samples.stencil.centres(self.samples.times)
+
+    @cached_property
+    def _residual(self) -> Array:
+        """y − m, the prior mean of what is sampled."""
+        return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
+
+    def _variance_of(self, weights: Array, step: float, t: Array) -> tuple[Array]:
+        kernel, seen = self.prior.kernel, self.samples.stencil.weights
+        shifts = step * np.arange(len(weights))
+        looks = kernel(t[..., None, None] + shifts[:, None] - self._centres)
+        parts = np.split(weights @ looks, len(seen), axis=-1)
+        cross = np.asarray(sum(w * part for w, part in zip(seen, parts, strict=True)))
+        columns = cross.reshape(-1, len(self.samples)).T
+        explained = np.sum(cross * self._factored.solve(columns).T.reshape(cross.shape), axis=-1)
+        before = weights @ kernel(shifts[:, None] - shifts) @ weights
+        return (np.maximum(before - explained, 0.0),)
+
+    def _jet_and_gradient(self, order: int, t: Array) -> tuple[Array, Array]:
+        jet, gradient = self.prior.kernel.jet_and_gradient(t[..., None] - self.signal.centres, order)
+        mean = jet @ self.signal.weights
+        mean[0] += self.prior.mean
+        through_kernel = np.zeros((len(gradient) + 1, *mean.shape))
+        through_kernel[:-1] = gradient @ self.signal.weights
+        spread = self.samples.stencil.spread(self._factored.gathered(self._weights_gradient))
+        through_weights = np.moveaxis(jet @ spread.T, -1, 0)
+        return np.asarray(mean), np.asarray(through_kernel[self.prior.places] + through_weights)
+
+    @cached_property
+    def _factored(self) -> Factored:
+        """A = K + σ_n² I."""
+        found = factored(self.prior, self.samples, self._covariance)
+        if found is None:
+            values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
+            raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")
+        return found
+
+    @property
+    def _covariance(self) -> Covariance:
+        return self.samples.stencil.covariance(self.prior.kernel)
+
+    @cached_property
+    def _weights_gradient(self) -> Array:
+        """∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, shape (p, n)."""
+        by_kernel = self._factored.gradient_times(self.weights)
+        by_noise = 2 * noise_variance(self.prior, self.samples) * self.weights
+        return -self._factored.solve(np.vstack([by_kernel, by_noise])[self.prior.places].T).T

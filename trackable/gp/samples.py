@@ -1,0 +1,63 @@
+"""Noisy samples of a signal."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.factors.bases import Bases
+from trackable.gp.stencil import POINT, Stencil
+
+_UNIFORM = np.empty(0)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """`values` y_i observed at strictly increasing `times` t_i [s], both of shape (n,).
+
+    Sample i has noise of standard deviation σ_n · `relative_noise`_i, all ones where not given: with σ_n = 1 known they
+    are the samples' own. `stencil` says how they see the process that is learned.
+
+    Raises ValueError, naming the first offending entry, where they are not finite, not increasing or not of one length.
+    """
+
+    times: Array
+    values: Array
+    relative_noise: Array = field(default_factory=lambda: _UNIFORM)
+    stencil: Stencil = POINT
+
+    def __post_init__(self) -> None:
+        if self.relative_noise is _UNIFORM:
+            object.__setattr__(self, "relative_noise", np.ones(np.shape(self.times)))
+        for name in ("times", "values", "relative_noise"):
+            array = np.array(getattr(self, name), dtype=float)
+            if array.ndim != 1 or array.size == 0:
+                raise ValueError(f"samples: {name} must be a non-empty one-dimensional array, got shape {array.shape}")
+            if bad := np.flatnonzero(~np.isfinite(array)).tolist():
+                raise ValueError(f"samples: {name}[{bad[0]}] must be finite, got {array[bad[0]]}")
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        for name in ("values", "relative_noise"):
+            if self.times.shape != getattr(self, name).shape:
+                what = name.replace("_", " ")
+                raise ValueError(
+                    f"samples: as many times as {what} are needed, got {self.times.size} and {getattr(self, name).size}"
+                )
+        if bad := np.flatnonzero(self.relative_noise <= 0).tolist():
+            raise ValueError(f"samples: relative_noise[{bad[0]}] must be positive, got {self.relative_noise[bad[0]]:g}")
+        if bad := np.flatnonzero(np.diff(self.times) <= 0).tolist():
+            i = bad[0]
+            what = "repeats" if self.times[i + 1] == self.times[i] else "lies before"
+            raise ValueError(
+                f"samples: times must increase strictly, but times[{i + 1}] = {self.times[i + 1]:g} s {what} "
+                f"times[{i}] = {self.times[i]:g} s"
+            )
+
+    @cached_property
+    def bases(self) -> Bases:
+        """What interpolates to the samples: kept with them, for it does not depend on what is learned."""
+        return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
+
+    def __len__(self) -> int:
+        return self.times.size

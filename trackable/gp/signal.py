@@ -1,0 +1,70 @@
+"""The learned signal: a constant plus a sum of kernels, as plain stored numbers."""
+
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.factors.blocks import in_blocks
+from trackable.gp.factors.convolution import convolved
+from trackable.gp.kernels.base import Kernel
+
+_LONG = 200  # centres
+_MANY = 2**22  # terms: fewer are summed before anybody has seen whether they are regular
+
+
+@dataclass(frozen=True)
+class KernelSum:
+    """m⁺(t) = m + Σ_i c_i κ(t − t_i) with `mean` m, `centres` t_i [s] and `weights` c_i (shape (n,) both).
+
+    This is all that a reference is made of: how the weights were found does not matter to any later claim about it.
+    """
+
+    kernel: Kernel
+    mean: float
+    centres: Array
+    weights: Array
+
+    def jet(self, t: Array, order: int) -> Array:
+        """m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape)."""
+        t = np.asarray(t, dtype=float)
+        jet = self._sums(t, order)
+        jet[0] += self.mean
+        return jet
+
+    def __call__(self, t: Array) -> Array:
+        return np.asarray(self.jet(t, 0)[0])
+
+    def derivative(self, t: Array) -> Array:
+        return np.asarray(self.jet(t, 1)[1])
+
+    @property
+    def curvature(self) -> float:
+        """A bound of |m̈⁺(t)| for all t (unit per s²): |κ̈| is nowhere larger than at 0, as for every covariance."""
+        return float(np.sum(np.abs(self.weights)) * np.abs(self.kernel.jet(np.zeros(()), 2)[2]))
+
+    def _sums(self, t: Array, order: int) -> Array:
+        terms = t.shape[-1] * len(self.centres) if t.ndim else 0
+        if terms > _MANY and t.ndim > 1:
+            return np.stack([self._sums(row, order) for row in t], axis=1)
+        if terms > _MANY and (sums := convolved(self.kernel, self.centres, self.weights, t, order)) is not None:
+            return sums
+        return in_blocks(partial(self._summed, order), t, len(self.centres) * (order + 1))[0]
+
+    def _summed(self, order: int, t: Array) -> tuple[Array]:
+        felt = self._felt(t)
+        return (self.kernel.jet(t[..., None] - self.centres[felt], order) @ self.weights[felt],)
+
+    def _felt(self, t: Array) -> slice:
+        """The centres that matter at some of the times: all others add zeros."""
+        reach = self.kernel.vanishing_distance
+        if not (self._is_long and np.isfinite(reach) and t.size):
+            return slice(None)
+        first, last = np.searchsorted(self.centres, [np.min(t) - reach, np.max(t) + reach]).tolist()
+        return slice(first, last)
+
+    @cached_property
+    def _is_long(self) -> bool:
+        """Whether it is worth to look where centres are, and they are in order."""
+        return len(self.centres) >= _LONG and bool(np.all(np.diff(self.centres) >= 0))

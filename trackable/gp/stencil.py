@@ -1,0 +1,67 @@
+"""How samples see a process: not always directly, but as a weighted sum of it at shifted times."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.factors.factored import Covariance
+from trackable.gp.kernels.base import Kernel
+
+
+@dataclass(frozen=True)
+class Stencil:
+    """y(t) = offset + Σ_j w_j g(t + j `step`), step in seconds: what is sampled, in terms of a process g.
+
+    Raises ValueError without a weight different from zero.
+    """
+
+    weights: tuple[float, ...]
+    step: float = 0.0
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not any(self.weights):
+            raise ValueError("stencil: samples must depend on the process, but all weights are zero")
+
+    def at_rest(self, level: float) -> float:
+        """What is sampled of a constant process."""
+        return self.offset + sum(self.weights) * level
+
+    def seen(self, process: Callable[[Array], Array], t: Array) -> Array:
+        """What is sampled of a process at t [s]: the shape of t."""
+        return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
+
+    def centres(self, t: Array) -> Array:
+        """The instants t + j step [s] of the process that samples at t (shape (n,)) see: shape (n · len(weights),)."""
+        return np.concatenate([t + j * self.step for j in range(len(self.weights))])
+
+    def spread(self, values: Array) -> Array:
+        """The transpose of sampling: values (…, n) at the samples, weighted, at the centres: (…, n · len(weights))."""
+        return np.concatenate([w * values for w in self.weights], axis=-1)
+
+    @cached_property
+    def lags(self) -> list[tuple[float, float]]:
+        """(ρ_d, d step) with cov(y(t), y(t')) = Σ_d ρ_d κ(t − t' + d step)."""
+        last = len(self.weights) - 1
+        correlation = np.correlate(self.weights, self.weights, mode="full").tolist()
+        return [(rho, d * self.step) for d, rho in zip(range(-last, last + 1), correlation, strict=True)]
+
+    def covariance(self, kernel: Kernel) -> Covariance:
+        """Of two samples: Σ_d ρ_d κ(r + d step) over the lags, and its ∂/∂ln θ."""
+        return kernel.value_and_gradient if self.weights == POINT.weights else partial(self._covariance, kernel)
+
+    def value(self, kernel: Kernel, r: Array) -> Array:
+        """The covariance of two samples that lie r [s] apart, without its derivatives: the shape of r."""
+        return np.asarray(sum(rho * kernel(r + lag) for rho, lag in self.lags))
+
+    def _covariance(self, kernel: Kernel, r: Array) -> tuple[Array, Array]:
+        parts = [(rho, *kernel.value_and_gradient(r + lag)) for rho, lag in self.lags]
+        covariance = sum(rho * value for rho, value, _ in parts)
+        return np.asarray(covariance), np.asarray(sum(rho * gradient for rho, _, gradient in parts))
+
+
+POINT = Stencil((1.0,))
+"""Samples of the process itself."""

@@ -1,0 +1,40 @@
+"""The objective and the constraints over a grid of two hyperparameters."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.posterior import IllConditioned
+from trackable.learning.problem import ConstrainedProblem
+
+
+@dataclass(frozen=True)
+class Landscape:
+    """l(θ) and the worst relative margin at each (`theta1[j]`, `theta2[i]`), shapes (len(theta2), len(theta1)).
+
+    The point is feasible where `margin` ≥ 0. Both are NaN where K + σ_n² I cannot be factored.
+    """
+
+    theta1: Array
+    theta2: Array
+    objective: Array
+    margin: Array
+
+
+def landscape(problem: ConstrainedProblem, theta1: Array, theta2: Array) -> Landscape:
+    """Evaluate a problem of two learned hyperparameters on a grid (ValueError for another number of them)."""
+    if len(problem.prior.learned) != 2:
+        raise ValueError(f"a landscape needs two learned hyperparameters, got {', '.join(problem.prior.learned)}")
+    values = np.array([[_at(problem, np.log([first, second])) for first in theta1] for second in theta2])
+    return Landscape(theta1, theta2, values[..., 0], values[..., 1])
+
+
+def _at(problem: ConstrainedProblem, log_theta: Array) -> tuple[float, float]:
+    posterior = problem.posterior(log_theta)
+    try:
+        objective, _ = posterior.negative_log_marginal_likelihood()
+    except IllConditioned:
+        return np.nan, np.nan
+    margins = (constraint.closest(posterior)[1] for constraint in problem.constraints)
+    return objective, min((float(np.min(margin)) for margin in margins), default=np.inf)

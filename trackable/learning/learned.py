@@ -1,0 +1,93 @@
+"""What a method hands on, and the trace of how Algorithm 1 got there."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.joint import JointPrior
+from trackable.learning.problem import Solution
+from trackable.learning.published.algorithm1 import Iteration
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.reference import Reference
+
+
+@dataclass(frozen=True)
+class LearnedReference:
+    """A reference with the name of the `method` that found it, the `prior` at the learned hyperparameters, the
+    `objective` l there, k̄ at the end of Algorithm 1 (`final_step`) and the number of nonlinear programs that were
+    solved (`fits`), None for methods without them."""
+
+    method: str
+    prior: JointPrior
+    reference: Reference
+    objective: float
+    final_step: int | None = None
+    fits: int | None = None
+
+    @classmethod
+    def of(
+        cls,
+        method: str,
+        solution: Solution,
+        plant: ConstrainedSystem,
+        *,
+        final_step: int | None = None,
+        fits: int | None = None,
+    ) -> Self:
+        posterior = solution.posterior
+        return cls(method, posterior.prior, Reference(posterior.signals, plant), solution.objective, final_step, fits)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Algorithm 1 as numbers, one entry for each iteration; bounds are NaN while the ζ-test fails, tests are 0 or 1."""
+
+    k_bar: Array
+    hyperparameters: dict[str, Array]
+    objective: Array
+    mean_bound: Array
+    growth_lower: Array
+    growth_upper: Array
+    derivative_bound: Array
+    keeps_states: Array
+    keeps_rates: Array
+
+    @classmethod
+    def of(cls, iterations: tuple[Iteration, ...]) -> Self:
+        priors = [i.solution.posterior.prior for i in iterations]
+        names = priors[0].learned if priors else ()
+        return cls(
+            k_bar=np.array([i.k_bar for i in iterations], dtype=float),
+            hyperparameters={name: np.array([p.hyperparameters[name] for p in priors]) for name in names},
+            objective=np.array([i.solution.objective for i in iterations]),
+            mean_bound=np.array([i.tail.mean_bound if i.tail else np.nan for i in iterations]),
+            growth_lower=np.array([i.growth_rates[0] if i.growth_rates else np.nan for i in iterations]),
+            growth_upper=np.array([i.growth_rates[1] if i.growth_rates else np.nan for i in iterations]),
+            derivative_bound=np.array([i.tail.derivative_bound if i.tail else np.nan for i in iterations]),
+            keeps_states=np.array([i.keeps_states for i in iterations], dtype=float),
+            keeps_rates=np.array([i.keeps_rates for i in iterations], dtype=float),
+        )
+
+    @classmethod
+    def from_columns(cls, columns: Mapping[str, Array]) -> Self:
+        """The inverse of `columns`: what is no field of a trace is a hyperparameter."""
+        own = {field.name for field in fields(cls)}
+        hyperparameters = {name: values for name, values in columns.items() if name not in own}
+        return cls(hyperparameters=hyperparameters, **{name: v for name, v in columns.items() if name in own})
+
+    def columns(self) -> dict[str, Array]:
+        """Everything by name, in the order of a table."""
+        return {
+            "k_bar": self.k_bar,
+            **self.hyperparameters,
+            "mean_bound": self.mean_bound,
+            "growth_lower": self.growth_lower,
+            "growth_upper": self.growth_upper,
+            "derivative_bound": self.derivative_bound,
+            "objective": self.objective,
+            "keeps_states": self.keeps_states,
+            "keeps_rates": self.keeps_rates,
+        }

@@ -1,0 +1,207 @@
+"""The constrained learning problem, its solution, and what is said when there is none."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.joint import JointPosterior, JointPrior
+from trackable.gp.prior import NOISE
+from trackable.gp.samples import Samples
+from trackable.learning.index_set import IndexSet
+from trackable.learning.space import SearchSpace
+from trackable.systems.flat.functional import Functional
+from trackable.systems.quantity import Quantity
+
+# Bounds are drawn in by this part of their width, so that rounding in the optimiser cannot leave them.
+ROUNDING_BACKOFF = 1e-9
+
+
+class Bounded(ABC):
+    """A quantity that has to stay inside its bounds, drawn in by `backoff` (a part of their width), where it is asked.
+
+    Where that is, one row of an array says: a time, or whatever else a subclass needs to know.
+    """
+
+    quantity: Quantity
+    backoff: float
+
+    @property
+    @abstractmethod
+    def none(self) -> Array:
+        """No place at all, in the shape of places."""
+
+    @abstractmethod
+    def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
+        """Places where the margin is locally smallest, and the relative margins (n,) there.
+
+        Relative: a part of the bounds' width, negative where broken, 1/2 at the centre.
+        """
+
+    def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
+        """Places where it is broken although `closest` did not look there, and the relative margins."""
+        return self.none, np.empty(0)
+
+    @abstractmethod
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        """The quantity at n places and its ∂/∂ln θ: shapes (n,) and (p, n). NaN or infinite where it is not defined."""
+
+
+@dataclass(frozen=True)
+class Constraint(Bounded):
+    """A quantity at all times of an index set; a place is a time [s]."""
+
+    quantity: Quantity
+    index_set: IndexSet
+    backoff: float = ROUNDING_BACKOFF
+
+    @property
+    def none(self) -> Array:
+        return np.empty(0)
+
+    def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
+        margin = partial(self.relative_margin, posterior)
+        times = self.index_set.local_minima(margin, [signal.kernel for signal in posterior.signals])
+        return times, margin(times)
+
+    def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
+        margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
+        times = self.index_set.overlooked(margin, [signal.kernel for signal in posterior.signals], curvature)
+        return times, margin(times)
+
+    def relative_margin(self, posterior: JointPosterior, t: Array) -> Array:
+        """Distance to the nearer bound as a part of the bounds' width: negative where broken, 1/2 at the centre."""
+        return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
+
+    def _curvature(self, posterior: JointPosterior) -> float:
+        """A bound of |d²/dt²| of the relative margin [1/s²]; infinite for formulas, of which none is known."""
+        if (functional := self.quantity.functional) is None:
+            return np.inf
+        moved = (float(np.sum(np.abs(w))) * posterior.signals[c].curvature for c, w in functional.rounded)
+        return sum(moved) / self.quantity.bounds.width
+
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        trajectory = self.quantity.trajectory
+        looks = {name: _value_and_gradient(q, posterior, places) for name, q in trajectory.arguments}
+        values = {name: value for name, (value, _) in looks.items()}
+        slopes = trajectory.slopes(values)
+        gradients = (slopes[name] * gradient for name, (_, gradient) in looks.items())
+        with np.errstate(invalid="ignore"):
+            return trajectory.value(values), np.asarray(sum(gradients))
+
+
+def _value_and_gradient(functional: Functional, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+    value = np.full(len(places), float(functional.offset))
+    gradient = np.zeros((len(posterior.prior.learned), len(places)))
+    for c, weights in functional.rounded:
+        jet, by_theta = posterior.jet_and_gradient(c, functional.instants(places, len(weights)), 0)
+        value += weights @ jet[0]
+        gradient += weights @ by_theta[:, 0]
+    return value, gradient
+
+
+@dataclass(frozen=True)
+class ConstrainedProblem:
+    """minimise l(θ) over the `space` of the prior's learned hyperparameters, subject to `constraints` on m⁺(·|θ).
+
+    One set of samples for each process of the prior. Raises ValueError for fewer samples than learned hyperparameters.
+    """
+
+    samples: tuple[Samples, ...]
+    prior: JointPrior
+    space: SearchSpace
+    constraints: tuple[Bounded, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        count = sum(len(samples) for samples in self.samples)
+        if len(self.samples) != len(self.prior.parts):
+            raise ValueError(f"samples: needed for {len(self.prior.parts)} processes, got {len(self.samples)}")
+        if count < len(self.prior.learned):
+            raise ValueError(
+                f"samples: at least as many samples as learned hyperparameters are needed, got {count} "
+                f"for {len(self.prior.learned)} ({', '.join(self.prior.learned)})"
+            )
+
+        if tuple(self.space.bounds) != self.prior.learned:
+            raise ValueError(
+                f"search: bounds are needed for exactly {', '.join(self.prior.learned)}, in this order, "
+                f"got {', '.join(self.space.bounds)}"
+            )
+
+    def posterior(self, log_theta: Array) -> JointPosterior:
+        return JointPosterior(self.prior.with_log_hyperparameters(log_theta), self.samples)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Learned hyperparameters that satisfy every constraint wherever it is asked.
+
+    `objective` is l there, `active` holds the places of each constraint that took part in the program, `fits` counts
+    the nonlinear programs that were solved.
+    """
+
+    posterior: JointPosterior
+    objective: float
+    active: tuple[Array, ...]
+    fits: int
+
+
+class NoSolution(ABC):
+    """Why there is none."""
+
+    @property
+    @abstractmethod
+    def explanation(self) -> str:
+        """A sentence for the user."""
+
+
+@dataclass(frozen=True)
+class NothingFactored(NoSolution):
+    """K + σ_n² I has no Cholesky factor in float64 anywhere the search looked: nothing can be said of feasibility."""
+
+    prior: JointPrior
+
+    @property
+    def explanation(self) -> str:
+        noise = " or ".join(f"{v:.3g}" for name, v in self.prior.hyperparameters.items() if name.endswith(NOISE))
+        return (
+            f"K + σ_n² I is not positive definite in float64 at any point of the search: noise_std = "
+            f"{noise} is too small for samples this close, or the search space too wide"
+        )
+
+
+@dataclass(frozen=True)
+class Infeasible(NoSolution):
+    """No point of the search space was found that satisfies the constraints; `best` came closest.
+
+    It breaks `quantity` at `time` [s] by `violation` (in the quantity's unit). `broken_at_rest` are the quantities that
+    the prior mean itself, held for ever, does not keep strictly inside their bounds: with none, fading signals are
+    feasible, and only the search space can stand in the way.
+    """
+
+    best: JointPosterior
+    quantity: Quantity
+    time: float
+    violation: float
+    broken_at_rest: tuple[Quantity, ...]
+
+    @property
+    def explanation(self) -> str:
+        theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.best.prior.hyperparameters.items())
+        means = [part.mean for part in self.best.prior.parts]
+        level = ", ".join(f"{mean:g}" for mean in means)
+        rest = "".join(
+            f"the prior mean {level} is no admissible equilibrium (its {q.name} {q.at_rest(means):.4g} does "
+            f"not lie inside {q.bounds}), so that nothing guarantees that the problem is feasible: choose another; "
+            for q in self.broken_at_rest[:1]
+        )
+        what = f"breaks the {self.quantity.name} bounds {self.quantity.bounds} at t = {self.time:.6g} s"
+        if not np.isfinite(self.violation):
+            what = f"has no {self.quantity.name} at t = {self.time:.6g} s, as its formula is not defined there"
+        by = f" by {self.violation:.3g}" if np.isfinite(self.violation) else ""
+        found = f"{rest}no reference was found that keeps its bounds: the best attempt ({theta}) {what}{by}"
+        if self.broken_at_rest or not self.best.prior.learned:
+            return found
+        return f"{found}; wider bounds of hyperparameters, or more starts, may find one"

@@ -1,0 +1,139 @@
+"""Algorithm 1 of the paper: constrained learning of asymptotically constant references.
+
+Constrain the first k̄ steps, learn, test whether the bounds from t̄ = k̄ T_s on hold for ever, otherwise take one more.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackable.gp.joint import JointPosterior, JointPrior
+from trackable.gp.samples import Samples
+from trackable.learning.exchange import solve, tightened
+from trackable.learning.index_set import Steps
+from trackable.learning.problem import ConstrainedProblem, Constraint, NoSolution, Solution
+from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.tail import Tail, tail
+from trackable.learning.space import SearchSpace
+from trackable.systems.sets.interval import Interval
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the paper leaves open: which steps iteration k̄ constrains, and which states the growth rates must serve.
+
+    `last_state(k̄)` and `last_input(k̄)` are the last constrained steps; the input at k decides the step into k + 1.
+    """
+
+    name: str
+    last_state: Callable[[int], int]
+    last_input: Callable[[int], int]
+    growth_states: Callable[[Tail, JointPosterior], Interval]
+
+    def constraints(self, plant: Scalar, k_bar: int) -> tuple[Constraint, ...]:
+        """What iteration k̄ asks of the posterior mean."""
+        return (
+            Constraint(plant.state, Steps(0, self.last_state(k_bar), plant.sampling_time)),
+            Constraint(plant.input, Steps(0, self.last_input(k_bar), plant.sampling_time)),
+        )
+
+
+def _around_posterior_mean(bounds: Tail, posterior: JointPosterior) -> Interval:
+    centre = posterior.signals[0](np.array(bounds.start)).item()
+    return Interval(centre - bounds.mean_bound, centre + bounds.mean_bound)
+
+
+AS_PUBLISHED = Reading("as_published", lambda k: k - 1, lambda k: k - 2, _around_posterior_mean)
+"""The reading that reproduces the published trace. The step into k̄ is proved by nothing."""
+
+SOUND = Reading("sound", lambda k: k, lambda k: k - 1, lambda bounds, _: bounds.states)
+"""The reading that its proof supports: states up to k̄, all steps into k̄, growth rates for every later state."""
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One pass of the loop at k̄ = `k_bar`: the solution, the bounds from t̄ on (None while the ζ-test fails) and
+    the growth rates [τ_low, τ_high] that they must respect."""
+
+    k_bar: int
+    solution: Solution
+    tail: Tail | None
+    growth_rates: tuple[float, float] | None
+    keeps_states: bool
+    keeps_rates: bool
+
+    @property
+    def terminates(self) -> bool:
+        return self.keeps_states and self.keeps_rates
+
+    @property
+    def explanation(self) -> str:
+        """Why the loop does not end here: which test fails, and by how much."""
+        if self.tail is None or self.growth_rates is None:
+            zeta = self.solution.posterior.signals[0].kernel.decay_distance
+            return f"at k̄ = {self.k_bar} a sample still lies within ζ = {zeta:.4g} s of t̄, so that no bound is monotone"
+        low, high = self.growth_rates
+        return (
+            f"at k̄ = {self.k_bar} later states may reach {self.tail.states} "
+            f"({'inside' if self.keeps_states else 'not inside'} the state set) and change at up to "
+            f"±{self.tail.derivative_bound:.4g}/s ({'inside' if self.keeps_rates else 'not inside'} the growth rates "
+            f"[{low:.4g}, {high:.4g}]/s)"
+        )
+
+
+@dataclass(frozen=True)
+class Run:
+    """All iterations, and how they ended: a Solution, NoSolution, or None where the last step came first."""
+
+    iterations: tuple[Iteration, ...]
+    outcome: Solution | NoSolution | None
+
+    @property
+    def final_step(self) -> int | None:
+        return self.iterations[-1].k_bar if isinstance(self.outcome, Solution) else None
+
+    @property
+    def explanation(self) -> str:
+        """Why there is no reference; empty where there is one."""
+        if isinstance(self.outcome, NoSolution):
+            done = f" after k̄ = {self.iterations[-1].k_bar}" if self.iterations else ""
+            return f"no solution{done}: {self.outcome.explanation}"
+        if self.outcome is None:
+            return f"Algorithm 1 did not end: {self.iterations[-1].explanation}"
+        return ""
+
+
+def algorithm1(
+    samples: tuple[Samples, ...],
+    prior: JointPrior,
+    plant: Scalar,
+    space: SearchSpace,
+    reading: Reading,
+    first_step: int,
+    last_step: int,
+    on_iteration: Callable[[int], object] = lambda k_bar: None,
+) -> Run:
+    """Run the loop from k̄ = `first_step`, giving up after `last_step`; `on_iteration` hears of each k̄."""
+    iterations: list[Iteration] = []
+    solution: Solution | None = None
+    for k_bar in range(first_step, last_step + 1):
+        problem = ConstrainedProblem(samples, prior, space, reading.constraints(plant, k_bar))
+        outcome = tightened(solution, problem) if solution else solve(problem)
+        if not isinstance(outcome, Solution):
+            return Run(tuple(iterations), outcome)
+        solution = outcome
+        iterations.append(_test(plant, reading, k_bar, solution))
+        on_iteration(k_bar)
+        if iterations[-1].terminates:
+            return Run(tuple(iterations), solution)
+    return Run(tuple(iterations), None)
+
+
+def _test(plant: Scalar, reading: Reading, k_bar: int, solution: Solution) -> Iteration:
+    posterior = solution.posterior
+    bounds = tail(posterior.signals[0], k_bar * plant.sampling_time)
+    if bounds is None:
+        return Iteration(k_bar, solution, None, None, keeps_states=False, keeps_rates=False)
+    rates = plant.growth_rates(reading.growth_states(bounds, posterior))
+    return Iteration(k_bar, solution, bounds, rates, bounds.keeps_states(plant), bounds.keeps_rates(rates))

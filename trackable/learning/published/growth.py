@@ -1,0 +1,92 @@
+"""The followability half of the paper's program (9): growth rates of the tube, constant on each of η intervals."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.joint import JointPosterior
+from trackable.gp.signal import KernelSum
+from trackable.learning.index_set import Window
+from trackable.learning.problem import ROUNDING_BACKOFF, Bounded
+from trackable.learning.published.scalar import Scalar
+from trackable.systems.quantity import Quantity
+from trackable.systems.sets.interval import Interval
+
+
+@dataclass(frozen=True)
+class GrowthRates(Bounded):
+    """On each interval between `edges` [s], min ṁ⁺ and max ṁ⁺ lie within the growth rates of all states met there.
+
+    The rate τ is a growth rate of the state x where x + τ T_s = a x + b u + c for some u ∈ U. So the smallest and the
+    largest rate, over all x = m⁺(s) of the interval, bound ṁ⁺(t) for all its t exactly where
+
+        (T_s ṁ⁺(t) + (1 − a) m⁺(s) − c)/b ∈ U   for all t and s of the interval.
+
+    That is a semi-infinite constraint, smooth in θ, whose places are pairs (t, s): minima and maxima need not be
+    differentiated. Unlike the exact input form, it lets derivative and state be worst at different times.
+    """
+
+    plant: Scalar
+    edges: tuple[float, ...]
+    backoff: float = ROUNDING_BACKOFF
+
+    @property
+    def quantity(self) -> Quantity:  # type: ignore[override]
+        return self.plant.input
+
+    @property
+    def none(self) -> Array:
+        return np.empty((0, 2))
+
+    def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
+        """The two worst pairs of each interval, one for each bound of U."""
+        (signal,), b = posterior.signals, self.plant.b
+        slowest, fastest = _extremes(signal, self.edges, order=1, sign=1 / b)
+        lowest, highest = _extremes(signal, self.edges, order=0, sign=(1 - self.plant.a) / b)
+        pairs = np.concatenate([np.column_stack([slowest, lowest]), np.column_stack([fastest, highest])])
+        bounds = self.quantity.bounds
+        return pairs, bounds.margin(self.value(posterior, pairs)) / bounds.width
+
+    def value(self, posterior: JointPosterior, places: Array) -> Array:
+        """The quantity at n pairs (t, s): shape (n,)."""
+        t, s = places.T
+        return self._combined(posterior.signals[0].derivative(t), posterior.signals[0](s)) - self._offset
+
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        jet, gradient = posterior.jet_and_gradient(0, places.T, 1)
+        value = self._combined(jet[1, 0], jet[0, 1]) - self._offset
+        return value, self._combined(gradient[:, 1, 0], gradient[:, 0, 1])
+
+    def _combined(self, rate: Array, state: Array) -> Array:
+        a, b = self.plant.a, self.plant.b
+        return np.asarray((self.plant.sampling_time * rate + (1 - a) * state) / b)
+
+    @property
+    def _offset(self) -> float:
+        return self.plant.c / self.plant.b
+
+
+def growth_rates(signal: KernelSum, plant: Scalar, edges: tuple[float, ...]) -> tuple[Array, Array]:
+    """[τ_low, τ_high] on each of the η intervals between `edges` [s], for the states met there: shapes (η,)."""
+    lowest, highest = _extremes(signal, edges, order=0, sign=1.0)
+    states = zip(signal(lowest).tolist(), signal(highest).tolist(), strict=True)
+    rates = np.array([plant.growth_rates(Interval(low, high)) for low, high in states])
+    return rates[:, 0], rates[:, 1]
+
+
+def _extremes(signal: KernelSum, edges: tuple[float, ...], order: int, sign: float) -> tuple[Array, Array]:
+    """Where sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest in each interval, by all its local extrema and its ends."""
+
+    def derivative(t: Array) -> Array:
+        return np.asarray(sign * signal.jet(t, order)[order])
+
+    window = Window(edges[0], edges[-1])
+    turns = [window.local_minima(f, [signal.kernel]) for f in (derivative, lambda t: -derivative(t))]
+    times = np.unique(np.concatenate([*turns, edges]))
+    values = derivative(times)
+    ends = np.searchsorted(times, edges)
+    inside = [slice(first, last + 1) for first, last in pairwise(ends)]
+    smallest = [times[i][np.argmin(values[i])] for i in inside]
+    return np.array(smallest), np.array([times[i][np.argmax(values[i])] for i in inside])

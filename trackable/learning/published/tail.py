@@ -1,0 +1,55 @@
+"""Bounds that hold from some time on for ever, for kernels that decay (paper, Assumptions 3 to 5)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackable.gp.signal import KernelSum
+from trackable.learning.published.scalar import Scalar
+from trackable.systems.sets.interval import Interval
+
+
+@dataclass(frozen=True)
+class Tail:
+    """What is known of a learned signal for all t ≥ `start` [s], once every sample lies further back than ζ.
+
+    `mean_bound` m̄ ≥ |m⁺(t) − m| and `derivative_bound` (unit per second) ≥ |ṁ⁺(t)|: over-estimates, by the triangle
+    inequality and monotone decay.
+    """
+
+    start: float
+    mean: float
+    mean_bound: float
+    derivative_bound: float
+
+    @property
+    def states(self) -> Interval:
+        """Where the signal stays: around the *prior* mean (the paper's line 7 prints the posterior's)."""
+        return Interval(self.mean - self.mean_bound, self.mean + self.mean_bound)
+
+    def keeps_states(self, plant: Scalar) -> bool:
+        """Line 7: every later state lies in X."""
+        return plant.state_set.contains(self.states)
+
+    def keeps_rates(self, rates: tuple[float, float]) -> bool:
+        """Line 9, both signs: every later step stays in the inner approximation [τ_low, τ_high] T_s of the tube."""
+        low, high = rates
+        return low <= -self.derivative_bound and self.derivative_bound <= high
+
+    def inputs(self, plant: Scalar) -> Interval:
+        """An interval that holds u_r(t) for all later t (an over-estimate).
+
+        With e = m⁺ − m, u_r(t) = u_m + ((1 − a) e(t) + (e(t + T_s) − e(t)))/b, where u_m holds the prior mean.
+        """
+        a, b = plant.a, plant.b
+        centre = plant.equilibrium_input(self.mean)
+        reach = (abs(1 - a) * self.mean_bound + self.derivative_bound * plant.sampling_time) / abs(b)
+        return Interval(centre - reach, centre + reach)
+
+
+def tail(signal: KernelSum, start: float) -> Tail | None:
+    """The bounds from `start` [s] on; None where a sample lies within ζ of it, so that nothing is known."""
+    if not start - np.max(signal.centres) > signal.kernel.decay_distance:
+        return None
+    kappa, rate = np.abs(signal.kernel.jet(start - signal.centres, 1)) @ np.abs(signal.weights)
+    return Tail(start, signal.mean, float(kappa), float(rate))

@@ -1,0 +1,183 @@
+"""Sequential quadratic programming for a few variables and any number of smooth inequality constraints.
+
+minimise f(x) subject to g(x) ≥ 0 inside a box, by Fletcher's exact-penalty trust-region method: each step solves
+
+    min ½ dᵀ B d + ∇fᵀ d + ρ (s + s²/2)   subject to   g + J d + s ≥ 0,   s ≥ 0,   x + d in the box,   |d| ≤ Δ,
+
+which is feasible wherever it is asked. One slack s for all constraints makes the merit f + ρ (v + v²/2) with
+v = max(0, −min g): exact, because its slope in v is at least ρ. So a start may break any constraint, and where no point
+keeps them the method still ends at a local minimum of the violation.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import lapack
+from scipy.optimize import nnls
+
+from trackable.arrays import Array
+
+_MAX_ITERATIONS = 300
+_STEP_TOLERANCE = 1e-10
+_FEASIBLE = 1e-12
+_ROUNDING = 1e-10  # of constraints: an order less than what the library draws its bounds in by
+FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
+_FIRST_PENALTY, _LARGEST_PENALTY = 1e2, 1e9
+_STEERED = 0.5
+
+
+class Evaluation(NamedTuple):
+    """f, ∇f (p,), g (m,) and its Jacobian (m, p) at one point."""
+
+    value: float
+    gradient: Array
+    slack: Array
+    jacobian: Array
+
+    @property
+    def violation(self) -> float:
+        return _broken(self.slack)
+
+    def merit(self, penalty: float) -> float:
+        return self.value + penalty * _price(self.violation)
+
+    def linear_violation(self, d: Array) -> float:
+        """The violation at x + d as the linearised constraints see it."""
+        return _broken(self.slack + self.jacobian @ d)
+
+    def predicted(self, d: Array, curvature: Array, penalty: float) -> float:
+        """The merit at x + d, by the model that chose d."""
+        price = penalty * _price(self.linear_violation(d))
+        return float(self.value + self.gradient @ d + d @ curvature @ d / 2 + price)
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """Where the iteration ended; `converged` says whether at a point that no step improves."""
+
+    x: Array
+    at: Evaluation
+    converged: bool
+
+
+def minimise(
+    evaluate: Callable[[Array], Evaluation | None],
+    start: Array,
+    lower: Array,
+    upper: Array,
+    radius: float = FIRST_RADIUS,
+) -> Minimum | None:
+    """A local minimum from `start`; None where f has no value there.
+
+    `evaluate` returns None at points that must not be entered. The first step is no longer than `radius`: a short one
+    stays in the basin of a start that is good already.
+    """
+    x = np.clip(start, lower, upper)
+    if (here := evaluate(x)) is None:
+        return None
+    if not len(x):
+        return Minimum(x, here, converged=True)
+    curvature, penalty = np.eye(len(x)), _FIRST_PENALTY
+    for _ in range(_MAX_ITERATIONS):
+        box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
+        d, multipliers, penalty = _steered_step(curvature, here, box, penalty)
+        gain = here.merit(penalty) - here.predicted(d, curvature, penalty)
+        if np.max(np.abs(d)) < _STEP_TOLERANCE or gain <= 1e-15 * (1 + abs(here.value)):
+            if here.violation <= _FEASIBLE or penalty >= _LARGEST_PENALTY:
+                return Minimum(x, here, converged=True)
+            penalty, radius = 100 * penalty, max(radius, 1e-3)
+            continue
+        there = evaluate(x + d)
+        if there is not None and there.merit(penalty) > here.merit(penalty) - 0.1 * gain:
+            # Curved constraints can make a good step look bad: aim again, with the constraints as found over there.
+            corrected, _ = _quadratic_step(curvature, here, there.slack - here.jacobian @ d, box, penalty)
+            if (again := evaluate(x + corrected)) is not None and again.merit(penalty) < there.merit(penalty):
+                d, there = corrected, again
+        if there is None or there.merit(penalty) >= here.merit(penalty):
+            radius = np.max(np.abs(d)).item() / 4
+            if radius < _SMALLEST_RADIUS:
+                return Minimum(x, here, converged=False)
+            continue
+        agreement = (here.merit(penalty) - there.merit(penalty)) / gain
+        curvature = _updated(curvature, d, here, there, multipliers)
+        radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
+        x, here = x + d, there
+    return Minimum(x, here, converged=False)
+
+
+def _steered_step(
+    curvature: Array, here: Evaluation, box: tuple[Array, Array], penalty: float
+) -> tuple[Array, Array, float]:
+    """The step, its multipliers, and a penalty high enough that it takes most of what can be taken off the violation.
+
+    With a low penalty the iteration would first run to where f is small, and come back to another part of the feasible
+    set, or none (Byrd, Nocedal and Waltz on steering).
+    """
+    d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
+    if here.linear_violation(d) <= _FEASIBLE:
+        return d, multipliers, penalty
+    least, _ = _quadratic_step(curvature, here, here.slack, box, _LARGEST_PENALTY)
+    enough = here.violation - _STEERED * (here.violation - here.linear_violation(least))
+    while here.linear_violation(d) > enough + _FEASIBLE and penalty < _LARGEST_PENALTY:
+        penalty *= 10
+        d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
+    return d, multipliers, penalty
+
+
+def _broken(slack: Array) -> float:
+    """By how much the worst constraint is broken. Rounding does not count: a high penalty would hear nothing else."""
+    return max(0.0, -float(np.min(slack, initial=0.0)) - _ROUNDING)
+
+
+def _price(violation: float) -> float:
+    return violation + violation**2 / 2
+
+
+def _quadratic_step(
+    curvature: Array, at: Evaluation, slack: Array, box: tuple[Array, Array], penalty: float
+) -> tuple[Array, Array]:
+    """The step d and the multipliers of its constraints, by the dual: a non-negative least squares problem.
+
+    With z = (d, s), H = diag(B, ρ) = L Lᵀ and y = Lᵀ z + L⁻¹ c the quadratic program asks for the shortest y in a
+    polyhedron A y ≥ b, and that is the residual of min ‖(Aᵀ; bᵀ) u − (0; 1)‖ over u ≥ 0 (Lawson and Hanson).
+    """
+    p, m = len(at.gradient), len(slack)
+    factor = np.zeros((p + 1, p + 1))
+    factor[:p, :p] = np.linalg.cholesky(curvature)
+    factor[p, p] = np.sqrt(penalty)
+    identity = np.eye(p)
+    rows = np.zeros((m + 1 + 2 * p, p + 1))
+    rows[:m, :p], rows[: m + 1, p] = at.jacobian, 1.0
+    rows[m + 1 : m + 1 + p, :p], rows[m + 1 + p :, :p] = identity, -identity
+    least = np.concatenate([-slack, [0.0], box[0], -box[1]])
+    shift = _solved(factor, np.append(at.gradient, penalty))
+    normals = _solved(factor, rows.T)
+    offsets = least + shift @ normals
+    scale = max(1.0, float(np.max(np.abs(offsets))))  # y in units of its own size
+    u, _ = nnls(np.vstack([normals, offsets / scale]), np.append(np.zeros(p + 1), 1.0))
+    denominator = 1.0 - offsets / scale @ u
+    y = scale * (normals @ u) / denominator
+    z = _solved(factor, y - shift, transposed=True)
+    return np.clip(z[:p], *box), scale * u[:m] / denominator
+
+
+def _solved(factor: Array, right: Array, transposed: bool = False) -> Array:
+    """L⁻¹ r or L⁻ᵀ r for a lower triangular L."""
+    solution, _ = lapack.dtrtrs(factor, right, lower=True, trans=int(transposed))
+    return np.asarray(solution)
+
+
+def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array) -> Array:
+    """Powell's damped BFGS update of the Lagrangian's Hessian: stays positive definite whatever the curvature is."""
+    change = there.gradient - here.gradient - (there.jacobian - here.jacobian).T @ multipliers
+    image = curvature @ d
+    along, modelled = float(d @ change), float(d @ image)
+    if along < 0.2 * modelled:
+        weight = 0.8 * modelled / (modelled - along)
+        change = weight * change + (1 - weight) * image
+        along = 0.2 * modelled
+    updated = curvature - np.outer(image, image) / modelled + np.outer(change, change) / along
+    # A cap on the condition number: beyond it the factor, and with it the step, would be noise.
+    return np.asarray(updated + 1e-10 * np.trace(updated) * np.eye(len(d)))

@@ -1,0 +1,36 @@
+"""Figures: the mathematics' dataclasses in, a matplotlib Figure out. The only place that knows matplotlib."""
+
+from trackable.plots.closed_loop import closed_loop, costs, infeasibility, relearned
+from trackable.plots.convergence import convergence
+from trackable.plots.feasible import feasible_intervals, feasible_polygons
+from trackable.plots.illustrations import asymptotic, tube
+from trackable.plots.landscape import landscape
+from trackable.plots.margins import margins
+from trackable.plots.periodic import GrowthIntervals, conservatism, growth_intervals, periodic_prediction
+from trackable.plots.prediction import Published, prediction
+from trackable.plots.style import save, svg
+from trackable.plots.tracking import Observed, tracking
+
+__all__ = [
+    "GrowthIntervals",
+    "Observed",
+    "Published",
+    "asymptotic",
+    "closed_loop",
+    "conservatism",
+    "convergence",
+    "costs",
+    "feasible_intervals",
+    "feasible_polygons",
+    "growth_intervals",
+    "infeasibility",
+    "landscape",
+    "margins",
+    "periodic_prediction",
+    "prediction",
+    "relearned",
+    "save",
+    "svg",
+    "tracking",
+    "tube",
+]

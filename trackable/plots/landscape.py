@@ -1,0 +1,85 @@
+"""The likelihood over two hyperparameters, and where the constraints let one go."""
+
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
+
+from trackable.arrays import Array
+from trackable.learning.landscape import Landscape
+from trackable.learning.learned import Trace
+from trackable.learning.published.scalar import ScalarReference
+from trackable.plots.style import FAINT, GREY, INK, PAGE, SYMBOLS, reference_looks, styled
+
+# Contours of l − min l, each about three times the one before.
+_LEVELS: Final = (0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000)
+_KEYS: Final = (
+    Line2D([], [], color=INK, marker=".", markersize=4, linewidth=0.8, label="iterations of Algorithm 1"),
+    Patch(facecolor=FAINT, edgecolor=INK, linewidth=1.6, label="all constraints hold"),
+    Line2D([], [], color=GREY, linewidth=0.6, label=r"$l(\theta) - \min l$"),
+)
+# One look for each position, nested, so that optima that coincide all show.
+_OPTIMA: Final[tuple[dict[str, Any], ...]] = (
+    {"marker": "D", "markersize": 4.5},
+    {"marker": "s", "markersize": 4.5},
+    {"marker": "o", "markersize": 8.5, "markerfacecolor": "none", "markeredgewidth": 1.4},
+)
+
+
+@styled
+def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str, ScalarReference]) -> Figure:
+    """Objective and feasible set on each grid (an overview, a closer look), Algorithm 1's path and the optima found.
+
+    The grids span the first two hyperparameters of the trace; others, if learned too, are not shown.
+    """
+    figure = Figure(figsize=(PAGE, 4.0))
+    lowest = min(float(np.nanmin(panel.objective)) for panel in panels)
+    names = list(trace.hyperparameters)[:2]
+    path = np.array([trace.hyperparameters[name] for name in names])
+    for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
+        _contours(axes, panel, lowest)
+        axes.plot(*path, color=INK, marker=".", markersize=4, linewidth=0.8, zorder=4)
+        _optima(axes, references, names)
+        axes.set(xscale="log", yscale="log", xlim=panel.theta1[[0, -1]], ylim=panel.theta2[[0, -1]])
+        axes.set(xlabel=SYMBOLS.get(names[0], names[0]), ylabel=SYMBOLS.get(names[1], names[1]))
+        for axis, values in ((axes.xaxis, panel.theta1), (axes.yaxis, panel.theta2)):
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5)) if values[-1] > 5 * values[0] else MaxNLocator(5))
+            axis.set_minor_locator(NullLocator())
+            axis.set_major_formatter("{x:g}")
+    _name_ends(axes, path, trace.k_bar)
+    figure.legend(handles=[*axes.get_legend_handles_labels()[0], *_KEYS], loc="outside upper center", ncols=3)
+    return figure
+
+
+def _contours(axes: Axes, panel: Landscape, lowest: float) -> None:
+    """Contours of l above its lowest value; the feasible set shaded, its boundary drawn."""
+    grid = panel.theta1, panel.theta2
+    axes.contourf(*grid, panel.margin, levels=[0, np.inf], colors=[FAINT], zorder=1)
+    axes.contour(*grid, panel.margin, levels=[0], colors=[INK], linewidths=1.6, zorder=3)
+    lines = axes.contour(*grid, panel.objective - lowest, levels=_LEVELS, colors=[GREY], linewidths=0.6, zorder=2)
+    axes.clabel(lines, fontsize=6, fmt="%g")
+
+
+def _optima(axes: Axes, references: Mapping[str, ScalarReference], names: Sequence[str]) -> None:
+    for (name, looks), shape in zip(reference_looks(references).items(), cycle(_OPTIMA)):
+        theta = references[name].signal.kernel.hyperparameters
+        label = f"optimum, {looks['label']}"
+        axes.plot(*(theta[n] for n in names), linestyle="none", color=looks["color"], zorder=5, label=label, **shape)
+
+
+def _name_ends(axes: Axes, path: Array, k_bar: Array) -> None:
+    """The first and the last iteration, beside the path."""
+    looks: dict[str, Any] = {
+        "fontsize": 7,
+        "zorder": 6,
+        "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.5},
+    }
+    for i, offset, ha, va in ((0, (-7, 0), "right", "center"), (-1, (0, 9), "center", "bottom")):
+        name = rf"$\bar{{k}}$ = {k_bar[i]:g}"
+        axes.annotate(name, (path[0, i], path[1, i]), offset, textcoords="offset points", ha=ha, va=va, **looks)

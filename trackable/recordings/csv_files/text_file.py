@@ -1,0 +1,46 @@
+"""The text of a file, or a sentence that says why it is none."""
+
+import codecs
+from pathlib import Path
+
+from trackable.errors import InputError
+from trackable.files import read_bytes
+
+_UTF8 = ("utf-8", "utf-8-sig")
+_UTF8_MARK = b"\xef\xbb\xbf"
+_UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_MCAP = b"\x89MCAP"
+
+
+def read_text(path: Path, encoding: str) -> str:
+    """All of it, without the mark of UTF-8. InputError where it cannot be read, or is no text in `encoding`."""
+    data = read_bytes(path)
+    try:
+        _refuse_no_text(path, data, encoding)
+        return data.removeprefix(_UTF8_MARK).decode(encoding)
+    except LookupError as error:
+        raise InputError(f"{path}: expected an encoding like 'utf-8' or 'latin-1', got {encoding!r}") from error
+    except UnicodeError as error:
+        hint = "" if _has_nul_bytes(encoding) else '; does CsvLayout(encoding="latin-1") read it?'
+        raise InputError(f"{path}: it is not written in {encoding!r} ({error}){hint}") from error
+
+
+def _refuse_no_text(path: Path, data: bytes, encoding: str) -> None:
+    if data.startswith(_MCAP):
+        raise InputError(f"{path}: this is an MCAP file, which read_mcap reads")
+    if data.startswith(_UTF8_MARK) and codecs.lookup(encoding).name not in _UTF8:
+        raise InputError(f"{path}: it begins with the mark of UTF-8, but its encoding is said to be {encoding!r}")
+    if _has_nul_bytes(encoding):
+        return
+    if data.startswith(_UTF16_MARKS):
+        raise InputError(f'{path}: it begins with the mark of UTF-16, which CsvLayout(encoding="utf-16") reads')
+    if (at := data.find(0)) >= 0:
+        line = len(data[: at + 1].splitlines())
+        raise InputError(
+            f"{path}, line {line}: a NUL byte, so this is no text file "
+            f'(unless it is in UTF-16: CsvLayout(encoding="utf-16-le"))'
+        )
+
+
+def _has_nul_bytes(encoding: str) -> bool:
+    return codecs.lookup(encoding).name.startswith(("utf-16", "utf-32"))

@@ -1,0 +1,103 @@
+"""Stamps that are dates with a time of day."""
+
+import re
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta, tzinfo
+from decimal import Decimal
+from functools import cached_property
+from typing import ClassVar
+
+from trackable.errors import InputError
+from trackable.recordings.decimals import EXACT
+
+_ZONE = r"Z|[+-][\d:]+"
+_ISO = re.compile(
+    rf"(?P<start>\d{{4}}-?\d\d-?\d\d[T ]\d\d:?\d\d:?\d\d)(?:[.,](?P<fraction>\d+))?(?P<zone>{_ZONE})?", re.ASCII
+)
+_WITH_FRACTION = re.compile(r"(?P<whole>.*)[.,](?P<fraction>\d+)", re.ASCII)
+_FRACTION_AT_END = re.compile(r"(?<=%S)[.,]%f$")
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+_MICROSECOND = timedelta(microseconds=1)
+_EXAMPLE = datetime(2024, 5, 1, 13, tzinfo=UTC)
+_GERMAN = '"%d.%m.%Y %H:%M:%S"'
+
+
+@dataclass(frozen=True)
+class DateTimes:
+    """Stamps are dates with a time of day: in ISO 8601, 2024-05-01T12:00:00.25+02:00, or in a `format` of strptime.
+
+    Such a format is "%d.%m.%Y %H:%M:%S". Where it ends in seconds, a fraction of any length may follow these behind a
+    point or a comma. Stamps without a zone are in `zone`: "Z", which is UTC, or an offset as "+01:00" all the time.
+    InputError where the format does not tell a date and a time of day, or the zone is none.
+    """
+
+    format: str | None = None
+    zone: str = "Z"
+    absolute: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        if self._tzinfo is None:
+            raise InputError(f'clock: expected a zone like "Z" or "+01:00", got {self.zone!r}')
+        if self.format is not None and not _tells_a_date(self._whole):
+            raise InputError(
+                f"clock: expected a format with day, month, year and hour, and without the name of a zone, "
+                f"like {_GERMAN}, got {self.format!r}"
+            )
+
+    def seconds(self, stamp: str) -> Decimal:
+        """The time [s] since 1970, UTC, exactly. ValueError where the text is no such stamp."""
+        try:
+            moment, fraction = self._read_iso(stamp.strip()) if self.format is None else self._read(stamp.strip())
+        except ValueError:
+            raise ValueError(f"expected a stamp like {self._wanted}, got {stamp!r}{self._way_out}") from None
+        whole = EXACT.multiply(Decimal((moment - _EPOCH) // _MICROSECOND), Decimal("1e-6"))
+        return EXACT.add(whole, Decimal(f"0.{fraction}"))
+
+    @cached_property
+    def _whole(self) -> str:
+        """The format without a fraction at its end, of which strptime would read six digits at most, and not none."""
+        return _FRACTION_AT_END.sub("", (self.format or "").strip())
+
+    @cached_property
+    def _tzinfo(self) -> tzinfo | None:
+        try:
+            zone = re.fullmatch(_ZONE, self.zone, re.ASCII)
+            return datetime.fromisoformat(f"2024-05-01T13:00:00{self.zone}").tzinfo if zone else None
+        except ValueError:  # no day is as long
+            return None
+
+    @property
+    def _wanted(self) -> str:
+        return "2024-05-01T12:00:00.25Z" if self.format is None else _EXAMPLE.strftime(self.format)
+
+    @property
+    def _way_out(self) -> str:
+        return f" (DateTimes({_GERMAN}) as time unit reads other formats)" if self.format is None else ""
+
+    def _read_iso(self, text: str) -> tuple[datetime, str]:
+        match = _ISO.fullmatch(text)
+        if match is None:
+            raise ValueError
+        # datetime would cut the fraction after six digits, without a word.
+        return datetime.fromisoformat(match["start"] + (match["zone"] or self.zone)), match["fraction"] or "0"
+
+    def _read(self, text: str) -> tuple[datetime, str]:
+        fraction = "0"
+        try:
+            moment = datetime.strptime(text, self._whole)
+        except ValueError:
+            # The whole text goes first: points stand between the other numbers, too.
+            match = _WITH_FRACTION.fullmatch(text) if self._whole.endswith("%S") else None
+            if match is None:
+                raise
+            moment, fraction = datetime.strptime(match["whole"], self._whole), match["fraction"]
+        return (moment if moment.tzinfo else moment.replace(tzinfo=self._tzinfo)), fraction
+
+
+def _tells_a_date(format_: str) -> bool:
+    """Whether a date written in it comes back; %Z would be read as a name and forgotten."""
+    try:
+        found = datetime.strptime(_EXAMPLE.strftime(format_), format_)
+    except (ValueError, re.error):  # the latter where something stands in it twice
+        return False
+    return "%Z" not in format_ and found.replace(tzinfo=None) == _EXAMPLE.replace(tzinfo=None)

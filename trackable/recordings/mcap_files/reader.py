@@ -1,0 +1,135 @@
+"""Recordings from MCAP files."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from pathlib import Path
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.errors import InputError
+from trackable.recordings.decimals import check_scale, exact, scaled
+from trackable.recordings.mcap_files.fields import find, leaves
+from trackable.recordings.mcap_files.message_times import LOG_TIME, MessageTime
+from trackable.recordings.mcap_files.messages import Received, read_messages
+from trackable.recordings.origin import Origin, checked_origin
+from trackable.recordings.recording import Recording
+from trackable.recordings.repairs import Repair, chosen_repairs
+from trackable.recordings.rows import Rows
+from trackable.recordings.settle import recorded
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class Field:
+    """The number at `path` in the messages on `topic`, times `scale` (1e-3 makes metres of millimetres).
+
+    A path is `pose.position.x` or `joints[2].angle`. `time` says which time of a message counts. `noise_std` is the
+    path of each sample's standard deviation, in the unit of the message. InputError: a scale of zero, or not finite.
+    """
+
+    topic: str
+    path: str
+    scale: float = 1.0
+    time: MessageTime = LOG_TIME
+    noise_std: str | None = None
+
+    def __post_init__(self) -> None:
+        check_scale(f"{self.topic} {self.path}", self.scale)
+
+
+def read_mcap(
+    path: str | Path, signals: Mapping[str, Field], repairs: Sequence[Repair | str] = (), origin: Origin = None
+) -> Recording:
+    """Signals of an MCAP file with JSON, Protobuf or ROS 2 messages; chunks may be compressed.
+
+    Times [s] count from `origin` [ns], or from the first sample of all where that is "first"; without one from the
+    first sample as well, or, where a stamp is a number in a unit whose zero is the file's own, from that zero.
+
+    Messages are taken in the order of their log times, as every reader of MCAP does. Fields without a value (unset,
+    null, NaN, absent from some messages) are left out and reported; what else is wrong is mended where one of the
+    `repairs`, functions or names of `REPAIRS`, does so, and otherwise refused. Raises InputError, naming file, topic
+    and message.
+    """
+    path = Path(path)
+    if not signals:
+        raise InputError(f"{path}: expected the field of a signal at least, got none")
+    for name, wanted in signals.items():
+        _refuse_no_field(name, wanted)
+    mending, zero = chosen_repairs(repairs), checked_origin(origin)
+    absolute = {field.time.absolute for field in signals.values()}
+    if len(absolute) > 1:
+        raise InputError(f"{path}: signals are timed by clocks with different zeros; read them one by one")
+    messages = read_messages(path, {field.topic for field in signals.values()})
+    groups: dict[tuple[str, MessageTime], dict[str, Field]] = {}
+    for name, wanted in signals.items():
+        groups.setdefault((wanted.topic, wanted.time), {})[name] = wanted
+    tables = [_rows(path, messages[topic], topic, time, fields) for (topic, time), fields in groups.items()]
+    found = recorded(tables, absolute.pop(), mending, zero)
+    return replace(found, signals={name: found[name] for name in signals})
+
+
+def _refuse_no_field(signal: str, wanted: object) -> None:
+    if not isinstance(wanted, Field):
+        raise InputError(f'signal {signal!r}: expected a Field, as Field("/topic", "path.in.message"), got {wanted!r}')
+
+
+def _rows(path: Path, messages: Sequence[Received], topic: str, time: MessageTime, fields: Mapping[str, Field]) -> Rows:
+    stamps = _Column(time.field, time.seconds)
+    values = {name: _numbers(wanted.path, wanted.scale) for name, wanted in fields.items()}
+    noise_std = {
+        name: _numbers(wanted.noise_std, abs(wanted.scale))
+        for name, wanted in fields.items()
+        if wanted.noise_std is not None
+    }
+    columns: list[_Column[Decimal] | _Column[float]] = [stamps, *values.values(), *noise_std.values()]
+    for message in messages:  # one at a time: what is decoded may be much larger than what is kept
+        content = message.content()
+        for column in columns:
+            column.take(message, content)
+    for column in columns:
+        if column.path is not None and not column.found:
+            has = ", ".join(leaves(messages[0].content()))
+            raise InputError(f"{path}, {topic}: there is no field {column.path!r}; the first message has {has}")
+    return Rows(
+        f"{path}, {topic}",
+        [f"message {number}" for number in range(1, len(messages) + 1)],
+        stamps.values,
+        {name: _array(column) for name, column in values.items()},
+        {name: _array(column) for name, column in noise_std.items()},
+    )
+
+
+class _Column(Generic[_T]):
+    """What `read` finds in each message, None where there is nothing; `found` once the field was there."""
+
+    def __init__(self, path: str | None, read: Callable[[Received, object], _T | None]) -> None:
+        self.path, self.read = path, read
+        self.values: list[_T | None] = []
+        self.found = False
+
+    def take(self, message: Received, content: object) -> None:
+        value = None
+        try:
+            value = self.read(message, content)
+            self.found = True
+        except LookupError:
+            pass
+        except ValueError as error:
+            raise InputError(f"{message.place}, field {self.path!r}: {error}") from error
+        self.values.append(value)
+
+
+def _numbers(path: str, scale: float) -> _Column[float]:
+    def read(_: Received, content: object) -> float | None:
+        number = exact(find(content, path))
+        return None if number is None else scaled(number, scale)
+
+    return _Column(path, read)
+
+
+def _array(column: _Column[float]) -> Array:
+    return np.array([np.nan if value is None else value for value in column.values])

@@ -1,0 +1,127 @@
+"""Repairs of rows: what is chosen is done, in the order in which it is chosen, and reported; nothing else is mended.
+
+A repair is a function from rows to rows and a report, so a program can pass its own beside these; those here may be
+chosen by name.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.errors import InputError
+from trackable.recordings.cleaning import Finding
+from trackable.recordings.order import out_of_order
+from trackable.recordings.rows import Rows
+
+Repair = Callable[[Rows], tuple[Rows, tuple[Finding, ...]]]
+
+
+def drop_rows_without_time(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Leave out rows whose time is missing."""
+    return _without(rows, [row for row, stamp in enumerate(rows.stamps) if stamp is None], "no time, dropped")
+
+
+def drop_zero_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Leave out rows in which every signal read is zero, as devices write them that lost their target.
+
+    An honest zero of a single signal looks the same: read all axes of the device together where this is chosen.
+    """
+    return _without(rows, rows.all_zero(), "zero in every signal, dropped")
+
+
+def drop_rows_out_of_order(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Leave out the fewest rows without which the times never decrease: for wrong stamps. InputError: no time."""
+    return _without(rows, out_of_order(rows.timed()), "out of order, dropped")
+
+
+def sort_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Put the rows in the order of their times: for right stamps written late. InputError where a row has no time."""
+    stamps = rows.timed()
+    moved = out_of_order(stamps)
+    return rows.only(sorted(range(len(rows)), key=stamps.__getitem__)), _finding(rows, moved, "out of order, sorted")
+
+
+def keep_first_of_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Of several values of a signal at one time keep the first in the file. InputError where a row has no time."""
+    return _merge(rows, lambda column, _: float(column[0]), "time repeated, first kept")
+
+
+def keep_last_of_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Of several values of a signal at one time keep the last in the file. InputError where a row has no time."""
+    return _merge(rows, lambda column, _: float(column[-1]), "time repeated, last kept")
+
+
+def average_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Put the mean for several values of a signal at one time; its noise is that of the mean of independent samples.
+
+    InputError where a row has no time.
+    """
+    return _merge(rows, lambda column, summary: summary(column) / len(column), "time repeated, averaged")
+
+
+REPAIRS: Mapping[str, Repair] = {
+    repair.__name__: repair
+    for repair in (
+        drop_rows_without_time,
+        drop_zero_rows,
+        drop_rows_out_of_order,
+        sort_rows,
+        keep_first_of_repeated,
+        keep_last_of_repeated,
+        average_repeated,
+    )
+}
+"""By name, as files of parameters and messages call them."""
+
+
+def chosen_repairs(repairs: Sequence[Repair | str]) -> list[Repair]:
+    """The repairs in their order, those that are named taken from `REPAIRS`. InputError lists the names."""
+    if isinstance(repairs, str) or callable(repairs):
+        alone = repairs if isinstance(repairs, str) else getattr(repairs, "__name__", repairs)
+        raise InputError(f"repairs: expected a list of them, in their order, got {alone} by itself")
+    return [_repair(repair) for repair in repairs]
+
+
+def _repair(repair: Repair | str) -> Repair:
+    if callable(repair):
+        return repair
+    if repair not in REPAIRS:
+        raise InputError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
+    return REPAIRS[repair]
+
+
+def _without(rows: Rows, dropped: Sequence[int], what: str) -> tuple[Rows, tuple[Finding, ...]]:
+    gone = set(dropped)
+    return rows.only([row for row in range(len(rows)) if row not in gone]), _finding(rows, dropped, what)
+
+
+def _finding(rows: Rows, found: Sequence[int], what: str) -> tuple[Finding, ...]:
+    return (Finding(what, len(found), rows.places[min(found)]),) if found else ()
+
+
+def _merge(
+    rows: Rows, merged: Callable[[Array, Callable[[Array], float]], float], what: str
+) -> tuple[Rows, tuple[Finding, ...]]:
+    """One value for each signal and time, in the first of its rows; the others keep their other signals.
+
+    `merged` is given values and how to add them up: plainly, or in squares where they are standard deviations.
+    """
+    values = {name: column.copy() for name, column in rows.values.items()}
+    noise_std = {name: column.copy() for name, column in rows.noise_std.items()}
+    others: set[int] = set()
+    for name, together in rows.repeats():
+        first, *rest = together
+        for columns, summary in ((values, math.fsum), (noise_std, _root_of_squares)):
+            if name in columns:
+                columns[name][first] = merged(columns[name][together], summary)
+                columns[name][rest] = np.nan
+        others.update(rest)
+    return replace(rows, values=values, noise_std=noise_std), _finding(rows, sorted(others), what)
+
+
+def _root_of_squares(deviations: Array) -> float:
+    """NaN where one of them is no standard deviation, which is refused later: a sum would hide it."""
+    return math.hypot(*deviations) if np.all(deviations > 0) else math.nan

@@ -1,0 +1,1 @@
+"""Flat outputs: states and inputs as functions of the signals that are learned."""

@@ -1,0 +1,75 @@
+"""What a reference is made of: exact weighted sums of learned signals at shifted times."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.stencil import Stencil
+
+Signals = Sequence[Callable[[Array], Array]]
+"""The learned signals as functions of time [s]."""
+
+
+@dataclass(frozen=True)
+class Functional:
+    """q(t) = offset + Σ_c Σ_j w_cj z_c(t + j T_s), with `weights[c][j]` = w_cj and T_s = `sampling_time` [s].
+
+    Weights are exact: float64 numbers enter as the rationals that they are, and 1/3 is a third. Being linear in the
+    signals, a functional has their derivatives, in time and in the hyperparameters, combined with the same weights.
+    """
+
+    weights: tuple[tuple[Fraction, ...], ...]
+    offset: Fraction
+    sampling_time: float
+
+    def __call__(self, signals: Signals, t: Array) -> Array:
+        """q at t [s], the shape of t."""
+        t = np.asarray(t, dtype=float)
+        if not self.rounded:
+            return np.full(t.shape, float(self.offset))
+        seen = (np.tensordot(w, signals[c](self.instants(t, len(w))), axes=1) for c, w in self.rounded)
+        return np.asarray(sum(seen, np.asarray(float(self.offset))))
+
+    @cached_property
+    def rounded(self) -> list[tuple[int, Array]]:
+        """(c, w_c) as float64 for each signal that matters."""
+        return [(c, np.array([float(w) for w in weights])) for c, weights in enumerate(self.weights) if any(weights)]
+
+    def instants(self, t: Array, count: int) -> Array:
+        """The times t + j T_s [s] for j < count: shape (count, *t.shape)."""
+        return np.stack([t + j * self.sampling_time for j in range(count)])
+
+    def at_rest(self, levels: Sequence[float]) -> float:
+        """The value while every signal is constant."""
+        return float(
+            self.offset
+            + sum((sum(w, Fraction(0)) * Fraction(m) for w, m in zip(self.weights, levels, strict=True)), Fraction(0))
+        )
+
+    @property
+    def stencil(self) -> tuple[int, Stencil] | None:
+        """The one signal it looks at, and how; None where it looks at several, or at none."""
+        if len(self.rounded) != 1:
+            return None
+        signal, weights = self.rounded[0]
+        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, float(self.offset))
+
+
+def combined(row: Sequence[Fraction], functionals: Sequence[Functional]) -> Functional:
+    """Σ_i row_i q_i."""
+    first = functionals[0]
+    return Functional(
+        tuple(
+            tuple(
+                sum((r * q.weights[c][j] for r, q in zip(row, functionals, strict=True)), Fraction(0))
+                for j in range(len(first.weights[c]))
+            )
+            for c in range(len(first.weights))
+        ),
+        sum((r * q.offset for r, q in zip(row, functionals, strict=True)), Fraction(0)),
+        first.sampling_time,
+    )

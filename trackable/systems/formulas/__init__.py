@@ -1,0 +1,1 @@
+"""Expressions, their algebra, and how Python functions become expressions."""

@@ -1,0 +1,105 @@
+"""Linear systems with several states and inputs."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Self
+
+import numpy as np
+from scipy.linalg import expm
+
+from trackable.arrays import Array
+
+_ZERO = np.zeros(0)
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """x(k+1) = A x(k) + B u(k) + c with A (n, n), B (n, m), c (n,); `states` and `inputs` are names, all different.
+
+    Raises ValueError where shapes do not fit, an entry is not finite, or names repeat. Left out, c is zero and names
+    are x1, x2, … and u1, u2, …; `state` and `input` where there is one of each.
+    """
+
+    A: Array
+    B: Array
+    c: Array = field(default_factory=lambda: _ZERO)
+    states: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        A, B = np.array(self.A, dtype=float), np.array(self.B, dtype=float)
+        if A.ndim != 2 or A.shape[0] != A.shape[1] or not A.size:
+            raise ValueError(f"system: A must be a square matrix, got shape {A.shape}")
+        if B.ndim != 2 or len(B) != len(A) or not B.size:
+            raise ValueError(f"system: B must have as many rows as A, {len(A)}, and a column for each input, "
+                             f"got shape {B.shape}")  # fmt: skip
+        n, m = B.shape
+        c = np.zeros(n) if self.c is _ZERO else np.array(self.c, dtype=float)
+        if c.shape != (n,):
+            raise ValueError(f"system: c must have shape ({n},), got {c.shape}")
+        alone = (n, m) == (1, 1)
+        states = tuple(self.states) or (("state",) if alone else tuple(f"x{i + 1}" for i in range(n)))
+        inputs = tuple(self.inputs) or (("input",) if alone else tuple(f"u{i + 1}" for i in range(m)))
+        if len(states) != n or len(inputs) != m or len({*states, *inputs}) != n + m:
+            raise ValueError(f"system: {n} states and {m} inputs need as many different names, got {states}, {inputs}")
+        for name, array in (("A", A), ("B", B), ("c", c)):
+            if not np.all(np.isfinite(array)):
+                raise ValueError(f"system: {name} must be finite, got {array.tolist()}")
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        object.__setattr__(self, "states", states)
+        object.__setattr__(self, "inputs", inputs)
+
+    @classmethod
+    def scalar(cls, a: float, b: float, c: float = 0.0) -> Self:
+        """x(k+1) = a x(k) + b u(k) + c."""
+        return cls(np.array([[a]]), np.array([[b]]), np.array([c]))
+
+    @classmethod
+    def discretised(
+        cls,
+        A: Array,
+        B: Array,
+        sampling_time: float,
+        c: Array | None = None,
+        states: tuple[str, ...] = (),
+        inputs: tuple[str, ...] = (),
+    ) -> Self:
+        """ẋ = A x + B u + c with the input held over each `sampling_time` [s]: exact at the sampling instants.
+
+        exp([[A, B, c], [0, 0, 0]] T_s) has the discrete A, B and c in its upper rows. Columns of B that are alike but
+        for a sign or a power of two remain so to the last bit: these inputs are redundant before and after.
+        """
+        continuous = cls(A, B, _ZERO if c is None else c, states, inputs)
+        n, m = continuous.B.shape
+        generator = np.zeros((n + m + 1, n + m + 1))
+        generator[:n] = np.hstack([continuous.A, continuous.B, continuous.c[:, None]])
+        held = expm(generator * sampling_time)[:n]
+        pushes = held[:, n : n + m].copy()
+        for j in range(m):
+            factors = ((i, _power_of_two(continuous.B[:, j], continuous.B[:, i])) for i in range(j))
+            if alike := next(((i, factor) for i, factor in factors if factor), None):
+                pushes[:, j] = alike[1] * pushes[:, alike[0]]
+        return cls(held[:, :n], pushes, held[:, -1], continuous.states, continuous.inputs)
+
+    def successor(self, x: Array, u: Array) -> Array:
+        """A x + B u + c for x of shape (…, n) and u of shape (…, m)."""
+        return np.asarray(np.asarray(x) @ self.A.T + np.asarray(u) @ self.B.T + self.c)
+
+    def affine(self, x: Array) -> tuple[Array, Array]:
+        """A x + c and B for x of shape (…, n): shapes (…, n) and (…, n, m)."""
+        drift = np.asarray(x) @ self.A.T + self.c
+        return drift, np.broadcast_to(self.B, (*drift.shape[:-1], *self.B.shape))
+
+    def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
+        """∂f/∂x = A and ∂f/∂u = B at x of shape (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
+        shape = np.broadcast_shapes(np.shape(x)[:-1], np.shape(u)[:-1])
+        return np.broadcast_to(self.A, (*shape, *self.A.shape)), np.broadcast_to(self.B, (*shape, *self.B.shape))
+
+
+def _power_of_two(column: Array, other: Array) -> float:
+    """The factor ± 2^k that makes the one of the other; zero where there is none."""
+    i = int(np.argmax(np.abs(other)))
+    factor = float(column[i] / other[i]) if other[i] else 0.0
+    is_power = abs(math.frexp(factor)[0]) == 0.5
+    return factor if is_power and np.array_equal(factor * other, column) else 0.0

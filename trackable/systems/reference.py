@@ -1,0 +1,80 @@
+"""A reference: what everything downstream takes."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.signal import KernelSum
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.flat.trajectory import Coordinate, combined
+from trackable.systems.quantity import Quantity
+
+
+class Window(NamedTuple):
+    """`states` x_r(k), …, x_r(k + N), shape (N + 1, n), and `inputs` u_r(k), …, u_r(k + N − 1), shape (N, m)."""
+
+    states: Array
+    inputs: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Learned signals as flat outputs of a system: they determine the states x_r and inputs u_r of the reference.
+
+    The system follows: x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and in real time from t to t + T_s.
+    """
+
+    signals: tuple[KernelSum, ...]
+    plant: ConstrainedSystem
+
+    def __post_init__(self) -> None:
+        if len(self.signals) != self.plant.signals:
+            raise ValueError(f"reference: the system needs {self.plant.signals} signals, got {len(self.signals)}")
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Everything that is bounded."""
+        return self.plant.quantities
+
+    def quantity(self, name: str) -> Quantity:
+        return next(q for q in self.quantities if q.name == name)
+
+    def state(self, k: Array | int) -> Array:
+        """x_r(k) at steps k (any shape; between steps too): shape (*k.shape, n)."""
+        return self.state_at(self.instants(k))
+
+    def input(self, k: Array | int) -> Array:
+        """u_r(k), which takes x_r(k) to x_r(k + 1): shape (*k.shape, m)."""
+        return self.input_at(self.instants(k))
+
+    def window(self, k: int, horizon: int) -> Window:
+        """What a predictive controller needs at step k: `horizon` steps ahead."""
+        steps = k + np.arange(horizon + 1.0)
+        return Window(self.state(steps), self.input(steps[:-1]))
+
+    def state_at(self, t: Array) -> Array:
+        """x_r at t [s]: shape (*t.shape, n)."""
+        return self._values(self.plant.flatness.states, t)
+
+    def input_at(self, t: Array) -> Array:
+        """u_r at t [s], which takes x_r(t) to x_r(t + T_s): shape (*t.shape, m). Of many, the smallest in U."""
+        u, allocation = self._values(self.plant.flatness.inputs, t), self.plant.allocation
+        return allocation.smallest(u) if allocation else u
+
+    def inputs_near(self, t: float) -> tuple[Coordinate, ...]:
+        """u_r near t [s], up to constants: of redundant inputs the weighted sums that the smallest admissible is."""
+        inputs, allocation = self.plant.flatness.inputs, self.plant.allocation
+        if allocation is None:
+            return inputs
+        slopes = allocation.slopes(self._values(inputs, np.asarray(t)))
+        return tuple(combined([Fraction(s) for s in row], inputs) for row in slopes.tolist())
+
+    def instants(self, steps: Array | int) -> Array:
+        """The times k T_s [s] of steps k."""
+        return np.asarray(steps) * self.plant.sampling_time
+
+    def _values(self, coordinates: tuple[Coordinate, ...], t: Array) -> Array:
+        return np.stack([q(self.signals, t) for q in coordinates], axis=-1)

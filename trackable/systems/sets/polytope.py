@@ -1,0 +1,156 @@
+"""State and input sets: boxes and polytopes, written as intervals of linear combinations."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from scipy.optimize import linprog
+
+from trackable.arrays import Array
+from trackable.systems.sets.interval import Interval
+
+_OUTWARDS = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Polytope:
+    """{x : lower ≤ R x ≤ upper} with `rows` R (r, n), finite `lower` < `upper` (r,), in `dimension` n.
+
+    The dimension may be left out where there are rows; without any, nothing is bounded.
+
+    Raises ValueError where shapes do not fit, a bound is not finite, or the set has no interior.
+    """
+
+    rows: Array
+    lower: Array
+    upper: Array
+    dimension: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.dimension:
+            object.__setattr__(self, "dimension", int(np.shape(self.rows)[-1]))
+        if not np.size(self.rows):
+            object.__setattr__(self, "rows", np.empty((0, self.dimension)))
+        for name in ("rows", "lower", "upper"):
+            array = np.array(getattr(self, name), dtype=float)
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        if self.rows.ndim != 2 or not self.rows.shape[1] == self.dimension > 0:
+            raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got {self.rows.shape}")
+        r = len(self.rows)
+        if self.lower.shape != (r,) or self.upper.shape != (r,):
+            raise ValueError(f"set: {r} rows need as many bounds, got {self.lower.shape} and {self.upper.shape}")
+        for i, (row, low, high) in enumerate(zip(self.rows, self.lower, self.upper, strict=True)):
+            if not (np.all(np.isfinite(row)) and np.any(row) and np.isfinite(low) and np.isfinite(high)):
+                raise ValueError(f"set: row {i} needs finite entries, not all zero, and finite bounds, "
+                                 f"got {row.tolist()} in [{low}, {high}]")  # fmt: skip
+        if r and not self.depth > 0:
+            raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
+
+    @classmethod
+    def box(cls, lower: Array, upper: Array) -> Self:
+        """lower ≤ x ≤ upper; a coordinate with both bounds infinite is free. ValueError with one infinite bound."""
+        low, high = np.atleast_1d(np.array(lower, dtype=float)), np.atleast_1d(np.array(upper, dtype=float))
+        if low.shape != high.shape or low.ndim != 1:
+            raise ValueError(f"set: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
+        for i in np.flatnonzero(~(low < high)).tolist():
+            raise ValueError(f"set: must have an interior, got [{low[i]:g}, {high[i]:g}] for coordinate {i + 1}")
+        bounded = ~(np.isinf(low) & np.isinf(high))
+        for i in np.flatnonzero(bounded & (np.isinf(low) | np.isinf(high))).tolist():
+            raise ValueError(
+                f"set: coordinate {i + 1} has the bounds [{low[i]:g}, {high[i]:g}]: give both or none; where one side "
+                "does not matter, a bound that is never reached will do"
+            )
+        return cls(np.eye(len(low))[bounded], low[bounded], high[bounded], len(low))
+
+    @classmethod
+    def halfspaces(cls, H: Array, h: Array) -> Self:
+        """{x : H x ≤ h} with H (r, n) and h (r,), a bounded set (ValueError otherwise).
+
+        Opposite rows become one interval; a row without an opposite gets the smallest value it has on the set, a little
+        further out, for its other bound: it cuts nothing off.
+        """
+        H, h = np.array(H, dtype=float), np.array(h, dtype=float)
+        if H.ndim != 2 or h.shape != (len(H),) or not H.size:
+            raise ValueError(f"set: H must be a matrix with a row for each entry of h, got {H.shape} and {h.shape}")
+        if bad := np.flatnonzero(~np.isfinite(np.column_stack([H, h])).all(axis=1)).tolist():
+            raise ValueError(
+                f"set: row {bad[0]} of H x ≤ h must be finite, got {H[bad[0]].tolist()} and {h[bad[0]]:g}: leave out "
+                "what bounds nothing"
+            )
+        rows: list[Array] = []
+        bounds: list[tuple[float, float]] = []
+        taken: set[int] = set()
+        for i, row in enumerate(H):
+            if i in taken:
+                continue
+            opposite = [j for j in range(i + 1, len(H)) if j not in taken and np.array_equal(H[j], -row)]
+            taken.update(opposite[:1])
+            lower = -h[opposite[0]] if opposite else _smallest(row, H, h)
+            rows.append(row)
+            bounds.append((float(lower), float(h[i])))
+        low, high = np.array(bounds).T
+        return cls(np.array(rows), low, high)
+
+    @property
+    def depth(self) -> float:
+        """The largest part of each row's width by which some point lies inside on both sides; ≤ 0 without interior."""
+        if not np.all(self.lower < self.upper):
+            return -np.inf
+        # In half widths, about a point as central as can be: solvers take numbers from 1e15 on, or to 1e-9, for none.
+        half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
+        sizes = np.abs(self.rows)
+        with np.errstate(over="ignore"):
+            unit = np.min(np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0), axis=0)
+        matrix = self.rows * np.where(np.isfinite(unit), unit, 1.0) / half[:, None]
+        middle = (self.upper / 2 + self.lower / 2) / half
+        off = middle - matrix @ np.linalg.lstsq(matrix, middle)[0]
+        twice = np.full((len(matrix), 1), 2.0)
+        program = linprog(
+            np.append(np.zeros(self.dimension), -1.0),
+            A_ub=np.vstack([np.hstack([matrix, twice]), np.hstack([-matrix, twice])]),
+            b_ub=np.concatenate([1 + off, 1 - off]),
+            bounds=[(None, None)] * self.dimension + [(None, 1.0)],
+            method="highs",
+        )
+        return float(program.x[-1]) if program.x is not None else -np.inf
+
+    @property
+    def inequalities(self) -> tuple[Array, Array]:
+        """(H, h) of the same set {x : H x ≤ h}, shapes (2r, n) and (2r,)."""
+        return np.vstack([self.rows, -self.rows]), np.concatenate([self.upper, -self.lower])
+
+    @property
+    def intervals(self) -> list[tuple[Array, Interval]]:
+        """Each row with its bounds."""
+        return [
+            (row, Interval(low, high))
+            for row, low, high in zip(self.rows, self.lower.tolist(), self.upper.tolist(), strict=True)
+        ]
+
+    def margin(self, points: Array) -> Array:
+        """The smallest distance of R x to a bound at points (…, n), in units of R x: negative outside."""
+        values = np.asarray(points) @ self.rows.T
+        return np.asarray(np.min(np.minimum(values - self.lower, self.upper - values), axis=-1, initial=np.inf))
+
+    def __str__(self) -> str:
+        sides = [f"{low:g} ≤ {_formula(row)} ≤ {high:g}" for row, low, high in zip(
+            self.rows, self.lower, self.upper, strict=True)]  # fmt: skip
+        return "{x : " + ", ".join(sides) + "}"
+
+
+def _smallest(row: Array, H: Array, h: Array) -> float:
+    """No larger than any value of row · x on {x : H x ≤ h}. ValueError where there is no such number."""
+    program = linprog(row, A_ub=H, b_ub=h, bounds=(None, None), method="highs")
+    if program.status == 3:
+        raise ValueError(
+            f"set: must be bounded, but {_formula(row)} has no lower bound on it; where it does not matter, a bound "
+            "that is never reached will do"
+        )
+    if program.fun is None:
+        raise ValueError("set: must have an interior, but H x ≤ h has no solution")
+    return float(program.fun) - _OUTWARDS * (1 + abs(float(program.fun)))
+
+
+def _formula(row: Array) -> str:
+    return " + ".join(f"{weight:g} x{i + 1}" for i, weight in enumerate(row.tolist()) if weight)
