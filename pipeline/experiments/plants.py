@@ -5,8 +5,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, PositiveFloat, model_validator
 
-from pipeline.experiments.yaml_file import Fields
 from pipeline.published.models import MODELS
+from pipeline.storage.yaml_file import Fields
 from trackable.systems.constrained import System
 from trackable.systems.linear import Linear
 from trackable.systems.sets.polytope import Polytope
