@@ -10,7 +10,7 @@ from trackable.control.controller import Controller
 from trackable.control.references import TrackedReference
 from trackable.control.step.error_model import ErrorModel, reference_defects
 from trackable.control.step.slack import PlantInequalities, Slack
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 
 _CORNER = 1e-7
 """A support point no further beyond an edge than this part of the set's size counts as on the edge."""
@@ -25,7 +25,7 @@ def feasible_set(controller: Controller, reference: TrackedReference, k: int) ->
     two states, for a nonlinear system, and where the set is unbounded.
     """
     n = len(controller.plant.system.states)
-    if not isinstance(controller.plant.system, Linear):
+    if not isinstance(controller.plant.system, LinearSystem):
         raise ValueError("feasible set: it is drawn for linear systems only, whose sets are convex")
     if n > 2:
         raise ValueError(f"feasible set: it is drawn for one or two states, got {n}")

@@ -12,7 +12,7 @@ from trackable.control.step.linear_quadratic import LinearQuadratic
 from trackable.control.step.program import Program, terminal_error_program, tracking_program, widening_program
 from trackable.control.step.slack import PlantInequalities
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Window
 
 
@@ -37,7 +37,7 @@ class Formulation:
     @property
     def is_linear(self) -> bool:
         """Whether one error model holds along every trajectory."""
-        return isinstance(self.plant.system, Linear)
+        return isinstance(self.plant.system, LinearSystem)
 
     def local_model(self, window: Window, nominal: Window) -> LocalModel:
         """Return the model of the errors from a reference's `window`, linearised along the `nominal` trajectory."""
