@@ -306,7 +306,7 @@ REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         {"layout": CsvLayout(encoding="latin-one")},
         ": expected an encoding like 'utf-8' or 'latin-1', got 'latin-one'",
     ),
-    "no signal": ("t,x\n0,1\n", {"signals": {}}, ": expected the name of a signal at least, got none"),
+    "no signal": ("t,x\n0,1\n", {"signals": {}}, ": expected at least one signal, got none"),
 }
 
 

@@ -140,7 +140,7 @@ def test_clocks_with_different_zeros(path: Path) -> None:
 
 
 def test_no_signal(path: Path) -> None:
-    with pytest.raises(InputError, match="expected the field of a signal at least, got none"):
+    with pytest.raises(InputError, match="expected at least one signal, got none"):
         read_mcap(path, {})
 
 
