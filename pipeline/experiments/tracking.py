@@ -80,8 +80,7 @@ class TrackingExperiment(Experiment):
 
     @property
     def constrained_system(self) -> ConstrainedSystem:
-        s = self.system
-        return ConstrainedSystem(s.discrete, self.state_set.polytope, self.input_set.polytope, s.sampling_time)
+        return ConstrainedSystem(self.system.discrete, self.state_set.polytope, self.input_set.polytope)
 
     @property
     def names(self) -> tuple[str, ...]:
