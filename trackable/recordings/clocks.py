@@ -52,7 +52,7 @@ def frames(rate: float) -> Ticks:
 
 
 def clock_named(clock: str | Clock) -> Clock:
-    """Return the clock of that name in `CLOCKS`, or a clock as it is. InputError: an unknown name; it lists the names."""
+    """Return the clock of that name in `CLOCKS`, or a clock as it is. InputError lists the names."""
     if isinstance(clock, Ticks | DateTimes):
         return clock
     if clock not in CLOCKS:

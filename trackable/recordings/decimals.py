@@ -31,7 +31,7 @@ def parse(text: str, mark: str) -> Decimal:
 
 
 def exact(value: object) -> Decimal | None:
-    """Convert a decoded number without rounding; None and NaN become None. ValueError: anything else, infinities too."""
+    """Convert a decoded number without rounding; None and NaN become None. ValueError: no finite number."""
     match value:
         case None:
             return None

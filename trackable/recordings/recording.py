@@ -37,7 +37,7 @@ class Recording:
         return replace(self, signals={name: _named(name, s, start, end) for name, s in self.signals.items()})
 
     def every(self, seconds: float) -> "Recording":
-        """Thin out each signal to samples about `seconds` apart, as `Signal.every`. InputError: `seconds` not positive."""
+        """Thin out each signal to samples about `seconds` apart: see `Signal.every`."""
         return replace(self, signals={name: signal.every(seconds) for name, signal in self.signals.items()})
 
     def beside(self, other: "Recording") -> "Recording":

@@ -15,8 +15,8 @@ from trackable.errors import InputError
 class Rows:
     """n rows of one table or topic, the `source`: each has a time stamp, and values of some or all signals.
 
-    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values`, and `noise_std`
-    of the signals that have one for each sample, are arrays (n,) by signal, NaN if missing.
+    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values`, and
+    `noise_std` of the signals that have one for each sample, are arrays (n,) by signal, NaN if missing.
     """
 
     source: str

@@ -39,7 +39,7 @@ class Signal:
         return self.times.size
 
     def samples(self) -> Samples:
-        """Return samples to learn from. A known `noise_std` becomes their `relative_noise`, for a prior of noise_std = 1."""
+        """Return samples to learn from; `noise_std`, if known, is their `relative_noise`, for noise_std = 1."""
         if self.noise_std is None:
             return Samples(self.times, self.values)
         return Samples(self.times, self.values, self.noise_std)

@@ -26,7 +26,7 @@ Decode = Callable[[bytes], object]
 
 @dataclass(frozen=True)
 class Received:
-    """An undecoded message: its `place` for error messages, and its times [ns] since the recorder's zero, often 1970."""
+    """An undecoded message: its `place` for error messages, its times [ns] since the recorder's zero, often 1970."""
 
     place: str
     log_time: int
