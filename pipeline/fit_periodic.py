@@ -60,7 +60,7 @@ def _methods(experiment: PeriodicExperiment) -> dict[str, Constraints]:
         INTERVALS: intervals(plant, wanted.last_step, wanted.intervals, wanted.backoff),
         EXACT: exact(experiment.constrained_system, wanted.backoff),
     }
-    if "period" in prior.fixed:
+    if "period" not in prior.learned:
         with suppress(ValueError):  # else the instants fall dense in the period, and `exact` is what there is
             methods[SAMPLED] = sampled(plant, periodic.period_of([prior.kernel]))
     return methods

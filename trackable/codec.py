@@ -20,6 +20,7 @@ from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
 
 from trackable.arrays import Array
 from trackable.files import from_json, to_json
+from trackable.gp.hyperparameter import Hyperparameter, Learned
 from trackable.gp.kernels import registry
 from trackable.gp.kernels.base import Kernel
 from trackable.systems.constrained import ConstrainedSystem, System
@@ -131,6 +132,26 @@ def _kernel_fields(cls: type[Kernel]) -> Callable[[Kernel], dict[str, Any]]:
     return make_dict_unstructure_fn(cls, _CONVERTER)
 
 
+def _read_hyperparameter(data: Any, _: Any) -> float:
+    """A number is known, an object with `learned` and `interval` is learned."""
+    if not isinstance(data, dict):
+        return _read_float(data, float)
+    if data.keys() != {"learned", "interval"}:
+        raise CodecError(f"a learned hyperparameter must be an object with learned and interval, got {short(data)}")
+    value, interval = _read_float(data["learned"], float), data["interval"]
+    if interval is None:
+        return Learned(value)
+    if not isinstance(interval, list) or len(interval) != 2:
+        raise CodecError(f"the interval of a hyperparameter must be two numbers, got {short(interval)}")
+    return Learned(value, (_read_float(interval[0], float), _read_float(interval[1], float)))
+
+
+def _write_hyperparameter(value: float) -> Any:
+    if not isinstance(value, Learned):
+        return float(value)
+    return {"learned": float(value), "interval": list(value.interval) if value.interval else None}
+
+
 def _read_plant(data: Any, _: Any) -> ConstrainedSystem:
     """Read a plant, with its sampling time beside its system."""
     if not isinstance(data, dict) or "sampling_time" not in data or not isinstance(data.get("system"), dict):
@@ -223,6 +244,8 @@ def _converter() -> Converter:
         converter.register_structure_hook(cls, _read_exactly(cls))
     converter.register_structure_hook(float, _read_float)
     converter.register_unstructure_hook(float, lambda value: float(value) if isinstance(value, float) else value)
+    converter.register_structure_hook(Hyperparameter, _read_hyperparameter)
+    converter.register_unstructure_hook(Hyperparameter, _write_hyperparameter)
     converter.register_structure_hook_func(_is_array, _read_array)
     converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
     converter.register_structure_hook_func(is_frozenset, _read_set)

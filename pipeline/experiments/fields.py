@@ -7,13 +7,16 @@ from pydantic import (
     BeforeValidator,
     Field,
     NonNegativeInt,
+    PlainValidator,
     PositiveFloat,
     PositiveInt,
     model_validator,
 )
 
-from pipeline.experiments.kernel_choice import Hyperparameter, KernelChoice
+from pipeline.experiments.kernel_choice import parse_hyperparameter, parse_kernel
 from pipeline.storage.yaml_file import Fields
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.prior import Prior
 from trackable.systems.sets.interval import Interval
 
 
@@ -83,8 +86,13 @@ class PriorFields(Fields):
     """The prior mean, the kernel, and the noise: hyperparameters known or learned."""
 
     mean: float
-    kernel: Annotated[KernelChoice, BeforeValidator(KernelChoice.parse)]
-    noise_std: Annotated[Hyperparameter, BeforeValidator(Hyperparameter.parse)]
+    kernel: Annotated[Kernel, PlainValidator(parse_kernel)]
+    noise_std: Annotated[float, PlainValidator(parse_hyperparameter)]
+
+    @property
+    def prior(self) -> Prior:
+        """The prior of what is sampled."""
+        return Prior(self.kernel, self.noise_std, self.mean)
 
 
 class Search(Fields):

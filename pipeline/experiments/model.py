@@ -25,13 +25,12 @@ from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.storage.yaml_file import Fields
 from trackable.certificates.goal import Goal, for_all_times
 from trackable.gp.joint import JointPrior
-from trackable.gp.prior import NOISE, Prior
 from trackable.gp.samples import Samples
+from trackable.learning.prior import prior_for
 from trackable.learning.published.periodic import period_of
 from trackable.learning.published.scalar import Scalar, scalar
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.sets.interval import Interval
 
 STATE = "state"
 """What is sampled of a scalar system."""
@@ -63,11 +62,6 @@ class Experiment(Fields):
 
     @property
     @abstractmethod
-    def bounds(self) -> dict[str, Interval]:
-        """Where hyperparameters are sought, for those of which that is written."""
-
-    @property
-    @abstractmethod
     def last_step(self) -> int:
         """Up to which step references are looked at."""
 
@@ -78,7 +72,7 @@ class Experiment(Fields):
 
     def search_space(self, samples: tuple[Samples, ...]) -> SearchSpace:
         """Where the learned hyperparameters are looked for: as written, or from the scales of the samples."""
-        return SearchSpace.around(samples, self.learned_prior, self.bounds, self.search.starts)
+        return SearchSpace.around(samples, self.learned_prior, self.search.starts)
 
     def goal(self, samples: tuple[Samples, ...]) -> Goal:
         """What a certified reference has to be proved for."""
@@ -137,14 +131,7 @@ class ScalarExperiment(Experiment):
 
     @property
     def learned_prior(self) -> JointPrior:
-        noise, choice = self.prior.noise_std, self.prior.kernel
-        fixed = choice.fixed | ({NOISE} if noise.bounds is None else set())
-        return JointPrior((Prior(choice.kernel, noise.value, self.prior.mean, frozenset(fixed)),))
-
-    @property
-    def bounds(self) -> dict[str, Interval]:
-        noise = self.prior.noise_std.bounds
-        return {**self.prior.kernel.bounds, **({NOISE: noise} if noise else {})}
+        return prior_for(self.constrained_system, {STATE: self.prior.prior})
 
     def drawn(self, draw: SampleDraw, seed: int) -> Samples:
         """The samples that a seed gives."""
@@ -182,7 +169,7 @@ class PeriodicExperiment(ScalarExperiment):
     @model_validator(mode="after")
     def _has_a_period(self) -> "PeriodicExperiment":
         try:
-            period_of([self.prior.kernel.kernel])
+            period_of([self.prior.kernel])
         except TypeError as error:
             raise ValueError(f"prior.kernel: {error}") from None
         if self.periodic.draws and not isinstance(self.samples, SampleDraw):

@@ -1,7 +1,7 @@
 """Experiments on systems of several states and inputs: references with a proof."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, PositiveInt, model_validator
 
@@ -13,11 +13,10 @@ from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.storage.yaml_file import Fields
 from trackable.certificates.goal import Goal, for_all_times, on_window
 from trackable.gp.joint import JointPrior
-from trackable.gp.prior import NOISE, Prior
 from trackable.gp.samples import Samples
+from trackable.learning.prior import prior_for
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.sampling import seen_through
-from trackable.systems.sets.interval import Interval
 
 
 class Looks(Fields):
@@ -94,22 +93,8 @@ class TrackingExperiment(Experiment):
 
     @property
     def learned_prior(self) -> JointPrior:
-        parts = []
-        for name, stencil in seen_through(self.constrained_system, self.samples).items():
-            fields = self.prior[name]
-            fixed = fields.kernel.fixed | ({NOISE} if fields.noise_std.bounds is None else frozenset())
-            level = (fields.mean - stencil.offset) / sum(stencil.weights)
-            parts.append(Prior(fields.kernel.kernel, fields.noise_std.value, level, frozenset(fixed)))
-        return JointPrior(tuple(parts), self.names, self.shared)
-
-    @property
-    def bounds(self) -> dict[str, Interval]:
-        found: dict[str, Interval] = {}
-        for name in self.names:
-            noise = self.prior[name].noise_std.bounds
-            own: dict[str, Any] = {**self.prior[name].kernel.bounds, **({NOISE: noise} if noise else {})}
-            found |= {self.learned_prior.called(name, parameter): bounds for parameter, bounds in own.items()}
-        return found
+        believed = {name: fields.prior for name, fields in self.prior.items()}
+        return prior_for(self.constrained_system, believed, self.shared)
 
     @property
     def truths(self) -> Mapping[str, GroundTruth]:

@@ -48,7 +48,7 @@ CONSTANT = np.minimum(np.sin(np.pi * np.minimum(STEPS, 25) / 50) - 1, 0)
 
 
 def posterior(theta1: float, theta2: float) -> Posterior:
-    return Posterior(Prior(SquaredExponential(theta1, theta2), 0.01), SAMPLES)
+    return Posterior(Prior(SquaredExponential(theta1, theta2).as_learned(), 0.01), SAMPLES)
 
 
 LEARNED = {name: Reference((posterior(*theta).signal,), SYSTEM) for name, theta in OPTIMA.items()}
@@ -80,7 +80,7 @@ def trace() -> Trace:
 
 
 def problem() -> ConstrainedProblem:
-    prior = JointPrior((Prior(SquaredExponential(0.7, 0.22), 0.01),))
+    prior = JointPrior((Prior(SquaredExponential(0.7, 0.22).as_learned(), 0.01),))
     constraints = (Constraint(PLANT.state, Steps(0, 130, 0.01)), Constraint(PLANT.input, Steps(0, 129, 0.01)))
     return ConstrainedProblem((SAMPLES,), prior, SearchSpace.around((SAMPLES,), prior), constraints)
 
@@ -120,7 +120,7 @@ PERIODIC_PLANT = scalar(0.9, 0.1, state_set=Interval(-2, 2), input_set=Interval(
 PERIODIC_SAMPLES = Samples(np.arange(21) / 5, np.sin(2 * np.arange(21) / 5))
 PERIODIC = {
     name: ScalarReference.of(
-        Reference((Posterior(Prior(Periodic(*theta), 0.1), PERIODIC_SAMPLES).signal,), PERIODIC_PLANT)
+        Reference((Posterior(Prior(Periodic(*theta).as_learned(), 0.1), PERIODIC_SAMPLES).signal,), PERIODIC_PLANT)
     )
     for name, theta in {"unconstrained": (2.0, 0.3, 3.1), "exact": (1.0, 1.0, 3.14), "intervals": (1, 2, 3.2)}.items()
 }

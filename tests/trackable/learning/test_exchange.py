@@ -9,6 +9,7 @@ import pytest
 
 from tests.trackable.learning import naive
 from tests.trackable.learning.instances import SEEDS, TIGHT_SEEDS, Instance, instance, tight, wild
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
@@ -164,7 +165,7 @@ def test_a_warm_start_in_tight_sets_is_no_worse_than_the_point_it_starts_from():
 @pytest.mark.parametrize("seed", SEEDS)
 def test_learned_noise_is_as_good_as_brute_force(seed):
     base = instance(seed)
-    prior = replace(base.prior, fixed=base.prior.fixed - {"noise_std"})
+    prior = replace(base.prior, noise_std=Learned(base.prior.noise_std))
     free = replace(base, prior=prior)
     found = solve(replace(free.problem, constraints=()))
     assert found.objective <= naive.best_of_many_starts(free, starts=20, constrained=False) + 1e-5
@@ -173,7 +174,7 @@ def test_learned_noise_is_as_good_as_brute_force(seed):
 @pytest.mark.parametrize("seed", [0, 1, 4])
 def test_learned_noise_under_constraints_is_as_good_as_brute_force(seed):
     base = instance(seed)
-    case = replace(base, prior=replace(base.prior, fixed=base.prior.fixed - {"noise_std"}))
+    case = replace(base, prior=replace(base.prior, noise_std=Learned(base.prior.noise_std)))
     found = solve(case.problem)
     assert_keeps_every_bound(case, found)
     assert found.objective <= naive.best_of_many_starts(case) + 1e-6 * (1 + abs(found.objective))
@@ -193,7 +194,7 @@ EXPLANATION = re.compile(
 )
 OPPOSITE = Samples([0.0, 0.2, 0.4, 0.6, 0.8], [-9.0, -11.0, -10.0, -10.5, -9.5])
 NEAR = Samples([0.0, 0.2, 0.4, 0.6, 0.8], [0.3, 0.1, 0.2, 0.15, 0.1])
-PRIOR = Prior(SquaredExponential(1.0, 1.0), 0.1)
+PRIOR = Prior(SquaredExponential(1.0, 1.0).as_learned(), 0.1)
 
 
 def _infeasible(samples: Samples, system: tuple[float, ...], states: Interval, inputs: Interval) -> Instance:
@@ -264,7 +265,7 @@ def test_no_point_of_a_grid_violates_less(name):
 def test_a_search_that_can_factor_nothing_is_explained():
     """Noise far too small for so many samples so close: no start has a Cholesky factor."""
     samples = Samples(np.arange(30) / 100, np.sin(np.arange(30) / 100))
-    prior = Prior(SquaredExponential(1.0, 0.2), 1e-12)
+    prior = Prior(SquaredExponential(1.0, 0.2).as_learned(), 1e-12)
     case = replace(instance(0), samples=samples, prior=prior)
     space = SearchSpace({"signal_std": Interval(0.5, 2.0), "lengthscale": Interval(5.0, 50.0)})
     for constraints in (case.problem.constraints, ()):
@@ -275,8 +276,8 @@ def test_a_search_that_can_factor_nothing_is_explained():
 
 def test_with_nothing_to_learn_the_prior_itself_is_tried():
     base = instance(0)
-    names = frozenset(base.prior.hyperparameters)
-    quiet = replace(base.prior, kernel=SquaredExponential(1e-3, 0.3), fixed=names)
+    quiet = replace(base.prior, kernel=SquaredExponential(1e-3, 0.3))
+    assert quiet.learned == ()
     answer = solve(replace(base, prior=quiet).problem)
     assert isinstance(answer, Solution)
     assert answer.posterior.prior == JointPrior((quiet,))

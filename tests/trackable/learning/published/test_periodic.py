@@ -27,7 +27,7 @@ SYSTEM = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0
 PLANT = Scalar.of(SYSTEM)
 TIMES = np.arange(0, 401, 20) * 0.01
 SAMPLES = Samples(TIMES, two_harmonics(TIMES) + 0.3 * np.random.default_rng(4).standard_normal(TIMES.size))
-SINGLE = Prior(Periodic(1.0, 1.0, 3.0), 0.1)
+SINGLE = Prior(Periodic(1.0, 1.0, 3.0).as_learned(), 0.1)
 PRIOR = JointPrior((SINGLE,))
 SPACE = SearchSpace.around((SAMPLES,), PRIOR, starts=16)
 COUNTS = (4, 16, 64)
@@ -156,7 +156,7 @@ def test_gradients_of_pairs_against_central_differences():
 
 
 def test_a_known_period_of_whole_steps_needs_its_instants_only():
-    known = JointPrior((replace(SINGLE, kernel=Periodic(1.0, 1.0, 3.14), fixed=SINGLE.fixed | {"period"}),))
+    known = JointPrior((replace(SINGLE, kernel=Periodic(period=3.14)),))
     space = SearchSpace.around((SAMPLES,), known, starts=8)
     outcomes = [
         periodic.learn((SAMPLES,), known, SYSTEM, space, constraints).outcome
@@ -176,7 +176,7 @@ def test_a_period_between_steps_is_no_sampled_problem(period):
 
 
 def test_a_kernel_without_a_period_is_refused():
-    quasi = JointPrior((Prior(Product(Periodic(1, 1, 3), SquaredExponential(1, 5)), 0.1),))
+    quasi = JointPrior((Prior(Product(Periodic(1, 1, 3), SquaredExponential(1, 5)).as_learned(), 0.1),))
     space = SearchSpace.around((SAMPLES,), quasi)
     with pytest.raises(TypeError, match="needs a periodic kernel, got Product"):
         periodic.learn((SAMPLES,), quasi, SYSTEM, space, periodic.exact(SYSTEM))
@@ -190,7 +190,7 @@ def test_no_admissible_equilibrium_and_nothing_feasible_is_explained():
 
 
 def test_learned_noise_is_allowed():
-    prior = JointPrior((replace(SINGLE, fixed=frozenset()),))
+    prior = JointPrior((SINGLE.as_learned(),))
     space = SearchSpace.around((SAMPLES,), prior, starts=8)
     outcome = periodic.learn((SAMPLES,), prior, SYSTEM, space, periodic.exact(SYSTEM)).outcome
     assert isinstance(outcome, Solution)
