@@ -1,24 +1,15 @@
 """Formulas in float64: intervals of real numbers, each with a bound of how far its float64 is away.
 
-+ − · / are rounded once, functions and powers by 4 units in the last place, 8 roundings, at most.
+Assumed: + − · / are rounded once; functions and powers are off by 4 units in the last place at most, 8 roundings.
 """
 
 from dataclasses import dataclass
 
-from trackable.checker.formulas import (
-    Intervals,
-    is_multiplied,
-    require_nonzero,
-    require_positive,
-    required,
-    slope_of,
-    whole_power,
-)
-from trackable.checker.intervals import SIGN, ZERO, Real, exp, iv, log
+from trackable.checker.arithmetic import domains
+from trackable.checker.arithmetic.intervals import SIGN, UNIT, ZERO, Real, exactly
 
-_UNIT = iv.mpf(2) ** -53
-_UNDERFLOW = iv.mpf(2) ** -1000
-_OVERFLOW = iv.mpf(10) ** 300
+_UNDERFLOW = exactly(2) ** -1000
+_OVERFLOW = exactly(10) ** 300
 
 
 @dataclass(frozen=True)
@@ -30,7 +21,7 @@ class Rounded:
 
     @property
     def seen(self) -> Real:
-        """Holds both."""
+        """An interval that contains both."""
         return self.exact + SIGN * self.error
 
     def __add__(self, other: "Rounded") -> "Rounded":
@@ -45,32 +36,27 @@ class Rounded:
 
 
 class RoundedFormulas:
-    """Formulas of them."""
+    """The arithmetic of formulas on rounded numbers."""
 
     def constant(self, value: float) -> Rounded:
-        return Rounded(iv.mpf(value), ZERO)
+        return Rounded(exactly(value), ZERO)
 
     def over(self, a: Rounded, b: Rounded) -> Rounded:
-        require_nonzero(b.seen)
+        domains.require_nonzero(b.seen)
         exact = a.exact / b.exact
         return _rounded(exact, (a.error + abs(exact) * b.error) / abs(b.seen), a.seen / b.seen)
 
     def power(self, a: Rounded, exponent: float) -> Rounded:
-        if is_multiplied(exponent):
-            p = int(exponent)
-            slope = p * whole_power(a.seen, p - 1) if p else ZERO
-        else:
-            require_positive("power", a.seen)
-            slope = iv.mpf(exponent) * exp((iv.mpf(exponent) - 1) * log(a.seen))
-        exact, seen = (Intervals().power(x, exponent) for x in (a.exact, a.seen))
+        slope = domains.slope_of_power(a.seen, exponent)
+        exact, seen = (domains.power(x, exponent) for x in (a.exact, a.seen))
         return _rounded(exact, abs(slope) * a.error, seen, 8)
 
     def function(self, name: str, a: Rounded) -> Rounded:
-        exact, seen = (Intervals().function(name, x) for x in (a.exact, a.seen))
-        return _rounded(exact, abs(slope_of(name, a.seen)) * a.error, seen, 8)
+        exact, seen = (domains.function(name, x) for x in (a.exact, a.seen))
+        return _rounded(exact, abs(domains.slope_of_function(name, a.seen)) * a.error, seen, 8)
 
 
 def _rounded(exact: Real, moved: Real, seen: Real, roundings: int = 1) -> Rounded:
-    """What is `moved` by the errors of its operands, and then rounded from somewhere in `seen`."""
-    required(bool(abs(seen).b < _OVERFLOW), "it may overflow")
-    return Rounded(exact, iv.mpf((moved + roundings * _UNIT * abs(seen) + _UNDERFLOW).b))
+    """Return a result that is `moved` by the errors of its operands and then rounded from somewhere in `seen`."""
+    domains.required(bool(abs(seen).b < _OVERFLOW), "it may overflow")
+    return Rounded(exact, exactly((moved + roundings * UNIT * abs(seen) + _UNDERFLOW).b))
