@@ -18,7 +18,7 @@ from trackable.control.step.answer import Status, Step
 from trackable.gp.kernels.radial import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
@@ -30,8 +30,8 @@ def masses(count: int) -> ConstrainedSystem:
     A, B = (np.asarray(np.kron(np.eye(count), block), dtype=float) for block in ([[0, 1], [0, 0]], [[0], [1]]))
     states = np.tile([1.2, 2.0], count)
     inputs = np.full(count, 4.0)
-    system = Linear.discretised(A, B, 0.05)
-    return ConstrainedSystem(system, Polytope.box(-states, states), Polytope.box(-inputs, inputs), 0.05)
+    system = LinearSystem.discretised(A, B, 0.05)
+    return ConstrainedSystem(system, Polytope.box(-states, states), Polytope.box(-inputs, inputs))
 
 
 def sine(plant: ConstrainedSystem) -> Reference:
@@ -108,7 +108,7 @@ def do_mpc_step(
         from do_mpc.model import Model
 
     system = plant.system
-    assert isinstance(system, Linear)
+    assert isinstance(system, LinearSystem)
     n, m = system.B.shape
     model = Model("discrete")
     x, u = model.set_variable("_x", "x", (n, 1)), model.set_variable("_u", "u", (m, 1))

@@ -10,7 +10,7 @@ _PUBLIC = {
     "ConstrainedSystem": "trackable.systems.constrained",
     "Controller": "trackable.control.controller",
     "Infeasible": "trackable.control.step.answer",
-    "Linear": "trackable.systems.linear",
+    "LinearSystem": "trackable.systems.linear",
     "Matern32": "trackable.gp.kernels.radial",
     "Matern52": "trackable.gp.kernels.radial",
     "NotTrackableError": "trackable.reference",

@@ -6,7 +6,7 @@ from trackable.arrays import Array
 from trackable.control.controller import Controller
 from trackable.control.feasible_set import feasible_states
 from trackable.control.followed import Followed
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 
 _INSTANTS = 80
 
@@ -20,7 +20,7 @@ def feasible_over_time(
     columns called as the states are. Horizons too short for the system are left out.
     """
     system = controller.plant.system
-    if not isinstance(system, Linear) or len(system.states) > 2:
+    if not isinstance(system, LinearSystem) or len(system.states) > 2:
         return {}
     fewest = max(controller.plant.flatness.orders)
     with_horizon = {N: Controller(controller.plant, N, controller.Q, controller.R) for N in horizons if fewest <= N}

@@ -10,7 +10,7 @@ from trackable.control.controller import Controller
 from trackable.control.followed import Followed
 from trackable.control.step.prediction import Prediction, gaps
 from trackable.control.step.room import Room, Sets
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 
 _CORNER = 1e-7
 """A support point this far (a part of the set's size) beyond an edge counts as on it."""
@@ -24,7 +24,7 @@ def feasible_states(controller: Controller, reference: Followed, k: int) -> Arra
     states, for a nonlinear system, and where X leaves the set unbounded.
     """
     n = len(controller.plant.system.states)
-    if not isinstance(controller.plant.system, Linear):
+    if not isinstance(controller.plant.system, LinearSystem):
         raise ValueError("feasible set: it is drawn for linear systems only, whose sets are convex")
     if n > 2:
         raise ValueError(f"feasible set: it is drawn for one or two states, got {n}")

@@ -12,7 +12,7 @@ from trackable.control.controller import TOLERANCE, Controller
 from trackable.control.step.answer import Infeasible, Status, Step
 from trackable.control.step.program import Program, Question
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.polytope import Polytope
 
 PLANT = instances.double_integrator()
@@ -121,9 +121,9 @@ def test_what_is_infeasible_says_by_how_much(state):
 
 
 def test_the_inputs_applied_are_admissible_in_a_polytope_that_is_no_box():
-    system = Linear(np.array([[1.0, 0.2], [0.0, 1.0]]), np.array([[1.0, 0.3], [0.2, 1.0]]))
+    system = LinearSystem(np.array([[1.0, 0.2], [0.0, 1.0]]), np.array([[1.0, 0.3], [0.2, 1.0]]), sampling_time=0.1)
     U = Polytope.halfspaces(np.array([[1.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]), np.array([0.1, 0.1, 0.1]))
-    plant = ConstrainedSystem(system, Polytope.box([-9.0, -9.0], [9.0, 9.0]), U, 0.1)
+    plant = ConstrainedSystem(system, Polytope.box([-9.0, -9.0], [9.0, 9.0]), U)
     controller, still = Controller(plant, 10, np.eye(2), np.eye(2)), instances.at_rest(plant)
     state, statuses = np.array([0.6, -0.5]), []
     for k in range(15):

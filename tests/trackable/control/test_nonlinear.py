@@ -13,21 +13,21 @@ from trackable.control.step.sequential import rolled_out
 from trackable.gp.kernels.radial import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
-TANK = ConstrainedSystem(MODELS["tank"], Polytope.box([0.3], [1.25]), Polytope.box([0.02], [0.068]), 5.0)
+TANK = ConstrainedSystem(MODELS["tank"](5.0), Polytope.box([0.3], [1.25]), Polytope.box([0.02], [0.068]))
 PAIR = ConstrainedSystem(
     Nonlinear.of(
         lambda x, u: [0.9 * x[0] + 0.3 * np.sin(x[1]) + u[0], 0.8 * x[1] + 0.2 * x[0] * x[1] + (1 + x[0] ** 2) * u[1]],
         ["a", "b"],
         ["u", "w"],
+        0.1,
     ),
     Polytope.box([-2.0, -2.0], [2.0, 2.0]),
     Polytope.box([-0.25, -0.3], [0.25, 0.3]),
-    0.1,
 )
 
 
@@ -136,10 +136,10 @@ def test_what_is_infeasible_says_by_how_much():
 
 def test_a_system_that_is_linear_in_truth_is_controlled_alike():
     sets = (Polytope.box([-2.0], [0.05]), Polytope.box([-0.5], [0.5]))
-    written = Nonlinear.of(lambda x, u: [0.9 * x[0] + 0.5 * u[0]], ["state"], ["input"])
+    written = Nonlinear.of(lambda x, u: [0.9 * x[0] + 0.5 * u[0]], ["state"], ["input"], 0.01)
     answers = []
-    for system in (Linear.scalar(0.9, 0.5), written):
-        plant = ConstrainedSystem(system, *sets, 0.01)
+    for system in (LinearSystem.scalar(0.9, 0.5, sampling_time=0.01), written):
+        plant = ConstrainedSystem(system, *sets)
         reference = bump(plant, [0.0], [-0.5], 0.1)
         controller = Controller(plant, 5, np.eye(1), np.eye(1))
         answers.append([controller.step(3, np.array([x]), reference) for x in (-1.9, -1.0, 0.0)])

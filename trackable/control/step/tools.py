@@ -12,7 +12,7 @@ from trackable.control.step.program import Program, closest, tracking, widening
 from trackable.control.step.room import Sets
 from trackable.control.step.unbounded import Unbounded
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Window
 
 
@@ -37,7 +37,7 @@ class Tools:
     @property
     def is_linear(self) -> bool:
         """Whether one model holds along every plan."""
-        return isinstance(self.plant.system, Linear)
+        return isinstance(self.plant.system, LinearSystem)
 
     def model(self, window: Window, plan: Window) -> Model:
         """The errors from a reference's `window`, near a `plan`: of a linear system, everywhere."""

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from trackable.gp.factors.spectrum import Spectrum
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.radial import Matern32, SquaredExponential
@@ -11,6 +10,7 @@ from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
+from trackable.gp.spectrum import Spectrum
 from trackable.gp.stencil import POINT, Stencil
 
 RNG = np.random.default_rng(4)
