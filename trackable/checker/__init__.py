@@ -40,9 +40,9 @@ Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0 
      what these miss (`arithmetic.models`). A polynomial lies in the convex hull of its Bernstein coefficients, on the
      whole box or on each of its parts (`arithmetic.polynomials`, `steps.boxes`).
   3. Let K_i and D_i bound |κ| and |κ̇| at all distances from t_i to times after the cover. Then, after the cover,
-     |z − m| ≤ R = Σ |c_i| K_i and |ż| ≤ D = Σ |c_i| D_i. So Σ_j w_j (z(t + j T) − m) is at most |Σ_j w_j| R + T Σ_j j |w_j| D, and at most
-     Σ_j |w_j| R. By the mean-value theorem, a formula differs from its value at rest by such a sum, whose weights are
-     its slopes at some point between (`steps.tail`).
+     |z − m| ≤ R = Σ |c_i| K_i and |ż| ≤ D = Σ |c_i| D_i. So |Σ_j w_j (z(t + j T) − m)| is at most
+     |Σ_j w_j| R + T Σ_j j |w_j| D, and at most Σ_j |w_j| R. By the mean-value theorem, a formula differs from its
+     value at rest by such a sum, whose weights are its slopes at some point between (`steps.tail`).
   4. If all parts of κ have the same period, what holds for one period of t holds for all t (`steps.cover`).
   5. Roundings add up to no more than the stated errors. Those of a nonlinear u are carried through its formula, with
      x(t) inside its bounds, as the steps above have shown (`steps.rounding`).

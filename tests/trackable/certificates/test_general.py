@@ -14,6 +14,7 @@ from trackable.certificates.claim import AllPhases, AllTimes
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
 from trackable.checker import Failed, Proved, check
+from trackable.codec.certificates import decode_certificate, encode_certificate
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.periodic import Periodic
@@ -130,7 +131,7 @@ def assert_kept_for_thousands_of_steps(reference: Reference) -> None:
 def test_references_are_certified_and_checked(name):
     found = certified(name)
     assert isinstance(found.certificate.claim, AllPhases if name == "axis_repeats" else AllTimes)
-    verdict = check(found.certificate.to_dict())
+    verdict = check(encode_certificate(found.certificate))
     assert isinstance(verdict, Proved), verdict
     plant = found.reference.plant
     for names, bounds in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
@@ -155,8 +156,8 @@ def test_the_bounds_matter(name):
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_certificates_return_from_their_file(name):
-    data = certified(name).certificate.to_dict()
-    assert Certificate.from_dict(data).to_dict() == data
+    data = encode_certificate(certified(name).certificate)
+    assert encode_certificate(decode_certificate(data)) == data
 
 
 def test_what_is_shared_is_learned_as_one():
@@ -184,7 +185,7 @@ def test_a_broken_velocity_bound_has_a_counterexample():
 def test_bounds_drawn_in_across_the_reference_are_refused():
     """By a thousandth of the width, more than the back-off, wherever the reference comes as near as that."""
     found = certified("axis_stops")
-    data, t = found.certificate.to_dict(), np.linspace(0, 7, 5001)
+    data, t = encode_certificate(found.certificate), np.linspace(0, 7, 5001)
     met = 0
     for i, quantity in enumerate(found.reference.quantities):
         bound, by = data["bounds"][i], 1e-3 * quantity.bounds.width

@@ -30,6 +30,7 @@ from trackable.certificates.prove import prove as prove_always
 from trackable.certificates.prove import prove_at_instants, prove_on_window
 from trackable.certificates.rounding.references import evaluation_errors
 from trackable.checker import Failed, NotACertificate, Proved, check
+from trackable.codec.certificates import decode_certificate, encode_certificate
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.radial import SquaredExponential
@@ -119,7 +120,7 @@ def bounded(reference: Reference, times: np.ndarray, room: float) -> Reference:
 
 
 def as_read(certificate: Certificate) -> dict[str, Any]:
-    return json.loads(json.dumps(certificate.to_dict()))
+    return json.loads(json.dumps(encode_certificate(certificate)))
 
 
 @cache
@@ -137,7 +138,7 @@ def test_certificates_are_found_and_checked(name):
     assert "For all real t ≥ 0" in verdict.statement
     for state in INSTANCES[name].states:
         assert f"{state}⁺ = " in verdict.statement
-    assert as_read(Certificate.from_dict(data)) == data
+    assert as_read(decode_certificate(data)) == data
     assert "trajectories" not in data
 
 
@@ -281,7 +282,7 @@ def got(data: Any, path: tuple) -> Any:
 
 def _is_true(data: dict) -> bool:
     """By a dense look at what the changed certificate says, whatever the proof in it."""
-    certificate = Certificate.from_dict(data)
+    certificate = decode_certificate(data)
     reference, times = certificate.reference, np.linspace(0.0, 5.0, 20_001)
     return all(
         float(np.min(q.margin(reference.signals, times))) >= 0.99 * certificate.evaluation_error[q.name]

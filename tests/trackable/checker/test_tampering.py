@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from trackable.checker.models import Model
 
 from tests.trackable.certificates import naive
 from tests.trackable.checker.test_soundness import smallest_margin
 from trackable.certificates import cover
 from trackable.certificates import prove as prove_module
-from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import prove, prove_at_instants, prove_on_window
 from trackable.checker import NotACertificate, Proved, boxes, check
-from trackable.checker.models import Model
+from trackable.codec.certificates import decode_certificate, encode_certificate
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.radial import Matern32, Matern52, SquaredExponential
 from trackable.gp.signal import KernelSum
@@ -234,7 +234,7 @@ def without_quantity(data: dict, i: int) -> dict:
 def _is_true(statement: str) -> bool:
     """Whether what the certificate says is true, by a dense search that looks at no box."""
     data = eval(statement)
-    certificate = Certificate.from_dict(data)
+    certificate = decode_certificate(data)
     reference = as_stored(certificate.reference, data["trajectories"])
     named = [bound["name"] for kind in ("state", "input") for bound in data["bounds"] if bound["of"] == kind]
     errors = data["evaluation"]["errors"]
@@ -299,7 +299,7 @@ def remembered(monkeypatch):
 @pytest.mark.usefixtures("remembered")
 @pytest.mark.parametrize("kind", VALID)
 def test_no_change_makes_it_prove_what_is_false(kind):
-    data = VALID[kind]().to_dict()
+    data = encode_certificate(VALID[kind]())
     assert isinstance(check(data), Proved)
     verdicts, proved = [], 0
     for what, other in tampered(data):
@@ -315,7 +315,7 @@ def test_no_change_makes_it_prove_what_is_false(kind):
 @pytest.mark.parametrize("kind", VALID)
 def test_bounds_drawn_in_across_the_reference_are_not_proved(kind):
     """A thousandth of the width is all the room there is."""
-    data = VALID[kind]().to_dict()
+    data = encode_certificate(VALID[kind]())
     for i, bound in enumerate(data["bounds"]):
         low, high = bound["lower"], bound["upper"]
         by = 5e-3 * (high - low)

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mpmath import mp
+from trackable.checker.affine import inputs_of
 
 from tests.trackable.systems.nonlinear_instances import INSTANCES, T_S, exactly, moving
-from trackable.checker.affine import inputs_of
 from trackable.checker.formulas import formula
 from trackable.codec import CodecError, decode, dumps, encode, loads
 from trackable.gp.joint import JointPrior

@@ -109,7 +109,7 @@ def _derivative(name: str, x: Real, k: int, exponent: float) -> Real:
     if name == "log":
         return -((-1 / x) ** k) / k if k else log(x)
     if name == "reciprocal":
-        return ONE * (-1) ** k / x ** (k + 1)
+        return (-ONE if k % 2 else ONE) / x ** (k + 1)
     p = exactly(0.5 if name == "sqrt" else exponent)
     found = sqrt(x) / x**k if name == "sqrt" else exp((p - k) * log(x))
     for j in range(k):

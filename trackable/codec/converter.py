@@ -1,12 +1,11 @@
-"""The mathematics' frozen dataclasses as JSON and back, losslessly: every float64 returns bit for bit.
+"""Frozen dataclasses of the library as JSON and back, losslessly: every float64 returns bit for bit.
 
-Reading is strict. Exactly a class's own fields are taken, and nothing is converted on the way: a string is no number, a
-truth value neither, and NaN and infinities are refused. A kernel carries its class's name as `type`, a formula is
-nested lists, and a system is told by its fields.
+Reading is strict. An object has exactly the fields of its class, and nothing is converted: strings and truth values are
+no numbers, and NaN and infinities are refused. A kernel has its name in the registry as `type`, a formula is nested
+lists, and a system with formulas f is nonlinear.
 """
 
 import dataclasses
-import sys
 from collections.abc import Callable, Set
 from functools import cache
 from reprlib import repr as short
@@ -18,13 +17,11 @@ from cattrs import BaseValidationError, Converter, StructureHandlerNotFoundError
 from cattrs.cols import is_frozenset
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
 
-from trackable.arrays import Array
+from trackable.codec.kernels import KERNELS, NAMES
+from trackable.codec.values import CodecError, read_array, read_float
 from trackable.files import from_json, to_json
 from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.combinations import Product, Sum
-from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
-from trackable.systems.constrained import ConstrainedSystem, System
+from trackable.systems.constrained import System
 from trackable.systems.formulas.algebra import from_lists, to_lists
 from trackable.systems.formulas.expression import Expression
 from trackable.systems.linear import LinearSystem
@@ -33,18 +30,9 @@ from trackable.systems.nonlinear import Nonlinear
 T = TypeVar("T")
 Hook = Callable[[Any, Any], Any]
 
-KERNELS: dict[str, type[Kernel]] = {
-    kernel.__name__: kernel
-    for kernel in (SquaredExponential, Matern32, Matern52, RationalQuadratic, Periodic, Sum, Product)
-}
-
-
-class CodecError(ValueError):
-    """A value has no such JSON, or the JSON no such value: the message says where ($ is the root) and why."""
-
 
 def encode(value: object) -> Any:
-    """A dataclass as nested dicts, lists, strings and numbers, which `decode` was seen to accept. CodecError else."""
+    """Return a dataclass as nested dicts, lists, strings and numbers, which `decode` accepts. Raise CodecError else."""
     if isinstance(value, type) or not dataclasses.is_dataclass(value):
         raise CodecError(f"only a dataclass has a JSON here, got {short(value)}")
     data = _CONVERTER.unstructure(value)
@@ -53,7 +41,7 @@ def encode(value: object) -> Any:
 
 
 def decode(wanted: type[T], data: object) -> T:
-    """The value of type `wanted` whose `encode` is `data`; CodecError where there is none."""
+    """Return the value of type `wanted` whose `encode` is `data`. Raise CodecError where there is none."""
     try:
         value = _CONVERTER.structure(data, wanted)
     except (CodecError, BaseValidationError, StructureHandlerNotFoundError) as error:
@@ -65,12 +53,12 @@ def decode(wanted: type[T], data: object) -> T:
 
 
 def dumps(value: object) -> bytes:
-    """`encode` as a JSON file's content."""
+    """Return `encode` as the content of a JSON file."""
     return to_json(encode(value))
 
 
 def loads(wanted: type[T], data: bytes) -> T:
-    """`decode` of a JSON file's content; CodecError also where it is not strict JSON."""
+    """Return `decode` of the content of a JSON file. Raise CodecError also where it is not strict JSON."""
     try:
         content = from_json(data)
     except ValueError as error:
@@ -87,7 +75,7 @@ def _sentence(error: BaseException, _: object) -> str:
 
 
 def _difference(written: object, data: object, path: str) -> str | None:
-    """Where two JSON values first differ; a whole number equals the float of the same value."""
+    """Return where two JSON values first differ; a whole number equals the float of the same value."""
     if isinstance(written, dict) and isinstance(data, dict) and written.keys() == data.keys():
         inner = ((f"{path}.{key}", written[key], data[key]) for key in written)
     elif isinstance(written, list) and isinstance(data, list) and len(written) == len(data):
@@ -99,7 +87,7 @@ def _difference(written: object, data: object, path: str) -> str | None:
 
 @cache
 def _read_object(cls: type) -> Hook:
-    """Reads an object that has each of the fields of `cls`, defaults or not, and no other."""
+    """Return a reader of objects that have each of the fields of `cls`, with defaults or not, and no other."""
     read: Hook = make_dict_structure_fn(cls, _CONVERTER)
     names = [field.name for field in dataclasses.fields(cls)]
 
@@ -126,34 +114,14 @@ def _read_kernel(data: Any, wanted: type[Kernel]) -> Any:
 
 
 def _write_kernel(kernel: Kernel) -> dict[str, Any]:
-    if type(kernel) not in KERNELS.values():
+    if type(kernel) not in NAMES:
         raise CodecError(f"a kernel must be one of {', '.join(KERNELS)}, got {short(kernel)}")
-    return {"type": type(kernel).__name__, **_kernel_fields(type(kernel))(kernel)}
+    return {"type": NAMES[type(kernel)], **_kernel_fields(type(kernel))(kernel)}
 
 
 @cache
 def _kernel_fields(cls: type[Kernel]) -> Callable[[Kernel], dict[str, Any]]:
     return make_dict_unstructure_fn(cls, _CONVERTER)
-
-
-def _read_plant(data: Any, _: Any) -> ConstrainedSystem:
-    """Read a plant, with its sampling time beside its system."""
-    if not isinstance(data, dict) or "sampling_time" not in data or not isinstance(data.get("system"), dict):
-        raise CodecError(f"a plant must be an object with a system and a sampling_time, got {short(data)}")
-    inner = {name: value for name, value in data.items() if name != "sampling_time"}
-    inner["system"] = {**data["system"], "sampling_time": data["sampling_time"]}
-    plant: ConstrainedSystem = _read_object(ConstrainedSystem)(inner, ConstrainedSystem)
-    return plant
-
-
-def _write_plant(plant: ConstrainedSystem) -> dict[str, Any]:
-    written = _plant_fields()(plant)
-    return {**written, "sampling_time": written["system"].pop("sampling_time")}
-
-
-@cache
-def _plant_fields() -> Callable[[ConstrainedSystem], dict[str, Any]]:
-    return make_dict_unstructure_fn(ConstrainedSystem, _CONVERTER)
 
 
 def _read_system(data: Any, _: Any) -> Any:
@@ -169,29 +137,6 @@ def _read_expression(data: Any, _: Any) -> Expression:
         raise CodecError(str(error)) from error
 
 
-def _read_float(value: Any, _: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise CodecError(f"must be a number, got {short(value)}")
-    if not (abs(value) <= sys.float_info.max and float(value) == value):
-        raise CodecError(f"must be finite, and exact in float64, got {short(value)}")
-    return float(value)
-
-
-def _read_array(values: Any, _: Any) -> Array:
-    """Numbers in lists, all of one length where lists hold lists."""
-    if not isinstance(values, list):
-        raise CodecError(f"must be a list of numbers, got {short(values)}")
-    items: list[Any] = []
-    for i, value in enumerate(values):
-        try:
-            items.append(_read_array(value, float) if isinstance(value, list) else _read_float(value, float))
-        except CodecError as error:
-            raise CodecError(f"[{i}] {error}") from error
-    if len({np.shape(item) for item in items}) > 1:
-        raise CodecError(f"must be lists of one length, got {short(values)}")
-    return np.array(items, dtype=float)
-
-
 def _read_set(values: Any, wanted: Any) -> frozenset[Any]:
     if not isinstance(values, list):  # else the letters of a text would do
         raise CodecError(f"must be a list, got {short(values)}")
@@ -200,7 +145,7 @@ def _read_set(values: Any, wanted: Any) -> frozenset[Any]:
 
 
 def _read_exactly(cls: type) -> Hook:
-    """Takes values of this very class as they are; so True is no int."""
+    """Return a reader that accepts values of this very class only: True is no int."""
 
     def hook(value: Any, _: Any) -> Any:
         if type(value) is not cls:
@@ -226,15 +171,13 @@ def _converter() -> Converter:
     converter = Converter(unstruct_collection_overrides={tuple: list, Set: sorted})
     for cls in (bool, int, str):
         converter.register_structure_hook(cls, _read_exactly(cls))
-    converter.register_structure_hook(float, _read_float)
+    converter.register_structure_hook(float, read_float)
     converter.register_unstructure_hook(float, lambda value: float(value) if isinstance(value, float) else value)
-    converter.register_structure_hook_func(_is_array, _read_array)
+    converter.register_structure_hook_func(_is_array, read_array)
     converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
     converter.register_structure_hook_func(is_frozenset, _read_set)
     converter.register_structure_hook_func(lambda cls: cls == System, _read_system)
     converter.register_structure_hook_factory(dataclasses.is_dataclass, _read_object)
-    converter.register_structure_hook_func(lambda cls: cls is ConstrainedSystem, _read_plant)
-    converter.register_unstructure_hook_func(lambda cls: cls is ConstrainedSystem, _write_plant)
     converter.register_structure_hook_func(_is_kernel, _read_kernel)
     converter.register_unstructure_hook_func(_is_kernel, _write_kernel)
     converter.register_structure_hook_func(_is_expression, _read_expression)
