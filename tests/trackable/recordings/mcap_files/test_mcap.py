@@ -13,7 +13,7 @@ from mcap.writer import CompressionType
 
 from pipeline.storage.logs import Log, Series, read_log, write_log
 from tests.project import ROOT
-from tests.trackable.recordings.mcap_files import START, STATES, TOPIC, WRITERS, WriteFile, write_plain
+from tests.trackable.recordings.mcap_files.writers import START, STATES, TOPIC, WRITERS, WriteFile, write_plain
 from trackable.recordings import (
     LOG_TIME,
     PUBLISH_TIME,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pytest
 from google.protobuf.descriptor_pb2 import FileDescriptorProto
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message_factory import GetMessageClass
@@ -14,6 +15,9 @@ from google.protobuf.timestamp_pb2 import Timestamp
 from mcap.writer import CompressionType, Writer
 from mcap_protobuf.writer import Writer as ProtobufWriter
 from mcap_ros2.writer import Writer as Ros2Writer
+
+from trackable.errors import InputError
+from trackable.recordings import LOG_TIME, Field, MessageTime, read_mcap
 
 TOPIC = "/robot/state"
 START = 1700000000_000000001
@@ -185,3 +189,11 @@ def write_ros2(path: Path, states: Sequence[State], compression: CompressionType
 
 
 WRITERS: dict[str, WriteFile] = {"json": write_json, "protobuf": write_protobuf, "ros2": write_ros2}
+
+
+def refusal(path: Path, field: str = "x", time: MessageTime = LOG_TIME, topic: str = TOPIC, **more: Any) -> str:
+    """The sentence with which reading is refused, without the file that it names."""
+    with pytest.raises(InputError) as caught:
+        read_mcap(path, {"x": Field(topic, field, time=time, **more)})
+    assert str(caught.value).startswith(str(path))
+    return str(caught.value).removeprefix(str(path))
