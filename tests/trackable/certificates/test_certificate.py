@@ -51,6 +51,6 @@ def test_covers_are_contiguous(certificate):
 
 
 def test_other_formats_are_refused(certificate):
-    for version in (1, 3):
-        with pytest.raises(ValueError, match="expected 'trackable certificate' version 2"):
+    for version in (1, 2, 4):
+        with pytest.raises(ValueError, match="expected 'trackable certificate' version 3"):
             decode_certificate({**encode_certificate(certificate), "version": version})

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackable.certificates import naive
+from tests.trackable.checker.changes import PLANT, changed
 from tests.trackable.systems.instances import controllable, unbounded
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.certified import Certified, learn_certified
@@ -187,10 +188,14 @@ def test_bounds_drawn_in_across_the_reference_are_refused():
     found = certified("axis_stops")
     data, t = encode_certificate(found.certificate), np.linspace(0, 7, 5001)
     met = 0
-    for i, quantity in enumerate(found.reference.quantities):
-        bound, by = data["bounds"][i], 1e-3 * quantity.bounds.width
-        narrow = {**bound, "lower": bound["lower"] + by, "upper": bound["upper"] - by}
-        verdict = check({**data, "bounds": [*data["bounds"][:i], narrow, *data["bounds"][i + 1 :]]})
+    sides = [
+        (side, i) for side in ("state_set", "input_set") for i in range(len(data["reference"]["plant"][side]["rows"]))
+    ]
+    for (side, i), quantity in zip(sides, found.reference.quantities, strict=True):
+        by, narrow = 1e-3 * quantity.bounds.width, data
+        for end, value in (("lower", quantity.bounds.lower + by), ("upper", quantity.bounds.upper - by)):
+            narrow = changed(narrow, (*PLANT, side, end, i), value)
+        verdict = check(narrow)
         if np.min(quantity.margin(found.reference.signals, t)) < 0.9 * by:
             assert isinstance(verdict, Failed), quantity.name
             assert verdict.reason.startswith(

@@ -1,10 +1,6 @@
 """The checker: that it stands alone, and what it proves and refuses."""
 
-import ast
 import copy
-import re
-import sys
-from pathlib import Path
 
 import pytest
 from mpmath import mp
@@ -19,21 +15,6 @@ from trackable.checker.arithmetic.intervals import iv
 @pytest.fixture
 def data() -> dict:
     return scalar_certificate()
-
-
-def test_it_imports_nothing_but_the_standard_library_and_mpmath():
-    """And its own parts, of the same kind."""
-    own, names = Path(checker.__file__).parent, set[str]()
-    sources = sorted(own.rglob("*.py"))
-    assert len(sources) > 30
-    for source in sources:
-        tree = ast.parse(source.read_text(encoding="utf-8"))
-        names |= {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-        found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-        assert all(node.level == 0 for node in found)
-        names |= {node.module for node in found}
-    others = {name for name in names if name.split(".")[0] not in sys.stdlib_module_names}
-    assert {name for name in others if not re.match(r"trackable\.checker(\.|$)", name)} == {"mpmath.ctx_iv"}
 
 
 def test_its_docstring_states_the_theorem():

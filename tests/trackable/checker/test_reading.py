@@ -115,6 +115,15 @@ def test_damaged_certificates_are_none(data, path, value):
     assert isinstance(check(changed(data, path, value)), NotACertificate)
 
 
+@pytest.mark.parametrize("version", [1, 2, 4])
+def test_another_version_is_refused_with_a_sentence_that_says_so(data, version):
+    verdict = check({"format": data["format"], "version": version, "signals": []})
+    assert isinstance(verdict, NotACertificate)
+    assert verdict.reason == (
+        f"is a certificate of version {version}; this checker reads version 3: prove the reference again to get one"
+    )
+
+
 def test_a_kernel_nested_without_end_is_refused(data):
     kernel = data["reference"]["signals"][0]["kernel"]
     for _ in range(500):

@@ -200,11 +200,16 @@ EMPTY = {
 @over(EMPTY, "rows")
 def test_an_empty_set_holds_no_input(rows):
     """Each has no inequality left that says anything of u; those that say nothing of it must hold."""
-    sides = {"rows": [r for r, _, _ in rows], "lower": [low for _, low, _ in rows], "upper": [up for _, _, up in rows]}
-    changed_set = {**sides, "dimension": 2}
-    verdict = check(changed(as_read(learned().certificate), ("reference", "plant", "input_set"), changed_set))
-    assert isinstance(verdict, Failed)
-    assert verdict.reason.startswith("input_set: no input keeps its rows")
+    certificate = read_certificate(as_read(learned().certificate))
+    sides = tuple(row_of(*row) for row in rows)
+    reason = why_not_attainable(certificate.system, sides, certificate.attainable)
+    assert reason is not None
+    assert reason.startswith("input_set: no input keeps its rows")
+    columns = zip(("rows", "lower", "upper"), map(list, zip(*rows, strict=True)), strict=True)
+    other = {**dict(columns), "dimension": 2}
+    assert isinstance(
+        check(changed(as_read(learned().certificate), ("reference", "plant", "input_set"), other)), Failed
+    )
 
 
 def test_a_set_turned_inside_out_holds_no_input():
