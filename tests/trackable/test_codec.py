@@ -11,13 +11,15 @@ from hypothesis import strategies as st
 
 from trackable.arrays import Array
 from trackable.codec import CodecError, decode, dumps, encode, loads
-from trackable.codec.kernels import KERNELS
 from trackable.files import to_json
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.base import Elementary, Kernel
-from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.base import Kernel, Product, Sum
+from trackable.gp.kernels.elementary import Elementary
+from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.registry import KERNELS
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
@@ -297,7 +299,7 @@ class Unknown(Elementary):
         (lambda: replace(SIGNAL, weights=np.array(1.0)), "list of numbers"),
         (lambda: replace(STENCIL, offset=True), r"got True @ \$.offset"),
         (lambda: JointPrior((PRIOR,), (3,)), r"got 3 @ \$.names"),
-        (Unknown, "a kernel must be one of squared_exponential"),
+        (Unknown, "kernel: expected one of squared_exponential"),
         (lambda: Interval, "only a dataclass"),
         (lambda: [1.0], "only a dataclass"),
         (lambda: Strange(len), "Strange"),

@@ -17,10 +17,10 @@ from cattrs import BaseValidationError, Converter, StructureHandlerNotFoundError
 from cattrs.cols import is_frozenset
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
 
-from trackable.codec.kernels import KERNELS, NAMES
 from trackable.codec.values import CodecError, read_array, read_float
 from trackable.files import from_json, to_json
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.registry import KERNELS, name_of
 from trackable.systems.constrained import System
 from trackable.systems.formulas.algebra import from_lists, to_lists
 from trackable.systems.formulas.expression import Expression
@@ -114,9 +114,11 @@ def _read_kernel(data: Any, wanted: type[Kernel]) -> Any:
 
 
 def _write_kernel(kernel: Kernel) -> dict[str, Any]:
-    if type(kernel) not in NAMES:
-        raise CodecError(f"a kernel must be one of {', '.join(KERNELS)}, got {short(kernel)}")
-    return {"type": NAMES[type(kernel)], **_kernel_fields(type(kernel))(kernel)}
+    try:
+        name = name_of(type(kernel))
+    except ValueError as error:
+        raise CodecError(str(error)) from error
+    return {"type": name, **_kernel_fields(type(kernel))(kernel)}
 
 
 @cache

@@ -13,7 +13,7 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import prove as prove_always
 from trackable.certificates.prove import prove_on_window
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.systems.reference import Reference
 
 

@@ -7,7 +7,7 @@ from tests.trackable.certificates.test_prove import reference
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import prove
 from trackable.codec.certificates import encode_certificate
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 
 @cache

@@ -23,7 +23,8 @@ from trackable.checker.certificate import Row
 from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.steps.redundancy import why_not_attainable
 from trackable.codec.certificates import decode_certificate, encode_certificate
-from trackable.gp.kernels.radial import Matern52, SquaredExponential
+from trackable.gp.kernels.matern import Matern52
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
 from trackable.learn import learn_reference

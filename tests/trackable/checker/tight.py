@@ -6,8 +6,9 @@ import numpy as np
 
 from tests.trackable.certificates import naive
 from trackable.certificates.prove import prove, prove_at_instants, prove_on_window
+from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem

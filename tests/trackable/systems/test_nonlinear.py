@@ -12,7 +12,7 @@ from trackable.checker.formulas.formula import text
 from trackable.checker.reading.formulas import a_formula
 from trackable.codec import CodecError, decode, dumps, encode, loads
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning.index_set import Window
