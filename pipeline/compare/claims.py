@@ -7,8 +7,8 @@ from typing import Annotated, Literal, Self, TypeGuard
 from pydantic import BeforeValidator, Field, NonNegativeFloat, model_validator
 
 from pipeline.compare.model import Found
-from pipeline.experiments.yaml_file import Fields, read_yaml, validated
 from pipeline.published.paper import printed_numbers
+from pipeline.storage.yaml_file import Fields, read_yaml, validated
 from trackable.errors import InputError
 
 CLAIMS = Path("claims.yaml")

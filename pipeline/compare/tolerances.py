@@ -8,7 +8,7 @@ from typing import Annotated, Self
 
 from pydantic import BeforeValidator, NonNegativeFloat, model_validator
 
-from pipeline.experiments.yaml_file import Fields, read_yaml, validated
+from pipeline.storage.yaml_file import Fields, read_yaml, validated
 
 TOLERANCES = Path("tolerances.yaml")
 

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, NonNegativeInt, PositiveFloat, PositiveInt
 
 from pipeline.experiments.fields import Steps, as_tuple
-from pipeline.experiments.yaml_file import Fields
+from pipeline.storage.yaml_file import Fields
 
 
 class Stream(Fields):

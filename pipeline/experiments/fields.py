@@ -13,7 +13,7 @@ from pydantic import (
 )
 
 from pipeline.experiments.kernel_choice import Hyperparameter, KernelChoice
-from pipeline.experiments.yaml_file import Fields
+from pipeline.storage.yaml_file import Fields
 from trackable.systems.sets.interval import Interval
 
 

@@ -4,8 +4,9 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.experiments.model import AsymptoticExperiment, Experiment, PeriodicExperiment
+from pipeline.experiments.names import refused_names
 from pipeline.experiments.tracking import TrackingExperiment
-from pipeline.experiments.yaml_file import read_yaml, validated
+from pipeline.storage.yaml_file import read_yaml, validated
 from trackable.errors import InputError
 
 PARAMS = Path("params.yaml")
@@ -17,13 +18,13 @@ KINDS: dict[str, type[Experiment]] = {
 
 
 def load_experiments(path: Path = PARAMS) -> dict[str, Experiment]:
-    """All experiments of a parameter file, by name. Raises InputError."""
+    """Return all experiments of a parameter file, by name. Raises InputError."""
     entries = _entries(path)
     return {name: _experiment(path, name, fields) for name, fields in entries.items()}
 
 
 def load_experiment(name: str, path: Path = PARAMS) -> Experiment:
-    """One experiment; the others are not looked at, so that their mistakes do not stop this one. Raises InputError."""
+    """Return one experiment. Of the others only the names are checked. Raises InputError."""
     entries = _entries(path)
     if name not in entries:
         raise InputError(f"{path}: there is no experiment {name!r}; there are {', '.join(entries)}")
@@ -32,7 +33,9 @@ def load_experiment(name: str, path: Path = PARAMS) -> Experiment:
 
 def _entries(path: Path) -> dict[str, Any]:
     match read_yaml(path):
-        case {"experiments": dict() as entries} if entries and all(isinstance(name, str) for name in entries):
+        case {"experiments": dict() as entries} if entries:
+            if refused := refused_names(entries):
+                raise InputError(f"{path}: experiments: {'; '.join(refused)}")
             return entries
     raise InputError(f"{path}: expected `experiments:` with at least one named entry")
 

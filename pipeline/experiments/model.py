@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import BeforeValidator, field_validator, model_validator
 
 from pipeline.experiments.control import Control
 from pipeline.experiments.fields import (
@@ -21,8 +21,8 @@ from pipeline.experiments.fields import (
     Verification,
     which_samples,
 )
-from pipeline.experiments.yaml_file import Fields
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
+from pipeline.storage.yaml_file import Fields
 from trackable.certificates.goal import Goal, for_all_times
 from trackable.gp.joint import JointPrior
 from trackable.gp.prior import NOISE, Prior
@@ -41,7 +41,7 @@ class Experiment(Fields):
     """What every entry of params.yaml has, validated, and what the stages ask of it."""
 
     kind: str
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$")]
+    name: str
     title: str
     search: Search
     control: Control = Control()

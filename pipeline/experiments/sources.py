@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
 from pipeline.experiments.fields import ProjectPath, Steps, as_tuple
-from pipeline.experiments.yaml_file import Fields
+from pipeline.storage.yaml_file import Fields
 from trackable.errors import InputError
 from trackable.recordings import CLOCKS, REPAIRS, DateTimes
 from trackable.recordings.csv_files.table import MISSING

@@ -9,8 +9,8 @@ from pipeline.experiments.fields import PriorFields
 from pipeline.experiments.model import Experiment
 from pipeline.experiments.plants import ModelField, SetField
 from pipeline.experiments.sources import Drawn, Source, SourceField
-from pipeline.experiments.yaml_file import Fields
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
+from pipeline.storage.yaml_file import Fields
 from trackable.certificates.goal import Goal, for_all_times, on_window
 from trackable.gp.joint import JointPrior
 from trackable.gp.prior import NOISE, Prior
@@ -80,8 +80,7 @@ class TrackingExperiment(Experiment):
 
     @property
     def constrained_system(self) -> ConstrainedSystem:
-        s = self.system
-        return ConstrainedSystem(s.discrete, self.state_set.polytope, self.input_set.polytope, s.sampling_time)
+        return ConstrainedSystem(self.system.discrete, self.state_set.polytope, self.input_set.polytope)
 
     @property
     def names(self) -> tuple[str, ...]:

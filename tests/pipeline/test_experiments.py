@@ -53,7 +53,7 @@ WRONG = [
     ("time_column: k", "times: k", r"samples\.times: is not a known field"),
     ("ground_truth: setpoint_change", "ground_truth: step", r"ground_truth: expected one of .*got 'step'"),
     ("title:", "titel:", r"titel: is not a known field"),
-    ("  example1:\n", "  ../example1:\n", r"there is no experiment 'example1'"),
+    ("  example1:\n", "  first:\n", r"there is no experiment 'example1'; there are first"),
     ("experiments:", "experiment:", r"expected `experiments:`"),
     ("  example1:\n", "  example1: [\n", r"is not YAML"),
 ]
@@ -125,3 +125,36 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"system.aa: is not a known field; .*system.a: is missing"):
         load_experiments(path)
+
+
+NAMES = [
+    ("../tank", "letters from a to z, digits, hyphens and underscores, and begins with a letter or a digit"),
+    ("tank.v2", "the name 'tank.v2' is not allowed"),
+    ("'tank 2'", "the name 'tank 2' is not allowed"),
+    ("-tank", "the name '-tank' is not allowed"),
+    ("Behälter", "the name 'Behälter' is not allowed"),
+    ("7", "the name 7 is not allowed: .*quote a name that is a number"),
+    ("guide", "the name 'guide' is reserved: notebooks/guide.ipynb is the guide"),
+    ("Template", "the name 'Template' is reserved: notebooks/template.ipynb is the template"),
+    ("recordings", "the name 'recordings' is reserved: data/recordings holds the recordings"),
+    ("Example1", "the names 'example1' and 'Example1' differ only by case"),
+]
+
+
+@pytest.mark.parametrize(("name", "sentence"), NAMES, ids=[name for name, _ in NAMES])
+def test_a_name_that_the_project_cannot_carry_stops_every_experiment(name: str, sentence: str, tmp_path: Path) -> None:
+    """It would stop `dvc repro` for all of them."""
+    assert "  tank:\n" in WRITTEN
+    path = tmp_path / "params.yaml"
+    path.write_text(WRITTEN.replace("  tank:\n", f"  {name}:\n"), encoding="utf-8")
+    with pytest.raises(InputError, match=sentence) as raised:
+        load_experiment("example1", path)
+    assert str(raised.value).startswith(f"{path}: experiments: ")
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("name", ["tank2", "2-tanks", "'7'", "Tank_A"])
+def test_other_names_are_fine(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "params.yaml"
+    path.write_text(WRITTEN.replace("  tank:\n", f"  {name}:\n"), encoding="utf-8")
+    assert load_experiment(name.strip("'"), path).title.startswith("A tank")

@@ -64,7 +64,7 @@ class Exchange:
         more: it may stay in its basin if it knows from the beginning all places that it met.
         """
         try:
-            places = Candidate.at(self.problem, start).closest_places
+            places = merged(self._no_places, Candidate.at(self.problem, start).closest_places)
         except IllConditioned:
             return
         met = self._followed(start, places)
@@ -73,7 +73,7 @@ class Exchange:
 
     def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
         """Improve all points by `step` until none breaks a bound at a place that is not yet `active`."""
-        self.active = self._exchanged([_Path(point) for point in points], self._active, step)
+        self.active = self._exchanged([_Path(point) for point in points], self.active or self._no_places, step)
 
     def keep_faded(self, points: Iterable[Array]) -> None:
         """Halve the signals' amplitudes at each point until all bounds hold; keep the best result."""
@@ -91,8 +91,8 @@ class Exchange:
                 self._keep(candidate)
 
     @property
-    def _active(self) -> Places:
-        return self.active or tuple(constraint.none for constraint in self.problem.constraints)
+    def _no_places(self) -> Places:
+        return tuple(constraint.none for constraint in self.problem.constraints)
 
     def _followed(self, start: Array, places: Places) -> Places | None:
         """The places met where the start is lost on the way; None where it is the best, or leads nowhere new at all."""

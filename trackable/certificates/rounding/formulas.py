@@ -1,6 +1,6 @@
 """How far float64 evaluation of a formula can be from the formula: intervals with errors, carried from node to node.
 
-Assumed, as everywhere: + − · / and NumPy's functions as `trackable.certificates.rounding.references` says. Bounds over-estimate.
+Assumed, as everywhere: + − · / and NumPy's functions as `rounding.references` says. Bounds over-estimate.
 """
 
 from dataclasses import dataclass

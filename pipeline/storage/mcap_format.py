@@ -1,0 +1,139 @@
+"""Logs as bytes of MCAP files, and back: the only file that writes MCAP.
+
+Messages are flat JSON objects of numbers with a JSON schema, so that any MCAP viewer can plot them.
+"""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from io import BytesIO
+
+import numpy as np
+from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import CompressionType, Writer
+
+from pipeline.storage.series import LIBRARY, TIME, Log, Series
+from trackable.files import from_json
+
+_FORMAT = "1"
+_JSON = "application/json"
+
+
+def encode(log: Log) -> bytes:
+    """Return the bytes of an MCAP file; equal logs give equal bytes."""
+    buffer = BytesIO()
+    # A compressor may change its output with its version; without one the bytes depend on the log alone.
+    writer = Writer(buffer, compression=CompressionType.NONE, enable_data_crcs=True)
+    writer.start(library=LIBRARY)
+    for record, content in {LIBRARY: {"format": _FORMAT}, **log.metadata}.items():
+        writer.add_metadata(record, dict(content))
+    for name, data in log.attachments.items():
+        writer.add_attachment(create_time=0, log_time=0, name=name, media_type=_JSON, data=data)
+    channels = [_register(writer, series) for series in log.series]
+    messages = [
+        (nanoseconds, channel, row, data)
+        for channel, series in zip(channels, log.series, strict=True)
+        for row, (nanoseconds, data) in enumerate(_messages(series))
+    ]
+    for nanoseconds, channel, row, data in sorted(messages):
+        writer.add_message(channel, nanoseconds, data, publish_time=nanoseconds, sequence=row)
+    writer.finish()  # type: ignore[no-untyped-call]
+    return buffer.getvalue()
+
+
+def _register(writer: Writer, series: Series) -> int:
+    """The channel of a series, with its schema."""
+    properties = {TIME: {"type": "number", "description": "s"}}
+    for name in series.fields:
+        unit = {"description": series.units[name]} if name in series.units else {}
+        properties[name] = {"type": "number", **unit}
+    schema = {"type": "object", "properties": properties, "required": [TIME], "additionalProperties": False}
+    data = json.dumps(schema, ensure_ascii=False).encode()
+    return writer.register_channel(
+        topic=series.topic,
+        message_encoding="json",
+        schema_id=writer.register_schema(name=series.topic[1:], encoding="jsonschema", data=data),
+    )
+
+
+def _messages(series: Series) -> Iterator[tuple[int, bytes]]:
+    """Time [ns] and content of each row."""
+    names = (TIME, *series.fields)
+    columns = (series.times, *series.fields.values())
+    for row in zip(*(column.tolist() for column in columns), strict=True):
+        content = {name: value for name, value in zip(names, row, strict=True) if not math.isnan(value)}
+        yield round(row[0] * 1e9), json.dumps(content, allow_nan=False, separators=(",", ":")).encode()
+
+
+def decode(data: bytes) -> Log:
+    """Return the log in the bytes of a file. Raises what the MCAP library raises, and ValueError for other mistakes."""
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    messages: dict[int, list[Message]] = {}
+    metadata: dict[str, dict[str, str]] = {}
+    attachments: dict[str, bytes] = {}
+    for record in _records(data):
+        match record:
+            case Header() if record.library != LIBRARY:
+                raise ValueError(f"its writer calls itself {record.library!r}, not {LIBRARY!r}")
+            case Schema():
+                schemas[record.id] = record
+            case Channel():
+                channels[record.id] = record
+            case Message():
+                messages.setdefault(record.channel_id, []).append(record)
+            case Metadata():
+                metadata[record.name] = record.metadata
+            case Attachment():
+                attachments[record.name] = record.data
+    if (version := metadata.pop(LIBRARY, {}).get("format")) != _FORMAT:
+        raise ValueError(f"its format is {version!r}, and this program reads format {_FORMAT!r}")
+    if unknown := messages.keys() - channels.keys():
+        raise ValueError(f"it has messages of channel {min(unknown)}, which it does not describe")
+    series = [_series(channel, schemas, messages.get(id_, [])) for id_, channel in sorted(channels.items())]
+    return Log(tuple(series), metadata, attachments)
+
+
+def _records(data: bytes) -> Iterator[McapRecord]:
+    """All records in the order of the file, the library's checksums checked on the way."""
+    for record in StreamReader(BytesIO(data), emit_chunks=True, validate_crcs=True).records:
+        if not isinstance(record, Chunk):
+            yield record
+        elif record.compression:
+            raise ValueError(f"a chunk is compressed ({record.compression!r}), and this project compresses none")
+        else:
+            yield from breakup_chunk(record, validate_crc=True)
+
+
+def _series(channel: Channel, schemas: Mapping[int, Schema], messages: list[Message]) -> Series:
+    if channel.schema_id not in schemas:
+        raise ValueError(f"{channel.topic}: there is no schema {channel.schema_id}")
+    schema = schemas[channel.schema_id]
+    if (encodings := (channel.message_encoding, schema.encoding)) != ("json", "jsonschema"):
+        raise ValueError(f"{channel.topic}: encodings must be json and jsonschema, got {' and '.join(encodings)}")
+    properties = _properties(channel.topic, from_json(schema.data))
+    rows = [_row(f"{channel.topic}[{i}]", message.data, properties) for i, message in enumerate(messages)]
+    columns = {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in properties}
+    units = {name: unit for name, unit in properties.items() if name != TIME and unit is not None}
+    return Series(channel.topic, columns.pop(TIME), columns, units)
+
+
+def _properties(topic: str, schema: object) -> dict[str, str | None]:
+    """Each field that a schema allows, and its unit."""
+    match schema:
+        case {"properties": {"t": _, **_rest} as properties}:
+            return {name: about.get("description") for name, about in properties.items() if isinstance(about, dict)}
+    raise ValueError(f"{topic}: the schema describes no object with a time {TIME!r}")
+
+
+def _row(where: str, data: bytes, properties: Mapping[str, str | None]) -> dict[str, float]:
+    row = from_json(data)
+    if not isinstance(row, dict) or TIME not in row:
+        raise ValueError(f"{where}: a message must be an object with a time {TIME!r}, got {row!r}")
+    if unknown := row.keys() - properties.keys():
+        raise ValueError(f"{where}: the schema knows no field {', '.join(sorted(unknown))}")
+    for name, value in row.items():
+        if not isinstance(value, float):
+            raise ValueError(f"{where}: {name} must be a number with a point or exponent, got {value!r}")
+    return row
