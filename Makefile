@@ -34,7 +34,7 @@ force: .venv/installed
 
 status: .venv/installed
 	dvc status
-	@dvc status --quiet || { echo "results and code do not belong together: run 'make repro' and commit" >&2; exit 1; }
+	@dvc status --quiet || { echo "results and code do not belong together: run 'dvc repro' and commit" >&2; exit 1; }
 
 lab: .venv/installed
 	jupyter lab notebooks
