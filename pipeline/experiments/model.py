@@ -26,8 +26,8 @@ from pipeline.storage.yaml_file import Fields
 from trackable.certificates.goal import Goal, for_all_times
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
+from trackable.learning.methods import period_of
 from trackable.learning.prior import prior_for
-from trackable.learning.published.periodic import period_of
 from trackable.learning.published.scalar import Scalar, scalar
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
