@@ -51,7 +51,8 @@ _ANY = Kind(_bytes(bytes), _hash_parts)
 def artifacts(root: Path) -> dict[str, Path]:
     """Return the artifacts below a folder by name: `example1/metrics.json`, `notebooks/example1.ipynb`.
 
-    The folder is that of a project, or of its results alone. Hidden files, wall clocks and records of the environment are none.
+    The folder is that of a project, or of its results alone. Hidden files, wall clocks and records of the environment
+    are no artifacts.
     """
     results = results_folder(root)
     named = {path.relative_to(results).as_posix(): path for path in _files(results)}

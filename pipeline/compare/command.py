@@ -37,9 +37,9 @@ def compare(
 ) -> None:
     """Say what moved from BASE to NEW, by how much and where, and which of the paper's claims hold in each.
 
-    BASE and NEW are git revisions or folders, each of a project or of its results alone. NEW is this project where it is
-    left out. Exit codes: 0 all artifacts are within tolerance and all claims hold in NEW; 1
-    otherwise; 2 something is not usable.
+    BASE and NEW are git revisions or folders, each of a project or of its results alone. If NEW is left out, it is this
+    project. Exit codes: 0 all artifacts are within tolerance and all claims hold in NEW; 1 otherwise; 2 something is
+    not usable.
     """
     # Imported late, like the stages: `--help` should wait for nothing.
     from pipeline.compare.claims import load_claims  # noqa: PLC0415

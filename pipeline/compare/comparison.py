@@ -22,8 +22,8 @@ def compare(
 ) -> Comparison:
     """Return what moved from the folder `base` to the folder `new`, each of a project or of its results alone.
 
-    Notebooks are compared if both sides have them. `base_name` and `new_name` are what a report shows. Raises InputError
-    where a folder holds no results, or a claim refers to a printed number that does not exist.
+    Notebooks are compared if both sides have them. `base_name` and `new_name` are what a report shows. Raises
+    InputError where a folder holds no results, or a claim refers to a printed number that does not exist.
     """
     sides = artifacts(base), artifacts(new)
     for root, name, found in zip((base, new), (base_name, new_name), sides, strict=True):

@@ -70,8 +70,8 @@ def _finite(value: Found) -> bool:
 class Row:
     """The outcome for one artifact, or for one topic and field of a log.
 
-    `worst` holds the largest differences, as multiples of their tolerances, in falling order. `compared` counts the values
-    that were looked at (0 where the bytes agree), `differing` the differences, `beyond` those beyond their tolerance.
+    `worst` holds the largest differences, as multiples of their tolerances, in falling order. `compared` counts the
+    values that were looked at (0 where the bytes agree), `differing` the differences, `beyond` those beyond tolerance.
     """
 
     artifact: str

@@ -27,7 +27,7 @@ def json_leaves(content: object) -> Leaves:
 
 
 def told_leaves(content: object) -> Leaves:
-    """Return the same, with sentences taken apart: the words are at `proof`, the numbers at `proof, number 1` and so on."""
+    """Return the same, with sentences taken apart: the words are at `proof`, its numbers at `proof, number 1` …"""
     leaves: dict[str, Leaf] = {}
     for path, leaf in json_leaves(content).items():
         sentence = isinstance(leaf.value, str) and " " in leaf.value

@@ -19,7 +19,7 @@ _MOST = 60  # rows; a comment of more than 65,536 characters is refused by the b
 
 
 def to_markdown(comparison: Comparison) -> str:
-    """Return the verdict, what is not identical, the claims and the environment; parts that seldom matter are folded."""
+    """Return the verdict, what is not identical, the claims and the environment; what seldom matters is folded."""
     rows = remarkable(comparison)
     bad = beyond(comparison)
     fine = [row for row in rows if row.status is Status.WITHIN]

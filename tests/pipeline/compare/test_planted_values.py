@@ -1,4 +1,4 @@
-"""One change is planted in a log, a table or a JSON file in each test: the comparison has to say where and how large."""
+"""One change is planted in a log, a table or a JSON file in each test: the comparison says where and how large."""
 
 import math
 from dataclasses import replace
