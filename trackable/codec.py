@@ -25,8 +25,8 @@ from trackable.gp.kernels.combinations import Product, Sum
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from trackable.systems.constrained import ConstrainedSystem, System
-from trackable.systems.formulas.algebra import from_lists, to_lists
 from trackable.systems.formulas.expression import Expression
+from trackable.systems.formulas.nested_lists import from_lists, to_lists
 from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 

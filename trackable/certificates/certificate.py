@@ -13,9 +13,9 @@ from trackable.gp.kernels.combinations import Product, Sum
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from trackable.gp.signal import KernelSum
-from trackable.systems.constrained import ConstrainedSystem, Limit
+from trackable.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackable.systems.flat.functional import Functional
-from trackable.systems.formulas.algebra import from_lists, to_lists
+from trackable.systems.formulas.nested_lists import from_lists, to_lists
 from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
@@ -70,7 +70,7 @@ class Certificate:
             "claim": {"kind": kind, **dataclasses.asdict(self.claim), **self._proof},
             "signals": [_signal_to_dict(signal) for signal in self.reference.signals],
             **_system_to_dict(plant),
-            "bounds": [_limit_to_dict(limit, plant) for limit in plant.needed],
+            "bounds": [_limit_to_dict(limit, plant) for limit in plant.constraints],
             **_input_set_to_dict(plant),
             "evaluation": {"until": self.evaluated_until, "errors": self.evaluation_error},
         }
@@ -104,14 +104,18 @@ class Certificate:
 
 
 def _box(plant: ConstrainedSystem) -> str:
-    return "{" + ", ".join(f"{limit.name} in {limit.bounds}" for limit in plant.limits if limit.of == "input") + "}"
+    return (
+        "{"
+        + ", ".join(f"{limit.name} in {limit.bounds}" for limit in plant.given_constraints if limit.side == "input")
+        + "}"
+    )
 
 
-def _limit_to_dict(limit: Limit, plant: ConstrainedSystem) -> dict[str, Any]:
+def _limit_to_dict(limit: LinearConstraint, plant: ConstrainedSystem) -> dict[str, Any]:
     """Rows as they are given; what combines some for redundant inputs has exact numbers, as "p/q"."""
-    number = str if plant.allocation and limit.of == "input" else float
+    number = str if plant.allocation and limit.side == "input" else float
     row = [number(r) for r in limit.row]
-    return {"name": limit.name, "of": limit.of, "row": row, "lower": limit.bounds.lower, "upper": limit.bounds.upper}
+    return {"name": limit.name, "of": limit.side, "row": row, "lower": limit.bounds.lower, "upper": limit.bounds.upper}
 
 
 def _input_set_to_dict(plant: ConstrainedSystem) -> dict[str, Any]:

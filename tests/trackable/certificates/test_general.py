@@ -202,7 +202,9 @@ def test_bounds_drawn_in_across_the_reference_are_refused():
 def stable_enough(system: LinearSystem) -> bool:
     """At rest somewhere: an input holds the prior mean."""
     plant = unbounded(system)
-    return all(abs(q.at_rest([0.0] * plant.signals)) < 0.5 for q in (*plant.flatness.states, *plant.flatness.inputs))
+    return all(
+        abs(q.at_rest([0.0] * plant.signal_count)) < 0.5 for q in (*plant.flatness.states, *plant.flatness.inputs)
+    )
 
 
 RANDOM = [seed for seed in range(60) if stable_enough(controllable(seed))][:6]

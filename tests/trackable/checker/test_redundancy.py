@@ -24,10 +24,10 @@ from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
 from trackable.learn import learn_reference
 from trackable.reference import TrackableReference
+from trackable.systems.allocation import Allocation
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
-from trackable.systems.sets.allocation import Allocation
 from trackable.systems.sets.polytope import Polytope
 
 STEPS = np.arange(5000)
@@ -247,7 +247,7 @@ def nearly(seed: int) -> tuple[Reference, float]:
     plant = ConstrainedSystem(system, free, Polytope.box(lower, upper))
     signals = tuple(
         KernelSum(kernels[int(rng.integers(2))], 0.0, np.sort(rng.uniform(0, 2, 3)), rng.normal(size=3))
-        for _ in range(plant.signals)
+        for _ in range(plant.signal_count)
     )
     reference = Reference(signals, plant)
     used = max(

@@ -61,7 +61,7 @@ def double_integrator(position=(-1.0, 1.2), velocity=(-2.0, 2.0), acceleration=(
 def at_rest(plant: ConstrainedSystem, level: float = 0.0) -> Reference:
     """A reference that never moves."""
     nothing = KernelSum(SquaredExponential(1.0, 1.0), level, np.zeros(1), np.zeros(1))
-    return Reference((nothing,) * plant.signals, plant)
+    return Reference((nothing,) * plant.signal_count, plant)
 
 
 @dataclass(frozen=True)

@@ -121,9 +121,9 @@ class Task:
         return Infeasible(
             k=self.k,
             widening=-widest.slack,
-            quantity=plant.limits[quantity].name,
+            quantity=plant.given_constraints[quantity].name,
             when=self.k + steps_ahead,
-            excess=-widest.slack * plant.limits[quantity].bounds.width,
+            excess=-widest.slack * plant.given_constraints[quantity].bounds.width,
             miss=None if reached is None else reached.states[-1] - self.window.states[-1],
             fallback=(reached or widest).input,
         )

@@ -7,11 +7,11 @@ from scipy.optimize import linprog
 
 from tests.trackable.gp.instances import over
 from tests.trackable.systems.instances import SIGNAL
+from trackable.systems.allocation import Allocation
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.definition import smallest_defect
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
-from trackable.systems.sets.allocation import Allocation
 from trackable.systems.sets.polytope import Polytope
 
 ONE_STATE = LinearSystem(np.array([[0.5]]), np.array([[1.0, 1.0]]), sampling_time=0.1)
@@ -261,7 +261,7 @@ def test_a_reference_is_trackable_where_some_input_is_admissible(case):
 def test_quantities_and_limits_are_called_as_they_are_written():
     system, wanted = CASES["small_second"]
     plant = ConstrainedSystem(system, Polytope.box([-3.0], [3.0]), wanted)
-    assert [limit.name for limit in plant.limits] == ["x1", "u1", "u2"]
+    assert [limit.name for limit in plant.given_constraints] == ["x1", "u1", "u2"]
     assert [quantity.name for quantity in plant.quantities] == ["x1", "u1+u2"]
     assert plant.quantities[1].bounds.lower >= -1.2
     assert plant.quantities[1].bounds.upper <= 1.2
