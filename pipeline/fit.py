@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pipeline import fit_asymptotic, fit_periodic, fit_tracking
+from pipeline.environment.record import environment
 from pipeline.experiments import AsymptoticExperiment, Experiment, PeriodicExperiment, TrackingExperiment
 from pipeline.storage.archive import Fitted, read_samples, write_fit
 from pipeline.storage.results import Results
@@ -22,6 +23,7 @@ def fit(experiment: Experiment, results: Results) -> None:
     steps = np.arange(_INSTANTS_PER_STEP * experiment.last_step + 1) / _INSTANTS_PER_STEP
     write_fit(results, fitted, steps * experiment.constrained_system.sampling_time)
     write_text(results.iterations, to_csv(iterations))
+    write_json(results.environment, environment())
     if seconds:
         write_json(results.timings, seconds)
 

@@ -14,7 +14,8 @@ from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
 from tests.pipeline.stages import call, written
 from tests.project import ROOT
-from trackable.control.starts import scaled, starts
+from trackable.control.initial_states import initial_states
+from trackable.control.scaling import scaled_controller
 from trackable.learning.exchange import solve
 from trackable.learning.learned import LearnedReference
 from trackable.learning.problem import ConstrainedProblem
@@ -160,15 +161,15 @@ def test_samples_that_never_arrive_are_missed(tmp_path, example1):
 
 
 def test_starts_are_in_the_state_set_and_have_a_plan(example):
-    controller = scaled(example.learning.plant, 20)
-    found = starts(controller, example.certified)
+    controller = scaled_controller(example.learning.plant, 20)
+    found = initial_states(controller, example.certified)
     assert list(found) == ["on", "above", "below"]
     for state in found.values():
         assert example.learning.plant.state_set.margin(state) >= 0
-        assert type(controller.step(0, state, example.certified)).__name__ == "Step"
+        assert type(controller.step(0, state, example.certified)).__name__ == "Plan"
 
 
 def test_weights_count_parts_of_widths(example1):
-    controller = scaled(example1.learning.plant, 5, input_weight=3.0)
+    controller = scaled_controller(example1.learning.plant, 5, input_weight=3.0)
     np.testing.assert_allclose(controller.Q, [[1 / 2.05**2]])
     np.testing.assert_allclose(controller.R, [[3.0]])

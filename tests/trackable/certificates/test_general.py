@@ -16,8 +16,9 @@ from trackable.certificates.prove import prove
 from trackable.checker import Failed, Proved, check
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern52, SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
@@ -215,16 +216,16 @@ def test_certified_references_of_random_systems_are_kept_for_thousands_of_steps(
     """Samples of the flat outputs; sets that hold a part of what a plain fit does, in every state and every input."""
     rng, loose = np.random.default_rng(seed), unbounded(controllable(seed))
     times, samples = np.linspace(0, 2, 12), []
-    for _ in range(loose.signals):
+    for _ in range(loose.signal_count):
         clean = np.cos(rng.uniform(2, 5) * times) * np.exp(-times)
         samples.append(Samples(times, clean + 0.05 * rng.standard_normal(times.size), stencil=POINT))
-    prior = prior_of((SquaredExponential(1.0, 0.5),) * loose.signals, frozenset({"lengthscale"}))
+    prior = prior_of((SquaredExponential(1.0, 0.5),) * loose.signal_count, frozenset({"lengthscale"}))
     plain = [Posterior(part, s).signal for part, s in zip(prior.parts, samples, strict=True)]
     t = np.linspace(0, 3, 200)
     sets = []
     for functionals in (loose.flatness.states, loose.flatness.inputs):
         values = np.stack([q(plain, t) for q in functionals])
-        rest = np.array([q.at_rest([0.0] * loose.signals) for q in functionals])
+        rest = np.array([q.at_rest([0.0] * loose.signal_count) for q in functionals])
         reach = np.max(np.abs(values - rest[:, None]), axis=1)
         sets.append(Polytope.box(rest - 0.8 * reach, rest + 0.7 * reach))
     plant = replace(loose, state_set=sets[0], input_set=sets[1])

@@ -13,13 +13,14 @@ import pytest
 
 from tests.trackable.gp.instances import over
 from tests.trackable.systems.instances import controllable
-from tests.trackable.systems.sets.test_allocation import CASES, ONE_STATE, excess
+from tests.trackable.systems.redundant_instances import CASES, ONE_STATE, excess
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
 from trackable.checker import Failed, NotACertificate, Proved, check
 from trackable.checker.redundancy import check_input_set
-from trackable.gp.kernels.radial import Matern52, SquaredExponential
+from trackable.gp.kernels.matern import Matern52
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
 from trackable.learn import learn_reference

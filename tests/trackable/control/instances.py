@@ -9,7 +9,7 @@ from tests.project import ROOT
 from trackable.control.controller import Controller
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
@@ -91,7 +91,7 @@ def instance(seed: int) -> Instance:
     centres = np.arange(-1.0, (STEPS + horizon) * sampling_time + 1, 0.7)
     signals = tuple(
         KernelSum(SquaredExponential(1.0, 0.8), rng.normal(), centres, rng.standard_normal(centres.size))
-        for _ in range(free.signals)
+        for _ in range(free.signal_count)
     )
     window = Reference(signals, free).window(0, STEPS + horizon)
     room = 0.0 if seed % 3 == 0 else rng.uniform(0.02, 0.3)
@@ -100,7 +100,7 @@ def instance(seed: int) -> Instance:
     weights = (np.diag(rng.uniform(0.1, 10, n)), np.diag(rng.uniform(0.01, 1, m)))
     controller = Controller(reference.plant, horizon, *weights)
     away = rng.standard_normal(n) * np.ptp(window.states, axis=0)
-    while type(controller.step(0, window.states[0] + away, reference)).__name__ != "Step":
+    while type(controller.step(0, window.states[0] + away, reference)).__name__ != "Plan":
         away = away / 2
     return Instance(controller, reference, window.states[0] + away)
 

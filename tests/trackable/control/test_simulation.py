@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from tests.trackable.control import instances
+from trackable.control.closed_loop import concatenate
 from trackable.control.controller import Controller
-from trackable.control.loop import joined, least_violation, simulate
+from trackable.control.simulation import apply_fallback, simulate
 from trackable.systems.reference import Reference
 
 HORIZON = 20
@@ -18,14 +19,14 @@ def controller(example, horizon=HORIZON) -> Controller:
 
 
 def assert_decreasing(loop):
-    assert np.all(loop.rises <= ACCURACY * max(loop.costs[0], 1e-9))
+    assert np.all(loop.cost_increases <= ACCURACY * max(loop.costs[0], 1e-9))
 
 
 @pytest.mark.parametrize("away", [0.0, 0.3, -0.5])
 def test_on_a_certified_reference_ten_thousand_steps_are_feasible(example, away):
     plant = example.learning.plant
     loop = simulate(controller(example), example.certified, example.certified.state(0) + away, 10_000)
-    assert loop.first_infeasible is None
+    assert loop.first_infeasible_step is None
     assert len(loop.inputs) == 10_000
     assert loop.widened == 0
     assert_decreasing(loop)
@@ -37,7 +38,7 @@ def test_on_a_certified_reference_ten_thousand_steps_are_feasible(example, away)
 def test_inputs_may_be_at_their_bounds_on_the_way(example2):
     """Else the test above would show nothing about the quadratic program."""
     loop = simulate(controller(example2, 5), example2.certified, example2.certified.state(0) - 0.3, 500)
-    assert loop.first_infeasible is None
+    assert loop.first_infeasible_step is None
     assert np.min(loop.slacks) < 1e-9
     assert_decreasing(loop)
 
@@ -51,8 +52,8 @@ def test_feasibility_ends_when_the_window_sees_the_state_leave_its_set(example1,
     reference, plant = example1.unconstrained, example1.learning.plant
     leaves = first_outside(reference, plant.state_set, reference.state)
     loop = simulate(controller(example1), reference, reference.state(0) + away, 500)
-    assert loop.first_infeasible == leaves - HORIZON
-    assert loop.infeasible[0].when == leaves
+    assert loop.first_infeasible_step == leaves - HORIZON
+    assert loop.infeasible[0].at_step == leaves
     excess = -plant.state_set.margin(reference.state(leaves)) / np.ptp([-2.0, 0.05])
     assert loop.infeasible[0].widening == pytest.approx(excess, rel=1e-6)
 
@@ -62,7 +63,7 @@ def test_with_one_step_feasibility_ends_where_no_admissible_input_follows(exampl
     reference, plant = example2.unconstrained, example2.learning.plant
     needs = first_outside(reference, plant.input_set, reference.input)
     loop = simulate(controller(example2, 1), reference, reference.state(0), 500)
-    assert loop.first_infeasible == needs
+    assert loop.first_infeasible_step == needs
 
 
 def test_with_more_steps_feasibility_ends_too_on_an_unconstrained_reference(example2):
@@ -72,12 +73,12 @@ def test_with_more_steps_feasibility_ends_too_on_an_unconstrained_reference(exam
     first = int(np.argmax(outside))
     last = first + int(np.argmin(outside[first:])) - 1
     loop = simulate(controller(example2), reference, reference.state(0), 500)
-    assert first - HORIZON < loop.first_infeasible <= last
+    assert first - HORIZON < loop.first_infeasible_step <= last
 
 
 def test_a_loop_may_go_on_beyond_infeasible_steps(example1):
     reference, plant = example1.unconstrained, example1.learning.plant
-    loop = simulate(controller(example1), reference, reference.state(0), 500, policy=least_violation)
+    loop = simulate(controller(example1), reference, reference.state(0), 500, on_infeasible=apply_fallback)
     leaves = first_outside(reference, plant.state_set, reference.state)
     returns = leaves + int(np.argmax(plant.state_set.margin(reference.state(np.arange(leaves, 500))) >= 0))
     infeasible = [answer.k for answer in loop.infeasible]
@@ -94,7 +95,7 @@ def test_random_systems_stay_feasible(seed):
     case = instances.instance(seed)
     plant = case.reference.plant
     loop = simulate(case.controller, case.reference, case.start, instances.STEPS)
-    assert loop.first_infeasible is None
+    assert loop.first_infeasible_step is None
     assert_decreasing(loop)
     assert np.max(np.abs(loop.errors[-10:])) < 1e-6
     assert np.min(plant.input_set.margin(loop.inputs)) >= -1e-15
@@ -107,8 +108,8 @@ def test_a_loop_in_parts_is_the_loop(example1):
     mine, reference = controller(example1), example1.certified
     whole = simulate(mine, reference, reference.state(0) - 0.3, 60)
     first = simulate(mine, reference, reference.state(0) - 0.3, 25)
-    second = simulate(mine, reference, first.states[-1], 35, first=25)
-    parts = joined([first, second])
+    second = simulate(mine, reference, first.states[-1], 35, first_step=25)
+    parts = concatenate([first, second])
     np.testing.assert_allclose(parts.states, whole.states, atol=1e-12)
     np.testing.assert_allclose(parts.costs, whole.costs, atol=1e-12)
     assert np.array_equal(parts.steps, whole.steps)
@@ -122,5 +123,5 @@ def test_nothing_happens_in_no_steps(example1):
 
 def test_a_start_without_a_plan_ends_the_loop_at_once(example1):
     loop = simulate(controller(example1, 1), example1.certified, np.array([5.0]), 10)
-    assert loop.first_infeasible == 0
+    assert loop.first_infeasible_step == 0
     assert loop.inputs.shape == (0, 1)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.trackable.control import instances
-from trackable.control.followed import Interpolated, Tabulated
-from trackable.control.step.prediction import Prediction, gaps
+from trackable.control.references import InterpolatedReference, TabulatedReference
+from trackable.control.step.error_model import ErrorModel, reference_defects
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import Stencil
 
@@ -25,13 +25,13 @@ def test_lines_go_through_the_samples_of_a_scalar_system(example):
 
 def test_the_system_follows_the_lines_if_it_may(example):
     reference = example.interpolated
-    np.testing.assert_allclose(gaps(reference.plant.system, reference.window(0, 500)), 0, atol=1e-12)
+    np.testing.assert_allclose(reference_defects(reference.plant.system, reference.window(0, 500)), 0, atol=1e-12)
 
 
 def test_lines_through_positions_are_straight_between_the_samples_and_there_at_them():
-    reference = Interpolated((POSITIONS,), PLANT)
+    reference = InterpolatedReference((POSITIONS,), PLANT)
     window = reference.window(0, 60)
-    np.testing.assert_allclose(gaps(PLANT.system, window), 0, atol=1e-12)
+    np.testing.assert_allclose(reference_defects(PLANT.system, window), 0, atol=1e-12)
     at = np.round(TIMES / 0.05).astype(int)
     slopes = np.diff(POSITIONS.values) / 0.5
     for i, slope in enumerate(slopes):
@@ -44,16 +44,16 @@ def test_lines_through_positions_are_straight_between_the_samples_and_there_at_t
 
 def test_samples_of_changes_alone_are_refused():
     with pytest.raises(ValueError, match="only changes"):
-        Interpolated((Samples(TIMES, TIMES, stencil=Stencil((-20.0, 20.0), 0.05)),), PLANT)
+        InterpolatedReference((Samples(TIMES, TIMES, stencil=Stencil((-20.0, 20.0), 0.05)),), PLANT)
 
 
 def test_one_set_of_samples_for_each_signal_is_needed():
     with pytest.raises(ValueError, match="needs 1 signals, got 2"):
-        Interpolated((POSITIONS, POSITIONS), PLANT)
+        InterpolatedReference((POSITIONS, POSITIONS), PLANT)
 
 
 def test_a_table_has_the_windows_of_what_it_tabulates(example):
-    table = Tabulated.of(example.certified, 5, 90)
+    table = TabulatedReference.of(example.certified, 5, 90)
     for k in (5, 33, 70):
         for mine, original in zip(table.window(k, 20), example.certified.window(k, 20), strict=True):
             np.testing.assert_allclose(mine, original, atol=1e-12)
@@ -62,7 +62,7 @@ def test_a_table_has_the_windows_of_what_it_tabulates(example):
 @pytest.mark.parametrize("k", [4, 71])
 def test_a_table_ends_where_it_ends(example1, k):
     with pytest.raises(ValueError, match="tabulated from step 5 to 90"):
-        Tabulated.of(example1.certified, 5, 90).window(k, 20)
+        TabulatedReference.of(example1.certified, 5, 90).window(k, 20)
 
 
 @pytest.mark.parametrize("varying", [False, True])
@@ -76,4 +76,4 @@ def test_predictions_are_those_of_the_model_step_by_step(varying):
     for i in range(6):
         e = A[i] @ e + B[i] @ inputs[i] + drifts[i]
         expected.append(e)
-    np.testing.assert_allclose(Prediction(A, B).errors(start, inputs, drifts), expected, rtol=1e-10)
+    np.testing.assert_allclose(ErrorModel(A, B).errors(start, inputs, drifts), expected, rtol=1e-10)
