@@ -1,4 +1,4 @@
-"""Systems and sets of several states and inputs, as written in params.yaml."""
+"""Systems and sets as written in params.yaml."""
 
 from typing import Annotated, Any
 
@@ -41,8 +41,8 @@ class LinearModel(Fields):
     B: Matrix
     c: Vector | None = None
     continuous: bool = False
-    states: Names
-    inputs: Names
+    states: Names = ()
+    inputs: Names = ()
     sampling_time: PositiveFloat
 
     @property
