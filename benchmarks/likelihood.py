@@ -9,8 +9,8 @@ from scipy.linalg import lapack
 
 from benchmarks.duel import Row, agree, duel
 from benchmarks.problems import NOISE, PRIOR, free, irregular, likelihood, regular
+from trackable.gp.factorise import noise_variance
 from trackable.gp.factors.dense import Dense
-from trackable.gp.factors.factoring import noise_variance
 from trackable.gp.posterior import Posterior
 from trackable.gp.samples import Samples
 from trackable.learning.exchange import solve

@@ -13,12 +13,12 @@ import numpy as np
 from benchmarks.duel import Row, agree, duel
 from trackable.arrays import Array
 from trackable.control.controller import Controller
-from trackable.control.followed import Followed
-from trackable.control.step.answer import Status, Step
+from trackable.control.references import TrackedReference
+from trackable.control.step.result import Plan, Status
 from trackable.gp.kernels.radial import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
@@ -30,8 +30,8 @@ def masses(count: int) -> ConstrainedSystem:
     A, B = (np.asarray(np.kron(np.eye(count), block), dtype=float) for block in ([[0, 1], [0, 0]], [[0], [1]]))
     states = np.tile([1.2, 2.0], count)
     inputs = np.full(count, 4.0)
-    system = Linear.discretised(A, B, 0.05)
-    return ConstrainedSystem(system, Polytope.box(-states, states), Polytope.box(-inputs, inputs), 0.05)
+    system = LinearSystem.discretised(A, B, 0.05)
+    return ConstrainedSystem(system, Polytope.box(-states, states), Polytope.box(-inputs, inputs))
 
 
 def sine(plant: ConstrainedSystem) -> Reference:
@@ -42,12 +42,12 @@ def sine(plant: ConstrainedSystem) -> Reference:
     return Reference((KernelSum(kernel, 0.0, centres, np.asarray(weights, dtype=float)),) * plant.signals, plant)
 
 
-def sorted_by_answer(controller: Controller, reference: Followed, starts: Iterable[Array]) -> dict[str, list[Array]]:
-    """The starts by how they are answered: a status, or infeasible."""
+def by_status(controller: Controller, reference: TrackedReference, starts: Iterable[Array]) -> dict[str, list[Array]]:
+    """Sort initial states by the status of their plan, or as infeasible."""
     found: dict[str, list[Array]] = {}
     for start in starts:
-        answer = controller.step(0, start, reference)
-        found.setdefault(answer.status if isinstance(answer, Step) else "infeasible", []).append(start)
+        result = controller.step(0, start, reference)
+        found.setdefault(result.status if isinstance(result, Plan) else "infeasible", []).append(start)
     return found
 
 
@@ -60,12 +60,12 @@ def rows(horizon: int = 20) -> Iterator[Row]:
         controller = Controller(plant, horizon, Q, R)
         rng = np.random.default_rng(0)
         starts = [reference.state(0) + rng.uniform(0.01, 1.5) * rng.standard_normal(n) for _ in range(_DRAWS)]
-        found = sorted_by_answer(controller, reference, starts)
+        found = by_status(controller, reference, starts)
         theirs = do_mpc_step(plant, reference, horizon, Q, R)
         for start in found[Status.SOLVED][:_STARTS]:
-            answer = controller.step(0, start, reference)
-            assert isinstance(answer, Step)
-            agree("controller, first input", float(np.linalg.norm(answer.input - theirs(start))), 0.0, 1e-4)
+            result = controller.step(0, start, reference)
+            assert isinstance(result, Plan)
+            agree("controller, first input", float(np.linalg.norm(result.input - theirs(start))), 0.0, 1e-4)
 
         def every(step: Callable[[Array], object], starts: list[Array]) -> Callable[[], object]:
             turn = 0
@@ -108,7 +108,7 @@ def do_mpc_step(
         from do_mpc.model import Model
 
     system = plant.system
-    assert isinstance(system, Linear)
+    assert isinstance(system, LinearSystem)
     n, m = system.B.shape
     model = Model("discrete")
     x, u = model.set_variable("_x", "x", (n, 1)), model.set_variable("_u", "u", (m, 1))

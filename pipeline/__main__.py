@@ -6,9 +6,8 @@ from importlib import import_module
 from pathlib import Path
 
 import click
-from threadpoolctl import threadpool_limits
 
-from pipeline.compare.command import compare, environment
+from pipeline.compare.command import compare
 from pipeline.experiments import PARAMS, Experiment, load_experiment
 from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
@@ -78,14 +77,12 @@ def _check(file: Path) -> None:
 
 
 main.add_command(compare)
-main.add_command(environment)
 
 
 def run() -> None:
     """The entry point: errors a user can act on are one sentence on stderr, and an exit code."""
     try:
-        with threadpool_limits(limits=1):  # faster for small matrices, and the same bits on every machine load
-            main(standalone_mode=True)
+        main(standalone_mode=True)
     except NoReferenceError as error:
         click.echo(f"failed: {error}", err=True)
         sys.exit(_NOTHING_FOUND)

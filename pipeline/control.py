@@ -13,12 +13,15 @@ from pipeline.relearn import relearn
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.loops import ClosedLoops, write_loops
 from pipeline.storage.results import Results
+from trackable.control.closed_loop import ClosedLoop
 from trackable.control.controller import Controller
 from trackable.control.feasible_over_time import feasible_over_time
-from trackable.control.followed import Followed, Interpolated
-from trackable.control.loop import Loop, patient, simulate
-from trackable.control.starts import ON, scaled, starts
-from trackable.control.summary import Course, first_untrackable, summary
+from trackable.control.initial_states import ON, initial_states
+from trackable.control.loop_trajectory import LoopTrajectory
+from trackable.control.metrics import first_untrackable_step, loop_metrics
+from trackable.control.references import InterpolatedReference, TrackedReference
+from trackable.control.scaling import scaled_controller
+from trackable.control.simulation import apply_fallback_for, simulate
 from trackable.errors import InputError
 from trackable.files import from_json, write_json
 
@@ -29,52 +32,50 @@ def control(experiment: Experiment, results: Results) -> None:
     """Write the closed loops on every reference, and their metrics. InputError where there can be no controller."""
     fitted, wanted, plant = read_fit(results), experiment.control, experiment.plant
     try:
-        controller = scaled(plant, wanted.horizon, wanted.input_weight)
+        controller = scaled_controller(plant, wanted.horizon, wanted.input_weight)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: control: {error}") from error
     references = references_of(fitted)
     metrics: dict[str, object] = {"horizon": wanted.horizon}
-    courses: dict[str, dict[str, Course]] = {}
+    courses: dict[str, dict[str, LoopTrajectory]] = {}
     seconds: dict[str, float] = {}
     for name, reference in references.items():
         courses[name], found = {}, {}
         for start, loop, taken in _loops(experiment, controller, references[CERTIFIED.name], reference, name):
-            courses[name][start], found[start] = Course.of(loop).until(wanted.logged), summary(loop, plant)
+            courses[name][start], found[start] = LoopTrajectory.of(loop).until(wanted.logged), loop_metrics(loop, plant)
             seconds[f"{name}, {start}: seconds per step"] = round(taken / max(1, len(loop.inputs)), 7)
-        metrics[name] = {"first_untrackable_step": first_untrackable(reference, plant, wanted.steps), **found}
+        metrics[name] = {"first_untrackable_step": first_untrackable_step(reference, plant, wanted.steps), **found}
     online = relearn(experiment, fitted.sampled, controller)
     feasible = feasible_over_time(controller, references[CERTIFIED.name], wanted.horizons, wanted.shown)
     closed = ClosedLoops(courses, feasible)
     if online:
-        metrics["online"] = {**summary(online.loop, plant), "offers": online.records}
-        closed = replace(closed, online=Course.of(online.loop), offered=online.columns)
+        metrics["online"] = {**loop_metrics(online.loop, plant), "offers": online.records}
+        closed = replace(closed, online=LoopTrajectory.of(online.loop), offered=online.columns)
     write_loops(results, plant, closed, metrics)
     write_json(results.control, metrics)
     _note(results, seconds)
 
 
-def references_of(fitted: Fitted) -> dict[str, Followed]:
+def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
     """What is followed: the certified reference, the unconstrained mean, and the samples themselves where they say
     where to be."""
     certified = fitted.learned[CERTIFIED.name].reference
-    found: dict[str, Followed] = {
-        CERTIFIED.name: certified,
-        UNCONSTRAINED.name: fitted.learned[UNCONSTRAINED.name].reference,
-    }
+    unconstrained = fitted.learned[UNCONSTRAINED.name].reference
+    found: dict[str, TrackedReference] = {CERTIFIED.name: certified, UNCONSTRAINED.name: unconstrained}
     with suppress(ValueError):  # samples of changes only
-        found[INTERPOLATED] = Interpolated(fitted.sampled.samples, certified.plant)
+        found[INTERPOLATED] = InterpolatedReference(fitted.sampled.samples, certified.plant)
     return found
 
 
 def _loops(
-    experiment: Experiment, controller: Controller, certified: Followed, reference: Followed, name: str
-) -> Iterator[tuple[str, Loop, float]]:
+    experiment: Experiment, controller: Controller, certified: TrackedReference, reference: TrackedReference, name: str
+) -> Iterator[tuple[str, ClosedLoop, float]]:
     """From each initial state: its name, the loop, and how long it took [s]. On the reference means on this one."""
     wanted = experiment.control
-    states = starts(controller, certified) | {ON: reference.window(0, 1).states[0]}
+    states = initial_states(controller, certified) | {ON: reference.window(0, 1).states[0]}
     for start, state in tqdm(states.items(), desc=f"{experiment.name}: {name}", disable=None):
         begin = time.perf_counter()
-        loop = simulate(controller, reference, state, wanted.steps, policy=patient(wanted.patience))
+        loop = simulate(controller, reference, state, wanted.steps, on_infeasible=apply_fallback_for(wanted.patience))
         yield start, loop, time.perf_counter() - begin
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from tqdm import tqdm
 
+from pipeline.environment.record import environment
 from pipeline.experiments import Experiment
 from pipeline.methods import Fit, Method, Task
 from pipeline.storage.archive import Fitted, read_samples, write_fit
@@ -35,6 +36,7 @@ def fit(experiment: Experiment, results: Results) -> None:
     fitted = Fitted(sampled, learned, traces, study(experiment, sampled.samples))
     write_fit(results, fitted, steps * plant.sampling_time)
     write_text(results.iterations, to_csv(_iterations(fits)))
+    write_json(results.environment, environment())
     write_json(results.timings, seconds)
 
 

@@ -10,9 +10,15 @@ from pipeline.published.ground_truth import draw
 from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
 from trackable.certificates.certified import Certified, learn_certified
+from trackable.control.closed_loop import ClosedLoop
 from trackable.control.controller import Controller
-from trackable.control.loop import Loop
-from trackable.control.online import Learned, Offer, holds_for_ever, receding, simulate_online
+from trackable.control.online import (
+    LearningResult,
+    ReferenceUpdate,
+    holds_for_all_times,
+    receding_window,
+    simulate_online,
+)
 from trackable.errors import InputError, NoReferenceError
 from trackable.gp.samples import Samples
 
@@ -23,15 +29,15 @@ _AFTERWARDS = 50
 class Relearned:
     """A loop along changing references, and what was offered to it."""
 
-    loop: Loop
-    offers: tuple[Offer, ...]
+    loop: ClosedLoop
+    offers: tuple[ReferenceUpdate, ...]
 
     @property
     def columns(self) -> dict[str, Array]:
         """What of them is a number, by step: `taken` is 1 or 0, a `widening` only where feasibility was the reason."""
         return {
             "step": np.array([float(o.k) for o in self.offers]),
-            "taken": np.array([float(o.taken) for o in self.offers]),
+            "taken": np.array([float(o.accepted) for o in self.offers]),
             "widening": np.array([np.nan if o.widening is None else o.widening for o in self.offers]),
         }
 
@@ -39,7 +45,13 @@ class Relearned:
     def records(self) -> list[dict[str, object]]:
         """The offers as they are logged."""
         return [
-            {"step": o.k, "samples": list(o.samples), "taken": o.taken, "widening": o.widening, "reason": o.reason}
+            {
+                "step": o.k,
+                "samples": list(o.sample_counts),
+                "taken": o.accepted,
+                "widening": o.widening,
+                "reason": o.reason,
+            }
             for o in self.offers
         ]
 
@@ -55,7 +67,7 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
         return None
     stream = _stream(experiment, wanted, sampled)
 
-    def learner(samples: tuple[Samples, ...]) -> Learned:
+    def learner(samples: tuple[Samples, ...]) -> LearningResult:
         space = experiment.search_space(samples)
         return learn_certified(samples, experiment.learned_prior, experiment.plant, space, experiment.goal(samples))
 
@@ -63,18 +75,18 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
     begin, end = (round(max(float(s.times[-1]) for s in parts) / sampling_time) for parts in (sampled.samples, stream))
     known = sampled.samples
     if wanted.first is not None:
-        begin, known = wanted.first, receding(stream, wanted.first * sampling_time, wanted.window)
+        begin, known = wanted.first, receding_window(stream, wanted.first * sampling_time, wanted.window)
     first = learner(known)
-    if not isinstance(first, Certified) or not holds_for_ever(first):
+    if not isinstance(first, Certified) or not holds_for_all_times(first):
         raise NoReferenceError(f"experiment {experiment.name}, control.online: {first.explanation}")
     arrivals = [
-        (k, receding(stream, k * sampling_time, wanted.window))
+        (k, receding_window(stream, k * sampling_time, wanted.window))
         for k in range(begin + wanted.every, end + 1, wanted.every)
     ]
     online = simulate_online(
         controller, first, first.reference.window(0, 1).states[0], end + _AFTERWARDS, arrivals, learner
     )
-    return Relearned(online.loop, online.offers)
+    return Relearned(online.loop, online.updates)
 
 
 def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tuple[Samples, ...]:

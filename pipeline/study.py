@@ -7,7 +7,6 @@ from functools import partial
 from multiprocessing import get_context
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from pipeline.experiments import Experiment
@@ -28,25 +27,18 @@ from trackable.systems.constrained import ConstrainedSystem
 def study(experiment: Experiment, samples: tuple[Samples, ...]) -> Study | None:
     """Run the study of the experiment; return None where it has none. Raises NoReferenceError.
 
-    The fits are spread over the machine's cores. The numbers do not depend on how many there are.
+    The fits are spread over the machine's cores. The numbers do not depend on how many there are: each process has one
+    BLAS thread, as its environment says.
     """
     wanted = experiment.study
     if wanted is None:
         return None
-    with ProcessPoolExecutor(mp_context=get_context("spawn"), initializer=_one_thread) as pool:
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         rows = pool.map(partial(_interval_row, experiment, samples), wanted.conservatism)
         draws = pool.map(partial(_draw_row, experiment), range(wanted.draws))
         of_counts = [row for row in tqdm(rows, total=len(wanted.conservatism), desc="η", disable=None) if row]
         of_seeds = list(tqdm(draws, total=wanted.draws, desc="draws", disable=None))
     return Study(Conservatism(*_columns(Conservatism, of_counts)), Draws(*_columns(Draws, of_seeds)))
-
-
-def _one_thread() -> None:
-    """Limit a new process to one BLAS thread, so that its numbers are the same on every machine.
-
-    This module has loaded every library with threads by then.
-    """
-    threadpool_limits(limits=1)
 
 
 def _columns(table: type[Conservatism] | type[Draws], rows: Sequence[Sequence[float]]) -> list[Array]:

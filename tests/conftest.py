@@ -1,16 +1,14 @@
-"""One hypothesis profile for the whole suite, the same examples everywhere; one BLAS thread, as in stages; long files
-first."""
+"""Pin kernels and threads as stages do, take the same random examples everywhere, and run long files first."""
 
-import numpy as np  # noqa: F401  only what is loaded can be limited, and SciPy brings a library of its own
+import pipeline  # noqa: F401, I001  first: it chooses kernels, which NumPy does not change once it is loaded
 import pytest
-import scipy.linalg  # noqa: F401
+import scipy.linalg  # noqa: F401  only what is loaded can be asked
 from hypothesis import settings
-from threadpoolctl import threadpool_info, threadpool_limits
+from threadpoolctl import threadpool_info
 
 settings.register_profile("reproducible", derandomize=True, deadline=None, max_examples=25, database=None)
 settings.load_profile("reproducible")
 
-threadpool_limits(limits=1)
 assert {library["num_threads"] for library in threadpool_info()} == {1}
 
 # A file is one worker's (`--dist loadfile`): what begins late must be short, or the other workers wait for it.

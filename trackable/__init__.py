@@ -9,21 +9,22 @@ from typing import Any
 _PUBLIC = {
     "ConstrainedSystem": "trackable.systems.constrained",
     "Controller": "trackable.control.controller",
-    "Infeasible": "trackable.control.step.answer",
-    "Linear": "trackable.systems.linear",
+    "Infeasible": "trackable.control.step.result",
+    "LinearSystem": "trackable.systems.linear",
     "Matern32": "trackable.gp.kernels.radial",
     "Matern52": "trackable.gp.kernels.radial",
     "NotTrackableError": "trackable.reference",
     "Periodic": "trackable.gp.kernels.periodic",
+    "Plan": "trackable.control.step.result",
     "Polytope": "trackable.systems.sets.polytope",
     "Product": "trackable.gp.kernels.combinations",
     "RationalQuadratic": "trackable.gp.kernels.radial",
     "Samples": "trackable.gp.samples",
     "SquaredExponential": "trackable.gp.kernels.radial",
     "Sum": "trackable.gp.kernels.combinations",
-    "Step": "trackable.control.step.answer",
     "TrackableReference": "trackable.reference",
     "learn_reference": "trackable.learn",
+    "simulate": "trackable.control.simulation",
 }
 __all__ = [*_PUBLIC]  # noqa: PLE0604
 

@@ -24,10 +24,10 @@ from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.combinations import Product, Sum
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
-from trackable.systems.constrained import System
+from trackable.systems.constrained import ConstrainedSystem, System
 from trackable.systems.formulas.algebra import from_lists, to_lists
 from trackable.systems.formulas.expression import Expression
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 
 T = TypeVar("T")
@@ -136,9 +136,29 @@ def _kernel_fields(cls: type[Kernel]) -> Callable[[Kernel], dict[str, Any]]:
     return make_dict_unstructure_fn(cls, _CONVERTER)
 
 
+def _read_plant(data: Any, _: Any) -> ConstrainedSystem:
+    """Read a plant, with its sampling time beside its system."""
+    if not isinstance(data, dict) or "sampling_time" not in data or not isinstance(data.get("system"), dict):
+        raise CodecError(f"a plant must be an object with a system and a sampling_time, got {short(data)}")
+    inner = {name: value for name, value in data.items() if name != "sampling_time"}
+    inner["system"] = {**data["system"], "sampling_time": data["sampling_time"]}
+    plant: ConstrainedSystem = _read_object(ConstrainedSystem)(inner, ConstrainedSystem)
+    return plant
+
+
+def _write_plant(plant: ConstrainedSystem) -> dict[str, Any]:
+    written = _plant_fields()(plant)
+    return {**written, "sampling_time": written["system"].pop("sampling_time")}
+
+
+@cache
+def _plant_fields() -> Callable[[ConstrainedSystem], dict[str, Any]]:
+    return make_dict_unstructure_fn(ConstrainedSystem, _CONVERTER)
+
+
 def _read_system(data: Any, _: Any) -> Any:
     """Formulas f make a system nonlinear."""
-    system = Nonlinear if isinstance(data, dict) and "f" in data else Linear
+    system = Nonlinear if isinstance(data, dict) and "f" in data else LinearSystem
     return _CONVERTER.structure(data, system)
 
 
@@ -213,6 +233,8 @@ def _converter() -> Converter:
     converter.register_structure_hook_func(is_frozenset, _read_set)
     converter.register_structure_hook_func(lambda cls: cls == System, _read_system)
     converter.register_structure_hook_factory(dataclasses.is_dataclass, _read_object)
+    converter.register_structure_hook_func(lambda cls: cls is ConstrainedSystem, _read_plant)
+    converter.register_unstructure_hook_func(lambda cls: cls is ConstrainedSystem, _write_plant)
     converter.register_structure_hook_func(_is_kernel, _read_kernel)
     converter.register_unstructure_hook_func(_is_kernel, _write_kernel)
     converter.register_structure_hook_func(_is_expression, _read_expression)

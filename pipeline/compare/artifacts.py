@@ -14,6 +14,7 @@ from pipeline.compare.content.values import Leaf, Part, UnreadableError, judge
 from pipeline.compare.content.vector import drawing_parts, read_drawing
 from pipeline.compare.model import Row, Status
 from pipeline.compare.tolerances import Tolerances
+from pipeline.storage.results import ENVIRONMENT, TIMINGS
 
 RESULTS, NOTEBOOKS = Path("data/results"), Path("notebooks")
 
@@ -50,7 +51,7 @@ _ANY = Kind(_bytes(bytes), _hash_parts)
 def artifacts(root: Path) -> dict[str, Path]:
     """The artifacts below a folder by name: `example1/metrics.json`, `notebooks/example1.ipynb`.
 
-    The folder is a project's, or just its results. Hidden files are none, nor are wall clocks.
+    The folder is a project's, or just its results. Hidden files, wall clocks and records of the environment are none.
     """
     results = results_folder(root)
     named = {path.relative_to(results).as_posix(): path for path in _files(results)}
@@ -64,14 +65,14 @@ def results_folder(root: Path) -> Path:
     return root / RESULTS if (root / RESULTS).is_dir() else root
 
 
-_WALL_CLOCK = "timings.json"
-"""How long fits took on one machine: never compared, and not in git."""
+_NO_ARTIFACTS = {TIMINGS, ENVIRONMENT}
+"""How long fits took on one machine, and what they were made with, which is compared by itself."""
 
 
 def _files(folder: Path) -> Iterator[Path]:
     for path in sorted(folder.rglob("*")):
         hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
-        if path.is_file() and not hidden and path.name != _WALL_CLOCK:
+        if path.is_file() and not hidden and path.name not in _NO_ARTIFACTS:
             yield path
 
 

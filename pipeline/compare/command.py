@@ -1,4 +1,4 @@
-"""The command line of the comparison: `main.add_command(compare)`, and `environment` likewise."""
+"""The command line of the comparison: `main.add_command(compare)`."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -61,12 +61,3 @@ def compare(
         write_text(markdown_file, to_markdown(comparison))
     click.echo(to_text(comparison, everything), nl=False)
     context.exit(0 if comparison.within else 1)
-
-
-@click.command("environment", short_help="What results of this machine depend on, as JSON.")
-def environment() -> None:
-    """Print the environment as JSON: put beside results as `environment.json`, `compare` will read it there."""
-    from pipeline.compare.environment import here  # noqa: PLC0415
-    from trackable.files import to_json  # noqa: PLC0415
-
-    click.echo(to_json(here()), nl=False)

@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from pipeline.compare.artifacts import NOTEBOOKS, artifact_rows, artifacts
+from pipeline.compare.artifacts import NOTEBOOKS, artifact_rows, artifacts, results_folder
 from pipeline.compare.certificates import certificate_rows
 from pipeline.compare.claims import Claims
-from pipeline.compare.environment import versions
 from pipeline.compare.model import Comparison
 from pipeline.compare.tolerances import Tolerances
 from pipeline.compare.verdicts import judge_claim
+from pipeline.compare.versions import versions
 from trackable.errors import InputError
 
 
@@ -43,7 +43,7 @@ def compare(
         new_name or str(new),
         (*rows, *certificate_rows(sides)),
         tuple(judge_claim(claim, base, new) for claim in claims.claims),
-        versions(base, new),
+        versions(base, new, (results_folder(base), results_folder(new))),
         notes,
     )
 

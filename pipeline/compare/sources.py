@@ -9,10 +9,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from pipeline.compare.artifacts import NOTEBOOKS, RESULTS
-from pipeline.compare.environment import LOCK, RECORD
+from pipeline.compare.versions import LOCK
 from trackable.errors import InputError
 
-_WANTED = (RESULTS.as_posix(), NOTEBOOKS.as_posix(), LOCK, RECORD)
+_WANTED = (RESULTS.as_posix(), NOTEBOOKS.as_posix(), LOCK)
 
 
 @contextmanager

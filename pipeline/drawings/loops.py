@@ -9,7 +9,7 @@ from pipeline.methods import CERTIFIED, UNCONSTRAINED
 from pipeline.storage.loops import read_loops
 from pipeline.storage.results import Results
 from trackable import plots
-from trackable.control.starts import ON
+from trackable.control.initial_states import ON
 
 
 def drawings(experiment: Experiment, results: Results) -> dict[str, Callable[[], Figure]]:

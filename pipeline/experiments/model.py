@@ -115,8 +115,7 @@ class Experiment(Fields):
     @property
     def plant(self) -> ConstrainedSystem:
         """The system with its sets."""
-        s = self.system
-        return ConstrainedSystem(s.discrete, self.state_set.polytope, self.input_set.polytope, s.sampling_time)
+        return ConstrainedSystem(self.system.discrete, self.state_set.polytope, self.input_set.polytope)
 
     @property
     def sources(self) -> dict[str, Source]:

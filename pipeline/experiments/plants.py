@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, PositiveFloat, model_validator
 from pipeline.published.models import MODELS
 from pipeline.storage.yaml_file import Fields
 from trackable.systems.constrained import System
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.polytope import Polytope
 
 
@@ -51,8 +51,8 @@ class LinearModel(Fields):
         A, B = np.array(self.A), np.array(self.B)
         c = np.zeros(len(A)) if self.c is None else np.array(self.c)
         if self.continuous:
-            return Linear.discretised(A, B, self.sampling_time, c, self.states, self.inputs)
-        return Linear(A, B, c, self.states, self.inputs)
+            return LinearSystem.discretised(A, B, self.sampling_time, c, self.states, self.inputs)
+        return LinearSystem(A, B, c, self.states, self.inputs, sampling_time=self.sampling_time)
 
 
 class NamedModel(Fields):
@@ -66,7 +66,7 @@ class NamedModel(Fields):
         """The system. ValueError where there is none of that name."""
         if self.model not in MODELS:
             raise ValueError(f"there is no model {self.model!r}; there are {', '.join(MODELS)}")
-        return MODELS[self.model]
+        return MODELS[self.model](self.sampling_time)
 
 
 def which_model(written: object) -> object:
@@ -93,6 +93,10 @@ class SetFields(Fields):
             raise ValueError("expected lower with upper, and H with h")
         if self.lower is None and self.H is None:
             raise ValueError("expected lower and upper, H and h, or all four")
+        try:
+            _ = self.polytope
+        except ValueError as error:
+            raise ValueError(str(error).removeprefix("set: ")) from error
         return self
 
     @property

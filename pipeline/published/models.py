@@ -1,20 +1,24 @@
 """Nonlinear systems by name, for params.yaml: each is a function in ordinary arithmetic."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from trackable.systems.nonlinear import Nonlinear
 
-_TANK_SAMPLING = 5.0
 _AREA, _OUTLET = 2.0, 0.05
 
 
-def tank(x: Sequence[Any], u: Sequence[Any]) -> list[Any]:
-    """The level [m] of a tank of 2 m² after 5 s of an inflow [m³/s], by Euler's method; it empties after Torricelli."""
-    (level,), (inflow,) = x, u
-    return [level + _TANK_SAMPLING / _AREA * (inflow - _OUTLET * np.sqrt(level))]
+def tank(sampling_time: float) -> Nonlinear:
+    """Return the level [m] of a tank of 2 m² with an inflow [m³/s], by Euler's method; it empties after Torricelli."""
+
+    def successor(x: Sequence[Any], u: Sequence[Any]) -> list[Any]:
+        (level,), (inflow,) = x, u
+        return [level + sampling_time / _AREA * (inflow - _OUTLET * np.sqrt(level))]
+
+    return Nonlinear.of(successor, ["level"], ["inflow"], sampling_time)
 
 
-MODELS: dict[str, Nonlinear] = {"tank": Nonlinear.of(tank, ["level"], ["inflow"])}
+MODELS: dict[str, Callable[[float], Nonlinear]] = {"tank": tank}
+"""By name: the system with a sampling time [s]."""

@@ -10,7 +10,7 @@ from pipeline.storage.logs import Series
 from pipeline.storage.results import Results
 from pipeline.storage.tables import Table
 from trackable.arrays import Array
-from trackable.control.summary import Course
+from trackable.control.loop_trajectory import LoopTrajectory
 from trackable.files import from_json, to_json
 from trackable.systems.constrained import ConstrainedSystem
 
@@ -23,9 +23,9 @@ class ClosedLoops:
     """Courses by reference and by initial state; feasible states by horizon, as columns; the course along references
     that are learned again, and the columns of what was `offered` on the way: `step`, `taken` (1 or 0), `widening`."""
 
-    courses: Mapping[str, Mapping[str, Course]]
+    courses: Mapping[str, Mapping[str, LoopTrajectory]]
     feasible: Mapping[int, Mapping[str, Array]]
-    online: Course | None = None
+    online: LoopTrajectory | None = None
     offered: Mapping[str, Array] | None = None
 
 
@@ -49,7 +49,7 @@ def write_loops(results: Results, plant: ConstrainedSystem, closed: ClosedLoops,
 def read_loops(results: Results, plant: ConstrainedSystem) -> ClosedLoops:
     """The inverse of `write_loops`. InputError where the stage has not run, LogError where its log is damaged."""
     topics = {series.topic: series for series in read_stage(results, STAGE).series}
-    courses: dict[str, dict[str, Course]] = {}
+    courses: dict[str, dict[str, LoopTrajectory]] = {}
     feasible: dict[int, dict[str, Array]] = {}
     for topic, series in topics.items():
         match topic.split("/")[1:]:
@@ -94,7 +94,7 @@ def table_of_offers(results: Results) -> Table:
     return Table(["step", "", "why"], rows)
 
 
-def _series(topic: str, plant: ConstrainedSystem, course: Course) -> Series:
+def _series(topic: str, plant: ConstrainedSystem, course: LoopTrajectory) -> Series:
     columns = {
         **_named(plant.system.states, "", course.states),
         **_named(plant.system.inputs, "", course.inputs),
@@ -106,12 +106,12 @@ def _series(topic: str, plant: ConstrainedSystem, course: Course) -> Series:
     return Series(topic, course.steps * plant.sampling_time, finite)
 
 
-def _course(series: Series, plant: ConstrainedSystem) -> Course:
+def _course(series: Series, plant: ConstrainedSystem) -> LoopTrajectory:
     def together(names: Sequence[str], suffix: str = "") -> Array:
         return np.stack([series.fields[name + suffix] for name in names], axis=-1)
 
     states, inputs = plant.system.states, plant.system.inputs
-    return Course(
+    return LoopTrajectory(
         _steps(series, plant),
         together(states),
         together(inputs),

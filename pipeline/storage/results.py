@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+TIMINGS, ENVIRONMENT = "timings.json", "environment.json"
+
 
 @dataclass(frozen=True)
 class Results:
@@ -38,7 +40,12 @@ class Results:
     @property
     def timings(self) -> Path:
         """Wall-clock times: of one machine and one moment, so neither committed nor compared."""
-        return self.folder / "timings.json"
+        return self.folder / TIMINGS
+
+    @property
+    def environment(self) -> Path:
+        """Versions and kernels that the fit was made with."""
+        return self.folder / ENVIRONMENT
 
     def certificate(self, method: str) -> Path:
         return self.folder / "certificates" / f"{method}.json"

@@ -6,21 +6,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.drawings.loops import drawings
 from pipeline.experiments import load_experiment
-from pipeline.figures_control import drawings
 from pipeline.storage.archive import Fitted, write_fit
 from pipeline.storage.loops import ClosedLoops, read_loops, table_of_loops, table_of_offers
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
+from tests.pipeline.params import PARAMS
 from tests.pipeline.stages import call, written
-from tests.project import ROOT
-from trackable.control.starts import scaled, starts
+from trackable.control.initial_states import initial_states
+from trackable.control.scaling import scaled_controller
 from trackable.learning.exchange import solve
 from trackable.learning.learned import LearnedReference
 from trackable.learning.problem import ConstrainedProblem
 from trackable.plots import svg
 
-PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 SHORT = PARAMS.replace(
     "      steps: 10000\n", "      steps: 120\n      logged: 100\n      horizons: [2, 20]\n"
 ).replace("last: 120, every: 10}, noise_std: 0.02, seed: 7", "last: 80, every: 10}, noise_std: 0.02, seed: 7")
@@ -65,7 +65,7 @@ def metrics(finished) -> dict:
 @pytest.fixture(scope="module")
 def closed(finished) -> ClosedLoops:
     experiment = load_experiment("example1", finished / "params.yaml")
-    return read_loops(Results("example1", finished / "results"), experiment.constrained_system)
+    return read_loops(Results("example1", finished / "results"), experiment.plant)
 
 
 def test_the_metrics_say_what_happened(metrics):
@@ -160,15 +160,15 @@ def test_samples_that_never_arrive_are_missed(tmp_path, example1):
 
 
 def test_starts_are_in_the_state_set_and_have_a_plan(example):
-    controller = scaled(example.learning.plant, 20)
-    found = starts(controller, example.certified)
+    controller = scaled_controller(example.learning.plant, 20)
+    found = initial_states(controller, example.certified)
     assert list(found) == ["on", "above", "below"]
     for state in found.values():
         assert example.learning.plant.state_set.margin(state) >= 0
-        assert type(controller.step(0, state, example.certified)).__name__ == "Step"
+        assert type(controller.step(0, state, example.certified)).__name__ == "Plan"
 
 
 def test_weights_count_parts_of_widths(example1):
-    controller = scaled(example1.learning.plant, 5, input_weight=3.0)
+    controller = scaled_controller(example1.learning.plant, 5, input_weight=3.0)
     np.testing.assert_allclose(controller.Q, [[1 / 2.05**2]])
     np.testing.assert_allclose(controller.R, [[3.0]])

@@ -23,7 +23,7 @@ from trackable.gp.signal import KernelSum
 from trackable.gp.stencil import Stencil
 from trackable.learning.published.scalar import scalar
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
@@ -53,16 +53,16 @@ REFERENCE = Reference((SIGNAL,), PLANT)
 GENERAL = Reference(
     (SIGNAL, KernelSum(Matern32(1.0, 1 / 3), 0.1, np.array([0.5]), np.array([-0.0]))),
     ConstrainedSystem(
-        Linear(
+        LinearSystem(
             np.array([[1.0, 0.1, 0.0], [0.0, 1 / 3, 0.0], [1e-300, 0.0, -0.9]]),
             np.array([[0.0, 0.0], [1.0, 0.2], [0.0, 0.7]]),
             np.array([0.1, -0.0, 0.3]),
             ("position", "velocity", "level"),
             ("force", "flow"),
+            sampling_time=0.05,
         ),
         Polytope(np.array([[1.0, 0.0, 0.0], [0.0, 1 / 3, -1.0]]), np.array([-1.0, -2.0]), np.array([0.1, 2.0])),
         Polytope.box(np.array([-np.inf, -np.inf]), np.array([np.inf, np.inf])),
-        0.05,
     ),
 )
 VALUES = [
@@ -175,7 +175,10 @@ def test_what_the_json_looks_like() -> None:
     }
     assert encode(Stencil((1.0,), 0.5)) == {"weights": [1.0], "step": 0.5, "offset": 0.0}
     assert encode(REFERENCE)["signals"][0]["centres"] == [0.0, 0.1]
-    assert encode(PLANT.system) == {"A": [[0.9]], "B": [[-0.1]], "c": [0.0], "states": ["state"], "inputs": ["input"]}
+    system = {"A": [[0.9]], "B": [[-0.1]], "c": [0.0], "states": ["state"], "inputs": ["input"]}
+    assert encode(PLANT)["system"] == system
+    assert encode(PLANT)["sampling_time"] == 0.1
+    assert encode(PLANT.system) == {**system, "sampling_time": 0.1}
     assert encode(PLANT.state_set) == {"rows": [[1.0]], "lower": [-1.0], "upper": [1.0], "dimension": 1}
 
 
@@ -241,17 +244,21 @@ STENCIL = Stencil((1.0, -2.0), 0.5)
             edited(REFERENCE, "signals", 0, "weights", 0, to=[1.0]),
             "must be lists of one length, got [[1.0], ",
         ),
-        (Linear, edited(PLANT.system, "A", 0, to=1.0), "A must be a square matrix, got shape (1,)"),
-        (Linear, edited(GENERAL.plant.system, "A", 1, to=[1.0, 2.0]), "must be lists of one length, got [[1.0, 0.1"),
-        (Linear, edited(GENERAL.plant.system, "A", 1, 2, to="0"), "[1] [2] must be a number, got '0' @ $.A"),
-        (Linear, edited(GENERAL.plant.system, "states", 1, to=2), "must be of type str, got 2 @ $.states"),
+        (LinearSystem, edited(PLANT.system, "A", 0, to=1.0), "A must be a square matrix, got shape (1,)"),
+        (
+            LinearSystem,
+            edited(GENERAL.plant.system, "A", 1, to=[1.0, 2.0]),
+            "must be lists of one length, got [[1.0, 0.1",
+        ),
+        (LinearSystem, edited(GENERAL.plant.system, "A", 1, 2, to="0"), "[1] [2] must be a number, got '0' @ $.A"),
+        (LinearSystem, edited(GENERAL.plant.system, "states", 1, to=2), "must be of type str, got 2 @ $.states"),
         (Polytope, edited(PLANT.state_set, "upper", 0, to=-1.0), "must have an interior"),
         (Reference, edited(REFERENCE, "signals", to=[]), "the system needs 1 signals, got 0"),
         (Reference, edited(REFERENCE, "signals", 0, "weights", 0, to=True), "[0] must be a number, got True"),
         (Reference, edited(REFERENCE, "signals", 0, "weights", to=1.0), "must be a list of numbers, got 1.0"),
         (Samples, edited(SAMPLES, "times", 1, to=0.0), "samples: times must increase strictly"),
-        (Linear, edited(PLANT.system, "states", to=""), "@ $.states"),
-        (Linear, edited(PLANT.system, "states", to={}), "@ $.states"),
+        (LinearSystem, edited(PLANT.system, "states", to=""), "@ $.states"),
+        (LinearSystem, edited(PLANT.system, "states", to={}), "@ $.states"),
         (Stencil, edited(STENCIL, "weights", 1, to="2"), "must be a number, got '2' @ $.weights"),
         (JointPrior, edited(JointPrior((PRIOR,)), "names", 0, to=1), "must be of type str, got 1 @ $.names"),
     ],

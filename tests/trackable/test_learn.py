@@ -12,7 +12,7 @@ import pytest
 from tests.project import ROOT
 from trackable import (
     ConstrainedSystem,
-    Linear,
+    LinearSystem,
     NotTrackableError,
     Periodic,
     Polytope,
@@ -28,27 +28,26 @@ from trackable.errors import InputError
 from trackable.learning.problem import Infeasible
 
 AXIS = ConstrainedSystem(
-    Linear.discretised([[0, 1], [0, 0]], [[0], [1]], 0.05, states=("position", "velocity"), inputs=("force",)),
+    LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.05, states=("position", "velocity"), inputs=("force",)),
     Polytope.box([-1.1, -1.0], [0.2, 1.0]),
     Polytope.box([-2.5], [2.5]),
-    0.05,
 )
 TIMES = np.linspace(0, 3, 16)
 MOVED = np.where(TIMES < 1.5, -0.5 - 0.5 * np.cos(np.pi * TIMES / 1.5), 0.0)
 SAMPLES = Samples(TIMES, MOVED + 0.02 * np.random.default_rng(0).standard_normal(TIMES.size))
 KERNEL = SquaredExponential(1.0, 1.0)
 CART = ConstrainedSystem(
-    Linear(np.eye(2) * 0.8, np.eye(2), states=("a", "b"), inputs=("p", "q")),
+    LinearSystem(np.eye(2) * 0.8, np.eye(2), states=("a", "b"), inputs=("p", "q"), sampling_time=0.1),
     Polytope.box([-2, -2], [2, 2]),
     Polytope.box([-1, -1], [1, 1]),
-    0.1,
 )
 # Each state of this one shows both flat outputs.
 MIXED = ConstrainedSystem(
-    Linear([[0.5, 0.2, 0.1], [0.1, 0.6, 0.3], [0.2, 0.1, 0.7]], [[1.0, 0.3], [0.2, 1.0], [0.4, 0.5]]),
+    LinearSystem(
+        [[0.5, 0.2, 0.1], [0.1, 0.6, 0.3], [0.2, 0.1, 0.7]], [[1.0, 0.3], [0.2, 1.0], [0.4, 0.5]], sampling_time=0.1
+    ),
     Polytope.box([-9] * 3, [9] * 3),
     Polytope.box([-9] * 2, [9] * 2),
-    0.1,
 )
 
 
@@ -152,7 +151,7 @@ def test_how_far_the_samples_are_is_said(axis: TrackableReference) -> None:
 
 def test_the_usual_process_is_at_hand_to_compare_with(axis: TrackableReference) -> None:
     """It is closer to the samples, and breaks the bounds."""
-    weak = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.5], [0.2, 0.5]), AXIS.input_set, 0.05)
+    weak = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.5], [0.2, 0.5]), AXIS.input_set)
     slow = learn_reference({"position": SAMPLES}, weak, KERNEL, "asymptotic", noise_std=0.02)
     usual = slow.unconstrained()
     assert usual.plant is slow.reference.plant
@@ -223,12 +222,11 @@ def test_the_shared_period_is_not_a_multiple_of_itself() -> None:
     }
     samples = {name: Samples(t, y + 0.02 * rng.standard_normal(t.size)) for name, y in values.items()}
     joints = ConstrainedSystem(
-        Linear.discretised(
+        LinearSystem.discretised(
             np.kron(np.eye(2), np.eye(2, k=1)), np.eye(4)[:, 1::2], 0.05, states=("q1", "w1", "q2", "w2")
         ),
         Polytope.box([-1.5, -2.2] * 2, [1.5, 2.2] * 2),
         Polytope.box([-6.0] * 2, [6.0] * 2),
-        0.05,
     )
     found = learn_reference(samples, joints, Periodic(1.0, 1.0, 1.0), "periodic", noise_std=0.02)
     assert found.hyperparameters["period"] == pytest.approx(2.5, abs=0.05)
@@ -315,7 +313,7 @@ def test_refusals_say_what_is_wrong(name: str) -> None:
 
 def test_what_cannot_be_followed_says_by_how_much() -> None:
     """An amplitude that is known, and a force that is too small for it."""
-    weak = ConstrainedSystem(AXIS.system, AXIS.state_set, Polytope.box([-0.01], [0.01]), 0.05)
+    weak = ConstrainedSystem(AXIS.system, AXIS.state_set, Polytope.box([-0.01], [0.01]))
     with pytest.raises(NotTrackableError, match=r"breaks the .* bounds .* at t = .* s by") as raised:
         learn_reference(
             SAMPLES, weak, KERNEL, "asymptotic", noise_std=0.02, known={"signal_std": 1.0, "lengthscale": 0.5}

@@ -16,7 +16,7 @@ from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem, Limit
 from trackable.systems.flat.functional import Functional
 from trackable.systems.formulas.algebra import from_lists, to_lists
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
@@ -93,7 +93,7 @@ class Certificate:
         return cls(
             reference=Reference(
                 tuple(_signal_from_dict(signal) for signal in data["signals"]),
-                ConstrainedSystem(_system_from_dict(system), state_set, input_set, system["sampling_time"]),
+                ConstrainedSystem(_system_from_dict(system), state_set, input_set),
             ),
             claim=_CLAIMS[claim.pop("kind")](**claim),
             terms=terms,
@@ -140,11 +140,11 @@ def _system_to_dict(plant: ConstrainedSystem) -> dict[str, Any]:
     return {"system": {**matrices, **about}, "trajectories": trajectories}
 
 
-def _system_from_dict(data: dict[str, Any]) -> Linear | Nonlinear:
+def _system_from_dict(data: dict[str, Any]) -> LinearSystem | Nonlinear:
     names = tuple(data["states"]), tuple(data["inputs"])
     if "f" in data:
-        return Nonlinear(tuple(from_lists(formula) for formula in data["f"]), *names)
-    return Linear(data["A"], data["B"], data["c"], *names)
+        return Nonlinear(tuple(from_lists(formula) for formula in data["f"]), *names, data["sampling_time"])
+    return LinearSystem(data["A"], data["B"], data["c"], *names, sampling_time=data["sampling_time"])
 
 
 def _set_from_dicts(bounds: list[dict[str, Any]], dimension: int) -> Polytope:

@@ -1,4 +1,4 @@
-"""Tracking model predictive control with a terminal equality constraint on the reference."""
+"""Model predictive control that tracks a reference, with a terminal equality constraint on it."""
 
 import operator
 from dataclasses import dataclass
@@ -8,11 +8,11 @@ import numpy as np
 from scipy.linalg import eigvalsh
 
 from trackable.arrays import Array
-from trackable.control.followed import Followed
-from trackable.control.step.answer import Answer
-from trackable.control.step.sequential import by_linearisation
-from trackable.control.step.task import TOLERANCE, Task
-from trackable.control.step.tools import Tools
+from trackable.control.references import TrackedReference
+from trackable.control.step.formulation import Formulation
+from trackable.control.step.problem import TOLERANCE, StepProblem
+from trackable.control.step.result import StepResult
+from trackable.control.step.sequential import solve_by_linearisation
 from trackable.systems.constrained import ConstrainedSystem
 
 __all__ = ["TOLERANCE", "Controller"]
@@ -22,9 +22,10 @@ __all__ = ["TOLERANCE", "Controller"]
 class Controller:
     """min Σ_(i<N) ‖x(k+i) − x_r(k+i)‖²_Q + ‖u(k+i) − u_r(k+i)‖²_R with x(k+N) = x_r(k+N), x ∈ X and u ∈ U.
 
-    N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. The state at hand is
-    not constrained, all later ones are. Raises ValueError where a weight is something else, and where N steps are too
-    few to lead the system where the terminal constraint wants it; TypeError where N is no whole number.
+    N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. The constraint x ∈ X
+    holds for the predicted states, not for the current one. Raises ValueError where Q or R is not such a matrix, and
+    where the horizon is shorter than the number of steps that the system needs to return to the reference; TypeError
+    where the horizon is not an integer.
     """
 
     plant: ConstrainedSystem
@@ -47,27 +48,36 @@ class Controller:
             weight.flags.writeable = False
             object.__setattr__(self, name, weight)
         object.__setattr__(self, "horizon", operator.index(self.horizon))
-        if self.horizon < (fewest := max(self.plant.flatness.orders)):
+        if self.horizon < (fewest := shortest_horizon(self.plant)):
             raise ValueError(
                 f"controller: from a state off the reference it takes {fewest} steps to return to it, so that with a "
                 f"terminal equality the horizon must be at least {fewest}, got {self.horizon}"
             )
 
-    def step(self, k: int, state: Array, reference: Followed, guess: Array | None = None) -> Answer:
-        """The optimal plan at step `k` from `state` (n,), or why there is none. ValueError for a state not finite.
+    def step(self, k: int, state: Array, reference: TrackedReference, initial_guess: Array | None = None) -> StepResult:
+        """Return the optimal plan at step `k` from `state` (n,), or why there is none.
 
-        For a nonlinear system the optimum is sought near the inputs `guess` (N, m), such as the last plan's, shifted;
-        left out, near the reference. A linear system has one optimum, and needs none.
+        For a nonlinear system the optimum is searched near the inputs `initial_guess` (N, m), by default near the
+        reference; the last plan, shifted by a step, is a good guess (`shifted_inputs`). A linear system has one optimum
+        and needs no guess. Raises ValueError where the state is not n finite numbers, and ArithmeticError where the
+        numbers are beyond the solver.
         """
         state = np.asarray(state, dtype=float)
         if state.shape != (n := len(self.Q),) or not np.all(np.isfinite(state)):
             raise ValueError(f"controller: a state is {n} finite numbers, got {state.tolist()} at step {k}")
         window = reference.window(k, self.horizon)
-        if self.tools.is_linear:
-            return Task(self.tools, k, state, window, self.tools.model(window, window)).answer
-        return by_linearisation(self.tools, k, state, window, guess)
+        if self.formulation.is_linear:
+            model = self.formulation.local_model(window, window)
+            return StepProblem(self.formulation, k, state, window, model).result
+        return solve_by_linearisation(self.formulation, k, state, window, initial_guess)
 
     @cached_property
-    def tools(self) -> Tools:
-        """What is built once for all steps."""
-        return Tools(self.plant, self.horizon, self.Q, self.R)
+    def formulation(self) -> Formulation:
+        """The programs, built once for all steps."""
+        return Formulation(self.plant, self.horizon, self.Q, self.R)
+
+
+def shortest_horizon(plant: ConstrainedSystem) -> int:
+    """Return the number of steps that a system needs to return to its reference: the longest chain of its flat
+    outputs."""
+    return max(plant.flatness.orders)

@@ -1,45 +1,45 @@
-"""From where a controller can start: an interval at each step, or a polygon at the first one."""
+"""Feasible sets of a controller for several horizons: an interval at each step, or a polygon at the first one."""
 
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.control.controller import Controller
-from trackable.control.feasible_set import feasible_states
-from trackable.control.followed import Followed
-from trackable.systems.linear import Linear
+from trackable.control.controller import Controller, shortest_horizon
+from trackable.control.feasible_set import feasible_set
+from trackable.control.references import TrackedReference
+from trackable.systems.linear import LinearSystem
 
 _INSTANTS = 80
 
 
 def feasible_over_time(
-    controller: Controller, reference: Followed, horizons: tuple[int, ...], steps: int
+    controller: Controller, reference: TrackedReference, horizons: tuple[int, ...], steps: int
 ) -> dict[int, dict[str, Array]]:
-    """By horizon, for linear systems of one or two states: else nothing.
+    """Return the columns of the feasible set for each horizon; nothing for nonlinear systems and three states or more.
 
-    Of one state `step`, `lower` and `upper` at up to 81 of the first steps; of two, `step` 0 and the corners in
-    columns called as the states are. Horizons too short for the system are left out.
+    For one state the columns are `step`, `lower` and `upper`, at up to 81 of the first `steps` steps. For two they are
+    `step`, which is 0, and the corners under the names of the states. Horizons too short for the system are left out.
     """
     system = controller.plant.system
-    if not isinstance(system, Linear) or len(system.states) > 2:
+    if not isinstance(system, LinearSystem) or len(system.states) > 2:
         return {}
-    fewest = max(controller.plant.flatness.orders)
+    fewest = shortest_horizon(controller.plant)
     with_horizon = {N: Controller(controller.plant, N, controller.Q, controller.R) for N in horizons if fewest <= N}
     if len(system.states) == 2:
-        return {N: _corners(shorter, reference) for N, shorter in with_horizon.items()}
-    at = np.unique(np.linspace(0, steps, _INSTANTS + 1).round().astype(int))
-    return {N: _interval(shorter, reference, at.tolist()) for N, shorter in with_horizon.items()}
+        return {N: _corners(at_horizon, reference) for N, at_horizon in with_horizon.items()}
+    instants = np.unique(np.linspace(0, steps, _INSTANTS + 1).round().astype(int)).tolist()
+    return {N: _intervals(at_horizon, reference, instants) for N, at_horizon in with_horizon.items()}
 
 
-def _corners(controller: Controller, reference: Followed) -> dict[str, Array]:
-    corners = feasible_states(controller, reference, 0)
+def _corners(controller: Controller, reference: TrackedReference) -> dict[str, Array]:
+    corners = feasible_set(controller, reference, 0)
     names = controller.plant.system.states
     return {"step": np.zeros(len(corners)), **{name: corners[:, i] for i, name in enumerate(names)}}
 
 
-def _interval(controller: Controller, reference: Followed, steps: list[int]) -> dict[str, Array]:
+def _intervals(controller: Controller, reference: TrackedReference, steps: list[int]) -> dict[str, Array]:
     ends = np.full((len(steps), 2), np.nan)
     for i, k in enumerate(steps):
-        corners = feasible_states(controller, reference, k)
+        corners = feasible_set(controller, reference, k)
         if len(corners):
             ends[i] = corners[0, 0], corners[-1, 0]
     return {"step": np.array(steps, dtype=float), "lower": ends[:, 0], "upper": ends[:, 1]}

@@ -1,4 +1,4 @@
-"""From where a controller can start: the states that N admissible steps lead onto the reference."""
+"""The feasible set of a controller: the states from which N admissible steps lead onto the reference."""
 
 from dataclasses import dataclass
 
@@ -7,24 +7,25 @@ from scipy.optimize import linprog
 
 from trackable.arrays import Array
 from trackable.control.controller import Controller
-from trackable.control.followed import Followed
-from trackable.control.step.prediction import Prediction, gaps
-from trackable.control.step.room import Room, Sets
-from trackable.systems.linear import Linear
+from trackable.control.references import TrackedReference
+from trackable.control.step.error_model import ErrorModel, reference_defects
+from trackable.control.step.slack import PlantInequalities, Slack
+from trackable.systems.linear import LinearSystem
 
 _CORNER = 1e-7
-"""A support point this far (a part of the set's size) beyond an edge counts as on it."""
+"""A support point no further beyond an edge than this part of the set's size counts as on the edge."""
 
 
-def feasible_states(controller: Controller, reference: Followed, k: int) -> Array:
-    """Corners of the set of states x(k) ∈ X from which the controller has a plan at step `k`: shape (corners, n).
+def feasible_set(controller: Controller, reference: TrackedReference, k: int) -> Array:
+    """Return the corners of the set of states x(k) ∈ X from which the controller has a plan at step `k`.
 
-    For one state its two ends, for two a polygon, counterclockwise; no corner at all where the set is empty. Exact up
-    to the accuracy of linear programs, since each edge is asked whether the set goes on beyond it. ValueError for more
-    states, for a nonlinear system, and where X leaves the set unbounded.
+    The shape is (corners, n): both ends of an interval for one state, the corners of a polygon in counterclockwise
+    order for two, and no corner where the set is empty. The corners are exact up to the accuracy of linear programs,
+    because a linear program decides for each edge whether the set extends beyond it. Raises ValueError for more than
+    two states, for a nonlinear system, and where the set is unbounded.
     """
     n = len(controller.plant.system.states)
-    if not isinstance(controller.plant.system, Linear):
+    if not isinstance(controller.plant.system, LinearSystem):
         raise ValueError("feasible set: it is drawn for linear systems only, whose sets are convex")
     if n > 2:
         raise ValueError(f"feasible set: it is drawn for one or two states, got {n}")
@@ -33,8 +34,8 @@ def feasible_states(controller: Controller, reference: Followed, k: int) -> Arra
         return np.empty((0, n))
     if n == 1:
         return np.array([projection.farthest(np.array([-1.0])), projection.farthest(np.array([1.0]))])
-    turns = [np.array(d) for d in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))]
-    first = [projection.farthest(d) for d in turns]
+    directions = [np.array(d) for d in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))]
+    first = [projection.farthest(d) for d in directions]
     size = np.ptp(first, axis=0)
     if not np.all(size > 0):
         return _distinct(first, size)
@@ -46,7 +47,7 @@ def feasible_states(controller: Controller, reference: Followed, k: int) -> Arra
 
 @dataclass(frozen=True, eq=False)
 class _Projection:
-    """{x : some V has M (x, V) ≤ b and E (x, V) = f}: a polyhedron, seen through its first n coordinates."""
+    """{x : M (x, V) ≤ b and E (x, V) = f for some V}: the projection of a polyhedron onto its first n coordinates."""
 
     M: Array
     b: Array
@@ -55,25 +56,28 @@ class _Projection:
     n: int
 
     @classmethod
-    def at(cls, controller: Controller, reference: Followed, k: int) -> "_Projection":
+    def at(cls, controller: Controller, reference: TrackedReference, k: int) -> "_Projection":
+        """Return the states at step `k` from which input errors V lead onto the reference."""
         plant, window = controller.plant, reference.window(k, controller.horizon)
-        prediction = Prediction.along(plant.system, window)
-        sets, drift = Sets.of(plant), (prediction.drift @ gaps(plant.system, window).ravel())
-        room, H, h, G = Room.around(sets, window), sets.states.rows, sets.states.ends, sets.inputs.rows
-        (N, n, m), x = prediction.B.shape, window.states[0]
+        model = ErrorModel.along(plant.system, window)
+        drift = model.drift @ reference_defects(plant.system, window).ravel()
+        inequalities = PlantInequalities.of(plant)
+        slack = Slack.along(inequalities, window)
+        H, h, G = inequalities.states.rows, inequalities.states.bounds, inequalities.inputs.rows
+        (N, n, m), x_r = model.B.shape, window.states[0]
         over_all = np.kron(np.eye(N), H)
-        E = np.hstack([prediction.free, prediction.forced])
-        shift = drift - prediction.free @ x  # errors are M (x(k), V) + shift
+        E = np.hstack([model.free, model.forced])
+        shift = drift - model.free @ x_r  # errors are E (x(k), V) + shift
         M = np.vstack([
             over_all @ E,
             np.hstack([np.zeros((N * len(G), n)), np.kron(np.eye(N), G)]),
             np.hstack([H, np.zeros((len(H), N * m))]),
         ])  # fmt: skip
-        b = np.concatenate([room.states.ravel() - over_all @ shift, room.inputs.ravel(), h])
+        b = np.concatenate([slack.states.ravel() - over_all @ shift, slack.inputs.ravel(), h])
         return cls(M, b, E[-n:], -shift[-n:], n)
 
     def support(self, direction: Array) -> Array | None:
-        """A state farthest in a direction; None where there is no state at all."""
+        """Return a state of the set that is farthest in a direction; None where the set is empty."""
         program = linprog(
             np.concatenate([-direction, np.zeros(self.M.shape[1] - self.n)]),
             A_ub=self.M if len(self.M) else None,
@@ -88,7 +92,7 @@ class _Projection:
         return None if program.x is None else np.asarray(program.x[: self.n])
 
     def farthest(self, direction: Array) -> Array:
-        """As `support`, of a set that is not empty."""
+        """As `support`, for a set that is not empty. Raises ArithmeticError where the solver fails."""
         found = self.support(direction)
         if found is None:
             raise ArithmeticError("feasible set: the numbers are beyond the solver")
@@ -96,7 +100,7 @@ class _Projection:
 
 
 def _between(projection: _Projection, p: Array, q: Array, size: Array) -> list[Array]:
-    """The corners from p to q, counterclockwise, both left out."""
+    """Return the corners between p and q, counterclockwise, without p and q."""
     edge = (q - p) / size
     if np.max(np.abs(edge)) <= _CORNER:
         return []
@@ -108,7 +112,7 @@ def _between(projection: _Projection, p: Array, q: Array, size: Array) -> list[A
 
 
 def _distinct(corners: list[Array], size: Array) -> Array:
-    """Without repetitions, around the polygon."""
+    """Drop each corner that equals the next one."""
     scale = np.where(size > 0, size, 1.0)
     kept = [p for p, q in zip(corners, [*corners[1:], corners[0]], strict=True)
             if np.max(np.abs(p - q) / scale) > _CORNER]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Samples arriving while the loop runs: a reference learned anew is followed only if nothing can be lost by it."""
+"""References learned again while the loop runs: a new one is accepted only if it keeps every guarantee."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -9,9 +9,10 @@ from trackable.arrays import Array
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.claim import AllPhases, AllTimes
 from trackable.certificates.outcome import Counterexample, Unproved
+from trackable.control.closed_loop import ClosedLoop, concatenate
 from trackable.control.controller import Controller
-from trackable.control.loop import Loop, joined, simulate
-from trackable.control.step.answer import Infeasible, Status
+from trackable.control.simulation import simulate
+from trackable.control.step.result import Infeasible, Status
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.problem import NoSolution
@@ -19,109 +20,117 @@ from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 
-Learned = Certified | NoSolution | Counterexample | Unproved
-Learner = Callable[[tuple[Samples, ...]], Learned]
-"""From the samples of a window to a reference with a proof, in absolute time, or what stands in the way."""
+LearningResult = Certified | NoSolution | Counterexample | Unproved
+Learner = Callable[[tuple[Samples, ...]], LearningResult]
+"""Returns a reference with a proof, in absolute time, from the samples of a window; or why there is none."""
 
 
 @dataclass(frozen=True)
-class Offer:
-    """What became of learning at step `k`, from the `samples` (of each signal) that were there by then.
+class ReferenceUpdate:
+    """A reference learned at step `k`, and whether the controller tracks it from then on.
 
-    `taken` says whether the new reference is followed from k on, and `reason` why. Where the controller would have lost
-    feasibility, `widening` is by how much: a part of the sets' widths.
+    `sample_counts` are the numbers of samples of each flat output. `reason` says why the reference was `accepted` or
+    not. `widening` is the least part of their widths by which the sets would have to be widened for a plan, where that
+    is the reason.
     """
 
     k: int
-    samples: tuple[int, ...]
-    learned: Learned
-    taken: bool
+    sample_counts: tuple[int, ...]
+    learned: LearningResult
+    accepted: bool
     reason: str
     widening: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Online:
-    """A loop along changing references: what happened, every offer, and the reference at the end."""
+class OnlineLoop:
+    """A closed loop along changing references, all updates in order, and the `reference` at the end."""
 
-    loop: Loop
-    offers: tuple[Offer, ...]
+    loop: ClosedLoop
+    updates: tuple[ReferenceUpdate, ...]
     reference: Reference
 
 
 def simulate_online(
     controller: Controller,
     first: Certified,
-    state: Array,
+    initial_state: Array,
     steps: int,
     arrivals: Iterable[tuple[int, tuple[Samples, ...]]],
     learner: Learner,
-) -> Online:
-    """The closed loop from `state` (n,) at step 0 on the reference `first`, learned again at each of the `arrivals`.
+) -> OnlineLoop:
+    """Simulate the closed loop from `initial_state` (n,) at step 0, and learn the reference again at each arrival.
 
-    These are (k, samples): steps in increasing order, with the samples of the window that ends there (`receding`). As
-    the old reference is certified for all time, nothing is lost by an offer that is not taken. Raises ValueError where
-    the first reference claims less, or a step does not come after the one before it.
+    The loop begins on the reference `first`. An arrival is (k, samples): a step, in increasing order, and the samples
+    of the window that ends there (`receding_window`). Since the current reference is certified for all times, nothing
+    is lost where a new one is not accepted. Raises ValueError where `first` is certified for less, and where arrivals
+    are not in increasing order within `steps`.
     """
-    if not holds_for_ever(first):
+    if not holds_for_all_times(first):
         raise ValueError(
             f"online: the first reference must be certified for all time, but only for {first.certificate.claim}"
         )
-    at, here, reference = 0, np.asarray(state, dtype=float), first.reference
-    parts: list[Loop] = []
-    offers: list[Offer] = []
+    now, state, reference = 0, np.asarray(initial_state, dtype=float), first.reference
+    parts: list[ClosedLoop] = []
+    updates: list[ReferenceUpdate] = []
     for k, samples in arrivals:
-        if not at <= k <= steps or (offers and k == at):
+        if not now <= k <= steps or (updates and k == now):
             raise ValueError(
-                f"online: arrivals must come in increasing order and within {steps} steps, got {k} after {at}"
+                f"online: arrivals must come in increasing order and within {steps} steps, got {k} after {now}"
             )
-        parts.append(simulate(controller, reference, here, k - at, at))
+        parts.append(simulate(controller, reference, state, k - now, first_step=now))
         if parts[-1].infeasible:
-            return Online(joined(parts), tuple(offers), reference)
-        at, here = k, parts[-1].states[-1]
+            return OnlineLoop(concatenate(parts), tuple(updates), reference)
+        now, state = k, parts[-1].states[-1]
         learned = learner(samples)
-        offers.append(judged(controller, k, here, samples, learned))
-        if offers[-1].taken and isinstance(learned, Certified):
+        updates.append(decide_update(controller, k, state, samples, learned))
+        if updates[-1].accepted and isinstance(learned, Certified):
             reference = learned.reference
-    parts.append(simulate(controller, reference, here, steps - at, at))
-    return Online(joined(parts), tuple(offers), reference)
+    parts.append(simulate(controller, reference, state, steps - now, first_step=now))
+    return OnlineLoop(concatenate(parts), tuple(updates), reference)
 
 
-def judged(controller: Controller, k: int, state: Array, samples: tuple[Samples, ...], learned: Learned) -> Offer:
-    """Whether a learned reference may be followed from `state` (n,) at step `k` on."""
+def decide_update(
+    controller: Controller, k: int, state: Array, samples: tuple[Samples, ...], learned: LearningResult
+) -> ReferenceUpdate:
+    """Decide whether the controller may track a learned reference from `state` (n,) at step `k` on."""
     counts = tuple(len(s) for s in samples)
     if not isinstance(learned, Certified):
         unproved = isinstance(learned, Counterexample | Unproved)
         why = "learned, but not proved" if unproved else "no solution"
-        return Offer(k, counts, learned, False, f"{why}: {learned.explanation}")
-    if not holds_for_ever(learned):
-        return Offer(k, counts, learned, False, f"proved for {learned.certificate.claim} only")
-    answer = controller.step(k, state, learned.reference)
-    if isinstance(answer, Infeasible):
-        return Offer(k, counts, learned, False, answer.explanation, answer.widening)
-    # On the reference that is followed a tolerance makes up for rounding. There is no reason to start out with it.
-    if answer.status is Status.WIDENED:
-        return Offer(k, counts, learned, False, f"within the tolerance only: {answer.explanation}", -answer.slack)
-    return Offer(k, counts, learned, True, answer.explanation)
+        return ReferenceUpdate(k, counts, learned, False, f"{why}: {learned.explanation}")
+    if not holds_for_all_times(learned):
+        return ReferenceUpdate(k, counts, learned, False, f"proved for {learned.certificate.claim} only")
+    result = controller.step(k, state, learned.reference)
+    if isinstance(result, Infeasible):
+        return ReferenceUpdate(k, counts, learned, False, result.explanation, result.widening)
+    # The tolerance makes up for rounding on the reference that is tracked already. A new one must not need it.
+    if result.status is Status.WIDENED:
+        reason = f"within the tolerance only: {result.explanation}"
+        return ReferenceUpdate(k, counts, learned, False, reason, -result.slack)
+    return ReferenceUpdate(k, counts, learned, True, result.explanation)
 
 
-def holds_for_ever(learned: Certified) -> bool:
-    """Whether the proof covers every step from now on, whenever that is."""
+def holds_for_all_times(learned: Certified) -> bool:
+    """Whether the certificate covers every step from now on, whenever that is."""
     return isinstance(learned.certificate.claim, AllTimes | AllPhases)
 
 
-def relearning(prior: JointPrior, plant: ConstrainedSystem, starts: int = 8) -> Learner:
-    """Learning from scratch, with bounds of the search from the scales of each window's own samples."""
+def certified_learner(prior: JointPrior, plant: ConstrainedSystem, starts: int = 8) -> Learner:
+    """Return a learner that searches the hyperparameters anew, in intervals chosen from the samples of each window."""
     return lambda samples: learn_certified(samples, prior, plant, SearchSpace.around(samples, prior, starts=starts))
 
 
-def receding(samples: tuple[Samples, ...], until: float, count: int) -> tuple[Samples, ...]:
-    """The last `count` samples of each signal taken no later than `until` [s]. ValueError where there is none."""
+def receding_window(samples: tuple[Samples, ...], until: float, count: int) -> tuple[Samples, ...]:
+    """Return the last `count` samples of each flat output up to the time `until` [s].
+
+    Raises ValueError where there is none.
+    """
     return tuple(_last(s, until, count) for s in samples)
 
 
 def _last(samples: Samples, until: float, count: int) -> Samples:
-    seen = np.flatnonzero(samples.times <= until)[-count:]
-    if not seen.size:
+    arrived = np.flatnonzero(samples.times <= until)[-count:]
+    if not arrived.size:
         raise ValueError(f"online: no sample has arrived by {until:g} s, the first comes at {samples.times[0]:g} s")
-    return Samples(samples.times[seen], samples.values[seen], samples.relative_noise[seen], samples.stencil)
+    return Samples(samples.times[arrived], samples.values[arrived], samples.relative_noise[arrived], samples.stencil)

@@ -6,9 +6,9 @@ from functools import cached_property, partial
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.factorise import factorise, noise_variance
 from trackable.gp.factors.blocks import in_blocks
-from trackable.gp.factors.factored import Covariance, Factored
-from trackable.gp.factors.factoring import factored, noise_variance
+from trackable.gp.factors.factorisation import Covariance, Factorisation
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
@@ -40,8 +40,8 @@ class Posterior:
     def signal(self) -> KernelSum:
         """The posterior mean as a function of time."""
         samples, factored = self.samples, self._factored
-        centres = samples.stencil.centres(factored.instants(samples.times))
-        spread = samples.stencil.spread(factored.gathered(self.weights))
+        centres = samples.stencil.centres(factored.centres(samples.times))
+        spread = samples.stencil.spread(factored.weights_at_centres(self.weights))
         return KernelSum(self.prior.kernel, self.prior.mean, centres, spread)
 
     def mean(self, t: Array) -> Array:
@@ -84,7 +84,7 @@ class Posterior:
         """
         n, c = len(self.samples), self.weights
         value = self._factored.log_determinant + c @ self._residual
-        by_kernel, by_noise = self._factored.contracted(c)
+        by_kernel, by_noise = self._factored.likelihood_traces(c)
         return float(value + n * _LOG_TAU), np.array([*by_kernel.tolist(), 2 * by_noise])[self.prior.places]
 
     @cached_property
@@ -113,14 +113,14 @@ class Posterior:
         mean[0] += self.prior.mean
         through_kernel = np.zeros((len(gradient) + 1, *mean.shape))
         through_kernel[:-1] = gradient @ self.signal.weights
-        spread = self.samples.stencil.spread(self._factored.gathered(self._weights_gradient))
+        spread = self.samples.stencil.spread(self._factored.weights_at_centres(self._weights_gradient))
         through_weights = np.moveaxis(jet @ spread.T, -1, 0)
         return np.asarray(mean), np.asarray(through_kernel[self.prior.places] + through_weights)
 
     @cached_property
-    def _factored(self) -> Factored:
+    def _factored(self) -> Factorisation:
         """A = K + σ_n² I."""
-        found = factored(self.prior, self.samples, self._covariance)
+        found = factorise(self.prior, self.samples, self._covariance)
         if found is None:
             values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
             raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")

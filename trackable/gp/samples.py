@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.factors.bases import Bases
+from trackable.gp.factors.chebyshev import Bases
 from trackable.gp.stencil import POINT, Stencil
 
 _UNIFORM = np.empty(0)

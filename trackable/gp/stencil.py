@@ -7,7 +7,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.factors.factored import Covariance
+from trackable.gp.factors.factorisation import Covariance
 from trackable.gp.kernels.base import Kernel
 
 

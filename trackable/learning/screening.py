@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.factors.spectrum import Spectrum
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.prior import NOISE
+from trackable.gp.spectrum import Spectrum
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.space import SearchSpace, amplitude
 

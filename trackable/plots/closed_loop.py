@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackable.arrays import Array
-from trackable.control.summary import Course
+from trackable.control.loop_trajectory import LoopTrajectory
 from trackable.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PAGE, PALE, direct_label, step_label, styled
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.interval import Interval
 
-Courses = Mapping[str, Course]
+Courses = Mapping[str, LoopTrajectory]
 """By initial state."""
 
 STARTS: Final[dict[str, dict[str, Any]]] = {
@@ -81,7 +81,7 @@ def costs(courses: Mapping[str, Courses], plant: ConstrainedSystem, shown: int) 
 
 
 @styled
-def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int) -> Figure:
+def infeasibility(course: LoopTrajectory, plant: ConstrainedSystem, horizon: int) -> Figure:
     """Around the first infeasible step: what the loop does, and the `horizon` steps for which no plan is left."""
     names, first = (*plant.system.states, *plant.system.inputs), float(course.infeasible[0])
     begin, end = max(0.0, first - horizon), first + 3 * horizon
@@ -113,7 +113,7 @@ def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int) -> Fig
 
 
 @styled
-def relearned(course: Course, offered: Mapping[str, Array], plant: ConstrainedSystem) -> Figure:
+def relearned(course: LoopTrajectory, offered: Mapping[str, Array], plant: ConstrainedSystem) -> Figure:
     """A loop along references that are learned again: where one was taken over, and where it was not."""
     names = (*plant.system.states, *plant.system.inputs)
     figure = Figure(figsize=(PAGE, 0.8 + 1.35 * len(names)))
@@ -133,7 +133,7 @@ def relearned(course: Course, offered: Mapping[str, Array], plant: ConstrainedSy
     return figure
 
 
-def _values(course: Course, i: int) -> tuple[Array, Array]:
+def _values(course: LoopTrajectory, i: int) -> tuple[Array, Array]:
     """The i-th of states and inputs, and of the reference's."""
     n = course.states.shape[1]
     if i < n:
@@ -141,7 +141,7 @@ def _values(course: Course, i: int) -> tuple[Array, Array]:
     return course.inputs[:, i - n], course.reference_inputs[:, i - n]
 
 
-def _coordinate(axes: Axes, course: Course, i: int, looks: dict[str, Any]) -> None:
+def _coordinate(axes: Axes, course: LoopTrajectory, i: int, looks: dict[str, Any]) -> None:
     values, reference = _values(course, i)
     held: dict[str, Any] = {"drawstyle": "steps-post"} if i >= course.states.shape[1] else {}
     axes.plot(course.steps, values, **looks, **held)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackable.arrays import Array
-from trackable.control.summary import Course
+from trackable.control.loop_trajectory import LoopTrajectory
 from trackable.plots.closed_loop import STARTS
 from trackable.plots.style import BLUE, COLUMN, GREEN, INK, NAVY, ORANGE, PAGE, PURPLE, step_label, styled
 from trackable.systems.constrained import ConstrainedSystem
@@ -27,7 +27,7 @@ _FILL: Final = 0.12
 
 
 @styled
-def feasible_intervals(feasible: Mapping[int, Columns], course: Course, plant: ConstrainedSystem) -> Figure:
+def feasible_intervals(feasible: Mapping[int, Columns], course: LoopTrajectory, plant: ConstrainedSystem) -> Figure:
     """Of one state: the interval from which each horizon has a plan, over the step, around the reference."""
     figure = Figure(figsize=(PAGE, 2.9))
     axes = figure.subplots()
@@ -48,7 +48,7 @@ def feasible_intervals(feasible: Mapping[int, Columns], course: Course, plant: C
 
 @styled
 def feasible_polygons(
-    feasible: Mapping[int, Columns], courses: Mapping[str, Course], plant: ConstrainedSystem
+    feasible: Mapping[int, Columns], courses: Mapping[str, LoopTrajectory], plant: ConstrainedSystem
 ) -> Figure:
     """Of two states: the polygon from which each horizon has a plan at step 0, and the loops' first steps."""
     first, second = plant.system.states

@@ -1,12 +1,16 @@
-"""Measured samples in people's files, CSV or MCAP → signals over time, each as it was recorded, with a report."""
+"""Read measured samples from CSV and MCAP files: signals over time, and a report of what was repaired.
+
+`read_mcap` and what belongs to it are loaded on first use: reading CSV needs no MCAP library.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from trackable.recordings.cleaning import Cleaning, Finding
 from trackable.recordings.clocks import CLOCKS, Clock, Ticks, frames
 from trackable.recordings.csv_files.reader import Column, read_csv
 from trackable.recordings.csv_files.table import CsvLayout
 from trackable.recordings.dates import DateTimes
-from trackable.recordings.mcap_files.message_times import LOG_TIME, PUBLISH_TIME, MessageTime, Stamp
-from trackable.recordings.mcap_files.reader import Field, read_mcap
 from trackable.recordings.recording import Recording
 from trackable.recordings.repairs import (
     REPAIRS,
@@ -21,6 +25,19 @@ from trackable.recordings.repairs import (
 )
 from trackable.recordings.rows import Rows
 from trackable.recordings.signal import Signal
+
+if TYPE_CHECKING:
+    from trackable.recordings.mcap_files.message_times import LOG_TIME, PUBLISH_TIME, MessageTime, Stamp
+    from trackable.recordings.mcap_files.reader import Field, read_mcap
+
+_LOADED_ON_FIRST_USE = {
+    "LOG_TIME": "message_times",
+    "PUBLISH_TIME": "message_times",
+    "MessageTime": "message_times",
+    "Stamp": "message_times",
+    "Field": "reader",
+    "read_mcap": "reader",
+}
 
 __all__ = [
     "CLOCKS",
@@ -52,3 +69,9 @@ __all__ = [
     "read_mcap",
     "sort_rows",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LOADED_ON_FIRST_USE:
+        return getattr(import_module(f"{__name__}.mcap_files.{_LOADED_ON_FIRST_USE[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,11 +1,11 @@
-"""What was found wrong in a file, and what was done about it."""
+"""The report of a reader: what was wrong in a file, and what was done about it."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Finding:
-    """`count` rows or values of one kind of dirt, and what became of them; the first stands at `first`."""
+    """`what` was wrong in `count` rows or values, and what became of them; the first one is in `first`."""
 
     what: str
     count: int
@@ -17,7 +17,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Cleaning:
-    """All that was found in the `rows` of `source`; print it. Without findings, the file was clean."""
+    """All findings in the `rows` (a number) of the file or topic `source`, to be printed. None if it was clean."""
 
     source: str
     rows: int

@@ -1,4 +1,4 @@
-"""What a stamp in a file means: ticks of some length, or a date and a time of day."""
+"""Convert time stamps of a file to seconds: numbers of ticks, or dates with a time of day."""
 
 import math
 from collections.abc import Mapping
@@ -12,17 +12,20 @@ from trackable.recordings.decimals import EXACT
 
 @dataclass(frozen=True)
 class Ticks:
-    """Stamps are numbers of ticks, each `length` [s] long, since some zero; `absolute` where that is 1970, UTC."""
+    """Stamps that count ticks of `length` [s] since some zero; `absolute` if that is 1970-01-01 00:00 UTC.
+
+    InputError: a length that is not positive and finite.
+    """
 
     length: Decimal
     absolute: bool = False
 
     def __post_init__(self) -> None:
         if not (self.length.is_finite() and self.length > 0):
-            raise InputError(f"clock: a tick must take some finite time, got {self.length} s")
+            raise InputError(f"clock: a tick must take a positive finite time, got {self.length} s")
 
     def seconds(self, stamp: Decimal) -> Decimal:
-        """The time [s] since zero, exactly."""
+        """Return the time [s] since zero, exactly."""
         return EXACT.multiply(stamp, self.length)
 
 
@@ -35,18 +38,21 @@ CLOCKS: Mapping[str, Clock] = {
     **{f"epoch {unit}": Ticks(Decimal(_LENGTHS[unit]), absolute=True) for unit in ("s", "ms", "us", "ns")},
     "ISO 8601": DateTimes(),
 }
-"""By name: units, whose zero is the file's own; units since the UNIX epoch, 1970; and dates."""
+"""The clocks by name: units with the file's own zero, units since the UNIX epoch (1970, UTC), and ISO 8601 dates."""
 
 
 def frames(rate: float) -> Ticks:
-    """Stamps that count frames or steps, `rate` [1/s] of them in a second. InputError where `rate` is not positive."""
+    """Return the clock of stamps that count frames or steps, `rate` [1/s] of them each second.
+
+    InputError: a rate that is not positive and finite.
+    """
     if not 0 < rate < math.inf:
-        raise InputError(f"clock: expected some frames in a second, got {rate}")
-    return Ticks(Context(prec=50).divide(Decimal(1), Decimal(repr(rate))))  # 50 digits: as good as exact for a float64
+        raise InputError(f"clock: expected a positive finite number of frames per second, got {rate}")
+    return Ticks(Context(prec=50).divide(Decimal(1), Decimal(repr(rate))))  # 50 digits: far more than a float64 has
 
 
 def clock_named(clock: str | Clock) -> Clock:
-    """The clock of that name, or the clock itself. InputError lists the names."""
+    """Return the clock of that name in `CLOCKS`, or a clock as it is. InputError lists the names."""
     if isinstance(clock, Ticks | DateTimes):
         return clock
     if clock not in CLOCKS:

@@ -1,4 +1,4 @@
-"""Stamps that are dates with a time of day."""
+"""Convert stamps that are dates with a time of day to seconds since 1970, exactly."""
 
 import re
 from dataclasses import dataclass
@@ -24,11 +24,13 @@ _GERMAN = '"%d.%m.%Y %H:%M:%S"'
 
 @dataclass(frozen=True)
 class DateTimes:
-    """Stamps are dates with a time of day: in ISO 8601, 2024-05-01T12:00:00.25+02:00, or in a `format` of strptime.
+    """Stamps that are dates with a time of day.
 
-    Such a format is "%d.%m.%Y %H:%M:%S". Where it ends in seconds, a fraction of any length may follow these behind a
-    point or a comma. Stamps without a zone are in `zone`: "Z", which is UTC, or an offset as "+01:00" all the time.
-    InputError where the format does not tell a date and a time of day, or the zone is none.
+    They are in ISO 8601, 2024-05-01T12:00:00.25+02:00, or in a `format` of strptime like "%d.%m.%Y %H:%M:%S". If the
+    format ends with seconds, a stamp may have a fraction of any length after a point or a comma. Stamps that name no
+    zone are in `zone`: "Z", which is UTC, or a fixed offset like "+01:00".
+
+    InputError: a format without a complete date and time of day, or an invalid zone.
     """
 
     format: str | None = None
@@ -45,17 +47,17 @@ class DateTimes:
             )
 
     def seconds(self, stamp: str) -> Decimal:
-        """The time [s] since 1970, UTC, exactly. ValueError where the text is no such stamp."""
+        """Return the time [s] since 1970, UTC, exactly. ValueError: a text that is no such stamp."""
         try:
             moment, fraction = self._read_iso(stamp.strip()) if self.format is None else self._read(stamp.strip())
         except ValueError:
-            raise ValueError(f"expected a stamp like {self._wanted}, got {stamp!r}{self._way_out}") from None
+            raise ValueError(f"expected a stamp like {self._example}, got {stamp!r}{self._hint}") from None
         whole = EXACT.multiply(Decimal((moment - _EPOCH) // _MICROSECOND), Decimal("1e-6"))
         return EXACT.add(whole, Decimal(f"0.{fraction}"))
 
     @cached_property
     def _whole(self) -> str:
-        """The format without a fraction at its end, of which strptime would read six digits at most, and not none."""
+        """The format without a fraction at its end: strptime reads one to six digits only, here any number is read."""
         return _FRACTION_AT_END.sub("", (self.format or "").strip())
 
     @cached_property
@@ -63,22 +65,22 @@ class DateTimes:
         try:
             zone = re.fullmatch(_ZONE, self.zone, re.ASCII)
             return datetime.fromisoformat(f"2024-05-01T13:00:00{self.zone}").tzinfo if zone else None
-        except ValueError:  # no day is as long
+        except ValueError:  # an offset longer than a day
             return None
 
     @property
-    def _wanted(self) -> str:
+    def _example(self) -> str:
         return "2024-05-01T12:00:00.25Z" if self.format is None else _EXAMPLE.strftime(self.format)
 
     @property
-    def _way_out(self) -> str:
+    def _hint(self) -> str:
         return f" (DateTimes({_GERMAN}) as time unit reads other formats)" if self.format is None else ""
 
     def _read_iso(self, text: str) -> tuple[datetime, str]:
         match = _ISO.fullmatch(text)
         if match is None:
             raise ValueError
-        # datetime would cut the fraction after six digits, without a word.
+        # datetime would silently cut the fraction after six digits.
         return datetime.fromisoformat(match["start"] + (match["zone"] or self.zone)), match["fraction"] or "0"
 
     def _read(self, text: str) -> tuple[datetime, str]:
@@ -86,7 +88,7 @@ class DateTimes:
         try:
             moment = datetime.strptime(text, self._whole)
         except ValueError:
-            # The whole text goes first: points stand between the other numbers, too.
+            # The whole text was tried first: day, month and year may be separated by points, too.
             match = _WITH_FRACTION.fullmatch(text) if self._whole.endswith("%S") else None
             if match is None:
                 raise
@@ -95,9 +97,9 @@ class DateTimes:
 
 
 def _tells_a_date(format_: str) -> bool:
-    """Whether a date written in it comes back; %Z would be read as a name and forgotten."""
+    """Whether a date written in this format is read back unchanged; %Z is refused, as strptime ignores the name."""
     try:
         found = datetime.strptime(_EXAMPLE.strftime(format_), format_)
-    except (ValueError, re.error):  # the latter where something stands in it twice
+    except (ValueError, re.error):  # re.error: a directive is repeated
         return False
     return "%Z" not in format_ and found.replace(tzinfo=None) == _EXAMPLE.replace(tzinfo=None)

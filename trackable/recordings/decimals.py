@@ -1,6 +1,6 @@
-"""Numbers as they stand in a file: kept exactly until the one rounding that makes a float64 of them.
+"""Numbers as they are written in a file: kept exactly, and rounded once, to float64, at the end.
 
-Stamps since 1970 have more digits than a float64, and 64.1 mm are 0.0641 m only if the product is rounded once.
+Stamps since 1970 have more digits than a float64, and 64.1 mm becomes 0.0641 m only if the product is rounded once.
 """
 
 import math
@@ -10,18 +10,18 @@ from decimal import Context, Decimal
 from trackable.errors import InputError
 
 EXACT = Context(prec=1100)
-"""More digits than the difference or the product of any two float64 has that a file may hold."""
+"""Arithmetic with more digits than the difference or product of any two numbers that a file may hold."""
 
 NANOSECOND = Decimal("1e-9")
 POINT, COMMA = ".", ","
 DECIMAL_MARKS = (POINT, COMMA)
 
-# float() would take "1_000", "infinity" and digits of any script; an exponent of five digits is no measurement.
+# float() would accept "1_000", "infinity" and digits of any script; an exponent of five digits is no measurement.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 
 
 def parse(text: str, mark: str) -> Decimal:
-    """The finite number that `text` writes with `mark` between its whole part and its fraction; else ValueError."""
+    """Read the finite number in `text`, with `mark` in front of the fraction. ValueError: anything else."""
     stripped = text.strip()
     other = COMMA if mark == POINT else POINT
     if _is_number(stripped, mark):
@@ -31,7 +31,7 @@ def parse(text: str, mark: str) -> Decimal:
 
 
 def exact(value: object) -> Decimal | None:
-    """A decoded number without any rounding; None for nothing and for NaN. ValueError for what is no finite number."""
+    """Convert a decoded number without rounding; None and NaN become None. ValueError: no finite number."""
     match value:
         case None:
             return None
@@ -47,7 +47,7 @@ def exact(value: object) -> Decimal | None:
 
 
 def scaled(number: Decimal, scale: float) -> float:
-    """`number` times `scale` as that is written, rounded once. ValueError where this is too large for a float64."""
+    """Return `number` times `scale` (as it is written in decimal), rounded once. ValueError: too large for float64."""
     result = float(number if scale == 1 else EXACT.multiply(number, Decimal(repr(scale))))
     if math.isinf(result):
         raise ValueError(f"expected a number that fits a float64, got {number:.3e} (times {scale!r})")
@@ -55,19 +55,19 @@ def scaled(number: Decimal, scale: float) -> float:
 
 
 def check_scale(name: str, scale: float) -> None:
-    """InputError where `scale` makes nothing, or no number, of the values of `name`."""
+    """Raise InputError if the `scale` of the values of `name` is zero or not finite."""
     if not 0 < abs(scale) < math.inf:
         raise InputError(f"{name!r}: expected a scale other than zero, got {scale}")
 
 
 def plain(number: Decimal) -> str:
-    """A number for a message: without exponent, and without zeros at its end."""
+    """Format a number for a message: without exponent and trailing zeros."""
     text = f"{number:f}"
     return text.rstrip("0").rstrip(POINT) if POINT in text else text
 
 
 def shown(value: object) -> str:
-    """A decoded value for a message: a number as it was written, and not too much of anything."""
+    """Format a decoded value for a message: a number as it was written, anything else shortened."""
     text = str(value) if isinstance(value, Decimal) else repr(value).replace("\n", " ")
     return text if len(text) <= 80 else f"{text[:79]}…"
 

@@ -1,4 +1,4 @@
-"""Which rows stand out of order."""
+"""Find the rows that are out of order."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -6,13 +6,13 @@ from decimal import Decimal
 
 
 def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
-    """The fewest rows without which the stamps never decrease; of two that are swapped, the later one.
+    """Return the fewest rows whose removal leaves non-decreasing stamps; of two swapped rows, the later one.
 
-    Not the rows that lie before their predecessor: behind one stamp far in the future these would be all the others.
-    What remains is a longest non-decreasing subsequence, found by patience sorting from the end in n log n steps.
+    These are not simply the rows earlier than their predecessor: after one stamp far in the future, that would be all
+    others. The rest is a longest non-decreasing subsequence, found by patience sorting from the end in O(n log n).
     """
-    smallest: list[Decimal] = []  # [k]: of all chains of k + 1 rows found so far, the best start of one, negated
-    starts: list[int] = []  # [k]: its row
+    smallest: list[Decimal] = []  # [k]: over all chains of k + 1 rows found so far, the latest first stamp, negated
+    starts: list[int] = []  # [k]: the row of that stamp
     follower: dict[int, int | None] = {}
     for row in range(len(stamps) - 1, -1, -1):
         key = -stamps[row]

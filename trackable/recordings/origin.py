@@ -1,4 +1,4 @@
-"""Where the times of a recording count from."""
+"""The origin from which the times of a recording are counted."""
 
 from datetime import datetime, timedelta
 from decimal import Decimal
@@ -10,13 +10,13 @@ from trackable.errors import InputError
 from trackable.recordings.decimals import EXACT, NANOSECOND, plain
 
 Origin = int | Literal["first"] | None
-"""The zero [ns] on the file's own clock; or the first sample of all; or None: what is usual for the clock."""
+"""The time zero [ns] on the file's own clock; or the first sample of all signals; or None: the clock's default."""
 
 _EPOCH = datetime(1970, 1, 1)
 
 
 def checked_origin(origin: object) -> Origin:
-    """The origin as it was handed in. InputError says what is possible."""
+    """Return the origin as given, a NumPy integer as int. InputError: anything else."""
     match origin:
         case None:
             return None
@@ -32,14 +32,14 @@ def checked_origin(origin: object) -> Origin:
 
 
 def described(origin: int, absolute: bool) -> str:
-    """The zero at `origin` [ns], for people: as a date where it counts from 1970, as `absolute` says, else in s."""
+    """Format an `origin` [ns] for people: as a date if it is `absolute` (counts from 1970), otherwise in seconds."""
     if not absolute:
         return f"{plain(EXACT.multiply(Decimal(origin), NANOSECOND))} s on the file's own clock"
     seconds, nanoseconds = divmod(origin, 10**9)
     since = f"{origin} ns since 1970"
     try:
         date = (_EPOCH + timedelta(seconds=seconds)).isoformat(" ")
-    except OverflowError:  # no calendar goes there: stamps in ms that are read as s do
+    except OverflowError:  # beyond the calendar: as when stamps in ms are read as s
         return since
     fraction = f".{nanoseconds:09d}".rstrip("0").rstrip(".")
     return f"{date}{fraction} UTC ({since})"

@@ -1,4 +1,4 @@
-"""What was read: signals, each with its own times, since one origin."""
+"""A recording: named signals, each with its own times, with one common time origin."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -12,11 +12,10 @@ from trackable.recordings.signal import Signal
 
 @dataclass(frozen=True)
 class Recording:
-    """`signals` by name, differently spaced as they may be, with times [s] since `origin`.
+    """`signals` by name, each with its own times [s] since the common `origin` [ns].
 
-    `origin` [ns] is where their zero lies on the file's own clock, exactly: since 1970 for epoch stamps, dates and most
-    log times, which are `absolute`, else since the file's zero. `cleanings` says, for each table or topic, what was
-    found and mended.
+    The origin is exact, on the file's own clock. It is `absolute` if that clock counts from 1970, as epoch stamps,
+    dates and most log times do. `cleanings` has a report of what was found and repaired for each table or topic.
     """
 
     signals: Mapping[str, Signal]
@@ -30,19 +29,19 @@ class Recording:
         return self.signals[name]
 
     def samples(self, name: str) -> Samples:
-        """What a Gaussian process learns from. InputError lists the signals where there is none of that name."""
+        """Return the samples of a signal, to learn from. InputError: no signal has that name; it lists the names."""
         return self[name].samples()
 
     def select(self, start: float, end: float) -> "Recording":
-        """The samples with start ≤ time ≤ end [s], same origin. InputError where a signal has none."""
+        """Return the samples with start ≤ time ≤ end [s]; the origin stays. InputError: a signal has none there."""
         return replace(self, signals={name: _named(name, s, start, end) for name, s in self.signals.items()})
 
     def every(self, seconds: float) -> "Recording":
-        """Fewer samples, roughly `seconds` apart, as `Signal.every` chooses them. InputError where not positive."""
+        """Thin out each signal to samples about `seconds` apart: see `Signal.every`."""
         return replace(self, signals={name: signal.every(seconds) for name, signal in self.signals.items()})
 
     def beside(self, other: "Recording") -> "Recording":
-        """The signals of both. InputError where origins differ or a name is in both: nothing is shifted or replaced."""
+        """Return one recording with the signals of both. InputError: the origins differ, or a name is in both."""
         if self.origin != other.origin:
             raise InputError(
                 f"recordings have their zero at {self.origin} ns and {other.origin} ns; read both with the same origin"

@@ -1,7 +1,6 @@
-"""Repairs of rows: what is chosen is done, in the order in which it is chosen, and reported; nothing else is mended.
+"""Repairs of rows: each chosen repair is applied, in the given order, and reported; nothing else is changed.
 
-A repair is a function from rows to rows and a report, so a program can pass its own beside these; those here may be
-chosen by name.
+A repair is a function from rows to repaired rows and findings. A program can pass its own; those here also have names.
 """
 
 import math
@@ -20,44 +19,44 @@ Repair = Callable[[Rows], tuple[Rows, tuple[Finding, ...]]]
 
 
 def drop_rows_without_time(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
-    """Leave out rows whose time is missing."""
+    """Drop rows without a time."""
     return _without(rows, [row for row, stamp in enumerate(rows.stamps) if stamp is None], "no time, dropped")
 
 
 def drop_zero_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
-    """Leave out rows in which every signal read is zero, as devices write them that lost their target.
+    """Drop rows in which every signal is zero, as some devices write them when they have lost their target.
 
-    An honest zero of a single signal looks the same: read all axes of the device together where this is chosen.
+    If only one signal is read, a true zero looks the same: read all axes of the device together with this repair.
     """
     return _without(rows, rows.all_zero(), "zero in every signal, dropped")
 
 
 def drop_rows_out_of_order(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
-    """Leave out the fewest rows without which the times never decrease: for wrong stamps. InputError: no time."""
+    """Drop the fewest rows such that times never decrease: for wrong stamps. InputError: a row without a time."""
     return _without(rows, out_of_order(rows.timed()), "out of order, dropped")
 
 
 def sort_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
-    """Put the rows in the order of their times: for right stamps written late. InputError where a row has no time."""
+    """Sort the rows by time: for correct stamps written late. InputError: a row without a time."""
     stamps = rows.timed()
     moved = out_of_order(stamps)
     return rows.only(sorted(range(len(rows)), key=stamps.__getitem__)), _finding(rows, moved, "out of order, sorted")
 
 
 def keep_first_of_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
-    """Of several values of a signal at one time keep the first in the file. InputError where a row has no time."""
+    """Keep the first of several values of a signal at one time. InputError: a row without a time."""
     return _merge(rows, lambda column, _: float(column[0]), "time repeated, first kept")
 
 
 def keep_last_of_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
-    """Of several values of a signal at one time keep the last in the file. InputError where a row has no time."""
+    """Keep the last of several values of a signal at one time. InputError: a row without a time."""
     return _merge(rows, lambda column, _: float(column[-1]), "time repeated, last kept")
 
 
 def average_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
-    """Put the mean for several values of a signal at one time; its noise is that of the mean of independent samples.
+    """Replace several values of a signal at one time by their mean.
 
-    InputError where a row has no time.
+    Its standard deviation is that of the mean of independent samples. InputError: a row without a time.
     """
     return _merge(rows, lambda column, summary: summary(column) / len(column), "time repeated, averaged")
 
@@ -74,11 +73,11 @@ REPAIRS: Mapping[str, Repair] = {
         average_repeated,
     )
 }
-"""By name, as files of parameters and messages call them."""
+"""The repairs by name."""
 
 
 def chosen_repairs(repairs: Sequence[Repair | str]) -> list[Repair]:
-    """The repairs in their order, those that are named taken from `REPAIRS`. InputError lists the names."""
+    """Return the repairs in their order, names looked up in `REPAIRS`. InputError: an unknown name, or not a list."""
     if isinstance(repairs, str) or callable(repairs):
         alone = repairs if isinstance(repairs, str) else getattr(repairs, "__name__", repairs)
         raise InputError(f"repairs: expected a list of them, in their order, got {alone} by itself")
@@ -105,9 +104,10 @@ def _finding(rows: Rows, found: Sequence[int], what: str) -> tuple[Finding, ...]
 def _merge(
     rows: Rows, merged: Callable[[Array, Callable[[Array], float]], float], what: str
 ) -> tuple[Rows, tuple[Finding, ...]]:
-    """One value for each signal and time, in the first of its rows; the others keep their other signals.
+    """Merge several values of a signal at one time into the first of their rows; other signals stay in their rows.
 
-    `merged` is given values and how to add them up: plainly, or in squares where they are standard deviations.
+    `merged` gets the values, and a function that adds them up: the sum, or for standard deviations the root of the sum
+    of squares.
     """
     values = {name: column.copy() for name, column in rows.values.items()}
     noise_std = {name: column.copy() for name, column in rows.noise_std.items()}
@@ -123,5 +123,5 @@ def _merge(
 
 
 def _root_of_squares(deviations: Array) -> float:
-    """NaN where one of them is no standard deviation, which is refused later: a sum would hide it."""
+    """Return √Σσ², or NaN if some σ is not positive: the sum would hide it, NaN is refused later."""
     return math.hypot(*deviations) if np.all(deviations > 0) else math.nan

@@ -1,4 +1,4 @@
-"""Samples as they stand in a file, row by row, before anything is mended: what both readers hand over."""
+"""Rows of a file before any repair: the common output of the CSV and the MCAP reader."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,10 +13,10 @@ from trackable.errors import InputError
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of one table or one topic, `source`, each a stamp with a value of some or all signals.
+    """n rows of one table or topic, the `source`: each has a time stamp, and values of some or all signals.
 
-    `places` says where each row stands, "line 12" or "message 3"; `stamps` [s] are exact, None where there is none.
-    `values` and `noise_std` (of signals that have one for each sample) are of shape (n,), NaN where there is none.
+    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values`, and
+    `noise_std` of the signals that have one for each sample, are arrays (n,) by signal, NaN if missing.
     """
 
     source: str
@@ -29,11 +29,11 @@ class Rows:
         return len(self.places)
 
     def where(self, row: int) -> str:
-        """The row's source and place, as messages start."""
+        """Return source and place of a row, for the start of a message."""
         return f"{self.source}, {self.places[row]}"
 
     def timed(self) -> Sequence[Decimal]:
-        """The stamps. InputError where a row has none."""
+        """Return the stamps. InputError: a row without a time."""
         for row, stamp in enumerate(self.stamps):
             if stamp is None:
                 raise InputError(
@@ -42,11 +42,11 @@ class Rows:
         return [stamp for stamp in self.stamps if stamp is not None]
 
     def present(self, signal: str) -> npt.NDArray[np.bool_]:
-        """Which rows have a value of the signal, shape (n,)."""
+        """Return a mask (n,) of the rows that have a value of the signal."""
         return ~np.isnan(self.values[signal])
 
     def only(self, rows: Sequence[int]) -> "Rows":
-        """These rows, in this order."""
+        """Return these rows, in this order."""
         chosen = np.array(rows, dtype=int)
         return replace(
             self,
@@ -57,11 +57,11 @@ class Rows:
         )
 
     def all_zero(self) -> list[int]:
-        """The rows in which every signal has a value, and this is zero."""
+        """Return the rows in which every signal is zero."""
         return np.flatnonzero(np.all([column == 0 for column in self.values.values()], axis=0)).tolist()
 
     def repeats(self) -> Iterator[tuple[str, list[int]]]:
-        """Each signal with the rows, two or more, in which it has a value at one and the same time."""
+        """Yield each signal with each group of two or more rows that have a value of it at the same time."""
         stamps = self.timed()
         for name in self.values:
             together: dict[Decimal, list[int]] = {}

@@ -1,4 +1,4 @@
-"""From rows to signals: repair what the caller chose, refuse what is left, report both."""
+"""Convert rows to a recording: apply the chosen repairs, refuse what is still wrong, report everything."""
 
 from collections.abc import Sequence
 from decimal import ROUND_FLOOR, Decimal
@@ -17,11 +17,10 @@ from trackable.recordings.signal import Signal
 
 
 def recorded(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:
-    """The signals of one or several tables, at least one, with times [s] since `origin` [ns].
+    """Return the signals of one or more tables or topics, with times [s] since `origin` [ns].
 
-    Without an `origin`, times are the file's own, or, where they are `absolute`, count from the first sample of all;
-    so they do where it is "first". Raises InputError, naming the place, where dirt is left that no repair was chosen
-    for, or a signal has no sample.
+    "first" is the first sample of all signals. None is the same if the stamps are `absolute`, otherwise the file's own
+    zero. InputError, with the place: something is wrong that no chosen repair mends, or a signal has no value.
     """
     settled = [_settled(rows, repairs) for rows in tables]
     if origin is None:
@@ -37,7 +36,7 @@ def _settled(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Cleaning]:
     for repair in repairs:
         rows, found = repair(rows)
         findings.extend(found)
-    if len(rows.values) > 1 and (zero := rows.all_zero()):  # of a single signal a zero is no news
+    if len(rows.values) > 1 and (zero := rows.all_zero()):  # of a single signal a zero is an ordinary value
         findings.append(Finding("zero in every signal, kept", len(zero), rows.places[zero[0]]))
     _refuse_empty(rows)
     _refuse_disorder(rows)
@@ -91,7 +90,7 @@ def _refuse_noise(rows: Rows) -> None:
 
 
 def _first(rows: Rows) -> int:
-    """The time [ns] of the first sample, rounded down."""
+    """Return the time [ns] of the first sample, rounded down."""
     stamps = rows.timed()
     first = min(stamps[int(np.argmax(rows.present(name)))] for name in rows.values)
     return int(EXACT.divide(first, NANOSECOND).to_integral_value(ROUND_FLOOR))

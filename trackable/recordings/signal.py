@@ -14,8 +14,8 @@ from trackable.gp.samples import Samples
 class Signal:
     """`values` at strictly increasing `times` [s], both of shape (n,), n ≥ 1.
 
-    `noise_std`, in the unit of the values, is each sample's own standard deviation, shape (n,), where it is known.
-    Raises ValueError, naming the first offending entry, where an array is none of that.
+    `noise_std` (n,) is the standard deviation of each sample, in the unit of the values; None if it is not known.
+    Raises ValueError, which names the first wrong entry: shapes, order, or numbers that are not finite or positive.
     """
 
     times: Array
@@ -39,13 +39,13 @@ class Signal:
         return self.times.size
 
     def samples(self) -> Samples:
-        """What a Gaussian process learns from; where the noise of each sample is known, in units of noise_std = 1."""
+        """Return samples to learn from; `noise_std`, if known, is their `relative_noise`, for noise_std = 1."""
         if self.noise_std is None:
             return Samples(self.times, self.values)
         return Samples(self.times, self.values, self.noise_std)
 
     def select(self, start: float, end: float) -> "Signal":
-        """The samples with start ≤ time ≤ end [s]. InputError where there is none."""
+        """Return the samples with start ≤ time ≤ end [s]. InputError: there is none."""
         chosen = np.flatnonzero((self.times >= start) & (self.times <= end))
         if chosen.size == 0:
             raise InputError(
@@ -55,9 +55,10 @@ class Signal:
         return self._only(chosen)
 
     def every(self, seconds: float) -> "Signal":
-        """Fewer samples, roughly `seconds` apart: after each the one nearest to that, and not before half of it.
+        """Thin out to samples about `seconds` apart.
 
-        Gaps stay gaps. Thinning again by the same time changes nothing. InputError where `seconds` is not positive.
+        After each sample follows the one nearest to `seconds` later, and at least half of it later. Gaps stay gaps, and
+        thinning again by the same time changes nothing. InputError: `seconds` is not positive and finite.
         """
         if not 0 < seconds < np.inf:
             raise InputError(f"expected a time between samples above 0 s, got {seconds} s")

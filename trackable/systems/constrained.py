@@ -1,6 +1,5 @@
 """A system with its sets: what has to be bounded for a reference to be trackable."""
 
-import math
 from collections import Counter
 from dataclasses import dataclass
 from fractions import Fraction
@@ -10,7 +9,7 @@ from typing import Literal, NamedTuple
 
 from trackable.systems.flat.flatness import Flatness, flatness
 from trackable.systems.flat.trajectory import combined
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.quantity import Quantity
 from trackable.systems.sets.allocation import Allocation
@@ -18,7 +17,7 @@ from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 from trackable.systems.wording import shortened, written
 
-System = Linear | Nonlinear
+System = LinearSystem | Nonlinear
 
 
 Side = Literal["state", "input"]
@@ -35,7 +34,7 @@ class Limit(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ConstrainedSystem:
-    """A system with its `state_set` X, its `input_set` U and its `sampling_time` T_s [s].
+    """A system with its `state_set` X and its `input_set` U.
 
     Raises ValueError where the sets do not fit the system, where a linear one is not controllable or has too many
     redundant inputs, and where an input of a nonlinear one is not bounded.
@@ -44,11 +43,8 @@ class ConstrainedSystem:
     system: System
     state_set: Polytope
     input_set: Polytope
-    sampling_time: float
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.sampling_time) and self.sampling_time > 0):
-            raise ValueError(f"system: sampling_time must be a positive finite number, got {self.sampling_time!r}")
         n, m = len(self.system.states), len(self.system.inputs)
         for name, bounds, dimension in (("state_set", self.state_set, n), ("input_set", self.input_set, m)):
             if bounds.dimension != dimension:
@@ -60,17 +56,22 @@ class ConstrainedSystem:
             )
         _ = self.flatness, self.needed  # raise what they refuse
 
+    @property
+    def sampling_time(self) -> float:
+        """T_s [s], as the system has it."""
+        return self.system.sampling_time
+
     @cached_property
     def flatness(self) -> Flatness:
         """States and inputs in terms of the signals that are learned."""
         if isinstance(self.system, Nonlinear):
-            return self.system.flatness(self.sampling_time)
-        return flatness(self.system, self.sampling_time)
+            return self.system.flatness()
+        return flatness(self.system)
 
     @property
-    def linear(self) -> Linear:
+    def linear(self) -> LinearSystem:
         """The system, for what is done with linear ones only. ValueError for others."""
-        if not isinstance(self.system, Linear):
+        if not isinstance(self.system, LinearSystem):
             raise ValueError(f"system: must be linear here, got one with {', '.join(map(str, self.system.f))}")
         return self.system
 
@@ -82,7 +83,7 @@ class ConstrainedSystem:
     @cached_property
     def allocation(self) -> Allocation | None:
         """How inputs are chosen where many push the system alike; None where none do."""
-        return Allocation.of(self.system, self.input_set) if isinstance(self.system, Linear) else None
+        return Allocation.of(self.system, self.input_set) if isinstance(self.system, LinearSystem) else None
 
     @cached_property
     def limits(self) -> tuple[Limit, ...]:

@@ -1,7 +1,7 @@
 """Linear systems with several states and inputs."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -13,11 +13,12 @@ _ZERO = np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
-class Linear:
-    """x(k+1) = A x(k) + B u(k) + c with A (n, n), B (n, m), c (n,); `states` and `inputs` are names, all different.
+class LinearSystem:
+    """x(k+1) = A x(k) + B u(k) + c with A (n, n), B (n, m), c (n,), one step every `sampling_time` [s].
 
-    Raises ValueError where shapes do not fit, an entry is not finite, or names repeat. Left out, c is zero and names
-    are x1, x2, … and u1, u2, …; `state` and `input` where there is one of each.
+    `states` and `inputs` are names, all different. Left out, c is zero and the names are x1, x2, … and u1, u2, …, or
+    `state` and `input` of a system with one of each. Raises ValueError where shapes do not fit, an entry is not finite,
+    names repeat, or the sampling time is not positive.
     """
 
     A: Array
@@ -25,8 +26,10 @@ class Linear:
     c: Array = field(default_factory=lambda: _ZERO)
     states: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
+    sampling_time: float = field(kw_only=True)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "sampling_time", positive_sampling_time(self.sampling_time))
         A, B = np.array(self.A, dtype=float), np.array(self.B, dtype=float)
         if A.ndim != 2 or A.shape[0] != A.shape[1] or not A.size:
             raise ValueError(f"system: A must be a square matrix, got shape {A.shape}")
@@ -51,9 +54,9 @@ class Linear:
         object.__setattr__(self, "inputs", inputs)
 
     @classmethod
-    def scalar(cls, a: float, b: float, c: float = 0.0) -> Self:
-        """x(k+1) = a x(k) + b u(k) + c."""
-        return cls(np.array([[a]]), np.array([[b]]), np.array([c]))
+    def scalar(cls, a: float, b: float, c: float = 0.0, *, sampling_time: float) -> Self:
+        """Return x(k+1) = a x(k) + b u(k) + c."""
+        return cls(np.array([[a]]), np.array([[b]]), np.array([c]), sampling_time=sampling_time)
 
     @classmethod
     def discretised(
@@ -65,12 +68,12 @@ class Linear:
         states: tuple[str, ...] = (),
         inputs: tuple[str, ...] = (),
     ) -> Self:
-        """ẋ = A x + B u + c with the input held over each `sampling_time` [s]: exact at the sampling instants.
+        """Sample ẋ = A x + B u + c with the input held over each `sampling_time` [s]; exact at the sampling instants.
 
         exp([[A, B, c], [0, 0, 0]] T_s) has the discrete A, B and c in its upper rows. Columns of B that are alike but
         for a sign or a power of two remain so to the last bit: these inputs are redundant before and after.
         """
-        continuous = cls(A, B, _ZERO if c is None else c, states, inputs)
+        continuous = cls(A, B, _ZERO if c is None else c, states, inputs, sampling_time=sampling_time)
         n, m = continuous.B.shape
         generator = np.zeros((n + m + 1, n + m + 1))
         generator[:n] = np.hstack([continuous.A, continuous.B, continuous.c[:, None]])
@@ -80,7 +83,7 @@ class Linear:
             factors = ((i, _power_of_two(continuous.B[:, j], continuous.B[:, i])) for i in range(j))
             if alike := next(((i, factor) for i, factor in factors if factor), None):
                 pushes[:, j] = alike[1] * pushes[:, alike[0]]
-        return cls(held[:, :n], pushes, held[:, -1], continuous.states, continuous.inputs)
+        return replace(continuous, A=held[:, :n], B=pushes, c=held[:, -1])
 
     def successor(self, x: Array, u: Array) -> Array:
         """A x + B u + c for x of shape (…, n) and u of shape (…, m)."""
@@ -95,6 +98,13 @@ class Linear:
         """∂f/∂x = A and ∂f/∂u = B at x of shape (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
         shape = np.broadcast_shapes(np.shape(x)[:-1], np.shape(u)[:-1])
         return np.broadcast_to(self.A, (*shape, *self.A.shape)), np.broadcast_to(self.B, (*shape, *self.B.shape))
+
+
+def positive_sampling_time(given: float) -> float:
+    """Return the sampling time [s] of a system. ValueError where it is not positive and finite."""
+    if not (math.isfinite(given) and given > 0):
+        raise ValueError(f"system: sampling_time must be a positive finite number, got {given!r}")
+    return float(given)
 
 
 def _power_of_two(column: Array, other: Array) -> float:

@@ -16,6 +16,7 @@ from trackable.systems.formulas.affine import Affine, Solved, solved, split
 from trackable.systems.formulas.algebra import DEEPEST, Maybe, derivative
 from trackable.systems.formulas.expression import Expression, Variable, at_floats, size_and_depth, variables
 from trackable.systems.formulas.tracing import Dynamics, traced
+from trackable.systems.linear import positive_sampling_time
 
 LARGEST = 1000
 """How many operations, names and numbers one formula may have when it is written out."""
@@ -23,17 +24,20 @@ LARGEST = 1000
 
 @dataclass(frozen=True)
 class Nonlinear:
-    """x(k+1) = f(x(k), u(k)) with f(x, u) = f0(x) + G(x) u, one formula `f` for each state.
+    """x(k+1) = f(x(k), u(k)) with f(x, u) = f0(x) + G(x) u, one formula `f` for each state, every `sampling_time` [s].
 
     `states` and `inputs` are names, all different, and as many; formulas use them as variables. Raises ValueError where
-    f is not affine in the inputs, where it cannot be solved for them whatever the states are, and where it is too long.
+    f is not affine in the inputs, where it cannot be solved for them whatever the states are, where it is too long, and
+    where the sampling time is not positive.
     """
 
     f: tuple[Expression, ...]
     states: tuple[str, ...]
     inputs: tuple[str, ...]
+    sampling_time: float
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "sampling_time", positive_sampling_time(self.sampling_time))
         n = len(self.states)
         names = {*self.states, *self.inputs, *self.successors}
         if not n or len(names) != 2 * n + len(self.inputs):
@@ -62,13 +66,13 @@ class Nonlinear:
                 raise ValueError(f"system: f must be solvable for its inputs, but that would divide by {pivot}")
 
     @classmethod
-    def of(cls, f: Dynamics, states: Sequence[str], inputs: Sequence[str]) -> Self:
+    def of(cls, f: Dynamics, states: Sequence[str], inputs: Sequence[str], sampling_time: float) -> Self:
         """The system that a function f(x, u) of two arrays computes, which returns the successors in a list.
 
         It is called once, with symbols: what it does has to be ordinary arithmetic (see `formulas.tracing`), and
         numbers in it are kept as they are then. Raises ValueError also where it is not, with the reason.
         """
-        return cls(traced(f, tuple(states), tuple(inputs)), tuple(states), tuple(inputs))
+        return cls(traced(f, tuple(states), tuple(inputs)), tuple(states), tuple(inputs), sampling_time)
 
     @property
     def successors(self) -> tuple[str, ...]:
@@ -120,13 +124,13 @@ class Nonlinear:
         names = (*self.states, *self.inputs)
         return {(i, name): derivative(formula, name) for i, formula in enumerate(self.f) for name in names}
 
-    def flatness(self, sampling_time: float) -> Flatness:
+    def flatness(self) -> Flatness:
         """The states themselves are learned; inputs follow from them and their successors."""
         n = len(self.states)
         looks: dict[str, Functional] = {}
         for i, (now, later) in enumerate(zip(self.states, self.successors, strict=True)):
-            looks[now] = _look(i, n, (Fraction(1),), sampling_time)
-            looks[later] = _look(i, n, (Fraction(0), Fraction(1)), sampling_time)
+            looks[now] = _look(i, n, (Fraction(1),), self.sampling_time)
+            looks[later] = _look(i, n, (Fraction(0), Fraction(1)), self.sampling_time)
         formulas = [self.solution.inputs[name] for name in self.inputs]
         return Flatness(
             tuple(looks[name] for name in self.states),

@@ -1,7 +1,6 @@
 """The committed claims, of the committed results."""
 
 from functools import cache
-from pathlib import Path
 
 import pytest
 
@@ -9,10 +8,8 @@ from pipeline.compare.claims import load_claims
 from pipeline.compare.comparison import compare
 from pipeline.compare.content import recordings
 from pipeline.compare.content.outlines import distance
-from pipeline.compare.environment import locked, recorded, versions
 from tests.pipeline.compare.project import TOLERANCES
 from tests.project import ROOT
-from trackable.errors import InputError
 
 
 def test_the_committed_results_bear_the_claims_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -43,27 +40,6 @@ def test_the_committed_results_bear_the_claims_out(monkeypatch: pytest.MonkeyPat
 )
 def test_rules_reach_what_they_are_meant_for(artifact: str, topic: str, field: str, rule: str) -> None:
     assert TOLERANCES.rule(artifact, topic, field).name == rule
-
-
-def test_the_lock_names_versions() -> None:
-    pinned = locked(ROOT)
-    assert {"numpy", "scipy", "cvxpy", "clarabel"} <= pinned.keys()
-    assert all(version[0].isdigit() for version in pinned.values())
-
-
-def test_environments_are_compared(tmp_path: Path) -> None:
-    (tmp_path / "environment.json").write_text('{"python": "3.0.0", "BLAS": "slow"}')
-    told = {version.name: version for version in versions(tmp_path, ROOT)}
-    assert told["python"].differs
-    assert told["BLAS"].differs
-    assert (told["numpy"].base, told["numpy"].differs) == (None, False)
-
-
-@pytest.mark.parametrize("text", ["{", "[]", '{"python": 3}'])
-def test_an_unusable_environment_is_refused(tmp_path: Path, text: str) -> None:
-    (tmp_path / "environment.json").write_text(text)
-    with pytest.raises(InputError, match=r"environment\.json"):
-        recorded(tmp_path)
 
 
 @pytest.mark.parametrize(

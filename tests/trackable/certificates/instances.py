@@ -13,7 +13,7 @@ from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
@@ -70,8 +70,9 @@ def case(seed: int, margin: float | None = None) -> Case:
         centres[0] = 0.0
     signal = KernelSum(kernel, float(rng.choice([0.0, rng.normal()])), centres, _weights(rng, kernel, centres))
     a, b = float(rng.choice([0.9, 1.0, -0.7, 0.0, 1.2])), float(rng.choice([-1, 1]) * 10 ** rng.uniform(-1, 1))
-    system = Linear.scalar(a, b, float(rng.choice([0.0, rng.normal()])))
-    plant = ConstrainedSystem(system, *_COORDINATES, span * 10 ** rng.uniform(-3, 0))
+    c, sampling_time = float(rng.choice([0.0, rng.normal()])), span * 10 ** rng.uniform(-3, 0)
+    system = LinearSystem.scalar(a, b, c, sampling_time=sampling_time)
+    plant = ConstrainedSystem(system, *_COORDINATES)
     end = common_period(kernel) or 1.5 * span
     return _with_bounds(rng, Reference((signal,), plant), end, margin)
 
@@ -82,7 +83,7 @@ def general_case(seed: int, margin: float | None = None) -> Case:
     span, system = 10 ** rng.uniform(-1, 1), without_redundancy(controllable(seed, states=3))
     n, m = system.B.shape
     rows = [[_row(rng, d) for _ in range(int(rng.integers(1, d + 2)))] for d in (n, m)]
-    plant = ConstrainedSystem(system, *_rows(*rows), span * 10 ** rng.uniform(-2, -0.5))
+    plant = ConstrainedSystem(replace(system, sampling_time=span * 10 ** rng.uniform(-2, -0.5)), *_rows(*rows))
     kernels = [_kernel(rng, span) for _ in range(plant.signals)]
     if seed % 3 == 0:
         period = span * rng.uniform(0.5, 2)
@@ -96,13 +97,13 @@ def general_case(seed: int, margin: float | None = None) -> Case:
     return _with_bounds(rng, reference, reference_period(reference) or 1.5 * span, margin)
 
 
-def without_redundancy(system: Linear) -> Linear:
+def without_redundancy(system: LinearSystem) -> LinearSystem:
     """With independent inputs only: bounds of redundant ones cannot be drawn one by one (test_redundancy.py)."""
     kept: list[int] = []
     for c in range(system.B.shape[1]):
         if np.linalg.matrix_rank(system.B[:, [*kept, c]]) > len(kept):
             kept.append(c)
-    return Linear(system.A, system.B[:, kept], system.c)
+    return LinearSystem(system.A, system.B[:, kept], system.c, sampling_time=system.sampling_time)
 
 
 def _row(rng: np.random.Generator, dimension: int) -> list[float]:

@@ -28,7 +28,7 @@ from trackable.learning.index_set import Window
 from trackable.learning.problem import ConstrainedProblem, Constraint, NoSolution
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
@@ -36,7 +36,7 @@ from trackable.systems.sets.polytope import Polytope
 STEPS = np.arange(5000)
 
 AXIS = ConstrainedSystem(
-    Linear.discretised(
+    LinearSystem.discretised(
         np.array([[0.0, 1.0], [0.0, 0.0]]),
         np.array([[0.0], [1.0]]),
         0.01,
@@ -45,10 +45,9 @@ AXIS = ConstrainedSystem(
     ),
     Polytope.box(np.array([-1.0, -2.0]), np.array([1.2, 2.0])),
     Polytope.box(np.array([-4.0]), np.array([4.0])),
-    0.01,
 )
 PLANE = ConstrainedSystem(
-    Linear.discretised(
+    LinearSystem.discretised(
         np.kron(np.eye(2), np.array([[0.0, 1.0], [0.0, -0.5]])),
         np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [0.0, 2.0]]),
         0.05,
@@ -61,7 +60,6 @@ PLANE = ConstrainedSystem(
         np.array([1.2, 1.0, 1.5, 1.5]),
     ),
     Polytope(np.array([[1.0, 1.0], [1.0, -1.0]]), np.array([-6.0, -5.0]), np.array([6.0, 5.0])),
-    0.05,
 )
 
 
@@ -201,9 +199,9 @@ def test_bounds_drawn_in_across_the_reference_are_refused():
     assert met >= 1
 
 
-def stable_enough(system: Linear) -> bool:
+def stable_enough(system: LinearSystem) -> bool:
     """At rest somewhere: an input holds the prior mean."""
-    plant = unbounded(system, 0.05)
+    plant = unbounded(system)
     return all(abs(q.at_rest([0.0] * plant.signals)) < 0.5 for q in (*plant.flatness.states, *plant.flatness.inputs))
 
 
@@ -213,7 +211,7 @@ RANDOM = [seed for seed in range(60) if stable_enough(controllable(seed))][:6]
 @pytest.mark.parametrize("seed", RANDOM)
 def test_certified_references_of_random_systems_are_kept_for_thousands_of_steps(seed):
     """Samples of the flat outputs; sets that hold a part of what a plain fit does, in every state and every input."""
-    rng, loose = np.random.default_rng(seed), unbounded(controllable(seed), 0.05)
+    rng, loose = np.random.default_rng(seed), unbounded(controllable(seed))
     times, samples = np.linspace(0, 2, 12), []
     for _ in range(loose.signals):
         clean = np.cos(rng.uniform(2, 5) * times) * np.exp(-times)
@@ -255,10 +253,9 @@ def test_before_it_is_said_that_there_is_none_the_whole_search_space_is_looked_a
     values = 0.5 * (10 * part**3 - 15 * part**4 + 6 * part**5) + 0.003 * rng.standard_normal(80)
     kept = np.delete(np.arange(80), [12, 33, 34, 50])
     cart = ConstrainedSystem(
-        Linear.discretised([[0, 1], [0, -0.75]], [[0], [0.5]], 0.04, states=("position", "velocity")),
+        LinearSystem.discretised([[0, 1], [0, -0.75]], [[0], [0.5]], 0.04, states=("position", "velocity")),
         Polytope.box([-0.05, -0.35], [0.55, 0.35]),
         Polytope.box([-2.0], [2.0]),
-        0.04,
     )
     bounds = {"noise_std": (0.002, 0.05), "signal_std": (0.05, 5.0), "lengthscale": (0.2, 3.0)}
     found = learn_reference(

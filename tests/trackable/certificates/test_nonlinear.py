@@ -194,7 +194,7 @@ def test_rows_of_several_inputs():
 @pytest.mark.parametrize("room", [1e-3, -1e-3])
 def test_a_linear_system_written_as_a_nonlinear_one_has_the_same_verdict(room):
     signals, sets = moving(INSTANCES["vehicle"], seed=3).signals, Polytope.box([-9.0, -9.0], [9.0, 9.0])
-    loose = Reference(signals, ConstrainedSystem(LINEAR, sets, sets, T_S))
+    loose = Reference(signals, ConstrainedSystem(LINEAR, sets, sets))
     plain = bounded(loose, np.linspace(0, END, 1001), room)
     written = replace(plain, plant=replace(plain.plant, system=as_formulas(LINEAR)))
     first, second = prove_always(plain), prove_always(written)
@@ -379,8 +379,8 @@ def test_a_formula_that_is_deep_or_long_is_no_certificate():
 
 def test_a_prover_with_a_wrong_function(monkeypatch):
     """Its exponential is a tenth too small, and with it the input that is certified."""
-    steep = Nonlinear.of(lambda x, u: [x[0] + T_S * (u[0] - 5 * np.exp(20 * x[0]))], ("x",), ("u",))
-    loose = Reference(moving(INSTANCES["pendulum"]).signals, ConstrainedSystem(steep, WIDE, WIDE, T_S))
+    steep = Nonlinear.of(lambda x, u: [x[0] + T_S * (u[0] - 5 * np.exp(20 * x[0]))], ("x",), ("u",), T_S)
+    loose = Reference(moving(INSTANCES["pendulum"]).signals, ConstrainedSystem(steep, WIDE, WIDE))
     highest, right = loose.input_at(np.linspace(0, 1, 2001)).max(), models.composed
 
     def smaller(*arguments):
@@ -403,7 +403,7 @@ def test_a_prover_that_takes_another_law(monkeypatch):
     other = replace(
         tight("tank"),
         plant=replace(
-            tight("tank").plant, system=Nonlinear.of(lambda x, u: [x[0] + 0.05 * u[0]], ("level",), ("inflow",))
+            tight("tank").plant, system=Nonlinear.of(lambda x, u: [x[0] + 0.05 * u[0]], ("level",), ("inflow",), T_S)
         ),
     )
     monkeypatch.setattr(prove._Task, "_failure_at", lambda *_: None)

@@ -27,7 +27,7 @@ from trackable.learning.exchange import solve
 from trackable.learning.index_set import Steps
 from trackable.learning.problem import Constraint
 from trackable.learning.published.scalar import scalar
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 
@@ -172,7 +172,7 @@ def test_an_empty_window_cannot_be_claimed():
 
 
 def test_quantities_are_those_of_the_formulas_not_of_rounded_weights():
-    system = Linear.scalar(0.3, 0.7, 0.1)
+    system = LinearSystem.scalar(0.3, 0.7, 0.1, sampling_time=0.05)
     exact = exact_quantities(reference(SquaredExponential(1.0, 0.3), replace(PLANT, system=system)))[1]
     (functional,) = exact.arguments.values()
     _, (weight, _) = functional.terms
@@ -188,6 +188,6 @@ def test_explanations_are_sentences(example):
 
 
 def test_where_nothing_is_bounded_there_is_nothing_to_prove():
-    free = without_bounds(Linear.scalar(0.9, 0.5), 0.05)
+    free = without_bounds(LinearSystem.scalar(0.9, 0.5, sampling_time=0.05))
     with pytest.raises(ValueError, match="nothing is bounded, so there is nothing to prove"):
         prove(reference(SquaredExponential(1.0, 1.0), free))

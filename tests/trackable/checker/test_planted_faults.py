@@ -17,7 +17,7 @@ from trackable.gp.kernels.radial import Matern32, SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.learning.published.scalar import scalar
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
@@ -31,9 +31,11 @@ def small(kernel, state_set=(-2.0, 2.0), input_set=(-2.0, 2.0), a=0.9) -> Refere
 
 def axis(bound: float = 20.0) -> Reference:
     """A double integrator, bounded in position, velocity, their sum and acceleration."""
-    system = Linear(np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.005], [0.1]]), np.array([0.0, 0.02]))
+    system = LinearSystem(
+        np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.005], [0.1]]), np.array([0.0, 0.02]), sampling_time=0.1
+    )
     states = Polytope(np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]), -np.full(3, 4.0), np.full(3, 4.0))
-    plant = ConstrainedSystem(system, states, Polytope.box(np.array([-bound]), np.array([bound])), 0.1)
+    plant = ConstrainedSystem(system, states, Polytope.box(np.array([-bound]), np.array([bound])))
     signal = KernelSum(SquaredExponential(1.0, 0.4), 0.1, np.array([0.0, 0.4, 0.9]), np.array([0.5, -0.8, 0.3]))
     return Reference((signal,), plant)
 

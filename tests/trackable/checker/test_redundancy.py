@@ -25,23 +25,27 @@ from trackable.gp.signal import KernelSum
 from trackable.learn import learn_reference
 from trackable.reference import TrackableReference
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.allocation import Allocation
 from trackable.systems.sets.polytope import Polytope
 
 STEPS = np.arange(5000)
-PLANT = ConstrainedSystem(ONE_STATE, Polytope.box([-3.0], [3.0]), Polytope.box([-1.0, -0.2], [1.0, 0.2]), 0.1)
-AXES = Linear.discretised(
+PLANT = ConstrainedSystem(ONE_STATE, Polytope.box([-3.0], [3.0]), Polytope.box([-1.0, -0.2], [1.0, 0.2]))
+AXES = LinearSystem.discretised(
     np.kron(np.eye(2), np.array([[0.0, 1.0], [0.0, -0.5]])), np.eye(4)[:, 1::2], 0.1, states=("x", "vx", "y", "vy")
 )
 PLANE = ConstrainedSystem(
-    Linear(
-        AXES.A, AXES.B @ np.array([[1.0, 0, 1, -1], [0, 1, 1, 1]]), AXES.c, AXES.states, ("east", "north", "ne", "nw")
+    LinearSystem(
+        AXES.A,
+        AXES.B @ np.array([[1.0, 0, 1, -1], [0, 1, 1, 1]]),
+        AXES.c,
+        AXES.states,
+        ("east", "north", "ne", "nw"),
+        sampling_time=0.1,
     ),
     Polytope.box(-2 * np.ones(4), 2 * np.ones(4)),
     Polytope.box(np.array([-0.2, -0.1, -0.3, -0.15]), np.array([0.2, 0.1, 0.3, 0.15])),
-    0.1,
 )
 
 
@@ -112,7 +116,9 @@ def test_the_standard_deviation_is_that_of_the_inputs_that_are_left():
     np.testing.assert_array_equal(std[at_bound, 1], 0)
     np.testing.assert_allclose(std[~at_bound, 0], std[~at_bound, 1], rtol=1e-9)
     alone = ConstrainedSystem(
-        Linear(np.array([[0.5]]), np.array([[1.0]])), PLANT.state_set, Polytope.box([-2.0], [2.0]), 0.1
+        LinearSystem(np.array([[0.5]]), np.array([[1.0]]), sampling_time=0.1),
+        PLANT.state_set,
+        Polytope.box([-2.0], [2.0]),
     )
     single = replace(found, reference=Reference(found.reference.signals, alone))
     np.testing.assert_allclose(std[at_bound, 0], single.input_std(k[at_bound])[:, 0], rtol=1e-9)
@@ -217,7 +223,11 @@ def test_both_implementations_find_the_same_rows(case):
 
 
 def test_a_scalar_input_needs_no_set_of_its_own():
-    scalar = replace(PLANT, system=Linear(np.array([[0.5]]), np.array([[1.0]])), input_set=Polytope.box([-1.2], [1.2]))
+    scalar = replace(
+        PLANT,
+        system=LinearSystem(np.array([[0.5]]), np.array([[1.0]]), sampling_time=0.1),
+        input_set=Polytope.box([-1.2], [1.2]),
+    )
     found = prove(Reference(learned().reference.signals, scalar))
     assert isinstance(found, Certificate)
     assert "input_set" not in found.to_dict()
@@ -228,11 +238,13 @@ def nearly(seed: int) -> tuple[Reference, float]:
     rng = np.random.default_rng(seed)
     system = controllable(3 * seed, states=2)
     n, m = system.A.shape[0], min(system.B.shape[1], len(system.A)) + 1
-    system = Linear(system.A, np.column_stack([system.B[:, : m - 1], rng.choice([-1, 0.5, 2]) * system.B[:, 0]]))
+    system = LinearSystem(
+        system.A, np.column_stack([system.B[:, : m - 1], rng.choice([-1, 0.5, 2]) * system.B[:, 0]]), sampling_time=0.1
+    )
     lower, upper = -rng.uniform(0.1, 2, m), rng.uniform(0.1, 2, m)
     free = Polytope(np.empty((0, n)), np.empty(0), np.empty(0), n)
     kernels = (SquaredExponential(1.0, 0.7), Matern52(1.0, 1.0))
-    plant = ConstrainedSystem(system, free, Polytope.box(lower, upper), 0.2)
+    plant = ConstrainedSystem(system, free, Polytope.box(lower, upper))
     signals = tuple(
         KernelSum(kernels[int(rng.integers(2))], 0.0, np.sort(rng.uniform(0, 2, 3)), rng.normal(size=3))
         for _ in range(plant.signals)

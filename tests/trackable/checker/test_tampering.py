@@ -27,7 +27,7 @@ from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.flatness import Flatness
 from trackable.systems.flat.functional import Functional
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
@@ -37,30 +37,37 @@ CENTRES, WEIGHTS = np.array([0.0, 0.5]), np.array([0.5, -0.8])
 def tight(kernel, end: float) -> Reference:
     """A reference that comes within a thousandth of all four bounds (as far as they are reached)."""
     unit = np.array([[1.0]])
-    loose = ConstrainedSystem(Linear.scalar(0.9, 0.5, 0.01), wide(unit), wide(unit), 0.1)
+    loose = ConstrainedSystem(LinearSystem.scalar(0.9, 0.5, 0.01, sampling_time=0.1), wide(unit), wide(unit))
     return drawn_in(Reference((KernelSum(kernel, 0.05, CENTRES, WEIGHTS),), loose), end)
 
 
 def tight_axis(end: float) -> Reference:
     """A double integrator with drift; the sum of position and velocity is bounded, and both of them."""
-    system = Linear(np.array([[1.0, 0.5], [0.0, 1.0]]), np.array([[0.1], [0.5]]), np.array([0.0, 0.02]), ("s", "v"))
+    system = LinearSystem(
+        np.array([[1.0, 0.5], [0.0, 1.0]]),
+        np.array([[0.1], [0.5]]),
+        np.array([0.0, 0.02]),
+        ("s", "v"),
+        sampling_time=0.5,
+    )
     states, inputs = np.array([[1.0, 0.0], [1.0, 1.0]]), np.array([[1.0]])
     signal = KernelSum(SquaredExponential(1.0, 1.0), 0.05, CENTRES, WEIGHTS)
-    return drawn_in(Reference((signal,), ConstrainedSystem(system, wide(states), wide(inputs), 0.5)), end)
+    return drawn_in(Reference((signal,), ConstrainedSystem(system, wide(states), wide(inputs))), end)
 
 
 def tight_plane(end: float) -> Reference:
     """Four states, two inputs, two signals with kernels of their own; rows across both."""
-    system = Linear(
+    system = LinearSystem(
         np.array([[1.0, 0.5, 0.0, 0.0], [0.0, 0.9, 0.0, 0.0], [0.1, 0.0, 0.9, 0.5], [0.0, 0.0, 0.0, 1.0]]),
         np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [0.5, 1.0]]),
+        sampling_time=0.5,
     )
     states, inputs = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]), np.array([[1.0, 1.0]])
     signals = (
         KernelSum(SquaredExponential(1.0, 1.5), 0.05, CENTRES[:1], WEIGHTS[:1]),
         KernelSum(Matern52(0.8, 2.0), -0.1, CENTRES[1:], WEIGHTS[1:]),
     )
-    return drawn_in(Reference(signals, ConstrainedSystem(system, wide(states), wide(inputs), 0.5)), end)
+    return drawn_in(Reference(signals, ConstrainedSystem(system, wide(states), wide(inputs))), end)
 
 
 def wide(rows: np.ndarray) -> Polytope:

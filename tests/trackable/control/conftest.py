@@ -6,7 +6,7 @@ import pytest
 
 from tests.trackable.control import instances
 from trackable.certificates.certified import Certified, learn_certified
-from trackable.control.followed import Interpolated
+from trackable.control.references import InterpolatedReference
 from trackable.learning.exchange import solve
 from trackable.learning.problem import ConstrainedProblem
 from trackable.systems.reference import Reference
@@ -17,7 +17,7 @@ class Example:
     learning: instances.Learning
     learned: Certified
     unconstrained: Reference
-    interpolated: Interpolated
+    interpolated: InterpolatedReference
 
     @property
     def certified(self) -> Reference:
@@ -28,7 +28,7 @@ def _example(learning: instances.Learning) -> Example:
     learned = learn_certified(learning.samples, learning.prior, learning.plant, learning.space)
     plain = solve(ConstrainedProblem(learning.samples, learning.prior, learning.space))
     unconstrained = Reference(plain.posterior.signals, learning.plant)
-    return Example(learning, learned, unconstrained, Interpolated(learning.samples, learning.plant))
+    return Example(learning, learned, unconstrained, InterpolatedReference(learning.samples, learning.plant))
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,7 @@ from trackable.gp.signal import KernelSum
 from trackable.learning.published.scalar import scalar
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
@@ -53,9 +53,9 @@ def example2() -> Learning:
 
 
 def double_integrator(position=(-1.0, 1.2), velocity=(-2.0, 2.0), acceleration=(-4.0, 4.0)) -> ConstrainedSystem:
-    system = Linear.discretised(np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]]), 0.05)
+    system = LinearSystem.discretised(np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]]), 0.05)
     states = Polytope.box(*np.array([position, velocity]).T)
-    return ConstrainedSystem(system, states, Polytope.box(*np.array([acceleration]).T), 0.05)
+    return ConstrainedSystem(system, states, Polytope.box(*np.array([acceleration]).T))
 
 
 def at_rest(plant: ConstrainedSystem, level: float = 0.0) -> Reference:
@@ -82,10 +82,11 @@ def instance(seed: int) -> Instance:
     m = int(rng.integers(1, min(n, 2) + 1))
     A = rng.standard_normal((n, n))
     A *= rng.uniform(0.5, 1.1) / max(abs(np.linalg.eigvals(A)))
-    system = Linear(A, rng.standard_normal((n, m)), 0.1 * rng.standard_normal(n))
-    horizon, sampling_time = int(rng.integers(max(n, 5), 21)), 0.1
+    sampling_time = 0.1
+    system = LinearSystem(A, rng.standard_normal((n, m)), 0.1 * rng.standard_normal(n), sampling_time=sampling_time)
+    horizon = int(rng.integers(max(n, 5), 21))
     free = ConstrainedSystem(
-        system, Polytope.box([-np.inf] * n, [np.inf] * n), Polytope.box([-np.inf] * m, [np.inf] * m), sampling_time
+        system, Polytope.box([-np.inf] * n, [np.inf] * n), Polytope.box([-np.inf] * m, [np.inf] * m)
     )
     centres = np.arange(-1.0, (STEPS + horizon) * sampling_time + 1, 0.7)
     signals = tuple(
@@ -95,11 +96,11 @@ def instance(seed: int) -> Instance:
     window = Reference(signals, free).window(0, STEPS + horizon)
     room = 0.0 if seed % 3 == 0 else rng.uniform(0.02, 0.3)
     boxes = [_around(values, room) for values in window]
-    reference = Reference(signals, ConstrainedSystem(system, *boxes, sampling_time))
+    reference = Reference(signals, ConstrainedSystem(system, *boxes))
     weights = (np.diag(rng.uniform(0.1, 10, n)), np.diag(rng.uniform(0.01, 1, m)))
     controller = Controller(reference.plant, horizon, *weights)
     away = rng.standard_normal(n) * np.ptp(window.states, axis=0)
-    while type(controller.step(0, window.states[0] + away, reference)).__name__ != "Step":
+    while type(controller.step(0, window.states[0] + away, reference)).__name__ != "Plan":
         away = away / 2
     return Instance(controller, reference, window.states[0] + away)
 

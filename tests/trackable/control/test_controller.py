@@ -9,10 +9,11 @@ import pytest
 from tests.trackable.checker.test_redundancy import PLANE, in_the_plane
 from tests.trackable.control import instances, naive
 from trackable.control.controller import TOLERANCE, Controller
-from trackable.control.step.answer import Infeasible, Status, Step
-from trackable.control.step.program import Program, Question
+from trackable.control.step.program import Program
+from trackable.control.step.result import Infeasible, Plan, Status
+from trackable.control.step.variables import StepVariables
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.polytope import Polytope
 
 PLANT = instances.double_integrator()
@@ -24,7 +25,7 @@ def test_on_the_reference_the_optimum_is_to_stay_on_it(example):
     controller = Controller(example.learning.plant, 20, np.eye(1), np.eye(1))
     for k in range(0, 400, 3):
         answer = controller.step(k, example.certified.state(k), example.certified)
-        assert isinstance(answer, Step)
+        assert isinstance(answer, Plan)
         assert answer.status is Status.UNBOUNDED
         assert answer.cost < 1e-24
         np.testing.assert_allclose(answer.input, example.certified.input(k), atol=1e-12)
@@ -32,7 +33,7 @@ def test_on_the_reference_the_optimum_is_to_stay_on_it(example):
 
 def test_on_a_reference_at_rest_on_its_bound_the_optimum_is_to_stay_there():
     answer = CONTROLLER.step(0, np.array([1.2, 0.0]), AT_REST)
-    assert isinstance(answer, Step)
+    assert isinstance(answer, Plan)
     assert answer.cost < 1e-24
     assert answer.slack == pytest.approx(0, abs=1e-14)
 
@@ -41,7 +42,7 @@ def test_a_reference_out_of_its_bound_by_rounding_is_on_it():
     """Which of them rounding leaves where differs from one linear algebra to the next."""
     beyond = float(np.nextafter(1.2, 2))
     answer = CONTROLLER.step(0, np.array([beyond, 0.0]), instances.at_rest(PLANT, beyond))
-    assert isinstance(answer, Step)
+    assert isinstance(answer, Plan)
     assert answer.status is Status.UNBOUNDED
     assert -1e-15 < answer.slack < 0
     assert answer.cost < 1e-24
@@ -63,7 +64,7 @@ def test_the_optimum_is_that_of_the_program_built_afresh(state):
 
 def test_the_states_above_meet_every_kind_of_answer():
     answers = [CONTROLLER.step(0, np.array(state), AT_REST) for state in STATES]
-    kinds = {answer.status if isinstance(answer, Step) else "infeasible" for answer in answers}
+    kinds = {answer.status if isinstance(answer, Plan) else "infeasible" for answer in answers}
     assert kinds >= {Status.UNBOUNDED, Status.SOLVED, "infeasible"}
 
 
@@ -72,7 +73,7 @@ def test_the_optimum_of_random_systems_is_that_of_the_program_built_afresh(seed)
     case = instances.instance(seed)
     answer = case.controller.step(0, case.start, case.reference)
     cost, applied = naive.optimum(case.controller, 0, case.start, case.reference, TOLERANCE)
-    assert isinstance(answer, Step)
+    assert isinstance(answer, Plan)
     assert answer.cost == pytest.approx(cost, rel=1e-4)
     np.testing.assert_allclose(answer.input, applied, atol=1e-3 * max(1, np.max(np.abs(applied))))
 
@@ -80,13 +81,13 @@ def test_the_optimum_of_random_systems_is_that_of_the_program_built_afresh(seed)
 def test_a_plan_is_what_it_says():
     state = np.array([1.0, 1.0])
     answer = CONTROLLER.step(0, state, AT_REST)
-    assert isinstance(answer, Step)
+    assert isinstance(answer, Plan)
     np.testing.assert_allclose(answer.states[0], state, atol=1e-15)
     np.testing.assert_allclose(answer.states[1:], PLANT.system.successor(answer.states[:-1], answer.inputs), atol=1e-12)
     np.testing.assert_allclose(answer.states[-1], [1.2, 0.0], atol=1e-9)
     margins = [PLANT.state_set.margin(answer.states[1:]).min(), PLANT.input_set.margin(answer.inputs).min()]
     assert min(margins) > -1e-9
-    assert answer.landing < 1e-9
+    assert answer.terminal_residual < 1e-9
     stage = 10 * (1.0 - 1.2) ** 2 + 1.0 + 0.1 * answer.inputs[0, 0] ** 2
     assert answer.stage_cost == pytest.approx(stage)
 
@@ -109,26 +110,26 @@ def test_what_is_infeasible_says_by_how_much(state):
     assert naive.optimum(CONTROLLER, 7, state, AT_REST, enough)[0] < np.inf
     assert naive.optimum(CONTROLLER, 7, state, AT_REST, too_little)[0] == np.inf
     miss = naive.smallest_miss(CONTROLLER, 7, state, AT_REST)
-    if answer.miss is None:
+    if answer.terminal_error is None:
         assert miss == np.inf
     else:
-        assert np.linalg.norm(answer.miss) == pytest.approx(miss, rel=1e-3, abs=1e-5)
+        assert np.linalg.norm(answer.terminal_error) == pytest.approx(miss, rel=1e-3, abs=1e-5)
     width = next(q.bounds.width for q in PLANT.quantities if q.name == answer.quantity)
     assert answer.excess == pytest.approx(answer.widening * width)
-    assert 7 <= answer.when <= 27
+    assert 7 <= answer.at_step <= 27
     assert PLANT.input_set.margin(answer.fallback) >= 0
     assert answer.quantity in answer.explanation
 
 
 def test_the_inputs_applied_are_admissible_in_a_polytope_that_is_no_box():
-    system = Linear(np.array([[1.0, 0.2], [0.0, 1.0]]), np.array([[1.0, 0.3], [0.2, 1.0]]))
+    system = LinearSystem(np.array([[1.0, 0.2], [0.0, 1.0]]), np.array([[1.0, 0.3], [0.2, 1.0]]), sampling_time=0.1)
     U = Polytope.halfspaces(np.array([[1.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]), np.array([0.1, 0.1, 0.1]))
-    plant = ConstrainedSystem(system, Polytope.box([-9.0, -9.0], [9.0, 9.0]), U, 0.1)
+    plant = ConstrainedSystem(system, Polytope.box([-9.0, -9.0], [9.0, 9.0]), U)
     controller, still = Controller(plant, 10, np.eye(2), np.eye(2)), instances.at_rest(plant)
     state, statuses = np.array([0.6, -0.5]), []
     for k in range(15):
         answer = controller.step(k, state, still)
-        assert isinstance(answer, Step)
+        assert isinstance(answer, Plan)
         assert U.margin(answer.input) >= 0
         statuses.append(answer.status)
         state = system.successor(state, answer.input)
@@ -139,9 +140,9 @@ def test_the_inputs_applied_are_admissible_in_a_polytope_that_is_no_box():
 def test_without_bounds_every_step_is_feasible():
     free = instances.double_integrator((-np.inf, np.inf), (-np.inf, np.inf), (-np.inf, np.inf))
     answer = Controller(free, 2, np.eye(2), np.eye(1)).step(0, np.array([1e6, -1e3]), instances.at_rest(free))
-    assert isinstance(answer, Step)
+    assert isinstance(answer, Plan)
     assert answer.status is Status.UNBOUNDED
-    assert answer.landing < 1e-6
+    assert answer.terminal_residual < 1e-6
 
 
 def test_a_horizon_too_short_to_return_is_refused():
@@ -172,10 +173,10 @@ def test_a_state_that_is_none_is_refused(state):
 
 
 def test_a_program_that_would_be_built_afresh_for_each_step_is_refused():
-    question = Question.about(PLANT, 3)
-    twice = cp.sum_squares(question.start[0] * question.gaps[0, 0] * question.v)
+    variables = StepVariables.of(PLANT, 3)
+    twice = cp.sum_squares(variables.initial_error[0] * variables.defects[0, 0] * variables.v)
     with pytest.raises(ValueError, match="affine in its parameters"):
-        Program(question, cp.Problem(cp.Minimize(twice)))
+        Program(variables, cp.Problem(cp.Minimize(twice)))
 
 
 def test_with_redundant_inputs_every_step_is_feasible_and_admissible():
@@ -185,7 +186,7 @@ def test_with_redundant_inputs_every_step_is_feasible_and_admissible():
     x, costs = reference.state(0) + 0.02, []
     for k in range(200):
         answer = controller.step(k, x, reference)
-        assert isinstance(answer, Step)
+        assert isinstance(answer, Plan)
         assert plant.input_set.margin(answer.input) >= 0
         costs.append(answer.cost)
         x = plant.system.successor(x, answer.input)

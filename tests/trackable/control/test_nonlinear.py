@@ -6,28 +6,28 @@ from scipy.optimize import minimize
 
 from pipeline.published.models import MODELS
 from trackable.control.controller import Controller
-from trackable.control.feasible_set import feasible_states
-from trackable.control.loop import continued, simulate
-from trackable.control.step.answer import Infeasible, Step
-from trackable.control.step.sequential import rolled_out
+from trackable.control.feasible_set import feasible_set
+from trackable.control.simulation import shifted_inputs, simulate
+from trackable.control.step.result import Infeasible, Plan
+from trackable.control.step.sequential import apply_inputs
 from trackable.gp.kernels.radial import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
-TANK = ConstrainedSystem(MODELS["tank"], Polytope.box([0.3], [1.25]), Polytope.box([0.02], [0.068]), 5.0)
+TANK = ConstrainedSystem(MODELS["tank"](5.0), Polytope.box([0.3], [1.25]), Polytope.box([0.02], [0.068]))
 PAIR = ConstrainedSystem(
     Nonlinear.of(
         lambda x, u: [0.9 * x[0] + 0.3 * np.sin(x[1]) + u[0], 0.8 * x[1] + 0.2 * x[0] * x[1] + (1 + x[0] ** 2) * u[1]],
         ["a", "b"],
         ["u", "w"],
+        0.1,
     ),
     Polytope.box([-2.0, -2.0], [2.0, 2.0]),
     Polytope.box([-0.25, -0.3], [0.25, 0.3]),
-    0.1,
 )
 
 
@@ -71,7 +71,7 @@ def naive_cost(controller, state, window) -> float:
     system, plant, shape = controller.plant.system, controller.plant, window.inputs.shape
 
     def states(v):
-        return rolled_out(system, state, v.reshape(shape)).states
+        return apply_inputs(system, state, v.reshape(shape)).states
 
     def cost(v):
         e, d = states(v)[:-1] - window.states[:-1], v.reshape(shape) - window.inputs
@@ -96,11 +96,11 @@ def naive_cost(controller, state, window) -> float:
 def test_the_optimum_is_that_of_a_general_method(case):
     controller, reference, state = case
     answer = controller.step(2, state, reference)
-    assert isinstance(answer, Step)
+    assert isinstance(answer, Plan)
     assert answer.cost == pytest.approx(
         naive_cost(controller, state, reference.window(2, controller.horizon)), rel=1e-5
     )
-    applied = rolled_out(controller.plant.system, state, answer.inputs)
+    applied = apply_inputs(controller.plant.system, state, answer.inputs)
     np.testing.assert_allclose(applied.states, answer.states, atol=1e-9)
     assert answer.slack == pytest.approx(0, abs=1e-7)  # else bounds would not have been tried
 
@@ -108,8 +108,8 @@ def test_the_optimum_is_that_of_a_general_method(case):
 def test_once_feasible_it_stays_so_and_the_cost_falls(case):
     controller, reference, state = case
     loop = simulate(controller, reference, state, 150)
-    assert loop.first_infeasible is None
-    assert np.max(loop.rises) <= 1e-11 * max(1.0, loop.costs[0])
+    assert loop.first_infeasible_step is None
+    assert np.max(loop.cost_increases) <= 1e-11 * max(1.0, loop.costs[0])
     assert np.max(np.abs(loop.errors[-20:])) < 1e-9
     assert np.min(controller.plant.input_set.margin(loop.inputs)) >= 0
     assert np.min(controller.plant.state_set.margin(loop.states)) >= -1e-9
@@ -119,7 +119,8 @@ def test_a_warm_start_ends_where_a_cold_one_does(case):
     controller, reference, state = case
     first = controller.step(0, state, reference)
     here = controller.plant.system.successor(state, first.input)
-    cold, warm = controller.step(1, here, reference), controller.step(1, here, reference, continued(first, reference))
+    cold = controller.step(1, here, reference)
+    warm = controller.step(1, here, reference, shifted_inputs(first, reference))
     assert warm.cost == pytest.approx(cold.cost, rel=1e-9)
 
 
@@ -131,21 +132,21 @@ def test_what_is_infeasible_says_by_how_much():
     assert answer.widening > 0.1
     # With the inflow at its widened bound all along, the tank is just full enough.
     wider = np.full((12, 1), 0.068 + answer.excess)
-    assert rolled_out(TANK.system, np.array([0.3]), wider).states[-1] == pytest.approx([1.2], abs=1e-7)
+    assert apply_inputs(TANK.system, np.array([0.3]), wider).states[-1] == pytest.approx([1.2], abs=1e-7)
 
 
 def test_a_system_that_is_linear_in_truth_is_controlled_alike():
     sets = (Polytope.box([-2.0], [0.05]), Polytope.box([-0.5], [0.5]))
-    written = Nonlinear.of(lambda x, u: [0.9 * x[0] + 0.5 * u[0]], ["state"], ["input"])
+    written = Nonlinear.of(lambda x, u: [0.9 * x[0] + 0.5 * u[0]], ["state"], ["input"], 0.01)
     answers = []
-    for system in (Linear.scalar(0.9, 0.5), written):
-        plant = ConstrainedSystem(system, *sets, 0.01)
+    for system in (LinearSystem.scalar(0.9, 0.5, sampling_time=0.01), written):
+        plant = ConstrainedSystem(system, *sets)
         reference = bump(plant, [0.0], [-0.5], 0.1)
         controller = Controller(plant, 5, np.eye(1), np.eye(1))
         answers.append([controller.step(3, np.array([x]), reference) for x in (-1.9, -1.0, 0.0)])
     for linear, nonlinear in zip(*answers, strict=True):
         assert type(linear) is type(nonlinear)
-        value = "cost" if isinstance(linear, Step) else "widening"
+        value = "cost" if isinstance(linear, Plan) else "widening"
         assert getattr(nonlinear, value) == pytest.approx(getattr(linear, value), rel=1e-7)
 
 
@@ -158,4 +159,4 @@ def test_where_the_system_is_not_defined_there_is_no_plan():
 def test_no_feasible_set_is_drawn():
     controller, reference, _ = CASES["tank"]
     with pytest.raises(ValueError, match="linear systems only"):
-        feasible_states(controller, reference, 0)
+        feasible_set(controller, reference, 0)

@@ -10,7 +10,7 @@ from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.claim import OnWindow
 from trackable.certificates.outcome import Unproved
 from trackable.control.controller import TOLERANCE, Controller
-from trackable.control.online import Online, judged, receding, relearning, simulate_online
+from trackable.control.online import OnlineLoop, certified_learner, decide_update, receding_window, simulate_online
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.radial import SquaredExponential
 from trackable.gp.prior import Prior
@@ -25,93 +25,93 @@ TIMES = np.arange(0.0, 3.01, 0.1)
 NOISE = 0.02 * np.random.default_rng(5).standard_normal(TIMES.size)
 STREAM = (Samples(TIMES, 0.6 * np.sin(2 * TIMES) - 0.5 + NOISE),)
 CONTROLLER = Controller(PLANT, 10, np.eye(1), np.eye(1))
-ARRIVALS = [(k, receding(STREAM, k * 0.01, 8)) for k in (120, 160, 200, 240, 300)]
-LEARNER = relearning(PRIOR, PLANT)
+ARRIVALS = [(k, receding_window(STREAM, k * 0.01, 8)) for k in (120, 160, 200, 240, 300)]
+LEARNER = certified_learner(PRIOR, PLANT)
 
 
 @pytest.fixture(scope="module")
 def first() -> Certified:
-    return LEARNER(receding(STREAM, 0.8, 8))
+    return LEARNER(receding_window(STREAM, 0.8, 8))
 
 
 @pytest.fixture(scope="module")
-def online(first) -> Online:
+def online(first) -> OnlineLoop:
     return simulate_online(CONTROLLER, first, first.reference.state(0), 600, ARRIVALS, LEARNER)
 
 
 def test_the_loop_stays_feasible_over_every_change_of_reference(online):
-    assert online.loop.first_infeasible is None
+    assert online.loop.first_infeasible_step is None
     assert len(online.loop.inputs) == 600
-    assert any(offer.taken for offer in online.offers)
+    assert any(update.accepted for update in online.updates)
     assert np.min(PLANT.state_set.margin(online.loop.states)) >= -1e-9
     assert np.min(PLANT.input_set.margin(online.loop.inputs)) >= 0
 
 
 def test_every_offer_is_recorded_with_a_reason(online):
-    assert [offer.k for offer in online.offers] == [k for k, _ in ARRIVALS]
-    assert all(offer.samples == (8,) for offer in online.offers)
-    assert all(offer.reason for offer in online.offers)
+    assert [update.k for update in online.updates] == [k for k, _ in ARRIVALS]
+    assert all(update.sample_counts == (8,) for update in online.updates)
+    assert all(update.reason for update in online.updates)
 
 
 def test_the_loop_follows_what_was_taken_last(online):
-    taken = [offer.learned.reference for offer in online.offers if offer.taken]
+    taken = [update.learned.reference for update in online.updates if update.accepted]
     assert online.reference is taken[-1]
     np.testing.assert_allclose(online.loop.errors[-1], 0, atol=1e-9)
     np.testing.assert_allclose(online.loop.reference_states[-1], taken[-1].state(600), atol=1e-12)
 
 
 def test_costs_rise_only_where_a_reference_was_taken_over(online):
-    taken = [offer.k for offer in online.offers if offer.taken]
-    risen = online.loop.steps[1:][online.loop.rises > 1e-12]
+    taken = [update.k for update in online.updates if update.accepted]
+    risen = online.loop.steps[1:][online.loop.cost_increases > 1e-12]
     assert set(risen.tolist()) <= set(taken)
 
 
 def test_a_reference_out_of_the_controllers_reach_is_not_taken(first):
     far = LEARNER((Samples(TIMES[:8], np.full(8, -1.9)),))
     short = Controller(PLANT, 1, np.eye(1), np.eye(1))
-    offer = judged(short, 30, np.array([0.0]), STREAM, far)
-    assert not offer.taken
-    assert offer.widening > 0.1
+    update = decide_update(short, 30, np.array([0.0]), STREAM, far)
+    assert not update.accepted
+    assert update.widening > 0.1
     loop = simulate_online(short, first, first.reference.state(0), 60, [(30, STREAM)], lambda _: far)
-    assert not loop.offers[0].taken
+    assert not loop.updates[0].accepted
     assert loop.reference is first.reference
-    assert loop.loop.first_infeasible is None
+    assert loop.loop.first_infeasible_step is None
 
 
 def test_a_reference_within_the_controllers_tolerance_only_is_not_taken(first):
     short = Controller(PLANT, 1, np.eye(1), np.eye(1))
     # In one step 0.9 x + 0.5 u, with u in [-0.5, 0.5], has to be where the reference is next.
     farthest = (first.reference.state(31) + 0.25) / 0.9
-    offers = [judged(short, 30, farthest + by, STREAM, first) for by in (-1e-6, 2e-8, 1e-6)]
-    assert [offer.taken for offer in offers] == [True, False, False]
-    assert offers[1].reason.startswith("within the tolerance only: ")
-    assert 0 < offers[1].widening < TOLERANCE < offers[2].widening
+    updates = [decide_update(short, 30, farthest + by, STREAM, first) for by in (-1e-6, 2e-8, 1e-6)]
+    assert [update.accepted for update in updates] == [True, False, False]
+    assert updates[1].reason.startswith("within the tolerance only: ")
+    assert 0 < updates[1].widening < TOLERANCE < updates[2].widening
 
 
 def test_what_has_no_solution_is_not_taken():
     # No level near 5 is admissible, and that is where the prior wants to rest; nothing is left to be learned.
     known = frozenset({"signal_std", "lengthscale", "noise_std"})
     elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0, fixed=known),))
-    failed = relearning(elsewhere, PLANT, starts=2)(receding(STREAM, 0.8, 8))
+    failed = certified_learner(elsewhere, PLANT, starts=2)(receding_window(STREAM, 0.8, 8))
     assert isinstance(failed, NoSolution)
-    offer = judged(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
-    assert not offer.taken
-    assert offer.reason.startswith("no solution: ")
-    assert failed.explanation in offer.reason
+    update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
+    assert not update.accepted
+    assert update.reason.startswith("no solution: ")
+    assert failed.explanation in update.reason
 
 
 def test_what_is_not_proved_is_not_taken():
     unproved = Unproved("state", Interval(-2, 0.05), (1.0, 1.1), 1e-9, "too many boxes")
-    offer = judged(CONTROLLER, 120, np.array([0.0]), STREAM, unproved)
-    assert not offer.taken
-    assert offer.reason.startswith("learned, but not proved: ")
+    update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, unproved)
+    assert not update.accepted
+    assert update.reason.startswith("learned, but not proved: ")
 
 
 def test_what_is_proved_for_a_while_only_is_not_taken(first):
     brief = replace(first, certificate=replace(first.certificate, claim=OnWindow(0.0, 2.0)))
-    offer = judged(CONTROLLER, 120, first.reference.state(120), STREAM, brief)
-    assert not offer.taken
-    assert offer.reason == "proved for all real t from 0 s to 2 s only"
+    update = decide_update(CONTROLLER, 120, first.reference.state(120), STREAM, brief)
+    assert not update.accepted
+    assert update.reason == "proved for all real t from 0 s to 2 s only"
     with pytest.raises(ValueError, match="must be certified for all time"):
         simulate_online(CONTROLLER, brief, np.array([0.0]), 10, [], LEARNER)
 
@@ -128,16 +128,16 @@ def test_a_first_state_without_a_plan_ends_it():
     zero = learn_certified(samples, PRIOR, hard, instances.Learning(samples, PRIOR, hard).space)
     controller = Controller(hard, 2, np.eye(1), np.eye(1))
     online = simulate_online(controller, zero, np.array([1.9]), 50, [(10, samples)], lambda _: zero)
-    assert online.loop.first_infeasible == 0
-    assert online.offers == ()
+    assert online.loop.first_infeasible_step == 0
+    assert online.updates == ()
 
 
 def test_a_receding_window_holds_the_last_samples():
-    (samples,) = receding(STREAM, 1.05, 4)
+    (samples,) = receding_window(STREAM, 1.05, 4)
     np.testing.assert_allclose(samples.times, [0.7, 0.8, 0.9, 1.0])
     np.testing.assert_allclose(samples.values, STREAM[0].values[7:11])
 
 
 def test_before_the_first_sample_there_is_no_window():
     with pytest.raises(ValueError, match="no sample has arrived"):
-        receding(STREAM, -1.0, 4)
+        receding_window(STREAM, -1.0, 4)

@@ -15,7 +15,7 @@ from trackable.learning.nonlinear import Program
 from trackable.learning.problem import ConstrainedProblem, Constraint
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
@@ -47,14 +47,14 @@ def test_gradients_against_central_differences(kernel):
 
 
 TWO_AXES = ConstrainedSystem(
-    Linear(
+    LinearSystem(
         np.array([[1.0, 0.1, 0.0, 0.0], [0.0, 1.0, 0.0, 0.2], [0.0, 0.0, 1.0, 0.1], [0.0, 0.0, 0.0, 0.9]]),
         np.array([[0.0, 0.0], [0.1, 0.0], [0.0, 0.0], [0.02, 0.1]]),
         np.array([0.0, 0.01, 0.0, 0.0]),
+        sampling_time=0.1,
     ),
     Polytope(np.array([[1.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, -1.0]]), -np.ones(2), 2 * np.ones(2)),
     Polytope.box(np.array([-3.0, -np.inf]), np.array([2.0, np.inf])),
-    0.1,
 )
 
 

@@ -44,13 +44,13 @@ def test_frames() -> None:
 
 @pytest.mark.parametrize("rate", [0, -60, float("inf"), float("nan")])
 def test_no_frames(rate: float) -> None:
-    with pytest.raises(InputError, match=f"clock: expected some frames in a second, got {rate}"):
+    with pytest.raises(InputError, match=f"clock: expected a positive finite number of frames per second, got {rate}"):
         frames(rate)
 
 
 @pytest.mark.parametrize("length", ["0", "-1", "NaN", "Infinity"])
 def test_no_ticks(length: str) -> None:
-    with pytest.raises(InputError, match=f"clock: a tick must take some finite time, got {length} s"):
+    with pytest.raises(InputError, match=f"clock: a tick must take a positive finite time, got {length} s"):
         Ticks(Decimal(length))
 
 

@@ -10,17 +10,17 @@ from trackable.gp.kernels.radial import Matern52, SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.learning.published.scalar import Scalar, scalar
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
-SYSTEMS: dict[str, Linear] = {
-    "example1": Linear.scalar(0.9, 0.5),
-    "pulls": Linear.scalar(0.9, -0.5),
-    "unstable": Linear.scalar(1.2, 0.3, 0.1),
-    "integrator": Linear.scalar(1.0, -2.0),
-    "oscillates": Linear.scalar(-0.7, 0.4, -0.2),
-    "forgets": Linear.scalar(0.0, -1.5, 0.3),
+SYSTEMS: dict[str, LinearSystem] = {
+    "example1": LinearSystem.scalar(0.9, 0.5, sampling_time=0.05),
+    "pulls": LinearSystem.scalar(0.9, -0.5, sampling_time=0.05),
+    "unstable": LinearSystem.scalar(1.2, 0.3, 0.1, sampling_time=0.05),
+    "integrator": LinearSystem.scalar(1.0, -2.0, sampling_time=0.05),
+    "oscillates": LinearSystem.scalar(-0.7, 0.4, -0.2, sampling_time=0.05),
+    "forgets": LinearSystem.scalar(0.0, -1.5, 0.3, sampling_time=0.05),
 }
 
 
@@ -37,7 +37,7 @@ def bounded(
 
 
 PLANTS: dict[str, ConstrainedSystem] = {
-    name: ConstrainedSystem(system, interval_box(Interval(-2.0, 1.5)), interval_box(Interval(-0.4, 0.7)), 0.05)
+    name: ConstrainedSystem(system, interval_box(Interval(-2.0, 1.5)), interval_box(Interval(-0.4, 0.7)))
     for name, system in SYSTEMS.items()
 }
 SCALARS: dict[str, Scalar] = {name: Scalar.of(plant) for name, plant in PLANTS.items()}
@@ -71,7 +71,7 @@ def with_sets(plant: Scalar, state_set: Interval, input_set: Interval) -> Scalar
     return Scalar.of(scalar(plant.a, plant.b, plant.c, state_set=state_set, input_set=input_set, sampling_time=t_s))
 
 
-def controllable(seed: int, states: int = 4, inputs: int = 2) -> Linear:
+def controllable(seed: int, states: int = 4, inputs: int = 2) -> LinearSystem:
     """Up to so many states and inputs; a third stable, a third sparse (chains of different lengths), a third wild."""
     rng = np.random.default_rng(seed)
     n, m = int(rng.integers(1, states + 1)), int(rng.integers(1, inputs + 1))
@@ -83,17 +83,17 @@ def controllable(seed: int, states: int = 4, inputs: int = 2) -> Linear:
             A, B = (rng.choice([0, 0, 1, -1], size=matrix.shape) * matrix for matrix in (A, B))
         reached = np.hstack([np.linalg.matrix_power(A, k) @ B for k in range(n)])
         if np.linalg.matrix_rank(reached) == n and np.linalg.cond(reached) < 1e4:
-            return Linear(A, B, c)
+            return LinearSystem(A, B, c, sampling_time=0.05)
 
 
-def is_stable(system: Linear) -> bool:
+def is_stable(system: LinearSystem) -> bool:
     return bool(np.max(np.abs(np.linalg.eigvals(system.A))) < 0.98)
 
 
-def unbounded(system: Linear, sampling_time: float) -> ConstrainedSystem:
+def unbounded(system: LinearSystem) -> ConstrainedSystem:
     n, m = system.B.shape
     sets = (Polytope(np.empty((0, d)), np.empty(0), np.empty(0), d) for d in (n, m))
-    return ConstrainedSystem(system, *sets, sampling_time)
+    return ConstrainedSystem(system, *sets)
 
 
 def random_signal(rng: np.random.Generator) -> KernelSum:

@@ -30,12 +30,12 @@ class Instance:
 
     @property
     def system(self) -> Nonlinear:
-        return Nonlinear.of(lambda x, u: self.f(x, u, np), self.states, self.inputs)
+        return Nonlinear.of(lambda x, u: self.f(x, u, np), self.states, self.inputs, T_S)
 
     @property
     def plant(self) -> ConstrainedSystem:
         boxes = [Polytope.box(np.array(low), np.array(high)) for low, high in (self.state_box, self.input_box)]
-        return ConstrainedSystem(self.system, boxes[0], boxes[1], T_S)
+        return ConstrainedSystem(self.system, boxes[0], boxes[1])
 
     def inputs_exactly(self, x: list, later: list) -> list:
         """u with f(x, u) = later in many digits, from f at u = 0 and at unit vectors."""

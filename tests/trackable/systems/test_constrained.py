@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
-AXIS = Linear(np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.005], [0.1]]), states=("position", "velocity"))
+AXIS = LinearSystem(
+    np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.005], [0.1]]), states=("position", "velocity"), sampling_time=0.1
+)
 STATES = Polytope(np.array([[1.0, 0.0], [1.0, 0.5], [1.0, 0.0], [0.0, -1.0]]), -np.ones(4), np.array([1.0, 1, 2, 1]))
 INPUTS = Polytope.box(np.array([-3.0]), np.array([4.0]))
-PLANT = ConstrainedSystem(AXIS, STATES, INPUTS, 0.1)
+PLANT = ConstrainedSystem(AXIS, STATES, INPUTS)
 
 
 def signal(t):
@@ -52,8 +54,7 @@ def test_unbounded_coordinates_are_no_quantities():
     [
         ("state_set", INPUTS, "state_set must have dimension 2, got 1"),
         ("input_set", STATES, "input_set must have dimension 1, got 2"),
-        ("sampling_time", 0.0, "sampling_time must be a positive finite number, got 0.0"),
-        ("system", Linear(np.eye(2), np.array([[1.0], [1.0]])), "must be controllable, .*"),
+        ("system", LinearSystem(np.eye(2), np.array([[1.0], [1.0]]), sampling_time=0.1), "must be controllable, .*"),
     ],
 )
 def test_what_does_not_fit_is_refused(name, wrong, message):

@@ -23,7 +23,7 @@ from trackable.systems.definition import smallest_defect
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.formulas.algebra import to_lists
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
@@ -75,15 +75,17 @@ def test_admissible_inputs_exist_by_a_convex_program_that_solves_nothing(name):
     assert smallest_defect(moving(INSTANCES[name], size=0.02), 20) < 1e-6
 
 
-LINEAR = Linear(np.array([[0.9, 0.1], [-0.2, 1.0]]), np.array([[0.5, 0.1], [0.0, -2.0]]), np.array([0.1, 0.0]))
+LINEAR = LinearSystem(
+    np.array([[0.9, 0.1], [-0.2, 1.0]]), np.array([[0.5, 0.1], [0.0, -2.0]]), np.array([0.1, 0.0]), sampling_time=T_S
+)
 
 
-def as_formulas(system: Linear) -> Nonlinear:
-    return Nonlinear.of(lambda x, u: system.A @ x + system.B @ u + system.c, system.states, system.inputs)
+def as_formulas(system: LinearSystem) -> Nonlinear:
+    return Nonlinear.of(lambda x, u: system.A @ x + system.B @ u + system.c, system.states, system.inputs, T_S)
 
 
 def both(state_set: Polytope, input_set: Polytope) -> tuple[ConstrainedSystem, ConstrainedSystem]:
-    return tuple(ConstrainedSystem(s, state_set, input_set, T_S) for s in (LINEAR, as_formulas(LINEAR)))
+    return tuple(ConstrainedSystem(s, state_set, input_set) for s in (LINEAR, as_formulas(LINEAR)))
 
 
 def test_a_linear_system_written_as_a_nonlinear_one_has_the_same_quantities():
@@ -196,7 +198,7 @@ REFUSED = {
 def test_f_that_cannot_be_solved_is_refused(name):
     f, reason = REFUSED[name]
     with pytest.raises(ValueError, match=reason):
-        Nonlinear.of(f, ("a",), ("p",))
+        Nonlinear.of(f, ("a",), ("p",), T_S)
 
 
 @pytest.mark.parametrize(
@@ -214,7 +216,7 @@ def test_f_that_cannot_be_solved_is_refused(name):
 )  # fmt: skip
 def test_names_and_numbers_have_to_fit(f, states, inputs, reason):
     with pytest.raises(ValueError, match=reason):
-        Nonlinear.of(f, tuple(states), tuple(inputs))
+        Nonlinear.of(f, tuple(states), tuple(inputs), T_S)
 
 
 def test_every_input_has_to_be_bounded():
@@ -236,9 +238,9 @@ def test_only_linear_systems_have_growth_rates():
 def test_four_inputs_may_lead_four_states_where_few_are_coupled():
     system = Nonlinear.of(
         lambda x, u: [x[0] + u[0], x[1] + u[1] * x[0] + u[0], x[2] + u[2] + u[3], x[3] + x[0] * u[2] - u[3]],
-        tuple("abcd"), tuple("pqrs"),
+        tuple("abcd"), tuple("pqrs"), T_S,
     )  # fmt: skip
-    plant = ConstrainedSystem(system, Polytope.box([0.1] * 4, [9.0] * 4), Polytope.box([-9.0] * 4, [9.0] * 4), T_S)
+    plant = ConstrainedSystem(system, Polytope.box([0.1] * 4, [9.0] * 4), Polytope.box([-9.0] * 4, [9.0] * 4))
     signals = tuple(replace(moving(INSTANCES["tank"], seed).signals[0], mean=2.0) for seed in range(4))
     reference, k = Reference(signals, plant), np.arange(20.0)
     x, u = reference.state(k), reference.input(k)
@@ -247,6 +249,6 @@ def test_four_inputs_may_lead_four_states_where_few_are_coupled():
 
 
 def test_what_is_done_with_linear_systems_only_says_so():
-    assert ConstrainedSystem(LINEAR, *2 * [Polytope.box([-9.0] * 2, [9.0] * 2)], T_S).linear is LINEAR
+    assert ConstrainedSystem(LINEAR, *2 * [Polytope.box([-9.0] * 2, [9.0] * 2)]).linear is LINEAR
     with pytest.raises(ValueError, match=r"must be linear here, got one with level \+ 0.05 \* \(inflow"):
         _ = INSTANCES["tank"].plant.linear

@@ -113,7 +113,7 @@ STEPS = np.arange(3000)
 
 def general(seed: int) -> Reference:
     rng, system = np.random.default_rng(1000 + seed), controllable(seed)
-    plant = unbounded(system, 0.05)
+    plant = unbounded(system)
     return Reference(tuple(random_signal(rng) for _ in range(plant.signals)), plant)
 
 
@@ -142,7 +142,7 @@ def test_random_systems_are_of_all_kinds():
     systems = [controllable(seed) for seed in range(50)]
     assert {system.B.shape for system in systems} == {(n, m) for n in (1, 2, 3, 4) for m in (1, 2)}
     assert sum(is_stable(system) for system in systems) >= 15
-    assert len({unbounded(system, 0.05).flatness.orders for system in systems}) >= 7
+    assert len({unbounded(system).flatness.orders for system in systems}) >= 7
     assert sum(bool(np.any(system.c)) for system in systems) >= 15
 
 

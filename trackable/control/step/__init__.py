@@ -1,1 +1,1 @@
-"""One step of a controller: its convex programs, and the answer that they give."""
+"""One step of a controller: its convex programs, and the plan or the explanation that they give."""

@@ -1,4 +1,4 @@
-"""Inputs that are admissible to the last bit of what is stored, not only to a solver's tolerance."""
+"""Inputs that are admissible exactly, in floating point, and not only up to a solver's tolerance."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,41 +7,42 @@ import numpy as np
 from scipy.optimize import linprog
 
 from trackable.arrays import Array
-from trackable.control.step.room import Side
+from trackable.control.step.slack import Inequalities
 from trackable.systems.sets.polytope import Polytope
 
-_INSIDE = 1 - 2.0**-50
-"""Rounding of the line below must not lead out again."""
+_SHRINK = 1 - 2.0**-50
+"""Keeps the rounding of `pull_inside` from leading out of the set again."""
 
 
 @dataclass(frozen=True, eq=False)
-class Admissible:
-    """An input set, as the place that an input is pulled into."""
+class AdmissibleInputs:
+    """The set of admissible inputs."""
 
-    bounded: Polytope
+    input_set: Polytope
 
-    def nearest(self, u: Array) -> Array:
-        """`u` (m,) itself if it is in the set; else the last point of the set from its centre towards u.
+    def pull_inside(self, u: Array) -> Array:
+        """Return `u` (m,) if it is in the set; else the last point of the set on the line from its centre to u.
 
-        Of a box with a solver's u a hair outside, this is the same as clipping, up to the same hair.
+        A solver's u is outside by its tolerance only. For a box the result then equals clipping, up to that tolerance.
         """
-        if self.bounded.margin(u) >= 0:
+        if self.input_set.margin(u) >= 0:
             return u
-        side = Side.of(self.bounded)
-        outward, room = side.rows @ (u - self.centre), side.ends - side.rows @ self.centre
-        crossed = outward > room
-        nearest = np.min(room[crossed] / outward[crossed], initial=1.0)  # 1 where only rounding has crossed a bound
-        return np.asarray(self.centre + _INSIDE * nearest * (u - self.centre))
+        inequalities = Inequalities.of(self.input_set)
+        outward = inequalities.rows @ (u - self.centre)
+        slack = inequalities.bounds - inequalities.rows @ self.centre
+        crossed = outward > slack
+        part = np.min(slack[crossed] / outward[crossed], initial=1.0)  # 1 where only rounding crosses a bound
+        return np.asarray(self.centre + _SHRINK * part * (u - self.centre))
 
     @cached_property
     def centre(self) -> Array:
-        """The point with the largest distance to all bounds, measured in their widths."""
-        side = Side.of(self.bounded)
-        m = self.bounded.dimension
+        """The point with the largest distance to all bounds, measured in their widths: shape (m,)."""
+        inequalities = Inequalities.of(self.input_set)
+        m = self.input_set.dimension
         program = linprog(
             np.append(np.zeros(m), -1.0),
-            A_ub=np.column_stack([side.rows, side.widths]),
-            b_ub=side.ends,
+            A_ub=np.column_stack([inequalities.rows, inequalities.widths]),
+            b_ub=inequalities.bounds,
             bounds=[(None, None)] * (m + 1),
             method="highs",
         )

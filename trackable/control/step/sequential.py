@@ -1,62 +1,65 @@
-"""One step of a nonlinear system: convex programs of linearisations, each near the plan that the last one found."""
+"""One step of a nonlinear system: a sequence of convex programs, each linearised along the plan before it."""
 
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.control.step.answer import Answer, Status, Step
-from trackable.control.step.prediction import gaps
-from trackable.control.step.task import Task
-from trackable.control.step.tools import Tools
+from trackable.control.step.error_model import reference_defects
+from trackable.control.step.formulation import Formulation
+from trackable.control.step.problem import StepProblem
+from trackable.control.step.result import Plan, Status, StepResult
 from trackable.systems.constrained import System
 from trackable.systems.reference import Window
 
-ROUNDS = 50
-"""A plan that has not settled by then will not."""
+MAX_LINEARISATIONS = 50
+"""A sequence that has not converged by then does not converge."""
 
-_SETTLED = 1e-12
-"""The system follows a plan to this part of its size. As the rest is quadratic, plans have then moved by 1e-6."""
+_CONVERGED = 1e-12
+"""The system follows a plan up to this part of its size. Convergence is quadratic: plans then differ by about 1e-6."""
 
 
-def by_linearisation(tools: Tools, k: int, state: Array, window: Window, guess: Array | None) -> Answer:
-    """The plan at step `k` that a search from the inputs `guess` (N, m), or from the reference, ends with.
+def solve_by_linearisation(
+    formulation: Formulation, k: int, state: Array, window: Window, initial_guess: Array | None
+) -> StepResult:
+    """Solve step `k` by sequential linearisation, from the inputs `initial_guess` (N, m) or from the reference.
 
-    A minimum, or a reason for infeasibility, is one among plans near by. Where the guess itself is admissible and costs
-    less than what was found, it stays: with the last plan, continued with the reference's own input, feasibility is
-    never lost and the cost never rises, wherever the search ends. Raises ArithmeticError where it ends nowhere, or the
-    system is not defined along a plan.
+    The result is local: a minimum, or a reason for infeasibility, among the plans near by. If the initial guess is
+    admissible and costs less than the plan found, it is returned instead. With the shifted last plan as the guess,
+    feasibility is thus never lost and the cost never rises, whatever the sequence converges to. Raises ArithmeticError
+    where the sequence does not converge, or where the system is not defined along a plan.
     """
-    plan = window if guess is None else rolled_out(tools.plant.system, state, guess)
-    task = _near(tools, k, state, window, plan)
-    kept = None if guess is None else task.following(guess - window.inputs, Status.KEPT)
-    if kept is not None and not task.holds(kept):
+    system = formulation.plant.system
+    nominal = window if initial_guess is None else apply_inputs(system, state, initial_guess)
+    problem = _linearised(formulation, k, state, window, nominal)
+    kept = None if initial_guess is None else problem.plan(initial_guess - window.inputs, Status.KEPT)
+    if kept is not None and not problem.is_feasible(kept):
         kept = None
-    for _ in range(ROUNDS):
-        answer = task.answer
-        found = answer if isinstance(answer, Step) else task.widest
-        plan = Window(found.states, found.inputs)
-        if _defect(tools.plant.system, plan) <= _SETTLED * max(1.0, float(np.max(np.abs(plan.states)))):
-            return answer if kept is None or (isinstance(answer, Step) and answer.cost <= kept.cost) else kept
-        task = _near(tools, k, state, window, plan)
+    for _ in range(MAX_LINEARISATIONS):
+        result = problem.result
+        plan = result if isinstance(result, Plan) else problem.widest
+        nominal = Window(plan.states, plan.inputs)
+        if _defect(system, nominal) <= _CONVERGED * max(1.0, float(np.max(np.abs(nominal.states)))):
+            return result if kept is None or (isinstance(result, Plan) and result.cost <= kept.cost) else kept
+        problem = _linearised(formulation, k, state, window, nominal)
     if kept is None:
-        raise ArithmeticError(f"controller: at step {k} plans had not settled after {ROUNDS} linearisations")
+        raise ArithmeticError(f"controller: at step {k} no convergence after {MAX_LINEARISATIONS} linearisations")
     return kept
 
 
-def rolled_out(system: System, state: Array, inputs: Array) -> Window:
-    """Where `inputs` (N, m) take the system from `state` (n,)."""
+def apply_inputs(system: System, state: Array, inputs: Array) -> Window:
+    """Simulate the system from `state` (n,) under `inputs` (N, m)."""
     states = [state]
     for u in inputs:
         states.append(system.successor(states[-1], u))
     return Window(np.array(states), inputs)
 
 
-def _near(tools: Tools, k: int, state: Array, window: Window, plan: Window) -> Task:
-    model = tools.model(window, plan)
-    if not all(np.all(np.isfinite(part)) for part in (model.prediction.A, model.prediction.B, model.gaps)):
+def _linearised(formulation: Formulation, k: int, state: Array, window: Window, nominal: Window) -> StepProblem:
+    model = formulation.local_model(window, nominal)
+    if not all(np.all(np.isfinite(part)) for part in (model.error_model.A, model.error_model.B, model.defects)):
         raise ArithmeticError(f"controller: at step {k} a plan leads where the system is not defined")
-    return Task(tools, k, state, window, model)
+    return StepProblem(formulation, k, state, window, model)
 
 
 def _defect(system: System, plan: Window) -> float:
-    """How far a plan is from what the system does."""
-    return float(np.max(np.abs(gaps(system, plan))))
+    """Return the largest difference between a plan's states and those that the system reaches."""
+    return float(np.max(np.abs(reference_defects(system, plan))))

@@ -1,1 +1,1 @@
-"""Ways to factor K + σ_n² I, and the choice of the cheapest that is exact enough."""
+"""Factorisations of the covariance matrix K + V: dense, band, low rank, Toeplitz; and what they are made of."""

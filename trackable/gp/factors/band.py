@@ -1,8 +1,8 @@
-"""Kernels that decay: far samples know nothing of each other, and the covariance matrix is a band.
+"""Kernels that decay: samples far apart are uncorrelated, and the covariance matrix is a band matrix.
 
-With samples in blocks such that only neighbouring blocks are correlated, A is block tridiagonal. Its Cholesky factor
-is block bidiagonal, and of A⁻¹ a gradient asks no more than the same blocks, which one sweep backwards computes
-(K. Takahashi, J. Fagan, M.-S. Chin, 1973, in its form for blocks). The time is linear in the number of samples.
+The samples are cut into blocks such that only neighbouring blocks are correlated. Then A is block tridiagonal and its
+Cholesky factor is block bidiagonal. A gradient needs only the same blocks of A⁻¹, which one backward sweep computes
+(K. Takahashi, J. Fagan, M.-S. Chin, 1973, in block form). The time is linear in the number of samples.
 """
 
 from collections.abc import Iterator
@@ -14,21 +14,21 @@ import numpy as np
 from scipy.linalg import lapack
 
 from trackable.arrays import Array
-from trackable.gp.factors.factored import Covariance, Factored
+from trackable.gp.factors.factorisation import Covariance, Factorisation
 from trackable.gp.kernels.base import Kernel
 
-_HALVINGS, _PARTS = 12, 16  # of the span: how short a reach can be, and how closely it is found
+_HALVINGS, _PARTS = 12, 16  # the shortest reach is span / 2^12; it is found up to a factor 2^(1/16)
 
 
-class Row(NamedTuple):
-    """One block of samples: its own `diagonal` part of a symmetric matrix, and that with the `next` block."""
+class BlockRow(NamedTuple):
+    """One block row of a symmetric block tridiagonal matrix: the `diagonal` block and the one to its right, `next`."""
 
     diagonal: Array
     next: Array
 
 
 def blocks(times: Array, reach: float) -> list[slice]:
-    """Increasing `times` [s] cut so that those in blocks that are no neighbours lie more than `reach` [s] apart."""
+    """Cut increasing `times` [s] into blocks such that only neighbouring blocks have times within `reach` [s]."""
     cuts = [0]
     while (cut := int(np.searchsorted(times, times[cuts[-1]] + reach, side="right"))) < len(times):
         cuts.append(cut)
@@ -36,33 +36,33 @@ def blocks(times: Array, reach: float) -> list[slice]:
 
 
 def reach(kernel: Kernel, span: float, negligible: float) -> float:
-    """The distance [s] beyond which a kernel that falls (with a finite ζ) and its derivatives are `negligible`.
+    """Return the distance [s] beyond which a kernel and its derivatives stay below `negligible`.
 
-    At least `span` where they are not.
+    The kernel must decrease (finite `decay_distance`). The result is at least `span` if they are nowhere that small.
     """
     distances = span * 2.0 ** (-np.arange(_HALVINGS * _PARTS) / _PARTS)
     value, gradient = kernel.value_and_gradient(distances)
-    felt = np.any(np.abs(np.concatenate([value[None], gradient])) > negligible, axis=0)
-    first = int(np.argmax(felt)) if np.any(felt) else len(distances)
+    matters = np.any(np.abs(np.concatenate([value[None], gradient])) > negligible, axis=0)
+    first = int(np.argmax(matters)) if np.any(matters) else len(distances)
     return float(span * 2.0 ** ((1 - first) / _PARTS))
 
 
 @dataclass(frozen=True)
-class Band(Factored):
+class Band(Factorisation):
     """A = L Lᵀ: `factors` has L_ii, lower triangular, and L_ii⁻¹ A_{i,i+1} for each of the `rows` (blocks of samples).
 
     The last row's next block is empty. `gradient` has the blocks of ∂K: shapes (p, b_i, b_i) and (p, b_i, b_{i+1}).
     """
 
     rows: list[slice]
-    factors: list[Row]
-    gradient: list[Row]
+    factors: list[BlockRow]
+    gradient: list[BlockRow]
     noise_variance: Array
 
     @classmethod
     def of(cls, times: Array, rows: list[slice], covariance: Covariance, noise_variance: Array) -> Self | None:
-        """From n `times` [s] in blocks, each sample's own noise (n,); None where A is not positive definite."""
-        factors, gradient = list[Row](), list[Row]()
+        """Factorise for n `times` [s] in blocks with noise variances (n,); None if A is not positive definite."""
+        factors, gradient = list[BlockRow](), list[BlockRow]()
         for own, after in _with_next(rows):
             both = slice(own.start, after.stop)
             value, by_theta = covariance(times[own, None] - times[both])
@@ -74,8 +74,8 @@ class Band(Factored):
             factor, info = lapack.dpotrf(diagonal, lower=True)
             if info:
                 return None
-            factors.append(Row(factor, _lower_solve(factor, beside)))
-            gradient.append(Row(by_theta[:, :, :size], by_theta[:, :, size:]))
+            factors.append(BlockRow(factor, _lower_solve(factor, beside)))
+            gradient.append(BlockRow(by_theta[:, :, :size], by_theta[:, :, size:]))
         return cls(rows, factors, gradient, noise_variance)
 
     @cached_property
@@ -102,7 +102,7 @@ class Band(Factored):
             product[:, after] += c[rows] @ gradient.next
         return product
 
-    def contracted(self, c: Array) -> tuple[Array, float]:
+    def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         by_kernel, by_noise = np.zeros(len(self.gradient[0].diagonal)), np.zeros(())
         for (rows, after), inverse, gradient in zip(_with_next(self.rows), self._inverse, self.gradient, strict=True):
             diagonal = inverse.diagonal - c[rows, None] * c[rows]
@@ -113,31 +113,31 @@ class Band(Factored):
         return by_kernel, float(by_noise)
 
     @cached_property
-    def _inverse(self) -> list[Row]:
+    def _inverse(self) -> list[BlockRow]:
         """The blocks of A⁻¹.
 
         With G = L_ii⁻ᵀ L_ii⁻¹ A_{i,i+1} they are Z_{i,i+1} = −G Z_{i+1,i+1} and
         Z_ii = (L_ii L_iiᵀ)⁻¹ − Z_{i,i+1} Gᵀ.
         """
-        found, after = list[Row](), np.empty((0, 0))
+        found, after = list[BlockRow](), np.empty((0, 0))
         for factor in reversed(self.factors):
             inverse, _ = lapack.dpotri(factor.diagonal, lower=True)
             inverse = np.tril(inverse) + np.tril(inverse, -1).T
             g = _lower_solve(factor.diagonal, factor.next, transposed=True)
             beside = -g @ after
             after = inverse - beside @ g.T
-            found.append(Row(after, beside))
+            found.append(BlockRow(after, beside))
         return found[::-1]
 
 
 def _with_next(rows: list[slice]) -> Iterator[tuple[slice, slice]]:
-    """Each block with the one that follows; the last one with none."""
+    """Yield each block with the next one; the last one with an empty slice."""
     end = rows[-1].stop
     return zip(rows, [*rows[1:], slice(end, end)], strict=True)
 
 
 def _lower_solve(factor: Array, right: Array, transposed: bool = False) -> Array:
-    """L⁻¹ r or L⁻ᵀ r; of nothing, nothing."""
+    """Return L⁻¹ r, or L⁻ᵀ r if `transposed`; LAPACK refuses an empty r, which is returned as it is."""
     if not right.size:
         return right
     solution, _ = lapack.dtrtrs(factor, right, lower=True, trans=transposed)

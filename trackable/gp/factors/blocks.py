@@ -1,4 +1,4 @@
-"""Functions of many times, evaluated a few at a time: memory stays bounded however many there are."""
+"""Evaluate functions of many times block by block, in bounded memory."""
 
 from collections.abc import Callable
 
@@ -11,9 +11,10 @@ _BLOCK = 2**17  # numbers that stay in the cache
 
 
 def in_blocks(function: Callable[[Array], tuple[Array, ...]], t: Array, width: int) -> tuple[Array, ...]:
-    """The arrays (…, *t.shape) of a function that needs `width` numbers for each time, and treats times one by one.
+    """Evaluate a function of times t (any shape) that returns arrays (…, *t.shape), block by block.
 
-    What fits into memory at once is left in one piece.
+    The function must treat each time separately; it needs `width` numbers of memory for each. If all of them fit into
+    memory, it is called once.
     """
     if t.size * width <= _WHOLE:
         return function(t)

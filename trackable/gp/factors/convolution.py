@@ -1,4 +1,4 @@
-"""Kernel sums with regular centres at regular times: one convolution, where the two spacings are commensurate."""
+"""Sums of kernels with regular centres at regular times: one convolution, if the two spacings are commensurate."""
 
 from fractions import Fraction
 
@@ -9,16 +9,16 @@ from trackable.arrays import Array
 from trackable.gp.factors.grid import Grid
 from trackable.gp.kernels.base import Kernel
 
-_FINEST = 100  # parts of a spacing
-_COST = 60  # terms of a sum that take as long as one of the transforms
+_FINEST = 100  # the largest denominator of the ratio of spacings
+_COST = 60  # terms of the sum that take as long as one point of the transforms
 
 
 def convolved(kernel: Kernel, centres: Array, weights: Array, t: Array, order: int) -> Array | None:
-    """Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order at increasing times t [s]: shape (order + 1, *t.shape).
+    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order at increasing times t [s]: shape (order + 1, *t.shape).
 
-    None unless both kinds of times lie on grids, up to rounding, whose steps are p h and q h with whole numbers p and
-    q, and the convolution takes less time than the sum. With step h for all, and zeros between the weights, the lag
-    from centre i to time j is that from the first to the first, plus (j p − i q) h.
+    None unless times and centres lie on grids, up to rounding, whose steps are p h and q h with whole numbers p and q,
+    and the convolution takes less time than the sum. On a common grid of step h, with zeros between the weights, the
+    lag from centre i to time j is that from the first centre to the first time, plus (j p − i q) h.
     """
     if (of := Grid.of(centres)) is None or (at := Grid.of(t)) is None or not (of.is_exact and at.is_exact):
         return None
@@ -33,7 +33,7 @@ def convolved(kernel: Kernel, centres: Array, weights: Array, t: Array, order: i
     lags = at.start - of.start + of.step / q * np.arange(first, last + 1, dtype=float)
     spread = np.zeros(last - first + 1)
     spread[: -first + 1 : q] = weights
-    # Lags begin at `first`, so that the sum for time j stands where a convolution has j p − first; what comes round
-    # from beyond the end stands before that.
+    # Lags begin at `first`, so that entry j p − first of the convolution is the sum for time j. Circular wrap-around
+    # corrupts only entries before these.
     spectrum = fft.rfft(kernel.jet(lags, order), length) * fft.rfft(spread, length)
     return np.asarray(fft.irfft(spectrum, length)[:, -first : last - first + 1 : p])

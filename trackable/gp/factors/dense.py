@@ -1,4 +1,4 @@
-"""Samples at any times: a Cholesky factor."""
+"""Samples at any times: the Cholesky factor of the whole matrix."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,29 +8,29 @@ import numpy as np
 from scipy.linalg import lapack
 
 from trackable.arrays import Array
-from trackable.gp.factors.factored import Covariance, Factored
+from trackable.gp.factors.factorisation import Covariance, Factorisation
 from trackable.gp.factors.gram import Strips, gram
 
 
 @dataclass(frozen=True)
-class Dense(Factored):
-    """A = L Lᵀ with the `factor` L (n, n) of LAPACK: lower triangle, in the order of Fortran; above it lies anything.
+class Dense(Factorisation):
+    """A = L Lᵀ with the `factor` L (n, n) of LAPACK: lower triangle, Fortran order; entries above it are undefined.
 
-    `room`, of the same shape and order, is where the inverse is computed.
+    The inverse is computed in `workspace`, of the same shape and order.
     """
 
     factor: Array
-    room: Array
+    workspace: Array
     gradient: Strips
     noise_variance: Array
 
     @classmethod
     def of(cls, times: Array, covariance: Covariance, noise_variance: Array) -> Self | None:
-        """From n `times` [s] and each sample's own noise (n,); None where A is not positive definite in float64."""
-        upper, room, gradient = gram(times, covariance)
+        """Factorise for n `times` [s] and noise variances (n,); None if A is not positive definite in float64."""
+        upper, workspace, gradient = gram(times, covariance)
         upper.reshape(-1)[:: len(times) + 1] += noise_variance
         factor, info = lapack.dpotrf(upper.T, lower=True, clean=False, overwrite_a=True)
-        return None if info else cls(factor, room.T, gradient, noise_variance)
+        return None if info else cls(factor, workspace.T, gradient, noise_variance)
 
     @cached_property
     def log_determinant(self) -> float:
@@ -43,8 +43,8 @@ class Dense(Factored):
     def gradient_times(self, c: Array) -> Array:
         return self.gradient.times(c)
 
-    def contracted(self, c: Array) -> tuple[Array, float]:
-        self.room[...] = self.factor
-        inverse, _ = lapack.dpotri(self.room, lower=True, overwrite_c=True)
-        by_kernel = self.gradient.contracted(inverse.T) - self.gradient.times(c) @ c
+    def likelihood_traces(self, c: Array) -> tuple[Array, float]:
+        self.workspace[...] = self.factor
+        inverse, _ = lapack.dpotri(self.workspace, lower=True, overwrite_c=True)
+        by_kernel = self.gradient.traces(inverse.T) - self.gradient.times(c) @ c
         return by_kernel, float((inverse.diagonal() - c**2) @ self.noise_variance)

@@ -1,6 +1,6 @@
-"""Covariance matrices of samples at any times, with their derivatives: half of each symmetric matrix is never computed.
+"""Covariance matrices of samples at any times, with their derivatives: only the upper half is computed.
 
-Rows are taken in strips, each from the diagonal on: small enough that what is computed of a strip stays in the cache.
+Rows are taken in strips that start at the diagonal. A strip is small enough to stay in the processor's cache.
 """
 
 from collections.abc import Iterator
@@ -10,21 +10,21 @@ from typing import NamedTuple
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.factors.factored import Covariance
+from trackable.gp.factors.factorisation import Covariance
 
 _ROWS = 64
-_SMALL = 128  # rows: so few are one strip, as two of them take as long as what they save
-_COUNTED = 2 * np.triu(np.ones((_SMALL, _SMALL)), 1) + np.eye(_SMALL)  # how often in a symmetric matrix, from above
+_SMALL = 128  # rows: up to here one strip is as fast as two
+_MULTIPLICITY = 2 * np.triu(np.ones((_SMALL, _SMALL)), 1) + np.eye(_SMALL)  # of upper entries in a symmetric matrix
 
 
 @dataclass(frozen=True)
 class Strips:
-    """p symmetric matrices D_j of shape (n, n): strip i holds rows 64 i … 64 i + 63 of each, from column 64 i on."""
+    """p symmetric matrices D_j of shape (n, n): strip i has rows 64 i … 64 i + 63 of each, from column 64 i on."""
 
     strips: tuple[Array, ...]
 
     def times(self, c: Array) -> Array:
-        """D_j c for c of shape (n,): shape (p, n)."""
+        """Return D_j c for c of shape (n,): shape (p, n)."""
         if len(self.strips) == 1:
             return np.asarray(self.strips[0] @ c)
         product = np.zeros((len(self.strips[0]), len(c)))
@@ -34,31 +34,31 @@ class Strips:
             product[:, rows.stop :] += c[rows] @ right
         return product
 
-    def contracted(self, upper: Array) -> Array:
-        """tr(M D_j), shape (p,), for a symmetric M that is given on and above its diagonal; below it, any numbers."""
+    def traces(self, upper: Array) -> Array:
+        """Return tr(M D_j), shape (p,), for a symmetric M; entries of `upper` below the diagonal are ignored."""
         trace = np.zeros(len(self.strips[0]))
         for rows, strip in zip(_rows(len(upper)), self.strips, strict=True):
             height = rows.stop - rows.start
             part = np.empty((height, len(upper) - rows.start))
-            np.multiply(upper[rows, rows.start : rows.stop], _COUNTED[:height, :height], out=part[:, :height])
+            np.multiply(upper[rows, rows.start : rows.stop], _MULTIPLICITY[:height, :height], out=part[:, :height])
             np.multiply(upper[rows, rows.stop :], 2, out=part[:, height:])
             trace += strip.reshape(len(strip), -1) @ part.reshape(-1)
         return trace
 
 
 class Gram(NamedTuple):
-    """K on and above the diagonal (`upper`, anything below), room for as much again, and ∂K/∂ln θ_j."""
+    """K on and above the diagonal (`upper`; undefined below), a `workspace` of its shape, and ∂K/∂ln θ_j."""
 
     upper: Array
-    room: Array
+    workspace: Array
     gradient: Strips
 
 
 def gram(times: Array, covariance: Covariance) -> Gram:
-    """The covariance of samples at n `times` [s].
+    """Compute the covariance matrix of samples at n `times` [s], and its derivatives.
 
-    What is large shares one piece of memory, with room for the inverse. What is freed in several pieces goes back to
-    the system, and to get it again, page by page, takes longer than to compute what is in it.
+    All large arrays share one piece of memory. Several pieces would go back to the operating system when freed, and
+    getting them again, page by page, takes longer than computing their content.
     """
     n, memory, strips = len(times), np.empty(0), list[Array]()
     if n <= _SMALL:
@@ -74,8 +74,8 @@ def gram(times: Array, covariance: Covariance) -> Gram:
         strips.append(free[: gradient.size].reshape(gradient.shape))
         strips[-1][...] = gradient
         free = free[gradient.size :]
-    upper, room = memory[: 2 * n**2].reshape(2, n, n)
-    return Gram(upper, room, Strips(tuple(strips)))
+    upper, workspace = memory[: 2 * n**2].reshape(2, n, n)
+    return Gram(upper, workspace, Strips(tuple(strips)))
 
 
 def _rows(n: int) -> Iterator[slice]:

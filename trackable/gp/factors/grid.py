@@ -1,4 +1,4 @@
-"""Regularly spaced times, as far as rounding lets them be."""
+"""Regularly spaced times, up to rounding."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -7,12 +7,12 @@ import numpy as np
 
 from trackable.arrays import Array
 
-_REGULAR = 1e-6
+_REGULAR = 1e-6  # of a step: a larger deviation is not regular
 
 
 @dataclass(frozen=True)
 class Grid:
-    """The times start + i step for i = 0 … count − 1 [s]; those it stands for lie within `deviation` [s] of them."""
+    """The times start + i step [s] for i = 0 … count − 1, which approximate given times up to `deviation` [s]."""
 
     start: float
     step: float
@@ -21,7 +21,7 @@ class Grid:
 
     @classmethod
     def of(cls, times: Array) -> Self | None:
-        """The grid from the first of some times (n,) to the last; None where they do not lie on it, or are too few."""
+        """Return the grid from the first of `times` (n,) to the last; None if they do not lie on it or n < 3."""
         if times.ndim != 1 or len(times) < 3 or not times[-1] > times[0]:
             return None
         start, count = float(times[0]), len(times)
@@ -31,20 +31,20 @@ class Grid:
 
     @property
     def lags(self) -> Array:
-        """i step [s], shape (count,)."""
+        """The lags i step [s], shape (count,)."""
         return self.step * np.arange(self.count, dtype=float)
 
     @property
     def span(self) -> float:
-        """From the first to the last [s]."""
+        """The duration from the first time to the last [s]."""
         return self.step * (self.count - 1)
 
     @property
     def rounding(self) -> float:
-        """How far rounding alone can move a time, and that of its place on the grid [s]."""
+        """The largest deviation [s] that rounding alone can cause, of a time and of its grid point together."""
         return 2 * float(np.spacing(max(abs(self.start), abs(self.start + self.span))))
 
     @property
     def is_exact(self) -> bool:
-        """Whether nothing but rounding keeps the times from lying on it."""
+        """Whether the times deviate from the grid by rounding only."""
         return self.deviation <= self.rounding

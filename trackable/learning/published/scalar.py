@@ -7,7 +7,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
@@ -19,7 +19,7 @@ def scalar(
 ) -> ConstrainedSystem:
     """x(k+1) = a x(k) + b u(k) + c with x ∈ X and u ∈ U. ValueError for b = 0 or sets without interior."""
     x, u = (Polytope.box(np.array([s.lower]), np.array([s.upper])) for s in (state_set, input_set))
-    return ConstrainedSystem(Linear.scalar(a, b, c), x, u, sampling_time)
+    return ConstrainedSystem(LinearSystem.scalar(a, b, c, sampling_time=sampling_time), x, u)
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,13 @@ class Scalar:
     def describes(plant: ConstrainedSystem) -> bool:
         """Whether the system is linear with one state and one input, each in one interval of its own."""
         sets = plant.state_set, plant.input_set
-        return isinstance(plant.system, Linear) and all(np.array_equal(bounds.rows, [[1.0]]) for bounds in sets)
+        return isinstance(plant.system, LinearSystem) and all(np.array_equal(bounds.rows, [[1.0]]) for bounds in sets)
 
     @classmethod
     def of(cls, plant: ConstrainedSystem) -> "Scalar":
         """ValueError for nonlinear systems, and those with more than one state or input, or an unbounded one."""
         system = plant.system
-        if not isinstance(system, Linear):
+        if not isinstance(system, LinearSystem):
             raise ValueError("only a linear system has growth rates, got a nonlinear one")
         if not cls.describes(plant):
             raise ValueError(

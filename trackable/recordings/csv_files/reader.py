@@ -1,4 +1,4 @@
-"""Recordings from CSV files."""
+"""Read recordings from CSV files."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,10 +25,10 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Column:
-    """The column `name`, its numbers times `scale` (1e-3 makes metres of millimetres).
+    """The column `name`; its numbers are multiplied by `scale` (1e-3 converts millimetres to metres).
 
-    `noise_std` names the column with each sample's standard deviation, in the file's unit of the values. InputError
-    where the scale is zero or not finite.
+    `noise_std` names the column with the standard deviation of each sample, in the file's unit of the values; it is
+    scaled too. InputError: a scale that is zero or not finite.
     """
 
     name: str
@@ -48,20 +48,38 @@ def read_csv(
     repairs: Sequence[Repair | str] = (),
     origin: Origin = None,
 ) -> Recording:
-    """Signals of a CSV file with a header, over its column `time`.
+    """Read signals from a CSV file with a header.
 
-    `time_unit` is one of `CLOCKS`, by name, or a clock of one's own; a signal is a `Column`, or the name of one. Times
-    [s] count from `origin` [ns], or from the first sample of all where that is "first"; without one from the zero of
-    the file's own unit, and from the first sample where stamps are dates or since 1970.
+    Parameters
+    ----------
+    path
+        The file.
+    time
+        The column of time stamps.
+    time_unit
+        The name of a clock in `CLOCKS` ("s", "ms", "epoch ns", "ISO 8601", …), or a clock: `frames(rate)`, `DateTimes`.
+    signals
+        By the name that a signal gets in the recording: a `Column`, or the name of a column.
+    layout
+        Separator, decimal mark, encoding, comments, lines to skip, texts that stand for a missing value.
+    repairs
+        Functions, or names of `REPAIRS`, applied in this order. What they do not mend is refused.
+    origin
+        The time zero [ns] on the file's clock, or "first" for the first sample of all signals. By default the file's
+        own zero, or the first sample if stamps are dates or count from 1970.
 
-    Rows are taken as they stand. Cells without a value are left out and reported; what else is wrong is mended where
-    one of the `repairs`, functions or names of `REPAIRS`, does so, and otherwise refused. Raises InputError, naming
-    file and line.
+    Cells without a value are left out and reported in `Recording.cleanings`.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, and for anything wrong in it that no repair mends: names file and line.
+
     """
     path = Path(path)
     if not signals:
-        raise InputError(f"{path}: expected the name of a signal at least, got none")
-    clock, mending, zero = clock_named(time_unit), chosen_repairs(repairs), checked_origin(origin)
+        raise InputError(f"{path}: expected at least one signal, got none")
+    clock, chosen, zero = clock_named(time_unit), chosen_repairs(repairs), checked_origin(origin)
     columns = {name: _column(name, wanted) for name, wanted in signals.items()}
     names = [time, *(name for c in columns.values() for name in (c.name, c.noise_std) if name is not None)]
     table = read_table(path, layout, names)
@@ -77,7 +95,7 @@ def read_csv(
             if column.noise_std is not None
         },
     )
-    return recorded([rows], clock.absolute, mending, zero)
+    return recorded([rows], clock.absolute, chosen, zero)
 
 
 def _column(signal: str, wanted: object) -> Column:
@@ -90,7 +108,7 @@ def _column(signal: str, wanted: object) -> Column:
 
 @dataclass(frozen=True)
 class _Cells:
-    """The columns of a table as numbers and stamps; InputError names line and column of a cell that is neither."""
+    """The columns of a table, converted to numbers and stamps. InputError names line and column of a wrong cell."""
 
     path: Path
     table: CsvTable
@@ -120,6 +138,6 @@ class _Cells:
 
     def _hint(self, cell: str) -> str:
         if cell.strip().lstrip("+-.,")[:1].isdigit():
-            return ""  # there is a value, written in another way
+            return ""  # a value, but in another format
         others = ", ".join(map(repr, self.layout.missing)) or "nothing"
         return f"; if it stands for no value, name it in CsvLayout(missing=...) beside {others}"

@@ -1,4 +1,4 @@
-"""The text of a CSV file as named cells, with the line that each stands on."""
+"""Split a CSV file into named columns of cells, with the line number of each row."""
 
 import csv
 import io
@@ -18,11 +18,12 @@ MISSING = ("", "-", "na", "n/a", "nan", "null")
 
 @dataclass(frozen=True)
 class CsvLayout:
-    """How a CSV file is written.
+    """The format of a CSV file.
 
-    `separator` is found in the header where it is None; `decimal` is the mark in front of a fraction. Lines that start
-    with `comment` are left out (none where it is empty), as are those numbered in `skip`, from 1: what stands above
-    the header, units below it. `missing` are the cells without a value, in any case. InputError: what makes no sense.
+    `separator`: one character; None finds comma, semicolon or tab by the header. `decimal`: the mark in front of a
+    fraction, "." or ",". `encoding`: as Python names it. `comment`: lines that start with it are ignored; none if it is
+    empty. `skip`: numbers, from 1, of further lines to ignore, such as units below the header. `missing`: texts that
+    stand for a missing value, in upper or lower case. InputError: an impossible value.
     """
 
     separator: str | None = None
@@ -41,7 +42,7 @@ class CsvLayout:
             raise InputError(f"CSV layout: expected a list of texts that stand for no value, got {self.missing!r}")
 
     def is_missing(self, cell: str) -> bool:
-        """Whether the cell holds no value."""
+        """Whether the cell stands for a missing value."""
         return cell.strip().casefold() in self._missing
 
     @cached_property
@@ -50,12 +51,12 @@ class CsvLayout:
 
 
 PLAIN = CsvLayout()
-"""Points, UTF-8, and whichever of comma, semicolon and tab the header separates its names with."""
+"""Decimal points, UTF-8, and the separator found in the header."""
 
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Rows below a header, each as long as that, and the line on which each ends."""
+    """The header, the rows below it (as long as the header), and the number of the line on which each row ends."""
 
     header: Sequence[str]
     lines: Sequence[int]
@@ -63,7 +64,7 @@ class CsvTable:
 
 
 def read_table(path: Path, layout: CsvLayout, names: Collection[str]) -> CsvTable:
-    """All cells of the file. InputError where it is not read, lacks a column of `names` or repeats it, or is ragged."""
+    """Read all cells. InputError: unreadable or ragged, or a column of `names` is missing or appears twice."""
     text = read_text(path, layout.encoding)
     separator, header = _header(path, text, layout, names)
     lines, rows = [], []
@@ -83,14 +84,14 @@ def read_table(path: Path, layout: CsvLayout, names: Collection[str]) -> CsvTabl
 
 
 def _header(path: Path, text: str, layout: CsvLayout, names: Collection[str]) -> tuple[str, list[str]]:
-    """The separator between all the `names`, among others, and the names."""
+    """Return the separator and the names in the header: with this separator most of `names` are found."""
     found = {}
     refused = []
     for separator in SEPARATORS if layout.separator is None else (layout.separator,):
         try:
             found[separator] = [name.strip() for name in next(_records(text, layout, separator), (0, []))[1]]
         except _NoCsvError as error:
-            refused.append(error)  # as of quoted names with another separator behind them
+            refused.append(error)  # as when another separator follows a quoted name
     if not found:
         raise InputError(f"{path}, {refused[0]}") from refused[0]
     if not any(found.values()):
@@ -108,11 +109,11 @@ def _header(path: Path, text: str, layout: CsvLayout, names: Collection[str]) ->
 
 
 class _NoCsvError(Exception):
-    """A line that breaks the rules of CSV."""
+    """A line that is not valid CSV."""
 
 
 def _records(text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int, list[str]]]:
-    """Each row that is not blank, and the line on which it ends."""
+    """Yield each row that is not blank, with the number of the line on which it ends."""
     line = 0
 
     def lines() -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""The text of a file, or a sentence that says why it is none."""
+"""Read text files; refuse other files with a sentence that says what they are."""
 
 import codecs
 from pathlib import Path
@@ -13,7 +13,7 @@ _MCAP = b"\x89MCAP"
 
 
 def read_text(path: Path, encoding: str) -> str:
-    """All of it, without the mark of UTF-8. InputError where it cannot be read, or is no text in `encoding`."""
+    """Return the whole text without a byte order mark of UTF-8. InputError: unreadable, or not in `encoding`."""
     data = read_bytes(path)
     try:
         _refuse_no_text(path, data, encoding)

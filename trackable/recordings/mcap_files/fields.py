@@ -1,4 +1,4 @@
-"""Fields inside a message, by a path like `pose.position.x` or `joints[2].angle`, whatever the message is made of."""
+"""Find fields in decoded messages by a path like `pose.position.x` or `joints[2].angle`: JSON, Protobuf, ROS 2."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,11 +15,11 @@ _LISTED = 60
 
 
 def find(node: object, path: str) -> object:
-    """What stands at `path`; None where it is unset or null, or something around it is. LookupError: no such field."""
+    """Return the value at `path`; None if it, or a message around it, is unset or null. LookupError: no such field."""
     if not path or node is None:
         return node
     if isinstance(node, Mapping):
-        # A key may have dots of its own, as "left.rate" has in this project's logs: the longest goes first.
+        # A key may contain dots, such as "left.rate" in this project's logs: the longest key is tried first.
         for name, rest in _splits(path):
             if name in node:
                 return find(node[name], rest)
@@ -36,13 +36,13 @@ def find(node: object, path: str) -> object:
 
 
 def leaves(message: object) -> list[str]:
-    """The paths of the numbers and texts in a message; of a list, those of its first entry; of very many, some."""
+    """List the paths of numbers and texts in a message: of a list only its first entry, and not too many in all."""
     found = list(islice(_leaves(message, "", _DEPTH), _LISTED + 1))
     return found if len(found) <= _LISTED else [*found[:_LISTED], "…"]
 
 
 def _splits(path: str) -> Iterator[tuple[str, str]]:
-    """The name that a path may start with, the longest first, and what follows it."""
+    """Yield each name that the path may start with, the longest first, and the rest of the path."""
     yield path, ""
     for end in range(len(path) - 1, 0, -1):
         if path[end] in ".[":
@@ -50,7 +50,7 @@ def _splits(path: str) -> Iterator[tuple[str, str]]:
 
 
 def _attribute(node: object, name: str) -> object:
-    """A field of a Protobuf or ROS 2 message; None where it tells unset from zero, and is unset."""
+    """Return a field of a Protobuf or ROS 2 message; None if it is unset and its type distinguishes that from zero."""
     if isinstance(node, Protobuf):
         field = node.DESCRIPTOR.fields_by_name[name]
         return None if field.has_presence and not node.HasField(name) else getattr(node, name)
@@ -78,7 +78,7 @@ def _children(node: object) -> Iterator[tuple[str, object]]:
         yield from ((str(key), child) for key, child in node.items())
     elif isinstance(node, Protobuf):
         for name, field in node.DESCRIPTOR.fields_by_name.items():
-            # An unset message would list its type's fields, and without end where that contains itself.
+            # An unset message would list the fields of its type, endlessly if the type contains itself.
             if field.message_type is None or not field.has_presence or node.HasField(name):
                 yield name, getattr(node, name)
     elif isinstance(node, SimpleNamespace):

@@ -1,4 +1,4 @@
-"""When a message was: the ways of an MCAP file to say it."""
+"""The time of a message: its log time, its publish time, or a stamp inside it."""
 
 from dataclasses import dataclass
 from decimal import Decimal
@@ -10,38 +10,39 @@ from trackable.recordings.mcap_files.fields import find
 from trackable.recordings.mcap_files.messages import Received
 
 _PAIRS = (("sec", "nanosec"), ("sec", "nsec"), ("secs", "nsecs"), ("seconds", "nanos"))
-"""As ROS 2, Foxglove, ROS 1 and Protobuf call seconds and nanoseconds."""
+"""The names of seconds and nanoseconds in ROS 2, Foxglove, ROS 1 and Protobuf."""
 
 
 @dataclass(frozen=True)
 class LogTime:
-    """When the message was recorded."""
+    """The time at which the message was recorded."""
 
     field: None = None
     absolute: bool = True
 
     def seconds(self, message: Received, _content: object) -> Decimal | None:
-        """The time [s], exactly."""
+        """Return the time [s], exactly."""
         return EXACT.multiply(Decimal(message.log_time), NANOSECOND)
 
 
 @dataclass(frozen=True)
 class PublishTime:
-    """When the message was sent."""
+    """The time at which the message was published."""
 
     field: None = None
     absolute: bool = True
 
     def seconds(self, message: Received, _content: object) -> Decimal | None:
-        """The time [s], exactly."""
+        """Return the time [s], exactly."""
         return EXACT.multiply(Decimal(message.publish_time), NANOSECOND)
 
 
 @dataclass(frozen=True)
 class Stamp:
-    """The time that the message itself has in `field`: seconds with nanoseconds, or, with a `unit`, what this says.
+    """The time stamp in the `field` of a message.
 
-    `unit` is one of `CLOCKS`, by name, or a clock of one's own. InputError where there is none of that name.
+    `unit` is the name of a clock in `CLOCKS`, or a clock. Without one, the field has seconds and nanoseconds, as stamps
+    of ROS and Protobuf have. InputError: an unknown name.
     """
 
     field: str
@@ -53,11 +54,11 @@ class Stamp:
 
     @property
     def absolute(self) -> bool:
-        """Whether zero is not the file's own."""
+        """Whether stamps count from 1970, not from the file's own zero."""
         return self.unit is None or clock_named(self.unit).absolute
 
     def seconds(self, _message: Received, content: object) -> Decimal | None:
-        """The time [s], exactly; None where there is none. LookupError: no such field; ValueError: no such stamp."""
+        """Return the time [s], exactly; None if it is unset. LookupError: no such field. ValueError: no valid stamp."""
         found = find(content, self.field)
         if found is None:
             return None

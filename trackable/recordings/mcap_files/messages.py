@@ -1,9 +1,7 @@
-"""Messages of any MCAP file, decoded.
+"""Read and decode the messages of any MCAP file.
 
-`pipeline.storage.logs` knows MCAP as well, and stays the only file that writes it. That one is strict: it reads only
-what this
-project wrote, and accounts for every byte of it. This one is for what other people recorded: any writer, chunks in any
-compression, JSON, Protobuf and ROS 2 messages, the last two through the decoders of the MCAP project.
+Files of any writer, with or without compressed chunks. Messages may be in JSON, Protobuf or ROS 2; the last two are
+decoded by the MCAP project's own decoders.
 """
 
 import json
@@ -28,7 +26,7 @@ Decode = Callable[[bytes], object]
 
 @dataclass(frozen=True)
 class Received:
-    """A message: `place` says which one, times are in ns since whatever zero the recorder had, most often 1970."""
+    """An undecoded message: its `place` for error messages, its times [ns] since the recorder's zero, often 1970."""
 
     place: str
     log_time: int
@@ -37,18 +35,18 @@ class Received:
     decode: Decode
 
     def content(self) -> object:
-        """What the message says: dictionaries and lists, a Protobuf message, or a ROS 2 one. InputError: damaged."""
+        """Decode the message: dictionaries and lists, a Protobuf or a ROS 2 message. InputError: it is damaged."""
         try:
             return self.decode(self.data)
-        except Exception as error:  # decoders raise much, not documented, of classes that are private in part
+        except Exception as error:  # decoders raise undocumented errors, some of private classes
             raise InputError(f"{self.place}: it cannot be decoded ({_reason(error)})") from error
 
 
 def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Received]]:
-    """The messages of each topic in the order of their log times.
+    """Read the messages of each topic, in the order of their log times.
 
-    Raises InputError, naming the file and what it holds, where it is no MCAP file, damaged or cut off, or has no such
-    topic, or no messages on it, or these are in an encoding that is not read.
+    InputError, with the name and topics of the file: no MCAP file, damaged or cut off; no such topic; no messages on
+    it; an encoding that is not supported.
     """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
@@ -84,14 +82,14 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
 
 
 def _records(path: Path) -> Iterator[McapRecord]:
-    """All records in the order of the file, its checksums checked on the way."""
+    """Yield all records in the order of the file, checking its checksums."""
     try:
         with path.open("rb") as file:
-            size = path.stat().st_size  # no record is longer: a damaged length asks for no memory
+            size = path.stat().st_size  # no record is longer: a damaged length must not allocate memory
             yield from StreamReader(file, validate_crcs=True, record_size_limit=size).records
     except OSError as error:
         raise unreadable(path, error) from error
-    except Exception as error:  # beside the library's own: of struct, of both compressors, of text, of memory
+    except Exception as error:  # errors of struct, both compressors, text and memory, beside those of the library
         cut = "it ends too early (if a recorder was cut off, 'mcap recover' of the MCAP project saves what there is)"
         reason = cut if isinstance(error, EndOfFile | struct.error) else _reason(error)
         raise InputError(f"{path}: no MCAP file, or damaged: {reason}") from error
@@ -112,7 +110,7 @@ def _decoder(path: Path, channel: Channel, schema: Schema | None) -> Decode:
         for factory in (ProtobufDecoders(), Ros2Decoders()):
             if decode := factory.decoder_for(channel.message_encoding, schema):
                 return decode
-    except Exception as error:  # as above: a schema is foreign text, parsed by foreign code
+    except Exception as error:  # as above: parsers of schemas raise undocumented errors
         raise InputError(f"{path}, {channel.topic}: its schema cannot be understood ({_reason(error)})") from error
     described = f"schemas in {schema.encoding!r}" if schema else "no schema"
     raise InputError(
@@ -122,6 +120,6 @@ def _decoder(path: Path, channel: Channel, schema: Schema | None) -> Decode:
 
 
 def _from_json(data: bytes) -> object:
-    """Fractions stay exact; NaN and infinities, which are no JSON but are often written, come as floats."""
+    """Decode JSON: fractions stay exact; NaN and infinities, often written though not valid JSON, become floats."""
     content: object = json.loads(data, parse_float=Decimal)
     return content

@@ -1,4 +1,4 @@
-"""Recordings from MCAP files."""
+"""Read recordings from MCAP files."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,10 +25,11 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Field:
-    """The number at `path` in the messages on `topic`, times `scale` (1e-3 makes metres of millimetres).
+    """The number at `path` in the messages on `topic`, multiplied by `scale` (1e-3 converts millimetres to metres).
 
-    A path is `pose.position.x` or `joints[2].angle`. `time` says which time of a message counts. `noise_std` is the
-    path of each sample's standard deviation, in the unit of the message. InputError: a scale of zero, or not finite.
+    A path is `pose.position.x` or `joints[2].angle`. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a
+    `Stamp` in it. `noise_std` is the path of the standard deviation of each sample, in the unit of the message; it is
+    scaled too. InputError: a scale that is zero or not finite.
     """
 
     topic: str
@@ -44,22 +45,35 @@ class Field:
 def read_mcap(
     path: str | Path, signals: Mapping[str, Field], repairs: Sequence[Repair | str] = (), origin: Origin = None
 ) -> Recording:
-    """Signals of an MCAP file with JSON, Protobuf or ROS 2 messages; chunks may be compressed.
+    """Read signals from an MCAP file with JSON, Protobuf or ROS 2 messages, compressed or not.
 
-    Times [s] count from `origin` [ns], or from the first sample of all where that is "first"; without one from the
-    first sample as well, or, where a stamp is a number in a unit whose zero is the file's own, from that zero.
+    Parameters
+    ----------
+    path
+        The file.
+    signals
+        By the name that a signal gets in the recording: a `Field`.
+    repairs
+        Functions, or names of `REPAIRS`, applied in this order. What they do not mend is refused.
+    origin
+        The time zero [ns] on the file's clock, or "first" for the first sample of all signals. By default the first
+        sample too, or the file's own zero if stamps are numbers in a unit that does not count from 1970.
 
-    Messages are taken in the order of their log times, as every reader of MCAP does. Fields without a value (unset,
-    null, NaN, absent from some messages) are left out and reported; what else is wrong is mended where one of the
-    `repairs`, functions or names of `REPAIRS`, does so, and otherwise refused. Raises InputError, naming file, topic
-    and message.
+    Messages are read in the order of their log times. Fields without a value (unset, null, NaN, absent from some
+    messages) are left out and reported in `Recording.cleanings`.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, and for anything wrong in it that no repair mends: names file, topic, message.
+
     """
     path = Path(path)
     if not signals:
-        raise InputError(f"{path}: expected the field of a signal at least, got none")
+        raise InputError(f"{path}: expected at least one signal, got none")
     for name, wanted in signals.items():
         _refuse_no_field(name, wanted)
-    mending, zero = chosen_repairs(repairs), checked_origin(origin)
+    chosen, zero = chosen_repairs(repairs), checked_origin(origin)
     absolute = {field.time.absolute for field in signals.values()}
     if len(absolute) > 1:
         raise InputError(f"{path}: signals are timed by clocks with different zeros; read them one by one")
@@ -68,7 +82,7 @@ def read_mcap(
     for name, wanted in signals.items():
         groups.setdefault((wanted.topic, wanted.time), {})[name] = wanted
     tables = [_rows(path, messages[topic], topic, time, fields) for (topic, time), fields in groups.items()]
-    found = recorded(tables, absolute.pop(), mending, zero)
+    found = recorded(tables, absolute.pop(), chosen, zero)
     return replace(found, signals={name: found[name] for name in signals})
 
 
@@ -86,7 +100,7 @@ def _rows(path: Path, messages: Sequence[Received], topic: str, time: MessageTim
         if wanted.noise_std is not None
     }
     columns: list[_Column[Decimal] | _Column[float]] = [stamps, *values.values(), *noise_std.values()]
-    for message in messages:  # one at a time: what is decoded may be much larger than what is kept
+    for message in messages:  # one at a time: a decoded message may be much larger than what is kept of it
         content = message.content()
         for column in columns:
             column.take(message, content)
@@ -104,7 +118,7 @@ def _rows(path: Path, messages: Sequence[Received], topic: str, time: MessageTim
 
 
 class _Column(Generic[_T]):
-    """What `read` finds in each message, None where there is nothing; `found` once the field was there."""
+    """The values that `read` returns for each message, None if missing; `found` says if any message has the field."""
 
     def __init__(self, path: str | None, read: Callable[[Received, object], _T | None]) -> None:
         self.path, self.read = path, read

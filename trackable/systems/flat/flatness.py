@@ -18,7 +18,7 @@ from flint import fmpq, fmpq_mat
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.rationals import beside, columns_of, exact, fraction, kernel, rounded, row_of, stacked
 from trackable.systems.flat.trajectory import Coordinate
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.wording import written
 
 _WORST_CONDITION = 1e13
@@ -34,7 +34,7 @@ class Flatness:
     orders: tuple[int, ...]
 
 
-def flatness(system: Linear, sampling_time: float) -> Flatness:
+def flatness(system: LinearSystem) -> Flatness:
     """Flat outputs of a controllable system: the states themselves where inputs move each of them at will.
 
     Otherwise they come from the columns of [B, A B, …], the first independent ones (Luenberger's choice), each in the
@@ -72,8 +72,8 @@ def flatness(system: Linear, sampling_time: float) -> Flatness:
         at += order
     scales = [_scale(channel) for channel in states]
     return Flatness(
-        _functionals(states, scales, state_offset, sampling_time),
-        _functionals(inputs, scales, input_offset, sampling_time),
+        _functionals(states, scales, state_offset, system.sampling_time),
+        _functionals(inputs, scales, input_offset, system.sampling_time),
         tuple(chosen),
     )
 
@@ -96,7 +96,7 @@ def _scale(channel: list[list[Fraction]]) -> Fraction:
     return next((gain for row in channel if (gain := sum(row, Fraction(0)))), Fraction(1))
 
 
-def _chains(system: Linear, A: fmpq_mat, B: fmpq_mat) -> list[int]:
+def _chains(system: LinearSystem, A: fmpq_mat, B: fmpq_mat) -> list[int]:
     """κ_c: how many of B_c, A B_c, … are taken when the first independent columns of [B, A B, …] are."""
     n, m = B.nrows(), B.ncols()
     if m == n:

@@ -24,7 +24,7 @@ from flint import fmpq_mat
 
 from trackable.arrays import Array
 from trackable.systems.flat.rationals import beside, exact, fraction, kernel, rounded, row_of, stacked
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
@@ -48,7 +48,7 @@ class Allocation:
     kernel: tuple[fmpq_mat, ...]
 
     @classmethod
-    def of(cls, system: Linear, input_set: Polytope) -> "Allocation | None":
+    def of(cls, system: LinearSystem, input_set: Polytope) -> "Allocation | None":
         """None where no two inputs push alike, or none is bounded. ValueError for too many rows to combine."""
         free = kernel(exact(system.B))
         if not free or not len(input_set.rows):

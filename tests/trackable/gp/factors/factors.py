@@ -1,18 +1,22 @@
-"""Every way to factor a covariance matrix, by its kind, and what a posterior makes of it."""
+"""All factorisations of a covariance matrix, by type, and the largest difference of two posteriors."""
 
 import numpy as np
 
+from tests.trackable.gp.instances import KERNELS
+from trackable.gp.factorise import candidates, noise_variance
 from trackable.gp.factors.dense import Dense
-from trackable.gp.factors.factored import Factored
-from trackable.gp.factors.factoring import noise_variance, ways
+from trackable.gp.factors.factorisation import Factorisation
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import POINT
 
+REPRESENTATIVES = {name: KERNELS[name] for name in ("se_short", "matern32_short", "rq_heavy", "periodic_pi", "nested")}
+"""Kernels for code that sees a covariance as a function: analytic or not, short, heavy-tailed, periodic, composed."""
+
 
 def posterior_at(kernel, times, noise, relative_noise=None, stencil=POINT):
-    """Of a noisy sine; noise is a part of the kernel's standard deviation, and is learned like everything else."""
+    """A posterior given samples of a noisy sine; `noise` is relative to the kernel's standard deviation."""
     scale = float(kernel(np.zeros(()))) ** 0.5
     rng = np.random.default_rng(len(times))
     clean = np.sin(times - times[0]) + 0.3 + noise * rng.standard_normal(len(times))
@@ -21,20 +25,20 @@ def posterior_at(kernel, times, noise, relative_noise=None, stencil=POINT):
     return Posterior(Prior(kernel, noise * scale, 0.1, fixed=frozenset()), samples)
 
 
-def found(posterior: Posterior) -> dict[type[Factored], Factored]:
-    """The factors at the end of all ways that are offered."""
-    ends = (way.make() for way in ways(posterior.prior, posterior.samples, posterior._covariance))
-    return {type(factor): factor for factor in ends if factor is not None}
+def factorisations(posterior: Posterior) -> dict[type[Factorisation], Factorisation]:
+    """All factorisations that are offered and succeed, by type."""
+    computed = (each.compute() for each in candidates(posterior.prior, posterior.samples, posterior._covariance))
+    return {type(factor): factor for factor in computed if factor is not None}
 
 
 def dense(posterior: Posterior) -> Posterior:
-    """The same, by a Cholesky factor of the whole matrix."""
+    """The same posterior by a Cholesky factor of the whole matrix."""
     prior, samples = posterior.prior, posterior.samples
     return with_factor(posterior, Dense.of(samples.times, posterior._covariance, noise_variance(prior, samples)))
 
 
-def with_factor(posterior: Posterior, factor: Factored | None) -> Posterior:
-    """The same, by another factor."""
+def with_factor(posterior: Posterior, factor: Factorisation | None) -> Posterior:
+    """The same posterior by another factorisation."""
     assert factor is not None
     other = Posterior(posterior.prior, posterior.samples)
     vars(other)["_factored"] = factor
@@ -42,7 +46,7 @@ def with_factor(posterior: Posterior, factor: Factored | None) -> Posterior:
 
 
 def disagreement(one: Posterior, other: Posterior) -> float:
-    """The largest relative difference of everything that a posterior is asked for."""
+    """The largest relative difference of likelihood, gradients, weights, means and variances."""
     first, span = one.samples.times[0], one.samples.times[-1] - one.samples.times[0]
     t = first + np.linspace(-0.1 * span, 1.2 * span, 60)
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev
 
 from trackable.gp.factors import chebyshev
-from trackable.gp.factors.bases import ROUNDING, Bases
+from trackable.gp.factors.chebyshev import ROUNDING, Bases
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential

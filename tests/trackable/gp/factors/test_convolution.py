@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.trackable.gp.factors.factors import REPRESENTATIVES
 from tests.trackable.gp.instances import KERNELS, over
 from trackable.gp.factors import blocks, convolution
 from trackable.gp.factors.blocks import in_blocks
@@ -43,7 +44,7 @@ def summed(kernel, t, order):
     return kernel.jet(t[..., None] - CENTRES, order) @ WEIGHTS
 
 
-@over(KERNELS)
+@over(REPRESENTATIVES)
 @pytest.mark.parametrize("t", COMMENSURATE.values(), ids=COMMENSURATE)
 def test_a_convolution_is_the_sum(kernel, t):
     exact = summed(kernel, t, 2)

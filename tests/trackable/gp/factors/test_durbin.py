@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 
-from tests.trackable.gp.instances import KERNELS, over
-from trackable.gp.factors.durbin import durbin
+from tests.trackable.gp.factors.factors import REPRESENTATIVES
+from tests.trackable.gp.instances import over
+from trackable.gp.factors.toeplitz import durbin
 
 
-@over(KERNELS)
+@over(REPRESENTATIVES)
 @pytest.mark.parametrize("n", [1, 2, 3, 40])
 def test_first_column_of_the_inverse_and_determinant(kernel, n):
     column = kernel(0.07 * np.arange(n)) + 0.1 * kernel(np.zeros(())) * np.eye(1, n)[0]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tests.trackable.gp import naive
-from tests.trackable.gp.instances import KERNELS, over
+from tests.trackable.gp.factors.factors import REPRESENTATIVES
+from tests.trackable.gp.instances import over
 from trackable.gp.factors.dense import Dense
 from trackable.gp.factors.gram import gram
 from trackable.gp.posterior import Posterior
@@ -26,7 +27,7 @@ def covariance_of(kernel):
     return covariance
 
 
-@over(KERNELS)
+@over(REPRESENTATIVES)
 @pytest.mark.parametrize("n", SIZES)
 def test_strips_against_whole_matrices(kernel, n):
     times, rng = irregular(n), np.random.default_rng(7)
@@ -39,10 +40,10 @@ def test_strips_against_whole_matrices(kernel, n):
     symmetric = square + square.T
     reference = np.einsum("ij,pij->p", symmetric, by_theta)
     below_lost = np.where(np.tri(n, k=-1, dtype=bool), 1e3, symmetric)
-    np.testing.assert_allclose(gradient.contracted(below_lost) / scale, reference / scale, atol=1e-12)
+    np.testing.assert_allclose(gradient.traces(below_lost) / scale, reference / scale, atol=1e-12)
 
 
-@over(KERNELS)
+@over(REPRESENTATIVES)
 @pytest.mark.parametrize("n", SIZES)
 def test_the_factor_solves_and_has_the_determinant(kernel, n):
     times = irregular(n)
@@ -54,11 +55,11 @@ def test_the_factor_solves_and_has_the_determinant(kernel, n):
     np.testing.assert_allclose(whole @ dense.solve(right[:, 0]), right[:, 0], atol=1e-11)
     assert dense.log_determinant == pytest.approx(np.linalg.slogdet(whole)[1], rel=1e-11, abs=1e-11)
     by_noise = (np.diag(np.linalg.inv(whole)) - right[:, 0] ** 2) @ variances
-    assert dense.contracted(right[:, 0])[1] == pytest.approx(by_noise, rel=1e-9)
+    assert dense.likelihood_traces(right[:, 0])[1] == pytest.approx(by_noise, rel=1e-9)
     np.testing.assert_allclose(whole @ dense.solve(right), right, atol=1e-11)  # the inverse has left the factor alone
 
 
-@over(KERNELS)
+@over(REPRESENTATIVES)
 def test_likelihood_of_more_samples_than_a_strip_holds(kernel):
     times = irregular(129) / 2
     samples = Samples(times, np.sin(times))

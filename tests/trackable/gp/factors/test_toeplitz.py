@@ -5,8 +5,15 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from tests.trackable.gp.factors.factors import dense, disagreement, found, posterior_at, with_factor
-from tests.trackable.gp.instances import KERNELS, over
+from tests.trackable.gp.factors.factors import (
+    REPRESENTATIVES,
+    dense,
+    disagreement,
+    factorisations,
+    posterior_at,
+    with_factor,
+)
+from tests.trackable.gp.instances import over
 from trackable.gp.factors import toeplitz as toeplitz_module
 from trackable.gp.factors.toeplitz import Toeplitz
 from trackable.gp.kernels.radial import Matern52, SquaredExponential
@@ -28,11 +35,11 @@ NOISES = [1.0, 0.1, 0.01, 1e-3, 1e-4]
 
 def toeplitz(posterior: Posterior) -> Posterior | None:
     """The same, as a Toeplitz matrix; None where that is not offered."""
-    factor = found(posterior).get(Toeplitz)
+    factor = factorisations(posterior).get(Toeplitz)
     return with_factor(posterior, factor) if factor else None
 
 
-@over(KERNELS)
+@over(REPRESENTATIVES)
 @pytest.mark.parametrize("n", [200, 333])
 @pytest.mark.parametrize("times", REGULAR.values(), ids=REGULAR)
 def test_agreement_with_the_dense_path(kernel, n, times):
@@ -45,7 +52,7 @@ def test_agreement_with_the_dense_path(kernel, n, times):
     assert taken >= (2 if times in (REGULAR["steps"], REGULAR["linspace"]) else 1)
 
 
-@over(KERNELS)
+@over(REPRESENTATIVES)
 def test_agreement_with_many_samples(kernel):
     posterior = posterior_at(kernel, STEP * np.arange(900), 0.1)
     regular = toeplitz(posterior)

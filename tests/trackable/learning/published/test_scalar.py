@@ -13,7 +13,7 @@ from tests.trackable.gp.instances import over
 from tests.trackable.systems.instances import PLANTS, SCALARS, interval_box, intervals, plants
 from trackable.learning.published.scalar import Scalar, scalar
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
@@ -22,10 +22,9 @@ STATES = np.linspace(-3, 3, 13)
 
 UNIT = Interval(-1.0, 1.0)
 TWO_STATES = ConstrainedSystem(
-    Linear(np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.0], [0.1]])),
+    LinearSystem(np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.0], [0.1]]), sampling_time=0.1),
     Polytope.box(np.array([-1.0, -1.0]), np.array([1.0, 1.0])),
     interval_box(UNIT),
-    0.1,
 )
 scalars = plants.map(Scalar.of)
 
@@ -50,7 +49,7 @@ def scalar_of(a: float, b: float, state_set: Interval, input_set: Interval, samp
 )
 def test_impossible_systems_are_refused(abc, wrong):
     with pytest.raises(ValueError, match=f"^system: {re.escape(wrong)}$"):
-        Linear.scalar(*abc)
+        LinearSystem.scalar(*abc, sampling_time=0.1)
 
 
 def test_a_system_that_no_input_moves_is_refused():
@@ -104,7 +103,7 @@ def test_a_scalar_is_its_plant_by_numbers():
 
 
 def test_dynamics_in_numbers():
-    system = Linear.scalar(0.9, 0.5, 0.1)
+    system = LinearSystem.scalar(0.9, 0.5, 0.1, sampling_time=0.1)
     states, inputs = np.array([[1.0], [2.0]]), np.array([[0.5], [-1.0]])
     np.testing.assert_allclose(system.successor(states, inputs), [[1.25], [1.4]], rtol=1e-15)
 

@@ -9,27 +9,33 @@ from tests.trackable.gp.instances import over
 from tests.trackable.systems.instances import SYSTEMS, controllable
 from trackable.systems.flat.flatness import Flatness, flatness
 from trackable.systems.flat.functional import Functional
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 
 T_S = 0.1
 
-TABLE: dict[str, Linear] = SYSTEMS | {
-    "double_integrator": Linear.discretised(np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]]), T_S),
-    "falling": Linear.discretised(
+TABLE: dict[str, LinearSystem] = SYSTEMS | {
+    "double_integrator": LinearSystem.discretised(np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]]), T_S),
+    "falling": LinearSystem.discretised(
         np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]]), T_S, np.array([0.0, -9.81])
     ),
-    "triple_integrator": Linear.discretised(np.eye(3, k=1), np.eye(3)[:, 2:], 0.01),
-    "two_axes": Linear.discretised(
+    "triple_integrator": LinearSystem.discretised(np.eye(3, k=1), np.eye(3)[:, 2:], 0.01),
+    "two_axes": LinearSystem.discretised(
         np.kron(np.eye(2), np.eye(2, k=1)), np.kron(np.eye(2), np.array([[0.0], [1.0]])), T_S
     ),
-    "long_and_short": Linear(np.eye(4, k=1) * [1, 1, 1, 0], np.eye(4)[:, 2:], np.arange(4.0)),
-    "leading_column_shared": Linear(np.eye(4, k=1), np.array([[0, 0], [0, 1], [0, 1], [1, 1.0]])),
-    "fully_actuated": Linear(np.array([[0.9, 0.2], [-0.3, 1.1]]), np.array([[1.0, 0.5], [0.0, -2.0]]), np.ones(2)),
-    "one_state_two_inputs": Linear(np.array([[0.8]]), np.array([[0.5, 1.0]]), np.array([0.2])),
-    "redundant_input": Linear(np.eye(3, k=1), np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 2.0]])),
-    "idle_input": Linear(np.array([[0.9]]), np.array([[0.5, 0.0]])),
-    "three_inputs_for_two": Linear(np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]])),
-    "forgets_all": Linear(np.zeros((2, 2)), np.eye(2), np.array([1.0, -1.0])),
+    "long_and_short": LinearSystem(np.eye(4, k=1) * [1, 1, 1, 0], np.eye(4)[:, 2:], np.arange(4.0), sampling_time=T_S),
+    "leading_column_shared": LinearSystem(
+        np.eye(4, k=1), np.array([[0, 0], [0, 1], [0, 1], [1, 1.0]]), sampling_time=T_S
+    ),
+    "fully_actuated": LinearSystem(
+        np.array([[0.9, 0.2], [-0.3, 1.1]]), np.array([[1.0, 0.5], [0.0, -2.0]]), np.ones(2), sampling_time=T_S
+    ),
+    "one_state_two_inputs": LinearSystem(np.array([[0.8]]), np.array([[0.5, 1.0]]), np.array([0.2]), sampling_time=T_S),
+    "redundant_input": LinearSystem(np.eye(3, k=1), np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 2.0]]), sampling_time=T_S),
+    "idle_input": LinearSystem(np.array([[0.9]]), np.array([[0.5, 0.0]]), sampling_time=T_S),
+    "three_inputs_for_two": LinearSystem(
+        np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]), sampling_time=T_S
+    ),
+    "forgets_all": LinearSystem(np.zeros((2, 2)), np.eye(2), np.array([1.0, -1.0]), sampling_time=T_S),
 }
 CASES = TABLE | {f"random_{seed}": controllable(seed, inputs=3) for seed in range(40)}
 REDUNDANT = {name: system for name, system in CASES.items() if np.linalg.matrix_rank(system.B) < system.B.shape[1]}
@@ -52,7 +58,7 @@ def offsets(functionals: tuple[Functional, ...]) -> np.ndarray:
 @over(CASES, "system")
 def test_the_system_follows_whatever_the_signals_are(system):
     """M_(j−1) = A M_j + B N_j for each signal, zeros beyond the ends, and x₀ = A x₀ + B u₀ + c: as fractions."""
-    flat, A, B = flatness(system, T_S), exactly(system.A), exactly(system.B)
+    flat, A, B = flatness(system), exactly(system.A), exactly(system.B)
     for c, order in enumerate(flat.orders):
         for j in range(order + 2):
             assert np.all(look(flat.states, c, j - 1) == A @ look(flat.states, c, j) + B @ look(flat.inputs, c, j))
@@ -63,14 +69,14 @@ def test_the_system_follows_whatever_the_signals_are(system):
 @over(CASES, "system")
 def test_every_state_can_be_written(system):
     """As many looks at signals as states, and the matrix from them to the states has an inverse."""
-    flat, n = flatness(system, T_S), len(system.states)
+    flat, n = flatness(system), len(system.states)
     assert (len(flat.states), len(flat.inputs)) == system.B.shape
     assert sum(flat.orders) == n
     assert len(flat.orders) == np.linalg.matrix_rank(system.B)
     for functionals, extra in ((flat.states, 0), (flat.inputs, 1)):
         for q in functionals:
             assert [len(w) for w in q.weights] == [order + extra for order in flat.orders]
-            assert q.sampling_time == T_S
+            assert q.sampling_time == system.sampling_time
     columns = [look(flat.states, c, j) for c, order in enumerate(flat.orders) for j in range(order)]
     rows = [list(row) for row in np.array(columns)]
     for k in range(n):  # Gauss, exactly
@@ -83,7 +89,7 @@ def test_every_state_can_be_written(system):
 @over(CASES, "system")
 def test_any_motion_of_the_system_is_one_of_the_signals(system):
     """Driven by random inputs in the row space of B; the signals solved for from the states alone."""
-    rng, flat = np.random.default_rng(0), flatness(system, T_S)
+    rng, flat = np.random.default_rng(0), flatness(system)
     steps = 12
     inputs = rng.normal(size=(steps, system.B.shape[1])) @ np.linalg.pinv(system.B) @ system.B
     states = [rng.normal(size=len(system.states))]
@@ -104,7 +110,7 @@ def test_any_motion_of_the_system_is_one_of_the_signals(system):
 @over(REDUNDANT, "system")
 def test_of_many_inputs_the_smallest_is_chosen(system):
     """By the pseudo-inverse: u = B⁺ B u, and so for each weight and the offset."""
-    flat, smallest = flatness(system, T_S), np.linalg.pinv(system.B) @ system.B
+    flat, smallest = flatness(system), np.linalg.pinv(system.B) @ system.B
     weights = [look(flat.inputs, c, j) for c, order in enumerate(flat.orders) for j in range(order + 1)]
     for column in [*weights, offsets(flat.inputs)]:
         u = column.astype(float)
@@ -118,7 +124,7 @@ def test_the_table_has_redundant_inputs():
 
 @over(CASES, "system")
 def test_a_signal_has_the_unit_of_the_first_state_that_it_moves_at_rest(system):
-    flat = flatness(system, T_S)
+    flat = flatness(system)
     for c in range(len(flat.orders)):
         gains = [sum(q.weights[c]) for q in flat.states]
         assert next((gain for gain in gains if gain), 1) == 1
@@ -126,7 +132,7 @@ def test_a_signal_has_the_unit_of_the_first_state_that_it_moves_at_rest(system):
 
 @over({k: TABLE[k] for k in ("fully_actuated", "three_inputs_for_two", "forgets_all", "example1")}, "system")
 def test_where_every_state_is_moved_at_will_the_states_are_the_signals(system):
-    flat, n = flatness(system, T_S), len(system.states)
+    flat, n = flatness(system), len(system.states)
     assert flat.orders == (1,) * n
     for i, q in enumerate(flat.states):
         assert q.weights == tuple((Fraction(int(i == c)),) for c in range(n))
@@ -138,13 +144,13 @@ def test_where_every_state_is_moved_at_will_the_states_are_the_signals(system):
     [("double_integrator", (2,)), ("two_axes", (2, 2)), ("long_and_short", (3, 1)), ("redundant_input", (3,))],
 )
 def test_chains_are_as_long_as_the_states_that_they_move(name, orders):
-    assert flatness(TABLE[name], T_S).orders == orders
+    assert flatness(TABLE[name]).orders == orders
 
 
 def test_a_double_integrator_in_numbers():
     """The position at rest is the signal; the velocity its difference; the acceleration its second difference."""
-    exact = Linear(np.array([[1.0, 0.5], [0.0, 1.0]]), np.array([[0.125], [0.5]]))
-    flat: Flatness = flatness(exact, 0.5)
+    exact = LinearSystem(np.array([[1.0, 0.5], [0.0, 1.0]]), np.array([[0.125], [0.5]]), sampling_time=0.5)
+    flat: Flatness = flatness(exact)
     half = Fraction(1, 2)
     assert [q.weights for q in flat.states] == [((half, half),), ((-2, 2),)]
     assert [q.weights for q in flat.inputs] == [((4, -8, 4),)]
@@ -198,24 +204,24 @@ TWO, UP = np.diag([0.5, 0.8]), np.array([[0.0, 1.0], [0.0, 0.0]])
 )
 def test_what_cannot_be_led_is_refused(A, B, message):
     with pytest.raises(ValueError, match=f"^system: {message}$"):
-        flatness(Linear(A, B), T_S)
+        flatness(LinearSystem(A, B, sampling_time=T_S))
 
 
 def test_what_is_refused_goes_by_its_names():
-    system = Linear(TWO, np.array([[1.0], [0.0]]), states=("warm", "cold"), inputs=("heat",))
+    system = LinearSystem(TWO, np.array([[1.0], [0.0]]), states=("warm", "cold"), inputs=("heat",), sampling_time=T_S)
     with pytest.raises(ValueError, match=r"reach 1 of 2 dimensions, and none of them ever moves cold$"):
-        flatness(system, T_S)
+        flatness(system)
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1e9])
 def test_units_of_the_inputs_do_not_matter(scale):
     """An input in nanometres is as good as one in kilometres."""
     system = controllable(7)
-    flat, scaled = (flatness(Linear(system.A, system.B * s, system.c), T_S) for s in (1.0, scale))
+    flat, scaled = (flatness(LinearSystem(system.A, system.B * s, system.c, sampling_time=T_S)) for s in (1.0, scale))
     assert scaled.orders == flat.orders
     for c, order in enumerate(flat.orders):
         for j in range(order):
             ours, theirs = (look(f.states, c, j).astype(float) for f in (flat, scaled))
             np.testing.assert_allclose(theirs, ours, rtol=1e-9, atol=1e-9)
-    apart = Linear(np.eye(2), np.diag([scale, 1.0]))
-    assert flatness(apart, T_S).orders == (1, 1)
+    apart = LinearSystem(np.eye(2), np.diag([scale, 1.0]), sampling_time=T_S)
+    assert flatness(apart).orders == (1, 1)

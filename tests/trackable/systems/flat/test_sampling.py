@@ -9,22 +9,24 @@ from tests.trackable.systems.instances import random_signal, unbounded
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import POINT
 from trackable.systems.flat.sampling import default_sample, sampled_signals, seen_through
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 
 T_S = 0.1
 NO_LEVEL = "says how its flat output moves, but not where it is"
 AXIS = unbounded(
-    Linear.discretised(np.eye(3, k=1), np.eye(3)[:, 2:], T_S, states=("position", "velocity", "acceleration")), T_S
+    LinearSystem.discretised(np.eye(3, k=1), np.eye(3)[:, 2:], T_S, states=("position", "velocity", "acceleration"))
 )
 PLANE = unbounded(
-    Linear(
+    LinearSystem(
         np.array([[1.0, T_S, 0.0], [0.0, 1.0, 0.0], [0.2, 0.0, 0.9]]),
         np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
         states=("x", "v", "level"),
-    ),
-    T_S,
+        sampling_time=T_S,
+    )
 )
-MIXED = unbounded(Linear(np.array([[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.3, 0.2, 0.9]]), np.eye(3)[:, :2] * 2), T_S)
+MIXED = unbounded(
+    LinearSystem(np.array([[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.3, 0.2, 0.9]]), np.eye(3)[:, :2] * 2, sampling_time=T_S)
+)
 
 
 @pytest.mark.parametrize(
@@ -89,16 +91,18 @@ def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it():
     """Sums of float64 weights are not zero where the exact ones are."""
     rounded = []
     for sampling_time in (0.1, 0.07, 0.03, 0.013, 0.007, 0.0031):
-        system = Linear.discretised(
+        system = LinearSystem.discretised(
             np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -2.3, -0.7]]), np.eye(3)[:, 2:], sampling_time
         )
-        plant = unbounded(system, sampling_time)
+        plant = unbounded(system)
         rounded += [sum(x.stencil[1].weights) for x in plant.flatness.states[1:]]
         for name in ("x2", "x3"):
             with pytest.raises(ValueError, match=NO_LEVEL):
                 seen_through(plant, [name])
     assert sum(bool(left) for left in rounded) >= 3
-    nearly = unbounded(Linear(np.array([[1.0, T_S], [1e-17, 1.0]]), np.array([[T_S**2 / 2], [T_S]])), T_S)
+    nearly = unbounded(
+        LinearSystem(np.array([[1.0, T_S], [1e-17, 1.0]]), np.array([[T_S**2 / 2], [T_S]]), sampling_time=T_S)
+    )
     assert sum(nearly.flatness.states[1].weights[0]) != 0
     with pytest.raises(ValueError, match=NO_LEVEL):
         seen_through(nearly, ["x2"])

@@ -9,15 +9,17 @@ from tests.trackable.gp.instances import over
 from tests.trackable.systems.instances import SIGNAL
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.definition import smallest_defect
-from trackable.systems.linear import Linear
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.allocation import Allocation
 from trackable.systems.sets.polytope import Polytope
 
-ONE_STATE = Linear(np.array([[0.5]]), np.array([[1.0, 1.0]]))
-TWO_STATES = Linear(np.array([[0.5, 0.1], [0.0, 0.9]]), np.array([[1.0, 0.0, 1.0, 0.5], [0.0, 1.0, 1.0, -0.3]]))
-IDLE = Linear(np.array([[0.9]]), np.array([[0.5, 0.0]]))
-THREE_FOR_ONE = Linear(np.array([[0.9]]), np.array([[2.0, -1.0, 0.5]]))
+ONE_STATE = LinearSystem(np.array([[0.5]]), np.array([[1.0, 1.0]]), sampling_time=0.1)
+TWO_STATES = LinearSystem(
+    np.array([[0.5, 0.1], [0.0, 0.9]]), np.array([[1.0, 0.0, 1.0, 0.5], [0.0, 1.0, 1.0, -0.3]]), sampling_time=0.1
+)
+IDLE = LinearSystem(np.array([[0.9]]), np.array([[0.5, 0.0]]), sampling_time=0.1)
+THREE_FOR_ONE = LinearSystem(np.array([[0.9]]), np.array([[2.0, -1.0, 0.5]]), sampling_time=0.1)
 
 
 def regular_polygon(sides: int) -> Polytope:
@@ -25,7 +27,7 @@ def regular_polygon(sides: int) -> Polytope:
     return Polytope.halfspaces(np.column_stack([np.cos(angles), np.sin(angles)]), np.ones(sides))
 
 
-def random_case(seed: int) -> tuple[Linear, Polytope]:
+def random_case(seed: int) -> tuple[LinearSystem, Polytope]:
     """Up to two states, up to two inputs more; boxes, some sides free, or other rows as well."""
     rng = np.random.default_rng(seed)
     n, redundant = int(rng.integers(1, 3)), int(rng.integers(1, 3))
@@ -42,10 +44,10 @@ def random_case(seed: int) -> tuple[Linear, Polytope]:
         wanted = Polytope(
             np.vstack([wanted.rows, rows]), np.append(lower, middle - 0.5), np.append(upper, middle + 0.4)
         )
-    return Linear(np.eye(n) / 2, rng.normal(size=(n, m))), wanted
+    return LinearSystem(np.eye(n) / 2, rng.normal(size=(n, m)), sampling_time=0.1), wanted
 
 
-CASES: dict[str, tuple[Linear, Polytope]] = {
+CASES: dict[str, tuple[LinearSystem, Polytope]] = {
     "small_second": (ONE_STATE, Polytope.box([-1.0, -0.2], [1.0, 0.2])),
     "polygon": (ONE_STATE, regular_polygon(8)),
     "not_around_zero": (ONE_STATE, Polytope.box([0.5, -3.0], [1.0, -0.1])),
@@ -60,7 +62,7 @@ CASES: dict[str, tuple[Linear, Polytope]] = {
 }
 
 
-def least(system: Linear, wanted: Polytope, count: int) -> np.ndarray:
+def least(system: LinearSystem, wanted: Polytope, count: int) -> np.ndarray:
     """Smallest inputs of all, (count, m), that push as inputs in and around U do."""
     rng, middle = np.random.default_rng(7), (wanted.lower + wanted.upper) / 2
     values = middle + (wanted.upper - wanted.lower) * rng.uniform(-0.9, 0.9, (count, len(middle)))
@@ -68,7 +70,7 @@ def least(system: Linear, wanted: Polytope, count: int) -> np.ndarray:
     return pushes @ np.linalg.pinv(system.B).T
 
 
-def excess(system: Linear, wanted: Polytope, u: np.ndarray) -> float:
+def excess(system: LinearSystem, wanted: Polytope, u: np.ndarray) -> float:
     """By how much U has to be widened, at the least, to hold an input that pushes as u does: a linear program."""
     H, h = wanted.inequalities
     n, m = system.B.shape
@@ -165,7 +167,9 @@ def test_where_none_is_admissible_the_set_is_left_by_a_small_part_of_its_width(p
 )
 def test_widths_of_all_sizes(case):
     row, lower, upper, push, wanted = case
-    allocation = Allocation.of(Linear(np.array([[0.5]]), np.array([row])), Polytope.box(lower, upper))
+    allocation = Allocation.of(
+        LinearSystem(np.array([[0.5]]), np.array([row]), sampling_time=0.1), Polytope.box(lower, upper)
+    )
     np.testing.assert_allclose(allocation.smallest(np.full(len(row), push / len(row))), wanted, rtol=1e-9, atol=1e-12)
 
 
@@ -176,7 +180,7 @@ def test_inputs_push_alike_whatever_columns_of_b_come_first(case):
     B = np.array([[1.0, size, 0.3, 0.7], [1.0, size * (1 + apart), 0.7, 0.1]])
     wanted = Polytope.box(-np.array([1, 0.5, 0.2, 0.3]), np.array([1, 0.5, 0.2, 0.3]))
     u = np.random.default_rng(0).uniform(-0.6, 0.6, (50, 2)) @ np.linalg.pinv(B).T
-    chosen = Allocation.of(Linear(np.eye(2) / 2, B), wanted).smallest(u)
+    chosen = Allocation.of(LinearSystem(np.eye(2) / 2, B, sampling_time=0.1), wanted).smallest(u)
     np.testing.assert_allclose(chosen @ B.T, u @ B.T, atol=1e-14)
     assert np.sum(wanted.margin(u) < 0) > 5
 
@@ -199,11 +203,15 @@ def test_a_set_that_only_rounding_leaves_open_is_refused():
 
 
 def test_names_do_not_meet_and_do_not_grow():
-    system = Linear(np.array([[0.5]]), np.array([[1.0, 1.0]]), states=("u1+u2",), inputs=("u1", "u2"))
-    plant = ConstrainedSystem(system, Polytope.box([-3.0], [3.0]), Polytope.box([-1.0, -0.2], [1.0, 0.2]), 0.1)
+    system = LinearSystem(
+        np.array([[0.5]]), np.array([[1.0, 1.0]]), states=("u1+u2",), inputs=("u1", "u2"), sampling_time=0.1
+    )
+    plant = ConstrainedSystem(system, Polytope.box([-3.0], [3.0]), Polytope.box([-1.0, -0.2], [1.0, 0.2]))
     assert [quantity.name for quantity in plant.quantities] == ["u1+u2", "u1+u2 (2)"]
-    long = Linear(np.array([[0.5]]), np.ones((1, 3)), inputs=tuple("abc"[i] * 60 for i in range(3)))
-    plant = ConstrainedSystem(long, Polytope.box([-3.0], [3.0]), Polytope.box(-np.ones(3), np.ones(3)), 0.1)
+    long = LinearSystem(
+        np.array([[0.5]]), np.ones((1, 3)), inputs=tuple("abc"[i] * 60 for i in range(3)), sampling_time=0.1
+    )
+    plant = ConstrainedSystem(long, Polytope.box([-3.0], [3.0]), Polytope.box(-np.ones(3), np.ones(3)))
     assert [len(quantity.name) for quantity in plant.quantities] == [2, 80]
 
 
@@ -217,13 +225,16 @@ def test_shapes_are_kept():
 def test_without_redundancy_or_bounds_there_is_nothing_to_choose():
     nothing = Polytope(np.empty((0, 2)), np.empty(0), np.empty(0), 2)
     assert Allocation.of(ONE_STATE, nothing) is None
-    assert Allocation.of(Linear(np.eye(2), np.eye(2)), Polytope.box([-1.0, -1.0], [1.0, 1.0])) is None
+    assert (
+        Allocation.of(LinearSystem(np.eye(2), np.eye(2), sampling_time=0.1), Polytope.box([-1.0, -1.0], [1.0, 1.0]))
+        is None
+    )
 
 
 def test_too_many_rows_are_refused():
-    system, m = Linear(np.array([[0.9]]), np.ones((1, 12))), 12
+    system, m = LinearSystem(np.array([[0.9]]), np.ones((1, 12)), sampling_time=0.1), 12
     with pytest.raises(ValueError, match="11 redundant inputs are too many for an input set of 12 rows"):
-        ConstrainedSystem(system, Polytope.box([-1.0], [1.0]), Polytope.box(-np.ones(m), np.ones(m)), 0.1)
+        ConstrainedSystem(system, Polytope.box([-1.0], [1.0]), Polytope.box(-np.ones(m), np.ones(m)))
 
 
 @over(CASES, "case")
@@ -232,7 +243,7 @@ def test_a_reference_is_trackable_where_some_input_is_admissible(case):
     system, wanted = case
     n = len(system.A)
     free = Polytope(np.empty((0, n)), np.empty(0), np.empty(0), n)
-    plant = ConstrainedSystem(system, free, wanted, 0.1)
+    plant = ConstrainedSystem(system, free, wanted)
     reference = Reference((SIGNAL,) * n, plant)
     k = np.arange(12)
     t = reference.instants(k)
@@ -249,7 +260,7 @@ def test_a_reference_is_trackable_where_some_input_is_admissible(case):
 
 def test_quantities_and_limits_are_called_as_they_are_written():
     system, wanted = CASES["small_second"]
-    plant = ConstrainedSystem(system, Polytope.box([-3.0], [3.0]), wanted, 0.1)
+    plant = ConstrainedSystem(system, Polytope.box([-3.0], [3.0]), wanted)
     assert [limit.name for limit in plant.limits] == ["x1", "u1", "u2"]
     assert [quantity.name for quantity in plant.quantities] == ["x1", "u1+u2"]
     assert plant.quantities[1].bounds.lower >= -1.2

@@ -1,0 +1,84 @@
+"""The same kernels on every machine, chosen before NumPy is loaded."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipeline.environment.pin import has_avx2, kernels, pin
+from tests.project import ROOT
+
+LOOK = """
+import json, os
+import pipeline
+from threadpoolctl import threadpool_info
+import scipy.linalg
+libraries = [library for library in threadpool_info() if library["user_api"] == "blas"]
+print(json.dumps({
+    "kernels": sorted({library["architecture"] for library in libraries}),
+    "threads": sorted({library["num_threads"] for library in libraries}),
+    "libraries": len(libraries),
+}))
+"""
+needs_avx2 = pytest.mark.skipif(not has_avx2(), reason="nothing is pinned on this processor")
+
+
+def look(**chosen: str) -> dict[str, object]:
+    """What a new process finds, in an environment that says nothing but what is `chosen`."""
+    inherited = {name: text for name, text in os.environ.items() if name not in {*kernels(), "OPENBLAS_NUM_THREADS"}}
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", LOOK],
+        env=inherited | chosen,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    return dict(json.loads(done.stdout))
+
+
+@needs_avx2
+def test_a_new_process_takes_the_kernels_of_avx2_and_one_thread() -> None:
+    found = look(OPENBLAS_NUM_THREADS="2")
+    assert found == {"kernels": ["Haswell"], "threads": [1], "libraries": 2}
+
+
+@needs_avx2
+def test_kernels_that_somebody_names_stay() -> None:
+    assert look(OPENBLAS_CORETYPE="Prescott")["kernels"] != ["Haswell"]
+
+
+@needs_avx2
+def test_this_process_is_pinned() -> None:
+    assert kernels().items() <= os.environ.items()
+
+
+def test_nothing_is_set_once_numpy_is_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("OPENBLAS_CORETYPE", raising=False)
+    pin()
+    assert "OPENBLAS_CORETYPE" not in os.environ
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("flags\t\t: fpu fma avx2 sse\nflags: none\n", True),
+        ("flags\t\t: fpu sse4_2\n", False),
+        ("flags\t\t: fpu avx2\n", False),
+        ("Features: neon\n", False),
+        ("", False),
+    ],
+)
+def test_processors_without_avx2_are_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, expected: bool
+) -> None:
+    monkeypatch.setattr("platform.machine", lambda: "x86_64")
+    (tmp_path / "cpuinfo").write_text(text)
+    assert has_avx2(tmp_path / "cpuinfo") is expected
+    assert not has_avx2(tmp_path / "no such file")
+    monkeypatch.setattr("platform.machine", lambda: "aarch64")
+    assert not has_avx2(tmp_path / "cpuinfo")

@@ -1,0 +1,26 @@
+"""The checker shares nothing with what it checks: every import of every file is on a short list."""
+
+import sys
+
+import pytest
+
+from tests.imports import imported
+from tests.project import ROOT
+
+ALLOWED = {*sys.stdlib_module_names, "mpmath"}
+IMPORTS = imported(ROOT / "trackable/checker")
+
+
+def test_every_file_of_the_checker_is_looked_at() -> None:
+    assert len(IMPORTS) == len([*(ROOT / "trackable/checker").rglob("*.py")]) >= 15
+    assert sum(map(len, IMPORTS.values())) >= 50
+
+
+@pytest.mark.parametrize("file", IMPORTS)
+def test_it_imports_itself_the_standard_library_and_mpmath(file: str) -> None:
+    strangers = {
+        name
+        for name in IMPORTS[file]
+        if name.split(".")[0] not in ALLOWED and not f"{name}.".startswith("trackable.checker.")
+    }
+    assert strangers == set()

@@ -1,0 +1,79 @@
+"""References of every kind give windows in which inputs belong to states."""
+
+import numpy as np
+import pytest
+
+from tests.trackable.control import instances
+from trackable.control.references import InterpolatedReference, TabulatedReference
+from trackable.control.step.error_model import ErrorModel, reference_defects
+from trackable.gp.samples import Samples
+from trackable.gp.stencil import Stencil
+
+PLANT = instances.double_integrator()
+_, STENCIL = PLANT.flatness.states[0].stencil
+TIMES = np.arange(0.0, 2.1, 0.5)
+POSITIONS = Samples(TIMES, np.array([0.0, 0.4, 0.4, -0.2, 0.1]), stencil=STENCIL)
+
+
+def test_lines_go_through_the_samples_of_a_scalar_system(example):
+    (samples,) = example.learning.samples
+    window = example.interpolated.window(0, 500)
+    at = np.round(samples.times / 0.01).astype(int)
+    np.testing.assert_allclose(window.states[at, 0], samples.values, atol=1e-12)
+    np.testing.assert_allclose(window.states[at[-1] :, 0], samples.values[-1])
+
+
+def test_the_system_follows_the_lines_if_it_may(example):
+    reference = example.interpolated
+    np.testing.assert_allclose(reference_defects(reference.plant.system, reference.window(0, 500)), 0, atol=1e-12)
+
+
+def test_lines_through_positions_are_straight_between_the_samples_and_there_at_them():
+    reference = InterpolatedReference((POSITIONS,), PLANT)
+    window = reference.window(0, 60)
+    np.testing.assert_allclose(reference_defects(PLANT.system, window), 0, atol=1e-12)
+    at = np.round(TIMES / 0.05).astype(int)
+    slopes = np.diff(POSITIONS.values) / 0.5
+    for i, slope in enumerate(slopes):
+        np.testing.assert_allclose(window.states[at[i] + 2 : at[i + 1] - 2, 1], slope, atol=1e-9)
+        middle = (at[i] + at[i + 1]) // 2
+        np.testing.assert_allclose(window.states[middle, 0], POSITIONS.values[i] + slope * 0.25, atol=1e-9)
+    # At a corner the position that is seen is an average across it.
+    np.testing.assert_allclose(window.states[at, 0], POSITIONS.values, atol=0.05 * np.max(np.abs(slopes)))
+
+
+def test_samples_of_changes_alone_are_refused():
+    with pytest.raises(ValueError, match="only changes"):
+        InterpolatedReference((Samples(TIMES, TIMES, stencil=Stencil((-20.0, 20.0), 0.05)),), PLANT)
+
+
+def test_one_set_of_samples_for_each_signal_is_needed():
+    with pytest.raises(ValueError, match="needs 1 signals, got 2"):
+        InterpolatedReference((POSITIONS, POSITIONS), PLANT)
+
+
+def test_a_table_has_the_windows_of_what_it_tabulates(example):
+    table = TabulatedReference.of(example.certified, 5, 90)
+    for k in (5, 33, 70):
+        for mine, original in zip(table.window(k, 20), example.certified.window(k, 20), strict=True):
+            np.testing.assert_allclose(mine, original, atol=1e-12)
+
+
+@pytest.mark.parametrize("k", [4, 71])
+def test_a_table_ends_where_it_ends(example1, k):
+    with pytest.raises(ValueError, match="tabulated from step 5 to 90"):
+        TabulatedReference.of(example1.certified, 5, 90).window(k, 20)
+
+
+@pytest.mark.parametrize("varying", [False, True])
+def test_predictions_are_those_of_the_model_step_by_step(varying):
+    rng = np.random.default_rng(0)
+    A, B = rng.standard_normal((6, 3, 3)), rng.standard_normal((6, 3, 2))
+    if not varying:
+        A[:], B[:] = A[0], B[0]
+    start, inputs, drifts = rng.standard_normal(3), rng.standard_normal((6, 2)), rng.standard_normal((6, 3))
+    expected, e = [], start
+    for i in range(6):
+        e = A[i] @ e + B[i] @ inputs[i] + drifts[i]
+        expected.append(e)
+    np.testing.assert_allclose(ErrorModel(A, B).errors(start, inputs, drifts), expected, rtol=1e-10)

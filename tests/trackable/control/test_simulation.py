@@ -1,0 +1,127 @@
+"""The loop closed: what trackability gives, and what is lost without it."""
+
+import numpy as np
+import pytest
+
+from tests.trackable.control import instances
+from trackable.control.closed_loop import concatenate
+from trackable.control.controller import Controller
+from trackable.control.simulation import apply_fallback, simulate
+from trackable.systems.reference import Reference
+
+HORIZON = 20
+ACCURACY = 1e-11
+"""How much costs may rise as a part of the first one: what the solver leaves, squared errors near zero included."""
+
+
+def controller(example, horizon=HORIZON) -> Controller:
+    return Controller(example.learning.plant, horizon, np.eye(1), np.eye(1))
+
+
+def assert_decreasing(loop):
+    assert np.all(loop.cost_increases <= ACCURACY * max(loop.costs[0], 1e-9))
+
+
+@pytest.mark.parametrize("away", [0.0, 0.3, -0.5])
+def test_on_a_certified_reference_ten_thousand_steps_are_feasible(example, away):
+    plant = example.learning.plant
+    loop = simulate(controller(example), example.certified, example.certified.state(0) + away, 10_000)
+    assert loop.first_infeasible_step is None
+    assert len(loop.inputs) == 10_000
+    assert loop.widened == 0
+    assert_decreasing(loop)
+    assert np.max(np.abs(loop.errors[1000:])) < 1e-10
+    assert np.min(plant.input_set.margin(loop.inputs)) >= 0
+    assert np.min(plant.state_set.margin(loop.states[1:])) >= -1e-12
+
+
+def test_inputs_may_be_at_their_bounds_on_the_way(example2):
+    """Else the test above would show nothing about the quadratic program."""
+    loop = simulate(controller(example2, 5), example2.certified, example2.certified.state(0) - 0.3, 500)
+    assert loop.first_infeasible_step is None
+    assert np.min(loop.slacks) < 1e-9
+    assert_decreasing(loop)
+
+
+def first_outside(reference: Reference, bounds, values) -> int:
+    return int(np.flatnonzero(bounds.margin(values(np.arange(3000))) < 0)[0])
+
+
+@pytest.mark.parametrize("away", [0.0, 0.1, -0.5])
+def test_feasibility_ends_when_the_window_sees_the_state_leave_its_set(example1, away):
+    reference, plant = example1.unconstrained, example1.learning.plant
+    leaves = first_outside(reference, plant.state_set, reference.state)
+    loop = simulate(controller(example1), reference, reference.state(0) + away, 500)
+    assert loop.first_infeasible_step == leaves - HORIZON
+    assert loop.infeasible[0].at_step == leaves
+    excess = -plant.state_set.margin(reference.state(leaves)) / np.ptp([-2.0, 0.05])
+    assert loop.infeasible[0].widening == pytest.approx(excess, rel=1e-6)
+
+
+def test_with_one_step_feasibility_ends_where_no_admissible_input_follows(example2):
+    """Nothing but the reference's own input leads from it to its next state: Definition 1 of the paper."""
+    reference, plant = example2.unconstrained, example2.learning.plant
+    needs = first_outside(reference, plant.input_set, reference.input)
+    loop = simulate(controller(example2, 1), reference, reference.state(0), 500)
+    assert loop.first_infeasible_step == needs
+
+
+def test_with_more_steps_feasibility_ends_too_on_an_unconstrained_reference(example2):
+    """Not before the window holds a step that cannot be followed, and no later than the last of them in a row."""
+    reference, plant = example2.unconstrained, example2.learning.plant
+    outside = plant.input_set.margin(reference.input(np.arange(600))) < 0
+    first = int(np.argmax(outside))
+    last = first + int(np.argmin(outside[first:])) - 1
+    loop = simulate(controller(example2), reference, reference.state(0), 500)
+    assert first - HORIZON < loop.first_infeasible_step <= last
+
+
+def test_a_loop_may_go_on_beyond_infeasible_steps(example1):
+    reference, plant = example1.unconstrained, example1.learning.plant
+    loop = simulate(controller(example1), reference, reference.state(0), 500, on_infeasible=apply_fallback)
+    leaves = first_outside(reference, plant.state_set, reference.state)
+    returns = leaves + int(np.argmax(plant.state_set.margin(reference.state(np.arange(leaves, 500))) >= 0))
+    infeasible = [answer.k for answer in loop.infeasible]
+    assert infeasible == list(range(leaves - HORIZON, returns - HORIZON))
+    assert np.array_equal(np.isnan(loop.costs), np.isin(loop.steps, infeasible))
+    assert np.min(plant.state_set.margin(loop.states)) >= -1e-6
+    assert np.min(plant.input_set.margin(loop.inputs)) >= 0
+    assert np.max(np.abs(loop.errors[300:])) < 1e-10
+
+
+@pytest.mark.parametrize("seed", instances.SEEDS)
+def test_random_systems_stay_feasible(seed):
+    """200 steps each instead of 10,000: each is one of rounding, or near a bound that the reference touches."""
+    case = instances.instance(seed)
+    plant = case.reference.plant
+    loop = simulate(case.controller, case.reference, case.start, instances.STEPS)
+    assert loop.first_infeasible_step is None
+    assert_decreasing(loop)
+    assert np.max(np.abs(loop.errors[-10:])) < 1e-6
+    assert np.min(plant.input_set.margin(loop.inputs)) >= -1e-15
+    assert (
+        np.min(plant.state_set.margin(loop.states[1:]) / np.min(plant.state_set.upper - plant.state_set.lower)) > -1e-6
+    )
+
+
+def test_a_loop_in_parts_is_the_loop(example1):
+    mine, reference = controller(example1), example1.certified
+    whole = simulate(mine, reference, reference.state(0) - 0.3, 60)
+    first = simulate(mine, reference, reference.state(0) - 0.3, 25)
+    second = simulate(mine, reference, first.states[-1], 35, first_step=25)
+    parts = concatenate([first, second])
+    np.testing.assert_allclose(parts.states, whole.states, atol=1e-12)
+    np.testing.assert_allclose(parts.costs, whole.costs, atol=1e-12)
+    assert np.array_equal(parts.steps, whole.steps)
+
+
+def test_nothing_happens_in_no_steps(example1):
+    loop = simulate(controller(example1), example1.certified, np.array([0.0]), 0)
+    assert loop.inputs.shape == (0, 1)
+    assert loop.states.shape == loop.reference_states.shape == (1, 1)
+
+
+def test_a_start_without_a_plan_ends_the_loop_at_once(example1):
+    loop = simulate(controller(example1, 1), example1.certified, np.array([5.0]), 10)
+    assert loop.first_infeasible_step == 0
+    assert loop.inputs.shape == (0, 1)

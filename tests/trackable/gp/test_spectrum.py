@@ -1,0 +1,47 @@
+"""One spectrum for all amplitudes, against posteriors one by one; with few eigenvalues, and with all."""
+
+import numpy as np
+import pytest
+
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.radial import Matern32, SquaredExponential
+from trackable.gp.posterior import Posterior
+from trackable.gp.prior import Prior
+from trackable.gp.samples import Samples
+from trackable.gp.signal import KernelSum
+from trackable.gp.spectrum import Spectrum
+from trackable.gp.stencil import POINT, Stencil
+
+RNG = np.random.default_rng(4)
+TIMES = 100 + np.sort(RNG.uniform(0, 10, 300))
+VALUES, NOISE = np.sin(TIMES) + 0.1 * RNG.standard_normal(300), np.exp(RNG.uniform(-0.5, 0.5, 300))
+
+
+@pytest.mark.parametrize("stencil", [POINT, Stencil((1.0, -0.6), 0.3, 0.2)], ids=str)
+@pytest.mark.parametrize(
+    ("kernel", "few"),
+    [
+        (Periodic(1.0, 1.0, 6.3), True),
+        (Periodic(1.0, 0.7, 0.37), True),
+        (SquaredExponential(1.0, 2.0), True),
+        (Matern32(1.0, 2.0), False),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("count", [40, 300])
+def test_likelihood_and_mean_at_any_amplitude(kernel: Kernel, few: bool, count: int, stencil: Stencil) -> None:
+    samples = Samples(TIMES[:count], VALUES[:count], NOISE[:count], stencil)
+    residual = samples.values - stencil.at_rest(0.3)
+    found = Spectrum.of(samples, kernel, residual)
+    assert (len(found.power) < count) == (few and count == 300)
+    for amplitude in (0.1, 1.0, 5.0):
+        posterior = Posterior(Prior(kernel.with_hyperparameters({"signal_std": amplitude}), 0.2, 0.3), samples)
+        spectrum, beside = amplitude**2 * found.power + 0.04, count - len(found.power)
+        objective = np.sum(np.log(spectrum) + found.along**2 / spectrum) + beside * np.log(0.04) + found.rest / 0.04
+        objective += 2 * np.sum(np.log(samples.relative_noise)) + count * np.log(2 * np.pi)
+        assert objective == pytest.approx(posterior.negative_log_marginal_likelihood()[0], rel=1e-9)
+        weights = found.lift @ (amplitude**2 * found.along / spectrum)
+        mean = KernelSum(kernel, 0.3, stencil.centres(found.instants), stencil.spread(weights))
+        t = np.linspace(98, 113, 200)
+        np.testing.assert_allclose(mean(t), posterior.mean(t), atol=1e-8)

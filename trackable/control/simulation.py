@@ -1,0 +1,90 @@
+"""Simulate the closed loop of a controller and its system."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.control.closed_loop import ClosedLoop
+from trackable.control.controller import Controller
+from trackable.control.references import TabulatedReference, TrackedReference
+from trackable.control.step.result import Infeasible, Plan, Status
+
+InfeasibilityPolicy = Callable[[Infeasible], Array | None]
+"""Returns the input (m,) to apply where the controller finds no plan; None ends the simulation."""
+
+
+def stop(_: Infeasible) -> None:
+    """End the simulation where the controller loses feasibility."""
+
+
+def apply_fallback(result: Infeasible) -> Array:
+    """Apply the first input of the plan that comes closest to the terminal constraint."""
+    return result.fallback
+
+
+def apply_fallback_for(steps: int) -> InfeasibilityPolicy:
+    """Return a policy for one simulation: `apply_fallback` for a number of steps in all, then `stop`."""
+    remaining = iter(range(steps))
+    return lambda result: None if next(remaining, None) is None else apply_fallback(result)
+
+
+def simulate(
+    controller: Controller,
+    reference: TrackedReference,
+    initial_state: Array,
+    steps: int,
+    *,
+    first_step: int = 0,
+    on_infeasible: InfeasibilityPolicy = stop,
+) -> ClosedLoop:
+    """Simulate the closed loop from `initial_state` (n,) at `first_step`, for `steps` steps.
+
+    The simulated system is the controller's own model, `controller.plant`, without disturbances. Where the controller
+    finds no plan, `on_infeasible` chooses the input or ends the simulation early. Raises as `Controller.step`.
+    """
+    table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
+    system = controller.plant.system
+    states, inputs = [np.array(initial_state, dtype=float)], []
+    values, infeasible, widened = [], [], 0
+    initial_guess: Array | None = None
+    for k in range(first_step, first_step + steps):
+        result = controller.step(k, states[-1], table, initial_guess)
+        initial_guess = shifted_inputs(result, table) if isinstance(result, Plan) else None
+        applied: Array | None
+        if isinstance(result, Plan):
+            applied = result.input
+            values.append((result.cost, result.stage_cost, result.slack))
+            widened += result.status is Status.WIDENED
+        else:
+            infeasible.append(result)
+            applied = on_infeasible(result)
+            if applied is None:
+                break
+            values.append((np.nan, np.nan, np.nan))
+        inputs.append(applied)
+        states.append(system.successor(states[-1], applied))
+    count = len(inputs)
+    costs, stage_costs, slacks = np.array(values, dtype=float).reshape(count, 3).T
+    tracked = table.window(first_step, count)
+    return ClosedLoop(
+        first_step=first_step,
+        states=np.array(states),
+        inputs=np.array(inputs).reshape(count, len(controller.R)),
+        reference_states=tracked.states,
+        reference_inputs=tracked.inputs,
+        costs=costs,
+        stage_costs=stage_costs,
+        slacks=slacks,
+        infeasible=tuple(infeasible),
+        widened=widened,
+    )
+
+
+def shifted_inputs(plan: Plan, reference: TrackedReference) -> Array:
+    """Return the inputs (N, m) of a plan from its second on, continued with the reference's own input.
+
+    They are admissible at step k + 1 wherever the reference is trackable, and thus a good initial guess there.
+    """
+    end = plan.k + len(plan.inputs)
+    return np.vstack([plan.inputs[1:], reference.window(end, 1).inputs])

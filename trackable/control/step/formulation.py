@@ -1,0 +1,75 @@
+"""Everything that a controller needs in each step and builds only once."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.control.step.admissible import AdmissibleInputs
+from trackable.control.step.error_model import ErrorModel, linearisation_defects, reference_defects
+from trackable.control.step.linear_quadratic import LinearQuadratic
+from trackable.control.step.program import Program, terminal_error_program, tracking_program, widening_program
+from trackable.control.step.slack import PlantInequalities
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.linear import LinearSystem
+from trackable.systems.reference import Window
+
+
+@dataclass(frozen=True, eq=False)
+class LocalModel:
+    """The error model near one trajectory, its optimum without bounds, and the defects d (N, n)."""
+
+    error_model: ErrorModel
+    without_bounds: LinearQuadratic
+    defects: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Formulation:
+    """The programs of a plant for a `horizon` N and weights Q (n, n) and R (m, m), each built when first used."""
+
+    plant: ConstrainedSystem
+    horizon: int
+    Q: Array
+    R: Array
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether one error model holds along every trajectory."""
+        return isinstance(self.plant.system, LinearSystem)
+
+    def local_model(self, window: Window, nominal: Window) -> LocalModel:
+        """Return the model of the errors from a reference's `window`, linearised along the `nominal` trajectory."""
+        if self.is_linear:
+            defects = reference_defects(self.plant.system, window)
+            return LocalModel(self._linear.model, self._linear, defects)
+        model = ErrorModel.along(self.plant.system, nominal)
+        defects = linearisation_defects(model, self.plant.system, window, nominal)
+        return LocalModel(model, LinearQuadratic(model, self.Q, self.R), defects)
+
+    @cached_property
+    def inequalities(self) -> PlantInequalities:
+        return PlantInequalities.of(self.plant)
+
+    @cached_property
+    def tracking(self) -> Program:
+        return tracking_program(self.plant, self.horizon, self.Q, self.R)
+
+    @cached_property
+    def widening(self) -> Program:
+        return widening_program(self.plant, self.horizon)
+
+    @cached_property
+    def terminal_error(self) -> Program:
+        return terminal_error_program(self.plant, self.horizon)
+
+    @cached_property
+    def admissible(self) -> AdmissibleInputs:
+        return AdmissibleInputs(self.plant.input_set)
+
+    @cached_property
+    def _linear(self) -> LinearQuadratic:
+        n, m, N = len(self.Q), len(self.R), self.horizon
+        anywhere = Window(np.zeros((N + 1, n)), np.zeros((N, m)))
+        return LinearQuadratic(ErrorModel.along(self.plant.system, anywhere), self.Q, self.R)

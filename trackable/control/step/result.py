@@ -1,0 +1,81 @@
+"""The result of one step of a controller: a plan, or the reason why there is none."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from trackable.arrays import Array
+
+
+class Status(StrEnum):
+    """How a plan was found."""
+
+    UNBOUNDED = "unbounded"
+    """No bound is active: the optimum is linear in the error."""
+    SOLVED = "solved"
+    """A bound is active: the optimum solves a quadratic program."""
+    WIDENED = "widened"
+    """Feasible only if all sets are widened, by less than the tolerance: the plan touches bounds, up to rounding."""
+    KEPT = "kept"
+    """For a nonlinear system: the initial guess of the search, because the search found no plan that costs less."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The optimal plan at step `k`. Apply `input` u(k) (m,), its first input.
+
+    `states` x(k), …, x(k+N) (N + 1, n) and `inputs` u(k), …, u(k+N−1) (N, m) are predicted. `cost` is
+    V = Σ_(i<N) ‖x − x_r‖²_Q + ‖u − u_r‖²_R along them, and `stage_cost` is its first term. `slack` is the smallest
+    distance to a bound, as a part of the width between the bounds; it is never below minus the controller's tolerance.
+    `terminal_residual` is max |x(k+N) − x_r(k+N)|, zero up to the solver's accuracy.
+    """
+
+    k: int
+    input: Array
+    cost: float
+    stage_cost: float
+    states: Array
+    inputs: Array
+    slack: float
+    terminal_residual: float
+    status: Status
+
+    @property
+    def explanation(self) -> str:
+        """Say in a sentence how the plan was found, what it costs, and its slack."""
+        return f"at step {self.k} feasible ({self.status}), V = {self.cost:.4g}, slack {self.slack:.3g} of a width"
+
+
+@dataclass(frozen=True)
+class Infeasible:
+    """Why no admissible plan ends on the reference at step `k`.
+
+    `widening` is the least part of their widths by which all sets must be widened so that a plan exists. In that plan
+    `quantity` reaches its widened bound first, at step `at_step`, `excess` (in its own unit) outside its set.
+
+    With the sets as they are, `terminal_error` (n,) is x(k+N) − x_r(k+N) of the plan that ends closest to the
+    reference, and `fallback` (m,) is the first input of that plan. Where no plan keeps the sets at all,
+    `terminal_error` is None, and `fallback` is the first input of the widened plan, pulled into the input set.
+    """
+
+    k: int
+    widening: float
+    quantity: str
+    at_step: int
+    excess: float
+    terminal_error: Array | None
+    fallback: Array
+
+    @property
+    def explanation(self) -> str:
+        """Say in a sentence how far the sets and the terminal constraint are from a plan."""
+        if self.terminal_error is None:
+            missed = "no plan at all keeps the sets"
+        else:
+            missed = f"a plan that keeps them misses the reference by {abs(self.terminal_error).max():.3g}"
+        return (
+            f"at step {self.k} no plan ends on the reference: all bounds would have to move by {self.widening:.3g} of "
+            f"their widths, and the {self.quantity} by {self.excess:.3g} at step {self.at_step}; {missed}"
+        )
+
+
+StepResult = Plan | Infeasible

@@ -1,0 +1,100 @@
+"""Factorise K + V in the fastest way that is exact up to rounding."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.factors.band import Band, blocks, reach
+from trackable.gp.factors.chebyshev import ROUNDING
+from trackable.gp.factors.dense import Dense
+from trackable.gp.factors.factorisation import Covariance, Factorisation
+from trackable.gp.factors.grid import Grid
+from trackable.gp.factors.low_rank import LowRank
+from trackable.gp.factors.toeplitz import Toeplitz
+from trackable.gp.prior import Prior
+from trackable.gp.samples import Samples
+
+LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes, and minutes
+_LARGEST_BLOCK = LARGEST_DENSE // 2
+_FEWEST = 150  # samples: for fewer, the dense matrix is faster than looking for structure
+_NEGLIGIBLE = 2.0**-53  # of the variance: adding less to a diagonal entry changes nothing
+_AGREEMENT = 3e-9  # with the dense factorisation, relative: below the promised 1e-8, as errors are estimated here
+_LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
+_EPS = float(np.finfo(float).eps)
+
+
+def noise_variance(prior: Prior, samples: Samples) -> Array:
+    """Return σ_n² ϱ_i² of each sample i, shape (n,)."""
+    return np.asarray((prior.noise_std * samples.relative_noise) ** 2)
+
+
+class Candidate(NamedTuple):
+    """A factorisation to `compute` in about `cost` nanoseconds: None if A is not positive definite in float64."""
+
+    cost: float
+    compute: Callable[[], Factorisation | None]
+
+
+def factorise(prior: Prior, samples: Samples, covariance: Covariance) -> Factorisation | None:
+    """Factorise K + V, K being the `covariance` of the samples; None if it is not positive definite in float64."""
+    if len(samples) < _FEWEST:
+        return Dense.of(samples.times, covariance, noise_variance(prior, samples))
+    found = (each.compute() for each in sorted(candidates(prior, samples, covariance), key=lambda each: each.cost))
+    return next((factor for factor in found if factor is not None), None)
+
+
+def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[Candidate]:
+    """Return all factorisations that agree up to rounding.
+
+    Their costs were measured on one machine; only their order matters.
+    """
+    n, found = len(samples), list(_structured(prior, samples, covariance))
+    if n <= LARGEST_DENSE or not found:
+        dense = partial(Dense.of, samples.times, covariance, noise_variance(prior, samples))
+        found.append(Candidate(0.025 * n**3 + 8 * n**2, dense))
+    return found
+
+
+def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Iterator[Candidate]:
+    """Yield the factorisations that use structure of K, where rounding allows them.
+
+    Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative).
+    """
+    variances = noise_variance(prior, samples)
+    n, times, kernel, lags = len(samples), samples.times, prior.kernel, samples.stencil.lags
+    span, gain = float(times[-1] - times[0]), sum(abs(rho) for rho, _ in lags)
+    (variance,), _ = covariance(np.zeros(1))
+    largest = gain * kernel(np.zeros(())).item()
+    slope = largest / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
+    if not (variance > 0 and np.isfinite(slope)):
+        return
+    tolerance = _AGREEMENT * float(np.min(variances)) / np.sqrt(n)
+    allowed = tolerance if n <= LARGEST_DENSE else np.inf
+    entries, lengths = _EPS * largest, _EPS * slope * span  # rounding of values, and of distances in time
+
+    if entries <= allowed and np.isfinite(kernel.decay_distance):
+        rows = blocks(times, reach(kernel, span, _NEGLIGIBLE * variance / gain) + abs(lags[-1][1]))
+        if len(rows) > 2 and max(row.stop - row.start for row in rows) <= _LARGEST_BLOCK:
+            yield Candidate(_cost_of_band(rows), partial(Band.of, times, rows, covariance, variances))
+
+    # Chebyshev points are computed for times from 0 on; moving them to the first sample rounds them.
+    moved = float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
+    placed = slope * moved <= (tolerance if n <= LARGEST_DENSE else _LOOSENED * tolerance)
+    resolved = placed and kernel.is_analytic and ROUNDING * largest + lengths <= allowed
+    if resolved and (m := samples.bases.points_for(covariance, n // 2)):
+        known = samples.relative_noise, prior.noise_std**2
+        cost = 0.2 * m**3 + 12 * m**2 + 4 * n * m + 0.01 * n * m**2 + 2e5  # a basis is used about ten times
+        yield Candidate(cost, lambda: LowRank.of(samples.bases.of(m), covariance, *known))
+
+    grid = Grid.of(times) if np.all(variances == variances[0]) else None
+    if grid and entries + lengths + 2 * slope * grid.deviation <= allowed:
+        yield Candidate(0.6 * n**2 + 1200 * n, partial(Toeplitz.of, grid, covariance, float(variances[0])))
+
+
+def _cost_of_band(rows: list[slice]) -> float:
+    own = np.array([row.stop - row.start for row in rows], dtype=float)
+    after = np.append(own[1:], 0.0)
+    return float(np.sum(0.04 * own**3 + 0.08 * own * after * (own + after) + 8 * own * (own + after) + 5e4))

@@ -1,0 +1,49 @@
+"""Eigenvalues of a covariance matrix K = θ₁² C, for likelihoods at many amplitudes θ₁ of one kernel."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.factors.chebyshev import Bases
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.samples import Samples
+
+_FEWEST = 150  # samples: for fewer, all eigenvalues are found sooner than how many matter
+
+
+class Spectrum(NamedTuple):
+    """C = ϱ U diag(λ) Uᵀ ϱ with relative noise ϱ and k orthonormal columns U, and samples y with prior mean m.
+
+    `power` is λ (k,), `along` is s = Uᵀ ϱ⁻¹ (y − m) (k,), and `rest` is |ϱ⁻¹ (y − m)|² − |s|². Weights ϱ⁻¹ U b of
+    the samples give the sum of kernels centred at `instants` [s] (m,) with weights `lift` b, `lift` being (m, k).
+    """
+
+    power: Array
+    along: Array
+    rest: float
+    instants: Array
+    lift: Array
+
+    @classmethod
+    def of(cls, samples: Samples, kernel: Kernel, residual: Array) -> "Spectrum":
+        """Decompose for n samples and a kernel: k = n, or the number of points that resolve the kernel."""
+        scaled, stencil = residual / samples.relative_noise, samples.stencil
+        first, bases = _start_and_bases(samples, kernel)
+        may_be_few = len(samples) >= _FEWEST and kernel.is_analytic
+        if may_be_few and (count := bases.points_for(stencil.covariance(kernel), len(samples) // 2)):
+            points, q, r = bases.of(count)
+            power, vectors = np.linalg.eigh(r @ stencil.value(kernel, points[:, None] - points) @ r.T)
+            along = vectors.T @ (scaled @ q)
+            return cls(power, along, float(scaled @ scaled - along @ along), first + points, r.T @ vectors)
+        whole = stencil.value(kernel, samples.times[:, None] - samples.times)
+        power, vectors = np.linalg.eigh(whole / np.outer(samples.relative_noise, samples.relative_noise))
+        return cls(power, vectors.T @ scaled, 0.0, samples.times, vectors / samples.relative_noise[:, None])
+
+
+def _start_and_bases(samples: Samples, kernel: Kernel) -> tuple[float, Bases]:
+    """Return the time [s] of the first point, and bases: within one period if the kernel has one that is short."""
+    if isinstance(kernel, Periodic) and kernel.period < samples.bases.span:
+        return 0.0, Bases(samples.times % kernel.period, samples.relative_noise, kernel.period)
+    return float(samples.times[0]), samples.bases
