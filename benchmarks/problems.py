@@ -10,7 +10,7 @@ from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior, JointPrior
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning.index_set import Steps

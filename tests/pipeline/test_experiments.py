@@ -11,7 +11,7 @@ from pipeline.methods import METHODS
 from tests.pipeline.params import PARAMS as WRITTEN
 from tests.pipeline.params import changed, written_to
 from trackable.errors import InputError
-from trackable.gp.kernels.combinations import Product
+from trackable.gp.kernels.base import Product
 from trackable.gp.prior import NOISE
 
 

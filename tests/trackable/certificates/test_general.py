@@ -16,8 +16,9 @@ from trackable.certificates.prove import prove
 from trackable.checker import Failed, Proved, check
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern52, SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples

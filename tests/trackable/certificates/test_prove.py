@@ -19,9 +19,10 @@ from trackable.certificates.exact import exact_quantities
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import prove, prove_at_instants, prove_for_all_phases, prove_on_window
 from trackable.checker import Proved, check
-from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.base import Product, Sum
+from trackable.gp.kernels.matern import Matern32
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.learning.exchange import solve
 from trackable.learning.index_set import Steps

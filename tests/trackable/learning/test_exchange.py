@@ -10,7 +10,7 @@ import pytest
 from tests.trackable.learning import naive
 from tests.trackable.learning.instances import SEEDS, TIGHT_SEEDS, Instance, instance, tight, wild
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning.exchange import solve, tightened

@@ -11,7 +11,7 @@ from trackable.checker.affine import inputs_of
 from trackable.checker.formulas import formula
 from trackable.codec import CodecError, decode, dumps, encode, loads
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning.index_set import Window

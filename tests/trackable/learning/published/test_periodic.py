@@ -9,9 +9,9 @@ from pipeline.published.ground_truth import two_harmonics
 from tests.trackable.learning.published.periodic_instances import instance
 from tests.trackable.systems.instances import bounded
 from trackable.gp.joint import JointPosterior, JointPrior
-from trackable.gp.kernels.combinations import Product
+from trackable.gp.kernels.base import Product
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning.basins import Found, best_of
