@@ -10,7 +10,7 @@ from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
 from trackable.certificates.prove import reference_period
 from trackable.learning.learned import LearnedReference
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import is_scalar, state_and_input
 from trackable.learning.published.tail import tail
 from trackable.systems.definition import smallest_defect
 from trackable.systems.margins import MarginProfile, margin_profile
@@ -42,7 +42,7 @@ def metrics_of(
         metrics[f"worst_{name}_margin_at_steps"] = float(np.min(profile.at_steps))
     if learned.fits is not None:
         metrics["fits"] = learned.fits
-    if Scalar.describes(reference.plant):
+    if is_scalar(reference.plant):
         metrics["tail"] = _tail_metrics(reference, last_step)
     return metrics
 
@@ -95,7 +95,8 @@ def _at_instants(reference: Reference, last_step: int) -> list[MarginProfile]:
 
 def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None:
     """Return bounds for all times after the last verified step; None where the kernel gives none."""
-    plant = Scalar.of(reference.plant)
+    plant = reference.plant
+    state, entry = state_and_input(plant)
     bounds = tail(reference.signals[0], last_step * plant.sampling_time)
     if bounds is None:
         return None
@@ -103,8 +104,8 @@ def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None
         "start": bounds.start,
         "mean_bound": bounds.mean_bound,
         "derivative_bound": bounds.derivative_bound,
-        "state_margin": plant.state_set.margin_of(bounds.states),
-        "input_margin": plant.input_set.margin_of(bounds.inputs(plant)),
+        "state_margin": state.bounds.margin_of(bounds.states),
+        "input_margin": entry.bounds.margin_of(bounds.inputs(plant)),
     }
 
 

@@ -11,15 +11,14 @@ from tqdm import tqdm
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.sources import Drawn
-from pipeline.methods import Task
-from pipeline.methods.periodic import all_phases, program9, solve
+from pipeline.methods.periodic import at_all_phases, on_intervals
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from trackable.arrays import Array
 from trackable.errors import NoReferenceError
 from trackable.gp.joint import JointPosterior
 from trackable.gp.samples import Samples
-from trackable.learning.problem import Solution
-from trackable.learning.published.periodic import exact, period_of
+from trackable.learning.methods import all_phases, period_of, unconstrained
+from trackable.learning.problem import NoSolution, Solution
 from trackable.learning.study import Conservatism, Draws, Study
 from trackable.systems.constrained import ConstrainedSystem
 
@@ -48,7 +47,7 @@ def _columns(table: type[Conservatism] | type[Draws], rows: Sequence[Sequence[fl
 def _interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: int) -> list[float]:
     """Return the entries of `Conservatism` for η = `count`; an empty row where (9) has no solution."""
     task = experiment.task(samples)
-    outcome = solve(task, program9(task, count)).outcome
+    outcome = on_intervals(task, count)
     if not isinstance(outcome, Solution):
         return []
     return [count, outcome.objective, *_margins(task.plant, outcome.posterior)]
@@ -57,9 +56,9 @@ def _interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: i
 def _draw_row(experiment: Experiment, seed: int) -> list[float]:
     """Return the entries of `Draws` for one seed."""
     task = experiment.task((_drawn(experiment, seed),))
-    free = _solution(experiment, seed, task, constrained=False)
+    free = _solution(experiment, seed, unconstrained(task.samples, task.prior, task.plant, task.space))
     margins = _margins(task.plant, free.posterior)
-    kept = _solution(experiment, seed, task, constrained=True) if min(margins) < 0 else free
+    kept = _solution(experiment, seed, at_all_phases(task)) if min(margins) < 0 else free
     return [float(seed), *_summary(experiment, free), *margins, *_summary(experiment, kept)]
 
 
@@ -71,8 +70,7 @@ def _drawn(experiment: Experiment, seed: int) -> Samples:
     return draw(GROUND_TRUTHS[source.ground_truth], times, source.noise_std, seed)
 
 
-def _solution(experiment: Experiment, seed: int, task: Task, *, constrained: bool) -> Solution:
-    outcome = solve(task, all_phases(task) if constrained else ()).outcome
+def _solution(experiment: Experiment, seed: int, outcome: Solution | NoSolution) -> Solution:
     if not isinstance(outcome, Solution):
         raise NoReferenceError(f"experiment {experiment.name}, seed {seed}: {outcome.explanation}")
     return outcome
@@ -88,4 +86,4 @@ def _summary(experiment: Experiment, solution: Solution) -> list[float]:
 
 def _margins(plant: ConstrainedSystem, posterior: JointPosterior) -> list[float]:
     """Return the smallest margins of state and input over all phases."""
-    return [float(np.min(c.closest(posterior)[1])) * c.quantity.bounds.width for c in exact(plant)]
+    return [float(np.min(c.closest(posterior)[1])) * c.quantity.bounds.width for c in all_phases(plant)]

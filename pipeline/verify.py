@@ -12,6 +12,7 @@ from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import Outcome
+from trackable.codec.certificates import encode_certificate
 from trackable.errors import NoReferenceError
 from trackable.files import write_json
 from trackable.systems.margins import MarginProfile, margin_profile
@@ -38,7 +39,7 @@ def verify(experiment: Experiment, results: Results) -> None:
         metrics[method] = {**numbers, "proof": proof.explanation}
     write_margins(results, margins, metrics, certificates)
     for method, certificate in certificates.items():
-        write_json(results.certificate(method), certificate.to_dict())
+        write_json(results.certificate(method), encode_certificate(certificate))
     for method in metrics.keys() - certificates.keys():
         results.certificate(method).unlink(missing_ok=True)  # of an earlier run: it is about another reference
     write_json(results.metrics, metrics)

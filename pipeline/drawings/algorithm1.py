@@ -67,7 +67,7 @@ def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:
         fitted.sampled.samples,
         JointPrior((prior,)),
         SearchSpace({name: bounds for name, bounds in space.bounds.items() if name in kernel}),
-        SOUND_READING.constraints(Scalar.of(experiment.plant), learned.final_step or 0),
+        SOUND_READING.constraints(experiment.plant, learned.final_step or 0),
     )
     first, second = (prior.hyperparameters[name] for name in kernel)
     grids = []

@@ -10,8 +10,8 @@ from pipeline.methods import EXACT, INTERVALS, UNCONSTRAINED, methods_in_figures
 from pipeline.storage.archive import Fitted
 from pipeline.storage.tables import read_columns
 from trackable import plots
-from trackable.learning.published.growth import growth_rates
-from trackable.learning.published.scalar import Scalar, ScalarReference
+from trackable.learning.published.growth import interval_growth_rates
+from trackable.learning.published.scalar import ScalarReference
 
 _FIRST_STEPS = 50
 _POINTS = 1001
@@ -62,7 +62,7 @@ def _growth(experiment: Experiment, fitted: Fitted) -> dict[str, plots.GrowthInt
     end = _last_step(experiment) * experiment.plant.sampling_time
     times, edges = np.linspace(0, end, _POINTS), np.linspace(0, end, experiment.periodic.intervals + 1)
     signals = {method: fitted.learned[method].reference.signals[0] for method in _curves(fitted)}
-    rates = growth_rates(signals[INTERVALS.name], Scalar.of(experiment.plant), tuple(edges.tolist()))
+    rates = interval_growth_rates(signals[INTERVALS.name], experiment.plant, tuple(edges.tolist()))
     derivatives = {method: signal.derivative(times) for method, signal in signals.items()}
     panels = {"ours (growth rates: those of the intervals)": plots.GrowthIntervals(times, derivatives, edges, *rates)}
     published = experiment.published

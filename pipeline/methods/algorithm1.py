@@ -8,7 +8,7 @@ from trackable.gp.joint import JointPrior
 from trackable.learning.learned import Trace
 from trackable.learning.problem import Solution
 from trackable.learning.published.algorithm1 import Reading, algorithm1
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import state_and_input
 from trackable.systems.constrained import ConstrainedSystem
 
 _TABLE = ("k_bar", "mean_bound", "growth_lower", "growth_upper", "derivative_bound")
@@ -21,7 +21,7 @@ def learn_by(reading: Reading) -> Callable[[Task], Fit | Failed]:
 
 def check(plant: ConstrainedSystem, prior: JointPrior) -> None:
     """Raise ValueError for a system that is not scalar."""
-    Scalar.of(plant)
+    state_and_input(plant)
 
 
 def _learn(reading: Reading, task: Task) -> Fit | Failed:
@@ -30,7 +30,7 @@ def _learn(reading: Reading, task: Task) -> Fit | Failed:
     run = algorithm1(
         task.samples,
         task.prior,
-        Scalar.of(task.plant),
+        task.plant,
         task.space,
         reading,
         steps.first_step,

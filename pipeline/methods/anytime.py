@@ -7,13 +7,13 @@ import numpy as np
 from pipeline.methods.model import Failed, Fit, Task
 from trackable.arrays import Array
 from trackable.certificates.certified import Certified, Round, learn_certified
-from trackable.learning.problem import ConstrainedProblem, Solution
-from trackable.learning.search import best_solution
+from trackable.learning import methods
+from trackable.learning.problem import Solution
 
 
 def unconstrained(task: Task) -> Fit | Failed:
     """Maximise the likelihood, and constrain nothing."""
-    found = best_solution(ConstrainedProblem(task.samples, task.prior, task.space))
+    found = methods.unconstrained(task.samples, task.prior, task.plant, task.space)
     task.on_fit()
     if not isinstance(found, Solution):
         return Failed(found.explanation)

@@ -27,10 +27,11 @@ from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
+from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
 from trackable.learning.landscape import landscape
 from trackable.learning.learned import Trace
-from trackable.learning.problem import ConstrainedProblem, Constraint
+from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.scalar import Scalar, ScalarReference, scalar
 from trackable.learning.space import SearchSpace
 from trackable.learning.study import Conservatism
