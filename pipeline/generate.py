@@ -12,7 +12,7 @@ from trackable.errors import InputError
 from trackable.gp.samples import Samples
 from trackable.learning.problem import ConstrainedProblem
 from trackable.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
-from trackable.systems.flat.sampling import sampled_signals
+from trackable.systems.sampling import sampled_signals
 
 _SIGNAL = "signal"
 

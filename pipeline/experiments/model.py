@@ -20,7 +20,7 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.flat.sampling import seen_through
+from trackable.systems.sampling import stencils_by_name
 
 
 def _by_name(written: object) -> object:
@@ -120,7 +120,7 @@ class Experiment(Fields):
     @property
     def sources(self) -> dict[str, Source]:
         """Where samples come from, in the order of the flat outputs."""
-        return {name: self.samples[name] for name in seen_through(self.plant, self.samples)}
+        return {name: self.samples[name] for name in stencils_by_name(self.plant, self.samples)}
 
     @property
     def learned_prior(self) -> JointPrior:

@@ -6,14 +6,14 @@ from pipeline.experiments.fields import PriorFields
 from trackable.gp.joint import JointPrior
 from trackable.gp.prior import NOISE, Prior
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.flat.sampling import seen_through
+from trackable.systems.sampling import stencils_by_name
 from trackable.systems.sets.interval import Interval
 
 
 def joint_prior(beliefs: Mapping[str, PriorFields], shared: frozenset[str], plant: ConstrainedSystem) -> JointPrior:
     """Return one prior for each flat output, from the beliefs by name of the sampled state. Raises ValueError."""
     parts = []
-    stencils = seen_through(plant, beliefs)
+    stencils = stencils_by_name(plant, beliefs)
     for name, stencil in stencils.items():
         fields = beliefs[name]
         fixed = fields.kernel.fixed | ({NOISE} if fields.noise_std.bounds is None else frozenset())
