@@ -6,7 +6,7 @@ from dataclasses import replace
 from trackable.gp.joint import JointPrior
 from trackable.gp.prior import Prior
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.flat.sampling import seen_through
+from trackable.systems.sampling import stencils_by_name
 
 
 def prior_for(
@@ -18,7 +18,7 @@ def prior_for(
     sampled: the kernel of the flat output, σ_n of the samples, and the mean of what is sampled. Hyperparameters that
     `shared` names are the same for all. Raises ValueError where names do not fit the plant.
     """
-    stencils = seen_through(plant, believed)
+    stencils = stencils_by_name(plant, believed)
     parts = []
     for name, stencil in stencils.items():
         level = (believed[name].mean - stencil.offset) / sum(stencil.weights)

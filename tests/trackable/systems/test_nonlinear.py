@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from tests.trackable.systems.nonlinear_instances import INSTANCES, T_S, exactly, moving
+from tests.trackable.systems.nonlinear_instances import INSTANCES, LINEAR, T_S, as_formulas, exactly, moving
 from trackable.checker.formulas.affine import inputs_of
 from trackable.checker.formulas.formula import text
 from trackable.checker.reading.formulas import a_formula
@@ -24,8 +24,7 @@ from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.definition import smallest_defect
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
-from trackable.systems.formulas.algebra import to_lists
-from trackable.systems.linear import LinearSystem
+from trackable.systems.formulas.nested_lists import to_lists
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
@@ -78,15 +77,6 @@ def test_admissible_inputs_exist_by_a_convex_program_that_solves_nothing(name):
     assert smallest_defect(moving(INSTANCES[name], size=0.02), 20) < 1e-6
 
 
-LINEAR = LinearSystem(
-    np.array([[0.9, 0.1], [-0.2, 1.0]]), np.array([[0.5, 0.1], [0.0, -2.0]]), np.array([0.1, 0.0]), sampling_time=T_S
-)
-
-
-def as_formulas(system: LinearSystem) -> Nonlinear:
-    return Nonlinear.of(lambda x, u: system.A @ x + system.B @ u + system.c, system.states, system.inputs, T_S)
-
-
 def both(state_set: Polytope, input_set: Polytope) -> tuple[ConstrainedSystem, ConstrainedSystem]:
     return tuple(ConstrainedSystem(s, state_set, input_set) for s in (LINEAR, as_formulas(LINEAR)))
 
@@ -107,7 +97,7 @@ def test_a_linear_system_written_as_a_nonlinear_one_has_the_same_quantities():
 def test_gradients_of_constraints_are_those_of_differences(name):
     plant = INSTANCES[name].plant if name != "linear" else both(Polytope.box([-2.0] * 2, [2.0] * 2),
                                                                  Polytope.box([-9.0] * 2, [9.0] * 2))[1]  # fmt: skip
-    n, times = plant.signals, np.linspace(0, 2, 8)
+    n, times = plant.signal_count, np.linspace(0, 2, 8)
     rng = np.random.default_rng(2)
     samples = tuple(Samples(times, 0.7 + 0.1 * rng.standard_normal(8)) for _ in range(n))
     names = tuple(plant.system.states)
@@ -170,7 +160,7 @@ def test_references_return_from_json(name):
         ({"f": [["+", "level"]]}, "a formula must be a number, a name or a list"),
         ({"f": [["+", "level", True]]}, "a formula must be a number"),
         ({"f": [["sqrt", "inflow"]]}, r"must be affine in its inputs, .* but holds sqrt\(inflow\)"),
-        ({"f": ["nobody"]}, "the formula of level holds nobody, which is no name"),
+        ({"f": ["nobody"]}, "the formula of level uses nobody, which is no state or input"),
         ({"f": []}, "f must have a formula for each of 1 states, got 0"),
         ({"A": [[1.0]]}, "Nonlinear has no A"),
         ({"states": "level"}, "states and inputs need names, all different"),
