@@ -16,7 +16,6 @@ from trackable.gp.joint import JointPrior
 from trackable.learning.landscape import Landscape, landscape
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.algorithm1 import AS_PUBLISHED, SOUND
-from trackable.learning.published.scalar import ScalarReference
 from trackable.learning.space import SearchSpace
 
 _STEPS_OF_TUBE = 12
@@ -30,7 +29,7 @@ def drawings(experiment: AsymptoticExperiment, results: Results) -> dict[str, Ca
     fitted = read_fit(results)
     sound = fitted.learned[SOUND.name]
     plant, final_step = experiment.plant, sound.final_step or 0
-    references = {name: ScalarReference.of(learned.reference) for name, learned in fitted.learned.items()}
+    references = {name: learned.reference for name, learned in fitted.learned.items()}
     last_sample = round(float(fitted.sampled.only.times[-1]) / plant.sampling_time)
     by_name: dict[str, Callable[[], Figure]] = {
         "tube": lambda: plots.tube(references[SOUND.name], np.arange(_STEPS_OF_TUBE, dtype=float)),
@@ -78,7 +77,7 @@ def _prediction(experiment: AsymptoticExperiment, fitted: Fitted) -> Figure:
     truth = GROUND_TRUTHS.get(experiment.ground_truth or "")
     return plots.prediction(
         fitted.sampled.only,
-        {name: ScalarReference.of(learned.reference) for name, learned in fitted.learned.items()},
+        {name: learned.reference for name, learned in fitted.learned.items()},
         SOUND.name,
         steps,
         true_reference=truth(steps * experiment.system.sampling_time) if truth else None,
@@ -91,5 +90,5 @@ def _published(experiment: AsymptoticExperiment) -> plots.Published | None:
     if experiment.published_prediction is None:
         return None
     columns = read_columns(experiment.published_prediction)
-    names = ("k", "mean_unconstrained", "mean_constrained", "successor_lower", "successor_upper")
-    return plots.Published(**{name: columns[name] for name in names})
+    means = {name: columns[f"mean_{name}"] for name in ("unconstrained", "constrained")}
+    return plots.Published(columns["k"], means, columns["successor_lower"], columns["successor_upper"])
