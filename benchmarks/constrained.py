@@ -11,13 +11,13 @@ from benchmarks.rivals import OnGrid, by_ipopt, by_slsqp, by_trust_constr
 from trackable.arrays import Array
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.gp.joint import JointPosterior
-from trackable.learning.basins import best_of
-from trackable.learning.exchange import solve
-from trackable.learning.problem import Solution
-from trackable.learning.published import periodic
+from trackable.learning.methods import all_phases
+from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.published.algorithm1 import AS_PUBLISHED, algorithm1
+from trackable.learning.published.scalar import growth_rates
 from trackable.learning.published.tail import tail
 from trackable.learning.screening import screened
+from trackable.learning.search import best_solution
 
 T = TypeVar("T")
 _FIRST_STEP = 70
@@ -47,7 +47,7 @@ def _example1() -> Iterator[Row]:
     problem, plain, starts = of.on_steps(200), OnGrid(of, 200), of.space.start_points()
 
     def ours() -> Solution:
-        return _kept(solve(problem), Solution)
+        return _kept(best_solution(problem), Solution)
 
     def start_that_leads(method: Callable[[OnGrid, list[Array]], tuple[float, Array]]) -> list[Array]:
         return next([start] for start in starts[1:] if np.isfinite(method(plain, [start])[0]))
@@ -73,7 +73,7 @@ def _example1() -> Iterator[Row]:
 
 def _algorithm1() -> Iterator[Row]:
     of = example("example1")
-    run = algorithm1((of.samples,), of.prior, of.plant, of.space, AS_PUBLISHED, _FIRST_STEP, 300)
+    run = algorithm1((of.samples,), of.prior, of.system, of.space, AS_PUBLISHED, _FIRST_STEP, 300)
     final, wanted = _kept(run.final_step, int), _kept(run.outcome, Solution).objective
     for rival, every_start, target in (("8 starts each", True, 20.0), ("each from the last one's end", False, 20.0)):
         last, found = _slsqp_algorithm1(of, every_start)
@@ -93,7 +93,7 @@ def _algorithm1() -> Iterator[Row]:
         "Example 1",
         "own Algorithm 1",
         lambda: _certified(of),
-        lambda: algorithm1((of.samples,), of.prior, of.plant, of.space, AS_PUBLISHED, _FIRST_STEP, 300),
+        lambda: algorithm1((of.samples,), of.prior, of.system, of.space, AS_PUBLISHED, _FIRST_STEP, 300),
         rounds=3,
     )
 
@@ -105,10 +105,10 @@ def _slsqp_algorithm1(of: Example, every_start: bool) -> tuple[int, float]:
         objective, at = by_slsqp(OnGrid(of, k_bar - 1), starts)
         signal = JointPosterior(of.prior.with_log_hyperparameters(at), (of.samples,)).signals[0]
         bounds = tail(signal, k_bar * of.plant.sampling_time)
-        if bounds is not None and bounds.keeps_states(of.plant):
+        if bounds is not None and bounds.keeps_states(of.system):
             centre = signal(np.array(bounds.start)).item()
             around = type(of.plant.state_set)(centre - bounds.mean_bound, centre + bounds.mean_bound)
-            if bounds.keeps_rates(of.plant.growth_rates(around)):
+            if bounds.keeps_rates(growth_rates(of.system, around)):
                 return k_bar, objective
         starts = starts if every_start else [at]
     return -1, np.nan
@@ -116,12 +116,13 @@ def _slsqp_algorithm1(of: Example, every_start: bool) -> tuple[int, float]:
 
 def _example2() -> Iterator[Row]:
     of = example("example2")
-    starts = periodic.starts((of.samples,), of.prior, of.system, of.space)
+    everywhere = ConstrainedProblem((of.samples,), of.prior, of.space, all_phases(of.system))
+    starts = screened(everywhere, of.space.starts)
     problem, plain = of.on_steps(of.last_step), OnGrid(of, of.last_step)
 
     def ours() -> Solution:
         # Screening included: it is what finds the starts that the others are given.
-        return _kept(best_of(problem, screened(problem, of.space.starts)).outcome, Solution)
+        return _kept(best_solution(problem), Solution)
 
     wanted = ours().objective
     proved = _certified(of).solution.objective

@@ -12,9 +12,9 @@ import numpy as np
 
 from benchmarks.duel import Row, agree, duel
 from benchmarks.problems import PRIOR, example, irregular, likelihood, regular
-from trackable.learning.exchange import solve
 from trackable.learning.problem import Solution
 from trackable.learning.published.scalar import scalar
+from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
 from trackable.systems.sets.interval import Interval
 
@@ -29,7 +29,7 @@ def rows() -> Iterator[Row]:
     of = example("example1")
 
     def fit(count: int) -> float:
-        found = solve(of.at_instants(count, _SPAN / count))
+        found = best_solution(of.at_instants(count, _SPAN / count))
         assert isinstance(found, Solution)
         return found.objective
 
@@ -101,7 +101,7 @@ def measure(samples: int, times: int) -> Measured:
     space = SearchSpace.around((recorded,), PRIOR)
     of = replace(example("example1"), samples=recorded, prior=PRIOR, system=system, space=space)
     clock, processor = perf_counter(), process_time()
-    found = solve(of.at_instants(times, samples * step / times))
+    found = best_solution(of.at_instants(times, samples * step / times))
     assert isinstance(found, Solution), found.explanation
     taken = perf_counter() - clock, process_time() - processor
     return Measured(*taken, _peak(), found.objective, sum(len(places) for places in found.active))

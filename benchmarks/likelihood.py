@@ -13,8 +13,8 @@ from trackable.gp.factorise import noise_variance
 from trackable.gp.factors.dense import Dense
 from trackable.gp.posterior import Posterior
 from trackable.gp.samples import Samples
-from trackable.learning.exchange import solve
 from trackable.learning.problem import Solution
+from trackable.learning.search import best_solution
 
 _SIZES = (30, 100, 300, 1000, 2000, 3000)
 _STRUCTURED = 300  # samples, from which on the covariance matrix is taken for the band that it is
@@ -100,7 +100,7 @@ def _fit(samples: Samples, rounds: int) -> Row:
     bounds = np.exp(np.column_stack([space.log_lower, space.log_upper]) * [[2], [1]])
 
     def ours() -> Solution:
-        found = solve(problem)
+        found = best_solution(problem)
         assert isinstance(found, Solution)
         return found
 

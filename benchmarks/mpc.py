@@ -15,7 +15,7 @@ from trackable.arrays import Array
 from trackable.control.controller import Controller
 from trackable.control.references import TrackedReference
 from trackable.control.step.result import Plan, Status
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem

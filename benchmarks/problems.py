@@ -11,11 +11,12 @@ from pipeline.experiments.load import load_experiment
 from pipeline.generate import sampled_by
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior, JointPrior
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
+from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
-from trackable.learning.problem import ConstrainedProblem, Constraint
+from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.scalar import Scalar
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem

@@ -15,7 +15,7 @@ from scipy.optimize import NonlinearConstraint, minimize
 from benchmarks.problems import Example
 from trackable.arrays import Array
 from trackable.gp.kernels.periodic import Periodic
-from trackable.learning.problem import ROUNDING_BACKOFF
+from trackable.learning.constraint import ROUNDING_BACKOFF
 
 _FEASIBLE = -1e-7
 

@@ -61,7 +61,7 @@ def landscapes(experiment: AsymptoticExperiment, fitted: Fitted) -> Sequence[Lan
         fitted.sampled.samples,
         JointPrior((prior,)),
         SearchSpace({name: bounds for name, bounds in space.bounds.items() if name in kernel}),
-        SOUND.constraints(experiment.plant, learned.final_step or 0),
+        SOUND.constraints(experiment.constrained_system, learned.final_step or 0),
     )
     first, second = (prior.hyperparameters[name] for name in kernel)
     grids = []

@@ -11,7 +11,7 @@ from pipeline.storage.archive import Fitted, read_fit, read_margins
 from pipeline.storage.results import Results
 from pipeline.storage.tables import read_columns
 from trackable import plots
-from trackable.learning.published.growth import growth_rates
+from trackable.learning.published.growth import interval_growth_rates
 from trackable.systems.margins import MarginProfile
 
 # Looks go by position: in this order the references of every figure.
@@ -57,7 +57,7 @@ def _growth(experiment: PeriodicExperiment, fitted: Fitted) -> dict[str, plots.G
     end = wanted.last_step * experiment.system.sampling_time
     times, edges = np.linspace(0, end, _POINTS), np.linspace(0, end, wanted.intervals + 1)
     signals = {method: fitted.learned[method].reference.signals[0] for method in _CURVES}
-    rates = growth_rates(signals["intervals"], experiment.plant, tuple(edges.tolist()))
+    rates = interval_growth_rates(signals["intervals"], experiment.constrained_system, tuple(edges.tolist()))
     derivatives = {method: signal.derivative(times) for method, signal in signals.items()}
     panels = {"ours (growth rates: those of the intervals)": plots.GrowthIntervals(times, derivatives, edges, *rates)}
     if experiment.published_derivative and experiment.published_growth_rates:

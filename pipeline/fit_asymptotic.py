@@ -9,9 +9,9 @@ from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
 from trackable.errors import NoReferenceError
 from trackable.gp.samples import Samples
-from trackable.learning.exchange import solve
 from trackable.learning.learned import LearnedReference, Trace
-from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.methods import unconstrained
+from trackable.learning.problem import Solution
 from trackable.learning.published.algorithm1 import AS_PUBLISHED, SOUND, Reading, Run, algorithm1
 
 READINGS = (AS_PUBLISHED, SOUND)
@@ -33,11 +33,11 @@ def learn(experiment: AsymptoticExperiment, sampled: Sampled) -> tuple[Fitted, d
 
 
 def _unconstrained(experiment: AsymptoticExperiment, samples: tuple[Samples, ...]) -> LearnedReference:
-    problem = ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples))
-    solution = solve(problem)
+    plant, space = experiment.constrained_system, experiment.search_space(samples)
+    solution = unconstrained(samples, experiment.learned_prior, plant, space)
     if not isinstance(solution, Solution):
         raise NoReferenceError(f"experiment {experiment.name}, unconstrained: {solution.explanation}")
-    return LearnedReference.of("unconstrained", solution, experiment.constrained_system)
+    return LearnedReference.of("unconstrained", solution, plant)
 
 
 def _run(experiment: AsymptoticExperiment, samples: tuple[Samples, ...], reading: Reading) -> Run:
@@ -46,7 +46,7 @@ def _run(experiment: AsymptoticExperiment, samples: tuple[Samples, ...], reading
         return algorithm1(
             samples,
             experiment.learned_prior,
-            experiment.plant,
+            experiment.constrained_system,
             experiment.search_space(samples),
             reading,
             first,

@@ -1,6 +1,7 @@
 """Periodic references: unconstrained, on the paper's grid, by its program (9), and exactly; and how they compare."""
 
 import time
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from dataclasses import fields
@@ -21,12 +22,14 @@ from trackable.arrays import Array
 from trackable.errors import NoReferenceError
 from trackable.gp.joint import JointPosterior
 from trackable.gp.samples import Samples
-from trackable.learning.basins import Found
 from trackable.learning.learned import LearnedReference
-from trackable.learning.problem import Solution
-from trackable.learning.published import periodic
-from trackable.learning.published.periodic import Constraints, exact, grid, intervals, sampled
+from trackable.learning.methods import all_phases, exact, period_of, unconstrained
+from trackable.learning.problem import NoSolution, Solution
+from trackable.learning.published.periodic import grid, intervals, steps_of_period
+from trackable.learning.published.periodic import sampled as on_sampled_instants
 from trackable.learning.study import Conservatism, Draws, Study
+
+Method = Callable[..., Solution | NoSolution]
 
 UNCONSTRAINED, GRID, INTERVALS, EXACT, SAMPLED = "unconstrained", "grid", "intervals", "exact", "sampled"
 
@@ -37,13 +40,13 @@ def learn(experiment: PeriodicExperiment, sampled: Sampled) -> tuple[Fitted, dic
     learned: dict[str, LearnedReference] = {}
     seconds: dict[str, float] = {}
     rounds: dict[str, Array] = {}
-    for method, constraints in tqdm(_methods(experiment).items(), desc=f"{experiment.name}: fit", disable=None):
+    for method, learned_by in tqdm(_methods(experiment).items(), desc=f"{experiment.name}: fit", disable=None):
         begin = time.perf_counter()
-        found = _found(experiment, samples, constraints)
+        found = _found(experiment, samples, learned_by)
         seconds[method] = round(time.perf_counter() - begin, 3)
-        if not isinstance(found.outcome, Solution):
-            raise NoReferenceError(f"experiment {experiment.name}, {method}: {found.outcome.explanation}")
-        learned[method] = LearnedReference.of(method, found.outcome, plant, fits=found.outcome.fits)
+        if not isinstance(found, Solution):
+            raise NoReferenceError(f"experiment {experiment.name}, {method}: {found.explanation}")
+        learned[method] = LearnedReference.of(method, found, plant, fits=found.fits)
         if method == EXACT:
             rounds = _rounds(experiment, found)
     begin = time.perf_counter()
@@ -52,26 +55,26 @@ def learn(experiment: PeriodicExperiment, sampled: Sampled) -> tuple[Fitted, dic
     return Fitted(sampled, learned, {}, _study(experiment, samples)), rounds, seconds
 
 
-def _methods(experiment: PeriodicExperiment) -> dict[str, Constraints]:
-    plant, wanted, (prior,) = experiment.plant, experiment.periodic, experiment.learned_prior.parts
-    methods = {
-        UNCONSTRAINED: (),
-        GRID: grid(plant, wanted.last_step),
-        INTERVALS: intervals(plant, wanted.last_step, wanted.intervals, wanted.backoff),
-        EXACT: exact(experiment.constrained_system, wanted.backoff),
+def _methods(experiment: PeriodicExperiment) -> dict[str, Method]:
+    wanted = experiment.periodic
+    methods: dict[str, Method] = {
+        UNCONSTRAINED: unconstrained,
+        GRID: partial(grid, last_step=wanted.last_step),
+        INTERVALS: partial(intervals, last_step=wanted.last_step, count=wanted.intervals, backoff=wanted.backoff),
+        EXACT: partial(exact, backoff=wanted.backoff),
     }
-    if "period" in prior.fixed:
-        with suppress(ValueError):  # else the instants fall dense in the period, and `exact` is what there is
-            methods[SAMPLED] = sampled(plant, periodic.period_of([prior.kernel]))
+    with suppress(ValueError):  # where instants fall dense in the period, `exact` is what there is
+        steps_of_period(experiment.learned_prior, experiment.constrained_system)
+        methods[SAMPLED] = on_sampled_instants
     return methods
 
 
-def _found(experiment: PeriodicExperiment, samples: tuple[Samples, ...], constraints: Constraints) -> Found:
+def _found(experiment: PeriodicExperiment, samples: tuple[Samples, ...], method: Method) -> Solution | NoSolution:
     plant, space = experiment.constrained_system, experiment.search_space(samples)
-    return periodic.learn(samples, experiment.learned_prior, plant, space, constraints)
+    return method(samples, experiment.learned_prior, plant, space)
 
 
-def _rounds(experiment: PeriodicExperiment, found: Found) -> dict[str, Array]:
+def _rounds(experiment: PeriodicExperiment, found: Solution) -> dict[str, Array]:
     log_theta = np.array([r.log_theta for r in found.rounds]).reshape(len(found.rounds), -1)
     return {
         "round": np.arange(1.0, len(found.rounds) + 1),
@@ -104,8 +107,10 @@ def _columns(table: type[Conservatism] | type[Draws], rows: list[list[float]]) -
 
 def _interval_row(experiment: PeriodicExperiment, samples: tuple[Samples, ...], count: int) -> list[float]:
     """The entries of `Conservatism` for η = `count`; empty where (9) has no solution."""
-    plant, wanted = experiment.plant, experiment.periodic
-    outcome = _found(experiment, samples, intervals(plant, wanted.last_step, count, wanted.backoff)).outcome
+    wanted = experiment.periodic
+    outcome = _found(
+        experiment, samples, partial(intervals, last_step=wanted.last_step, count=count, backoff=wanted.backoff)
+    )
     if not isinstance(outcome, Solution):
         return []
     return [count, outcome.objective, *_margins(experiment, outcome.posterior)]
@@ -115,12 +120,12 @@ def _draw_row(experiment: PeriodicExperiment, seed: int) -> list[float]:
     """The entries of `Draws` for one seed."""
     assert isinstance(experiment.samples, SampleDraw)
     samples = (experiment.drawn(experiment.samples, seed),)
-    free = _found(experiment, samples, ()).outcome
+    free = _found(experiment, samples, unconstrained)
     if not isinstance(free, Solution):
         raise NoReferenceError(f"experiment {experiment.name}, seed {seed}: {free.explanation}")
     margins, kept = _margins(experiment, free.posterior), free
     if min(margins) < 0:
-        outcome = _found(experiment, samples, exact(experiment.constrained_system, experiment.periodic.backoff)).outcome
+        outcome = _found(experiment, samples, partial(exact, backoff=experiment.periodic.backoff))
         if not isinstance(outcome, Solution):
             raise NoReferenceError(f"experiment {experiment.name}, seed {seed}: {outcome.explanation}")
         kept = outcome
@@ -131,11 +136,11 @@ def _summary(experiment: PeriodicExperiment, solution: Solution) -> list[float]:
     """l, the period, and the root mean square distance to the true reference at the verified steps."""
     times = np.arange(experiment.verification.last_step + 1, dtype=float) * experiment.system.sampling_time
     off = solution.posterior.signals[0](times) - GROUND_TRUTHS[experiment.ground_truth or ""](times)
-    period = periodic.period_of([solution.posterior.signals[0].kernel])
+    period = period_of([solution.posterior.signals[0].kernel])
     return [solution.objective, period, float(np.sqrt(np.mean(off**2)))]
 
 
 def _margins(experiment: PeriodicExperiment, posterior: JointPosterior) -> list[float]:
     """The smallest margins of state and input over all phases."""
-    constraints = exact(experiment.constrained_system)
+    constraints = all_phases(experiment.constrained_system)
     return [float(np.min(c.closest(posterior)[1])) * c.quantity.bounds.width for c in constraints]

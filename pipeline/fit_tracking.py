@@ -10,9 +10,9 @@ from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
 from trackable.certificates.certified import Round
 from trackable.errors import NoReferenceError
-from trackable.learning.basins import best_of
 from trackable.learning.learned import LearnedReference
-from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.methods import unconstrained
+from trackable.learning.problem import Solution
 
 UNCONSTRAINED = "unconstrained"
 
@@ -39,9 +39,8 @@ def learn(experiment: TrackingExperiment, sampled: Sampled) -> tuple[Fitted, dic
 
 
 def _unconstrained(experiment: TrackingExperiment, sampled: Sampled) -> LearnedReference:
-    space = experiment.search_space(sampled.samples)
-    problem = ConstrainedProblem(sampled.samples, experiment.learned_prior, space)
-    outcome = best_of(problem, space.start_points()).outcome
+    plant, space = experiment.constrained_system, experiment.search_space(sampled.samples)
+    outcome = unconstrained(sampled.samples, experiment.learned_prior, plant, space)
     if not isinstance(outcome, Solution):
         raise NoReferenceError(f"experiment {experiment.name}, {UNCONSTRAINED}: {outcome.explanation}")
-    return LearnedReference.of(UNCONSTRAINED, outcome, experiment.constrained_system)
+    return LearnedReference.of(UNCONSTRAINED, outcome, plant)

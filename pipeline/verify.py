@@ -15,9 +15,9 @@ from trackable.certificates.prove import Outcome, prove_at_instants
 from trackable.errors import NoReferenceError
 from trackable.files import write_json
 from trackable.learning.learned import LearnedReference
+from trackable.learning.methods import period_of
 from trackable.learning.published.algorithm1 import AS_PUBLISHED, SOUND
-from trackable.learning.published.periodic import period_of
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import is_scalar, state_and_input
 from trackable.learning.published.tail import tail
 from trackable.systems.definition import smallest_defect
 from trackable.systems.margins import MarginProfile, margin_profile
@@ -88,7 +88,7 @@ def _metrics(
         metrics[f"worst_{name}_margin_at_steps"] = float(np.min(profile.at_steps))
     if learned.fits is not None:
         metrics["fits"] = learned.fits
-    if Scalar.describes(learned.reference.plant):
+    if is_scalar(learned.reference.plant):
         metrics["tail"] = _tail_metrics(learned.reference, last_step)
     return metrics
 
@@ -106,7 +106,8 @@ def _instants(experiment: Experiment, reference: Reference) -> list[MarginProfil
 
 def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None:
     """Bounds for all time after the last verified step; None where the kernel gives none."""
-    plant = Scalar.of(reference.plant)
+    plant = reference.plant
+    state, entry = state_and_input(plant)
     bounds = tail(reference.signals[0], last_step * plant.sampling_time)
     if bounds is None:
         return None
@@ -114,8 +115,8 @@ def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None
         "start": bounds.start,
         "mean_bound": bounds.mean_bound,
         "derivative_bound": bounds.derivative_bound,
-        "state_margin": plant.state_set.margin_of(bounds.states),
-        "input_margin": plant.input_set.margin_of(bounds.inputs(plant)),
+        "state_margin": state.bounds.margin_of(bounds.states),
+        "input_margin": entry.bounds.margin_of(bounds.inputs(plant)),
     }
 
 

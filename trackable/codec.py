@@ -20,10 +20,8 @@ from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
 
 from trackable.arrays import Array
 from trackable.files import from_json, to_json
+from trackable.gp.kernels import registry
 from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.combinations import Product, Sum
-from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from trackable.systems.constrained import ConstrainedSystem, System
 from trackable.systems.formulas.algebra import from_lists, to_lists
 from trackable.systems.formulas.expression import Expression
@@ -33,10 +31,7 @@ from trackable.systems.nonlinear import Nonlinear
 T = TypeVar("T")
 Hook = Callable[[Any, Any], Any]
 
-KERNELS: dict[str, type[Kernel]] = {
-    kernel.__name__: kernel
-    for kernel in (SquaredExponential, Matern32, Matern52, RationalQuadratic, Periodic, Sum, Product)
-}
+KERNELS: dict[str, type[Kernel]] = {kernel.__name__: kernel for kernel in registry.KERNELS.values()}
 
 
 class CodecError(ValueError):

@@ -2,6 +2,7 @@
 
 import sys
 from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
 import scipy.linalg  # noqa: F401  its BLAS is one of those that are asked about
@@ -18,15 +19,22 @@ def environment() -> dict[str, str]:
     Nothing in it differs between machines that write the same bytes: no processor's name, no operating system, no
     time, and of Python only the minor version.
     """
+    blas = {_told(library) for library in threadpool_info() if library["user_api"] == "blas" and _is_used(library)}
     return {
         PYTHON: f"{sys.version_info.major}.{sys.version_info.minor}",
         **{name: version(name) for name in PACKAGES},
-        BLAS: ", ".join(sorted({_told(library) for library in threadpool_info() if library["user_api"] == "blas"})),
+        BLAS: ", ".join(sorted(blas)),
         SIMD: " ".join(_instructions()) or "baseline",
     }
 
 
-def _told(library: dict[str, object]) -> str:
+def _is_used(library: dict[str, str]) -> bool:
+    """Return whether a library is NumPy's or SciPy's, or shared: solvers that are loaded but not used bring others."""
+    owners = {part for part in Path(library["filepath"]).parts if part.endswith(".libs")}
+    return owners <= {"numpy.libs", "scipy.libs"}
+
+
+def _told(library: dict[str, str]) -> str:
     return f"{library['internal_api']} {library['version']} ({library.get('architecture', 'unknown kernels')})"
 
 

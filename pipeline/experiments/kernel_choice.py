@@ -5,19 +5,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from trackable.gp.kernels.base import Elementary, Kernel
-from trackable.gp.kernels.combinations import Product, Sum
-from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.base import Kernel, Product, Sum
+from trackable.gp.kernels.elementary import Elementary
+from trackable.gp.kernels.registry import KERNELS
 from trackable.systems.sets.interval import Interval
 
-_ELEMENTARY: dict[str, type[Elementary]] = {
-    "squared_exponential": SquaredExponential,
-    "matern32": Matern32,
-    "matern52": Matern52,
-    "rational_quadratic": RationalQuadratic,
-    "periodic": Periodic,
-}
+_ELEMENTARY = {name: kernel for name, kernel in KERNELS.items() if issubclass(kernel, Elementary)}
 _PAIRS: dict[str, type[Sum] | type[Product]] = {"sum": Sum, "product": Product}
 
 

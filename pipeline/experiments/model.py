@@ -27,7 +27,7 @@ from trackable.certificates.goal import Goal, for_all_times
 from trackable.gp.joint import JointPrior
 from trackable.gp.prior import NOISE, Prior
 from trackable.gp.samples import Samples
-from trackable.learning.published.periodic import period_of
+from trackable.learning.methods import period_of
 from trackable.learning.published.scalar import Scalar, scalar
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem

@@ -16,9 +16,9 @@ from tests.pipeline.stages import call, written
 from tests.project import ROOT
 from trackable.control.initial_states import initial_states
 from trackable.control.scaling import scaled_controller
-from trackable.learning.exchange import solve
 from trackable.learning.learned import LearnedReference
 from trackable.learning.problem import ConstrainedProblem
+from trackable.learning.search import best_solution
 from trackable.plots import svg
 
 PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
@@ -37,7 +37,7 @@ def run(folder: Path, params: str = SHORT, example=None):
 
 def _fit(folder: Path, example) -> None:
     learning = example.learning
-    free = solve(ConstrainedProblem(learning.samples, learning.prior, learning.space))
+    free = best_solution(ConstrainedProblem(learning.samples, learning.prior, learning.space))
     learned = {
         name: LearnedReference.of(name, solution, learning.plant)
         for name, solution in (("unconstrained", free), ("certified", example.learned.solution))

@@ -7,7 +7,7 @@ import pytest
 
 from pipeline.experiments import PARAMS, load_experiment, load_experiments
 from trackable.errors import InputError
-from trackable.gp.kernels.combinations import Product
+from trackable.gp.kernels.base import Product
 from trackable.gp.prior import NOISE
 
 WRITTEN = PARAMS.read_text(encoding="utf-8")

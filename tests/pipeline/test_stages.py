@@ -40,10 +40,9 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
     figures |= {
         f"example1/figures/{n}.svg" for n in ("closed-loop", "cost", "infeasibility", "feasible-set", "relearning")
     }
-    others = {
-        f"example1/{n}" for n in ("samples.mcap", "fit.mcap", "iterations.csv", "verification.mcap", "metrics.json")
-    }
-    others |= {f"example1/control.{ending}" for ending in ("mcap", "json")}
+    logs = ("samples", "fit", "verification", "control")
+    others = {f"example1/{name}.mcap" for name in logs}
+    others |= {f"example1/{name}.json" for name in ("metrics", "control", "environment")} | {"example1/iterations.csv"}
     proofs = {f"example1/certificates/{n}.json" for n in ("as_published", "sound", "certified")}
     assert written(finished).keys() == figures | others | proofs
 

@@ -51,6 +51,7 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
         "iterations.csv",
         "verification.mcap",
         "metrics.json",
+        "environment.json",
     }
     files |= {f"certificates/{method}.json" for method in ("intervals", "exact", "certified")}
     assert written(finished).keys() == {f"example2/{name}" for name in files}

@@ -13,10 +13,12 @@ from trackable.arrays import Array
 from trackable.codec import KERNELS, CodecError, decode, dumps, encode, loads
 from trackable.files import to_json
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.base import Elementary, Kernel
-from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.base import Kernel, Product, Sum
+from trackable.gp.kernels.elementary import Elementary
+from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum

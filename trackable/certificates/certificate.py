@@ -8,10 +8,8 @@ import numpy as np
 
 from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
 from trackable.certificates.cover import Cover
+from trackable.gp.kernels import registry
 from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.combinations import Product, Sum
-from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem, Limit
 from trackable.systems.flat.functional import Functional
@@ -24,10 +22,7 @@ from trackable.systems.sets.polytope import Polytope
 FORMAT = "trackable certificate"
 VERSION = 2
 
-_KERNELS: dict[str, type[Kernel]] = {
-    kernel.__name__: kernel
-    for kernel in (SquaredExponential, Matern32, Matern52, RationalQuadratic, Periodic, Sum, Product)
-}
+_KERNELS: dict[str, type[Kernel]] = {kernel.__name__: kernel for kernel in registry.KERNELS.values()}
 _CLAIMS: dict[str, type[AllTimes | AllPhases | OnWindow | AtInstants]] = {
     "all_times": AllTimes,
     "all_phases": AllPhases,

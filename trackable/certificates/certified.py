@@ -12,9 +12,9 @@ from trackable.certificates.prove import reference_period
 from trackable.certificates.rounding.references import evaluation_errors
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
-from trackable.learning.exchange import followed
-from trackable.learning.problem import ROUNDING_BACKOFF, ConstrainedProblem, Constraint, NoSolution, Solution
-from trackable.learning.search import best_solution
+from trackable.learning.constraint import ROUNDING_BACKOFF, Constraint
+from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackable.learning.search import best_solution, continued
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.quantity import Quantity
@@ -86,7 +86,7 @@ def learn_certified(
             backoff = max(10 * backoff, 4 * _relative_error(reference))
             if backoff > _LARGEST_BACKOFF or rounds >= _MOST_ROUNDS:
                 return outcome
-            found = followed(found, _problem(samples, prior, plant, space, goal, backoff))
+            found = continued(found, _problem(samples, prior, plant, space, goal, backoff))
         longer = goal.longer(_failed_at(outcome))
         if longer is None or rounds >= _MOST_ROUNDS:
             return outcome

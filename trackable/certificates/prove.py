@@ -21,8 +21,7 @@ from trackable.certificates.rounding.references import (
 )
 from trackable.certificates.settled import earliest_settled, settled_margins
 from trackable.certificates.sketch import Sketch, sketch
-from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.periodic import Periodic
 from trackable.systems.reference import Reference
 

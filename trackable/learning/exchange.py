@@ -1,236 +1,173 @@
 """Exchange: constraints by the thousand (or a continuum) cost nothing if only the few that matter enter the program.
 
-Solve with constraints at few times, find the times at which the result breaks a bound, add them, repeat. Every program
-on the way is a relaxation of the whole problem, so the first minimiser that keeps all bounds solves the whole problem.
+Solve with constraints at few places, find the places at which the result breaks a bound, add them, repeat. Every
+program on the way is a relaxation of the whole problem: the first minimiser that keeps all bounds solves the whole
+problem, and a minimiser that is no better than a solution in hand can be given up.
 """
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import IllConditioned
+from trackable.learning.candidate import Candidate, Places, merged
 from trackable.learning.nonlinear import Program
-from trackable.learning.problem import ConstrainedProblem, Infeasible, NoSolution, NothingFactored, Solution
+from trackable.learning.problem import ConstrainedProblem, NoSolution, NothingFactored, Round, Solution
 
 _MAX_ROUNDS = 60
 _MAX_HALVINGS = 60
-_LOOKS = 256
 _SAME_POINT = 1e-6
-_SAME_TIME = 1e-9
+_SAME_BASIN = 1e-2
+# The first step of a start that is good already may change no hyperparameter by more than a tenth.
+_NEARBY = 0.1
 
-
-def solve(problem: ConstrainedProblem, warm: Solution | None = None) -> Solution | NoSolution:
-    """The best of local minima from several starts, among those that keep every bound on its whole index set.
-
-    Deterministic. Where the prior mean is an equilibrium inside the bounds, a feasible point is found by letting the
-    signal fade towards it; it is kept in hand and improved. `warm` hands over the minimiser, and the times in the
-    program, of a problem with fewer constraints.
-    """
-    starts = problem.space.start_points()
-    search = _Search(problem, warm.active if warm else tuple(c.none for c in problem.constraints))
-    search.sweep(Program.minimise, [warm.posterior.prior.log_hyperparameters, *starts] if warm else starts)
-    if search.incumbent is None:
-        search.keep_faded(starts)
-    if any(t.size for t in search.times):
-        # What the first sweep learned about the constraints may lead the same starts to better minima.
-        in_hand = [search.incumbent.log_theta] if search.incumbent else []
-        search.sweep(Program.minimise, [*in_hand, *starts])
-    if search.nothing_factored:
-        return NothingFactored(problem.prior)
-    search.settle()
-    if search.incumbent is None:
-        search.sweep(Program.minimise_violation, starts)
-        search.improve_closest()
-    if search.incumbent is None:  # before it is said that there is none: everywhere, if thinly
-        search.look_at(problem.space.points(_LOOKS))
-        search.sweep(Program.minimise_violation, [search.closest.log_theta])
-        search.improve_closest()
-    if search.incumbent is None:
-        return search.closest.infeasible(problem)
-    return Solution(search.incumbent.posterior, search.incumbent.objective, search.times, search.fits)
-
-
-def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem that only adds constraints to the one that `solution` solves.
-
-    Where the old minimiser keeps the new bounds too it is the new minimiser: nothing is left to do.
-    """
-    if Attempt.at(problem, solution.posterior.prior.log_hyperparameters).everywhere(problem).is_feasible:
-        return replace(solution, fits=0)
-    return solve(problem, warm=solution)
-
-
-def followed(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem whose bounds are those of `solution`'s, moved a little: its minimiser leads to the new one.
-
-    Where that is lost on the way, all starts are tried again.
-    """
-    search = _Search(problem, solution.active)
-    search.sweep(Program.minimise, [solution.posterior.prior.log_hyperparameters])
-    search.settle()
-    if search.incumbent is None:
-        return solve(problem, warm=solution)
-    return Solution(search.incumbent.posterior, search.incumbent.objective, search.times, search.fits)
+Step = Callable[[Program, Array], Array | None]
 
 
 @dataclass(frozen=True)
-class Attempt:
-    """A point with what the constraints say of it: places and relative margins where each margin is smallest."""
+class _Path:
+    """The end of a path, and the rounds that led there."""
 
-    log_theta: Array
-    posterior: JointPosterior
-    objective: float
-    minima: tuple[tuple[Array, Array], ...]
-
-    @classmethod
-    def at(cls, problem: ConstrainedProblem, log_theta: Array) -> "Attempt":
-        posterior = problem.posterior(log_theta)
-        objective, _ = posterior.negative_log_marginal_likelihood()
-        minima = tuple(constraint.closest(posterior) for constraint in problem.constraints)
-        return cls(log_theta, posterior, objective, minima)
-
-    def everywhere(self, problem: ConstrainedProblem) -> "Attempt":
-        """The same with what the first look at the constraints did not see."""
-        added = [constraint.overlooked(self.posterior) for constraint in problem.constraints]
-        minima = [
-            (np.concatenate([places, more]), np.concatenate([margins, below]))
-            for (places, margins), (more, below) in zip(self.minima, added, strict=True)
-        ]
-        return replace(self, minima=tuple(minima))
-
-    @property
-    def worst(self) -> tuple[float, int, float]:
-        """Smallest relative margin, the constraint that has it, and when."""
-        found = [
-            (margin, i, time)
-            for i, (places, margins) in enumerate(self.minima)
-            for time, margin in zip(places.reshape(len(margins), -1)[:, 0].tolist(), margins.tolist(), strict=True)
-        ]
-        return min(found, default=(np.inf, -1, np.nan))
-
-    @property
-    def is_feasible(self) -> bool:
-        return all(bool(np.all(margins >= 0)) for _, margins in self.minima)
-
-    def broken(self, known: tuple[Array, ...]) -> list[Array] | None:
-        """The places of each constraint where it is broken; None where all of them are known already.
-
-        Where a quantity is not defined it has no slope either: another constraint has to lead back to where it is.
-        """
-        found = self.broken_places
-        return found if any(len(united(old, new)) > len(old) for old, new in zip(known, found, strict=True)) else None
-
-    @property
-    def broken_places(self) -> list[Array]:
-        return [places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima]
-
-    def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
-        margin, index, time = self.worst
-        quantity = problem.constraints[index].quantity
-        means, quantities = [part.mean for part in problem.prior.parts], [c.quantity for c in problem.constraints]
-        at_rest = tuple(q for q in quantities if not q.bounds.holds_inside(q.at_rest(means)))
-        return Infeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, at_rest)
+    end: Array
+    rounds: tuple[Round, ...] = ()
 
 
 @dataclass
-class _Search:
-    """The state of the exchange: `times` in the program for each constraint, and the best points met so far."""
+class Exchange:
+    """Lead starts to local minima, and keep the best one that keeps all bounds; `closest` breaks them least.
+
+    Starts are led `together`, with all places in one program, or one by one (`follow`), each with places of its own.
+    `active` are the places in the program, `rounds` led to the best, `fits` counts the nonlinear programs.
+    """
 
     problem: ConstrainedProblem
-    times: tuple[Array, ...]
-    incumbent: Attempt | None = None
+    best: Candidate | None = None
+    closest: Candidate | None = None
+    active: Places = ()
+    rounds: tuple[Round, ...] = ()
     fits: int = 0
-    _closest: list[Attempt] = field(default_factory=list)
+    _visited: list[Array] = field(default_factory=list)
 
     @property
-    def nothing_factored(self) -> bool:
-        return not self._closest
+    def outcome(self) -> Solution | NoSolution:
+        """The best solution, or why there is none."""
+        if self.best is not None:
+            return Solution(self.best.posterior, self.best.objective, self.active, self.fits, self.rounds)
+        return self.closest.infeasible(self.problem) if self.closest else NothingFactored(self.problem.prior)
 
-    @property
-    def closest(self) -> Attempt:
-        """The attempt with the smallest violation."""
-        return self._closest[0]
+    def follow(self, start: Array) -> None:
+        """Lead one start that is good already to the local minimum next to it, with places of its own.
 
-    def sweep(self, step: Callable[[Program, Array], Array | None], points: Iterable[Array]) -> None:
-        """Improve all points by `step`, again and again, while they break bounds at times the program did not know."""
-        for _ in range(_MAX_ROUNDS):
-            program = Program(self.problem, self.times)
-            in_program = self.times
-            results = [step(program, point) for point in points]
-            self.fits += len(results)
-            points = [point for point in _distinct(results) if self._leads_on(point, in_program)]
-            if not points:
-                break
+        The first program asks wherever the start is closest to its bounds. A start that is lost on the way tries once
+        more: it may stay in its basin if it knows from the beginning all places that it met.
+        """
+        try:
+            places = merged(self._no_places, Candidate.at(self.problem, start).closest_places)
+        except IllConditioned:
+            return
+        met = self._followed(start, places)
+        if met is not None:
+            self._followed(start, met)
 
-    def settle(self) -> None:
-        """Look everywhere once, and go on from the incumbent where it breaks a bound that no look had met."""
-        for _ in range(_MAX_ROUNDS):
-            if self.incumbent is None or (found := self.incumbent.everywhere(self.problem)).is_feasible:
-                return
-            self.incumbent, self._closest = None, [found]
-            self.times = tuple(united(*pair) for pair in zip(self.times, found.broken_places, strict=True))
-            self.sweep(Program.minimise, [found.log_theta])
-
-    def improve_closest(self) -> None:
-        """Go on from the point that breaks the bounds least, or from the best that keeps them."""
-        self.sweep(Program.minimise, [(self.incumbent or self.closest).log_theta])
-        self.settle()
-
-    def look_at(self, points: Iterable[Array]) -> None:
-        """What the constraints say at some points: the best that keeps all of them is kept, or the closest."""
-        for point in points:
-            self._judged(point)
+    def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
+        """Improve all points by `step` until none breaks a bound at a place that is not yet `active`."""
+        self.active = self._exchanged([_Path(point) for point in points], self.active or self._no_places, step)
 
     def keep_faded(self, points: Iterable[Array]) -> None:
-        """Halve the signal's amplitude at each point until the bounds hold; keep the best that does."""
+        """Halve the signals' amplitudes at each point until all bounds hold; keep the best result."""
         for point in points:
             for halvings in range(_MAX_HALVINGS):
-                if (attempt := self._judged(self.problem.space.faded(point, 2.0**halvings))) and attempt.is_feasible:
+                candidate = self._judged(self.problem.space.faded(point, 2.0**halvings))
+                if candidate and candidate.is_feasible:
+                    self._keep(candidate)
                     break
 
-    def _leads_on(self, point: Array, in_program: tuple[Array, ...]) -> bool:
-        """Whether a point may become better than the incumbent once the program knows what it breaks."""
-        attempt = self._judged(point)
-        if attempt is None or attempt.is_feasible or self._is_beaten(attempt):
-            return False
-        # Another point of this round may have brought the same times already: what counts is what this one knew.
-        if (broken := attempt.broken(in_program)) is None:
-            return False
-        self.times = tuple(united(known, new) for known, new in zip(self.times, broken, strict=True))
-        return True
+    def look_at(self, points: Iterable[Array]) -> None:
+        """Keep the best of some points, or the one that breaks the bounds least."""
+        for point in points:
+            if (candidate := self._judged(point)) and candidate.is_feasible:
+                self._keep(candidate)
 
-    def _judged(self, point: Array) -> Attempt | None:
+    @property
+    def _no_places(self) -> Places:
+        return tuple(constraint.none for constraint in self.problem.constraints)
+
+    def _followed(self, start: Array, places: Places) -> Places | None:
+        """The places met where the start is lost on the way; None where it is the best, or leads nowhere new at all."""
+        best, end = self.best, _nearby(Program(self.problem, places), start)
+        self.fits += 1
+        if end is None or self._is_visited(end):
+            return None
+        paths, met = self._onward([(_Path(start), end)], places)
+        if paths:
+            met = self._exchanged(paths, met, _nearby)
+        if self.best is not best:
+            self.active = met
+            return None
+        return met if paths else None
+
+    def _exchanged(self, paths: Sequence[_Path], places: Places, step: Step) -> Places:
+        """Go on while paths meet places that their program did not know; return all places met."""
+        for _ in range(_MAX_ROUNDS):
+            if not paths:
+                break
+            program = Program(self.problem, places)
+            ends = [(path, step(program, path.end)) for path in paths]
+            self.fits += len(ends)
+            paths, places = self._onward(ends, places)
+        return places
+
+    def _onward(self, ends: Iterable[tuple[_Path, Array | None]], places: Places) -> tuple[list[_Path], Places]:
+        """The paths that may end better than the best once the program knows what they break, and these places too."""
+        onward, met, count = [], places, sum(map(len, places))
+        for path, end in _distinct(ends):
+            candidate = self._judged(end)
+            if candidate is None or self._is_beaten(candidate):
+                continue
+            done = Round(end, candidate.objective, candidate.worst[0], count)
+            longer = _Path(end, (*path.rounds, done))
+            if candidate.is_feasible:
+                self._keep(candidate, longer.rounds)
+            # What counts is what this program knew: another path may have brought the same places already.
+            elif (broken := candidate.broken(places)) is not None:
+                met = merged(met, broken)
+                onward.append(longer)
+        return onward, met
+
+    def _judged(self, point: Array) -> Candidate | None:
+        """Evaluate a point, everywhere if it may be the best; None where nothing can be factored."""
         try:
-            attempt = Attempt.at(self.problem, point)
+            candidate = Candidate.at(self.problem, point)
         except IllConditioned:
             return None
-        if not self._closest or attempt.worst[0] > self.closest.worst[0]:
-            self._closest = [attempt]
-        if attempt.is_feasible and not self._is_beaten(attempt):
-            self.incumbent = attempt
-        return attempt
+        if candidate.is_feasible and not self._is_beaten(candidate):
+            candidate = candidate.everywhere(self.problem)
+        if self.closest is None or candidate.worst[0] > self.closest.worst[0]:
+            self.closest = candidate
+        return candidate
 
-    def _is_beaten(self, attempt: Attempt) -> bool:
-        return self.incumbent is not None and attempt.objective >= self.incumbent.objective
+    def _keep(self, candidate: Candidate, rounds: tuple[Round, ...] = ()) -> None:
+        if not self._is_beaten(candidate):
+            self.best, self.rounds = candidate, rounds
+            self._visited += [done.log_theta for done in rounds]
+
+    def _is_beaten(self, candidate: Candidate) -> bool:
+        return self.best is not None and candidate.objective >= self.best.objective
+
+    def _is_visited(self, end: Array) -> bool:
+        """Whether a path to what once was the best came by here: where it leads is known."""
+        return any(np.max(np.abs(end - other), initial=0.0) < _SAME_BASIN for other in self._visited)
 
 
-def _distinct(points: list[Array | None]) -> list[Array]:
-    kept: list[Array] = []
-    for point in points:
-        if point is not None and all(np.max(np.abs(point - other), initial=0.0) > _SAME_POINT for other in kept):
-            kept.append(point)
+def _nearby(program: Program, start: Array) -> Array | None:
+    return program.minimise(start, _NEARBY)
+
+
+def _distinct(ends: Iterable[tuple[_Path, Array | None]]) -> list[tuple[_Path, Array]]:
+    kept: list[tuple[_Path, Array]] = []
+    for path, end in ends:
+        if end is not None and all(np.max(np.abs(end - other), initial=0.0) > _SAME_POINT for _, other in kept):
+            kept.append((path, end))
     return kept
-
-
-def united(places: Array, new: Array) -> Array:
-    """The places and those of the new ones that are not among them, in increasing order (of their first numbers)."""
-    fresh = [place for place in new if not len(places) or np.min(_distances(places, place)) > _SAME_TIME]
-    joined = np.concatenate([places, np.array(fresh).reshape(-1, *places.shape[1:])])
-    return joined[np.argsort(joined if joined.ndim == 1 else joined[:, 0], kind="stable")]
-
-
-def _distances(places: Array, place: Array) -> Array:
-    return np.asarray(np.max(np.abs(places - place).reshape(len(places), max(1, np.size(place))), axis=1))

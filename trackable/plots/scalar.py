@@ -1,34 +1,33 @@
-"""What figures of scalar systems show of a reference: state, input and reachable tube at steps, as plain numbers."""
+"""What figures show of a scalar system's reference: state, input and reachable tube at steps, and the bounds."""
 
 from trackable.arrays import Array
-from trackable.learning.published.scalar import ScalarReference
+from trackable.learning.published.scalar import reachable_tube, state_and_input
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 
 
 def state_at_steps(reference: Reference, steps: Array) -> Array:
     """Return x_r(k) in the shape of `steps`."""
-    view = ScalarReference.of(reference)
-    return view.state(view.instants(steps))
+    return reference.state(steps)[..., 0]
 
 
 def input_at_steps(reference: Reference, steps: Array) -> Array:
     """Return u_r(k) in the shape of `steps`."""
-    view = ScalarReference.of(reference)
-    return view.input(view.instants(steps))
+    return reference.input(steps)[..., 0]
 
 
 def tube_after_steps(reference: Reference, steps: Array) -> tuple[Array, Array]:
     """Return the ends of the reachable tube at step k + 1: the states in reach from x_r(k)."""
-    view = ScalarReference.of(reference)
-    return view.tube(view.instants(steps))
+    return reachable_tube(reference, reference.instants(steps))
 
 
 def state_interval(reference: Reference) -> Interval:
-    """Return the state set X."""
-    return ScalarReference.of(reference).plant.state_set
+    """Return the state set X. Raises ValueError for a system that is not scalar."""
+    state, _ = state_and_input(reference.plant)
+    return state.bounds
 
 
 def input_interval(reference: Reference) -> Interval:
-    """Return the input set U."""
-    return ScalarReference.of(reference).plant.input_set
+    """Return the input set U. Raises ValueError for a system that is not scalar."""
+    _, u = state_and_input(reference.plant)
+    return u.bounds

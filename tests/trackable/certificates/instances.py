@@ -7,10 +7,11 @@ import numpy as np
 from tests.trackable.certificates import naive
 from tests.trackable.systems.instances import controllable
 from trackable.certificates.prove import common_period, reference_period
-from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.base import Kernel, Product, Sum
+from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem

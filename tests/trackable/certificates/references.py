@@ -10,9 +10,9 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
-from trackable.learning.exchange import solve
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.scalar import scalar
+from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
@@ -45,4 +45,4 @@ def certified(example: str) -> Certified:
 @cache
 def unconstrained(example: str) -> Reference:
     samples, prior, plant, space = PROBLEMS[example]
-    return Reference(solve(ConstrainedProblem(samples, prior, space)).posterior.signals, plant)
+    return Reference(best_solution(ConstrainedProblem(samples, prior, space)).posterior.signals, plant)

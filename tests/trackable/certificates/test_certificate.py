@@ -7,9 +7,11 @@ import pytest
 from tests.trackable.certificates.test_prove import reference
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import prove, prove_at_instants, prove_on_window
-from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.base import Product, Sum
+from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 SETTLING = reference(
     Sum(Product(SquaredExponential(0.9, 0.3), Periodic(0.5, 0.8, 0.7)), RationalQuadratic(1.1, 0.2, 3.0))

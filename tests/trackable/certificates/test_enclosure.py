@@ -17,8 +17,10 @@ from trackable.certificates.enclosure import Box, best_radius, enclosure
 from trackable.certificates.exact import exact_quantities
 from trackable.certificates.limits import limits_beyond
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 EXTREME: dict[str, Kernel] = {
     "tiny": SquaredExponential(1e-3, 1e-9),

@@ -16,16 +16,18 @@ from trackable.certificates.prove import prove
 from trackable.checker import Failed, Proved, check
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern52, SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import POINT
 from trackable.learn import learn_reference
-from trackable.learning.exchange import solve
+from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Window
-from trackable.learning.problem import ConstrainedProblem, Constraint, NoSolution
+from trackable.learning.problem import ConstrainedProblem, NoSolution
+from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
@@ -237,7 +239,7 @@ def test_a_prior_mean_that_is_no_admissible_equilibrium_is_explained():
     prior = JointPrior((Prior(SquaredExponential(1.0, 1.0), 0.05, mean=5.0),))
     space = SearchSpace.around(samples, prior, {"lengthscale": Interval(0.2, 2.0)}, starts=2)
     later = tuple(Constraint(q, Window(0.0, 30.0)) for q in AXIS.quantities)
-    found = solve(ConstrainedProblem(samples, prior, space, later))
+    found = best_solution(ConstrainedProblem(samples, prior, space, later))
     assert isinstance(found, NoSolution)
     assert found.explanation.startswith(
         "the prior mean 5 is no admissible equilibrium (its position 5 does not lie inside [-1, 1.2])"

@@ -32,7 +32,7 @@ from trackable.certificates.rounding.references import evaluation_errors
 from trackable.checker import Failed, NotACertificate, Proved, check
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning.space import SearchSpace

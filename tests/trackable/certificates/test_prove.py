@@ -19,14 +19,15 @@ from trackable.certificates.exact import exact_quantities
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import prove, prove_at_instants, prove_for_all_phases, prove_on_window
 from trackable.checker import Proved, check
-from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.base import Product, Sum
+from trackable.gp.kernels.matern import Matern32
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
-from trackable.learning.exchange import solve
+from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
-from trackable.learning.problem import Constraint
 from trackable.learning.published.scalar import scalar
+from trackable.learning.search import best_solution
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
@@ -92,7 +93,7 @@ def test_broken_instants_are_refuted_by_their_step():
 def test_instants_can_be_kept_by_a_reference_that_breaks_bounds_between_them():
     plant = example1.SYSTEM
     steps = [Constraint(q, Steps(0, 130, plant.sampling_time), 1e-9) for q in plant.quantities]
-    sampled = Reference(solve(example1.problem(*steps)).posterior.signals, plant)
+    sampled = Reference(best_solution(example1.problem(*steps)).posterior.signals, plant)
     assert isinstance(prove(sampled), Counterexample)
     found = prove_at_instants(sampled)
     assert isinstance(found, Certificate)

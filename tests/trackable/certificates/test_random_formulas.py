@@ -17,7 +17,9 @@ from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove_on_window
 from trackable.checker import Proved, check
 from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.radial import Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.matern import Matern52
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.formulas.expression import (

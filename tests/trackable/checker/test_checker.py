@@ -20,7 +20,7 @@ from trackable.checker import Failed, NotACertificate, Proved, check, intervals
 from trackable.checker.intervals import iv
 from trackable.checker.kernels import taylor
 from trackable.checker.reading import rational_number
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,8 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.cover import Cover
 from trackable.certificates.rounding import references as rounding
 from trackable.checker import Failed, Proved, check
-from trackable.gp.kernels.radial import Matern32, SquaredExponential
+from trackable.gp.kernels.matern import Matern32
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.learning.published.scalar import scalar
 from trackable.systems.constrained import ConstrainedSystem

@@ -19,7 +19,8 @@ from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
 from trackable.checker import Failed, NotACertificate, Proved, check
 from trackable.checker.redundancy import check_input_set
-from trackable.gp.kernels.radial import Matern52, SquaredExponential
+from trackable.gp.kernels.matern import Matern52
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
 from trackable.learn import learn_reference

@@ -21,8 +21,9 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import prove, prove_at_instants, prove_on_window
 from trackable.checker import NotACertificate, Proved, boxes, check
 from trackable.checker.models import Model
+from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.flatness import Flatness

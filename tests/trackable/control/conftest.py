@@ -7,8 +7,8 @@ import pytest
 from tests.trackable.control import instances
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.control.references import InterpolatedReference
-from trackable.learning.exchange import solve
 from trackable.learning.problem import ConstrainedProblem
+from trackable.learning.search import best_solution
 from trackable.systems.reference import Reference
 
 
@@ -26,7 +26,7 @@ class Example:
 
 def _example(learning: instances.Learning) -> Example:
     learned = learn_certified(learning.samples, learning.prior, learning.plant, learning.space)
-    plain = solve(ConstrainedProblem(learning.samples, learning.prior, learning.space))
+    plain = best_solution(ConstrainedProblem(learning.samples, learning.prior, learning.space))
     unconstrained = Reference(plain.posterior.signals, learning.plant)
     return Example(learning, learned, unconstrained, InterpolatedReference(learning.samples, learning.plant))
 

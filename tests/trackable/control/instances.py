@@ -9,7 +9,7 @@ from tests.project import ROOT
 from trackable.control.controller import Controller
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum

@@ -12,7 +12,7 @@ from trackable.certificates.outcome import Unproved
 from trackable.control.controller import TOLERANCE, Controller
 from trackable.control.online import OnlineLoop, certified_learner, decide_update, receding_window, simulate_online
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning.problem import NoSolution

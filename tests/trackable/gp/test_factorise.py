@@ -13,9 +13,11 @@ from trackable.gp.factors.band import Band
 from trackable.gp.factors.dense import Dense
 from trackable.gp.factors.low_rank import LowRank
 from trackable.gp.factors.toeplitz import Toeplitz
-from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.base import Product, Sum
+from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import IllConditioned
 from trackable.gp.stencil import POINT, Stencil
 

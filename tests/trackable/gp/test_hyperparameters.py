@@ -5,10 +5,12 @@ import math
 import pytest
 
 from tests.trackable.gp.instances import KERNELS, PERIODIC, RADIAL, over
-from trackable.gp.kernels.base import Elementary
-from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.base import Product, Sum
+from trackable.gp.kernels.elementary import Elementary
+from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 BAD = [-1.0, 0.0, -0.0, math.nan, math.inf, -math.inf]
 

@@ -9,8 +9,9 @@ import pytest
 from tests.trackable.gp import naive
 from tests.trackable.gp.instances import KERNELS, over
 from trackable.gp.joint import JointPosterior, JointPrior
+from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern52, SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import IllConditioned, Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tests.trackable.gp import naive
 from tests.trackable.gp.instances import KERNELS, decaying_kernels, over
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import IllConditioned, Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples

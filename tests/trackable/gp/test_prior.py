@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.trackable.gp.instances import KERNELS, over
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 
 KERNEL = SquaredExponential(2.0, 0.3)

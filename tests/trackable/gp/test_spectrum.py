@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.matern import Matern32
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples

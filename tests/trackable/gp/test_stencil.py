@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.trackable.gp import naive, naive_stencil
 from tests.trackable.gp.instances import KERNELS, over
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples

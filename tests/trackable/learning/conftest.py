@@ -3,18 +3,18 @@
 import pytest
 
 from tests.trackable.learning.published import example1
-from trackable.learning.exchange import solve
 from trackable.learning.problem import Solution
 from trackable.learning.published.algorithm1 import AS_PUBLISHED, SOUND, Run, algorithm1
+from trackable.learning.search import best_solution
 
 
 @pytest.fixture(scope="session")
 def unconstrained() -> Solution:
-    return solve(example1.problem())
+    return best_solution(example1.problem())
 
 
 def _run(reading) -> Run:
-    return algorithm1((example1.SAMPLES,), example1.PRIOR, example1.PLANT, example1.SPACE, reading, 70, 150)
+    return algorithm1((example1.SAMPLES,), example1.PRIOR, example1.SYSTEM, example1.SPACE, reading, 70, 150)
 
 
 @pytest.fixture(scope="session")

@@ -7,12 +7,15 @@ import numpy as np
 from tests.trackable.systems.instances import with_sets
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.matern import Matern32, Matern52
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
+from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
-from trackable.learning.problem import ConstrainedProblem, Constraint
+from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.scalar import Scalar, scalar
 from trackable.learning.space import SearchSpace
 from trackable.systems.sets.interval import Interval

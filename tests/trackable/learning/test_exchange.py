@@ -10,13 +10,13 @@ import pytest
 from tests.trackable.learning import naive
 from tests.trackable.learning.instances import SEEDS, TIGHT_SEEDS, Instance, instance, tight, wild
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
-from trackable.learning.exchange import solve, tightened
 from trackable.learning.index_set import Steps
 from trackable.learning.problem import ConstrainedProblem, Infeasible, Solution
 from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.search import best_solution, tightened
 from trackable.learning.space import SearchSpace
 from trackable.systems.sets.interval import Interval
 
@@ -34,7 +34,7 @@ def assert_keeps_every_bound(case: Instance, solution) -> None:
 
 @lru_cache
 def _solved(seed: int) -> Solution:
-    return solve(instance(seed).problem)
+    return best_solution(instance(seed).problem)
 
 
 @pytest.fixture(params=SEEDS)
@@ -76,7 +76,7 @@ def test_no_brute_force_from_many_starts_is_better(case, solution):
 
 
 def test_two_calls_give_the_same_bits(case, solution):
-    again = solve(case.problem)
+    again = best_solution(case.problem)
     assert again.posterior.parts[0].weights.tobytes() == solution.posterior.parts[0].weights.tobytes()
     assert again.posterior.prior == solution.posterior.prior
     assert again.objective == solution.objective
@@ -95,10 +95,10 @@ def test_what_no_look_meets_is_met_in_the_end(monkeypatch):
         for c in plain.problem.constraints
     )
     problem = replace(plain.problem, constraints=fine)
-    seeing = solve(problem)
+    seeing = best_solution(problem)
     assert isinstance(seeing, Solution)
     monkeypatch.setattr(Steps, "local_minima", lambda steps, margin, kernels: np.array([steps.first * 1.0]))
-    blind = solve(problem)
+    blind = best_solution(problem)
     assert isinstance(blind, Solution)
     assert blind.objective == pytest.approx(seeing.objective, rel=1e-6, abs=1e-6)
     for constraint in fine:
@@ -121,13 +121,13 @@ def test_constraints_cost_something_in_most_of_the_instances():
     costs = []
     for seed in SEEDS:
         free = replace(instance(seed).problem, constraints=())
-        costs.append(_solved(seed).objective - solve(free).objective)
+        costs.append(_solved(seed).objective - best_solution(free).objective)
     assert min(costs) >= -1e-9
     assert sum(cost > 1e-3 for cost in costs) >= 7
 
 
 def test_tightening_step_by_step_ends_where_solving_at_once_does(case, solution):
-    stepwise = solve(case.up_to(10).problem)
+    stepwise = best_solution(case.up_to(10).problem)
     for last in (20, 21, 60, 100):
         tighter = case.up_to(last)
         stepwise = tightened(stepwise, tighter.problem)
@@ -142,7 +142,7 @@ def test_tightening_by_what_is_kept_already_changes_nothing(case, solution):
 
 
 def test_a_warm_start_is_no_worse_than_the_point_it_starts_from(case, solution):
-    warm = solve(case.problem, warm=solution)
+    warm = best_solution(case.problem, near=solution)
     assert_keeps_every_bound(case, warm)
     assert warm.objective <= solution.objective + 1e-9
 
@@ -150,15 +150,15 @@ def test_a_warm_start_is_no_worse_than_the_point_it_starts_from(case, solution):
 @pytest.mark.parametrize("seed", TIGHT_SEEDS)
 def test_no_point_of_a_dense_grid_is_better_in_tight_sets_either(seed):
     case = tight(seed)
-    found = solve(case.problem)
+    found = best_solution(case.problem)
     assert_keeps_every_bound(case, found)
     assert found.objective <= naive.best_on_a_grid(case) + 1e-9
 
 
 def test_a_warm_start_in_tight_sets_is_no_worse_than_the_point_it_starts_from():
     problem = tight(0).problem
-    cold = solve(problem)
-    assert solve(problem, warm=cold).objective <= cold.objective + 1e-9
+    cold = best_solution(problem)
+    assert best_solution(problem, near=cold).objective <= cold.objective + 1e-9
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -166,7 +166,7 @@ def test_learned_noise_is_as_good_as_brute_force(seed):
     base = instance(seed)
     prior = replace(base.prior, fixed=base.prior.fixed - {"noise_std"})
     free = replace(base, prior=prior)
-    found = solve(replace(free.problem, constraints=()))
+    found = best_solution(replace(free.problem, constraints=()))
     assert found.objective <= naive.best_of_many_starts(free, starts=20, constrained=False) + 1e-5
 
 
@@ -174,7 +174,7 @@ def test_learned_noise_is_as_good_as_brute_force(seed):
 def test_learned_noise_under_constraints_is_as_good_as_brute_force(seed):
     base = instance(seed)
     case = replace(base, prior=replace(base.prior, fixed=base.prior.fixed - {"noise_std"}))
-    found = solve(case.problem)
+    found = best_solution(case.problem)
     assert_keeps_every_bound(case, found)
     assert found.objective <= naive.best_of_many_starts(case) + 1e-6 * (1 + abs(found.objective))
 
@@ -183,7 +183,7 @@ def test_learned_noise_under_constraints_is_as_good_as_brute_force(seed):
 def test_an_admissible_equilibrium_is_enough_whatever_the_samples(seed):
     """Notes, section 5: as θ₁ → 0 the mean tends to the prior mean, so that a feasible point exists."""
     case = wild(seed)
-    assert_keeps_every_bound(case, solve(case.problem))
+    assert_keeps_every_bound(case, best_solution(case.problem))
 
 
 EXPLANATION = re.compile(
@@ -220,7 +220,7 @@ INFEASIBLE = {
 @pytest.mark.parametrize("name", INFEASIBLE)
 def test_an_infeasible_problem_is_explained_in_true_numbers(name):
     case, quantity, at_rest = INFEASIBLE[name]
-    answer = solve(case.problem)
+    answer = best_solution(case.problem)
     assert isinstance(answer, Infeasible)
     said = EXPLANATION.search(answer.explanation)
     assert said, answer.explanation
@@ -251,7 +251,7 @@ def test_an_infeasible_problem_is_explained_in_true_numbers(name):
 @pytest.mark.parametrize("name", INFEASIBLE)
 def test_no_point_of_a_grid_violates_less(name):
     case, _, _ = INFEASIBLE[name]
-    answer = solve(case.problem)
+    answer = best_solution(case.problem)
     space = case.problem.space
     for log_theta in np.stack(
         np.meshgrid(*[np.linspace(lo, hi, 25) for lo, hi in zip(space.log_lower, space.log_upper, strict=True)]),
@@ -268,7 +268,7 @@ def test_a_search_that_can_factor_nothing_is_explained():
     case = replace(instance(0), samples=samples, prior=prior)
     space = SearchSpace({"signal_std": Interval(0.5, 2.0), "lengthscale": Interval(5.0, 50.0)})
     for constraints in (case.problem.constraints, ()):
-        answer = solve(ConstrainedProblem((samples,), JointPrior((prior,)), space, constraints))
+        answer = best_solution(ConstrainedProblem((samples,), JointPrior((prior,)), space, constraints))
         assert not isinstance(answer, Solution)
         assert "positive definite" in answer.explanation
 
@@ -277,6 +277,6 @@ def test_with_nothing_to_learn_the_prior_itself_is_tried():
     base = instance(0)
     names = frozenset(base.prior.hyperparameters)
     quiet = replace(base.prior, kernel=SquaredExponential(1e-3, 0.3), fixed=names)
-    answer = solve(replace(base, prior=quiet).problem)
+    answer = best_solution(replace(base, prior=quiet).problem)
     assert isinstance(answer, Solution)
     assert answer.posterior.prior == JointPrior((quiet,))

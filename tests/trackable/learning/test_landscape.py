@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
+from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
 from trackable.learning.landscape import landscape
-from trackable.learning.problem import ConstrainedProblem, Constraint
+from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.scalar import Scalar, scalar
 from trackable.learning.space import SearchSpace
 from trackable.systems.sets.interval import Interval

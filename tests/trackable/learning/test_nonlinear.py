@@ -7,12 +7,14 @@ from tests.trackable.gp.instances import KERNELS, over
 from tests.trackable.learning.instances import SEEDS, instance
 from tests.trackable.systems.instances import SCALARS
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.radial import Matern52, SquaredExponential
+from trackable.gp.kernels.matern import Matern52
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
+from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
 from trackable.learning.nonlinear import Program
-from trackable.learning.problem import ConstrainedProblem, Constraint
+from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from tests.trackable.learning.searches import together
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
-from trackable.learning.exchange import solve
 from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.screening import screened
 from trackable.learning.search import best_solution
@@ -37,7 +37,7 @@ def problem(*kernels, starts: int = 1) -> ConstrainedProblem:
 def test_the_period_is_found_though_a_single_start_misses_it(signals):
     """Every multiple of the period is a minimum too, and that is where the single start ends."""
     asked = problem(*[Periodic(1.0, 1.0, 1.0)] * signals)
-    found, alone = best_solution(asked), solve(asked)
+    found, alone = best_solution(asked), together(asked)
     assert isinstance(found, Solution)
     assert found.posterior.prior.hyperparameters["period"] == pytest.approx(PERIOD, abs=0.01)
     assert isinstance(alone, Solution)

@@ -5,7 +5,7 @@ import pytest
 
 from tests.trackable.gp.instances import KERNELS, over
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import Stencil

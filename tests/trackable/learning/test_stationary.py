@@ -14,11 +14,12 @@ from pipeline.experiments import PeriodicExperiment
 from pipeline.experiments.load import load_experiment
 from pipeline.generate import sampled_by
 from tests.project import ROOT
+from tests.trackable.learning.searches import followed
 from trackable.arrays import Array
 from trackable.learning import sqp
-from trackable.learning.basins import best_of
+from trackable.learning.methods import all_phases
 from trackable.learning.problem import ConstrainedProblem, Solution
-from trackable.learning.published import periodic
+from trackable.learning.screening import screened
 
 _ACTIVE = 1e-6
 Ends = list[tuple[Array, sqp.Minimum]]
@@ -49,8 +50,8 @@ def test_multipliers_exist(ends: Ends) -> None:
     assert isinstance(experiment, PeriodicExperiment)
     (samples,), prior = sampled_by(experiment).samples, experiment.learned_prior
     system, space = experiment.constrained_system, experiment.search_space((samples,))
-    problem = ConstrainedProblem((samples,), prior, space, periodic.exact(system, experiment.periodic.backoff))
-    outcome = best_of(problem, periodic.starts((samples,), prior, system, space)[:4]).outcome
+    problem = ConstrainedProblem((samples,), prior, space, all_phases(system, experiment.periodic.backoff))
+    outcome = followed(problem, screened(problem, 4))
     assert isinstance(outcome, Solution)
     assert outcome.objective == pytest.approx(71.2587, abs=1e-4)
     assert len(ends) > 20

@@ -9,15 +9,16 @@ from matplotlib.figure import Figure
 from trackable import plots
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
+from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
 from trackable.learning.landscape import landscape
 from trackable.learning.learned import Trace
-from trackable.learning.problem import ConstrainedProblem, Constraint
-from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.problem import ConstrainedProblem
+from trackable.learning.published.scalar import scalar, state_and_input
 from trackable.learning.space import SearchSpace
 from trackable.learning.study import Conservatism
 from trackable.plots.scalar import state_at_steps, tube_after_steps
@@ -26,7 +27,7 @@ from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 
 SYSTEM = scalar(0.9, 0.5, state_set=Interval(-2, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01)
-PLANT = Scalar.of(SYSTEM)
+STATE, INPUT = state_and_input(SYSTEM)
 SAMPLES = Samples(np.arange(7) / 10, np.array([-0.99306, -0.40789, -0.05, 0.0, 0.0, 0.0, 0.0]))
 OPTIMA = {"unconstrained": (0.659325, 0.203472), "as_published": (0.701178, 0.219672), "sound": (0.702, 0.21990)}
 STEPS = np.arange(151, dtype=float)
@@ -68,7 +69,7 @@ def trace() -> Trace:
 
 def problem() -> ConstrainedProblem:
     prior = JointPrior((Prior(SquaredExponential(0.7, 0.22), 0.01),))
-    constraints = (Constraint(PLANT.state, Steps(0, 130, 0.01)), Constraint(PLANT.input, Steps(0, 129, 0.01)))
+    constraints = (Constraint(STATE, Steps(0, 130, 0.01)), Constraint(INPUT, Steps(0, 129, 0.01)))
     return ConstrainedProblem((SAMPLES,), prior, SearchSpace.around((SAMPLES,), prior), constraints)
 
 
@@ -81,7 +82,7 @@ def draw_asymptotic() -> Figure:
 
 
 def draw_convergence() -> Figure:
-    return plots.convergence(trace(), PLANT.state_set, 0.0)
+    return plots.convergence(trace(), STATE.bounds, 0.0)
 
 
 def draw_prediction() -> Figure:

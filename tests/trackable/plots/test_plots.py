@@ -19,9 +19,9 @@ from matplotlib.figure import Figure
 from tests.project import ROOT
 from tests.trackable.plots.figures import (
     FIGURES,
-    PLANT,
     REFERENCES,
     SAMPLES,
+    STATE,
     STEPS,
     draw_convergence,
     draw_margins,
@@ -138,11 +138,11 @@ def test_a_run_without_any_bounds_can_be_drawn() -> None:
         keeps_states=np.zeros(3),
         keeps_rates=np.zeros(3),
     )
-    plots.svg(plots.convergence(early, PLANT.state_set, 0.0))
+    plots.svg(plots.convergence(early, STATE.bounds, 0.0))
 
 
 def test_the_worst_margins_are_written_out() -> None:
-    profile = margin_profile(REFERENCES["unconstrained"], PLANT.state, 150, 5)
+    profile = margin_profile(REFERENCES["unconstrained"], STATE, 150, 5)
     labels = [text.get_text() for axes in drawn(draw_margins).axes for text in axes.get_legend().get_texts()]
     margin, time = profile.worst
     assert any(f"{margin:.3g}".replace("-", "−") in label and f"{time:.4g} s" in label for label in labels)

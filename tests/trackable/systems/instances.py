@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
+from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern52, SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.learning.published.scalar import Scalar, scalar
 from trackable.systems.constrained import ConstrainedSystem

@@ -7,7 +7,7 @@ import numpy as np
 from mpmath import mp
 
 from tests.trackable.gp.instances import formula
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.nonlinear import Nonlinear

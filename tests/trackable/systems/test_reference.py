@@ -19,7 +19,7 @@ from tests.trackable.systems.instances import (
     random_signal,
     unbounded,
 )
-from trackable.gp.kernels.radial import Matern52
+from trackable.gp.kernels.matern import Matern52
 from trackable.gp.signal import KernelSum
 from trackable.learning.published.scalar import ScalarReference
 from trackable.systems.reference import Reference

@@ -8,10 +8,11 @@ from functools import singledispatch
 
 from flint import arb, arb_series
 
-from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.base import Kernel, Product, Sum
+from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 
 @singledispatch

@@ -1,25 +1,24 @@
-"""What a stationary kernel is: its derivatives in time, and how they move with the hyperparameters.
+"""Stationary kernels, their sums and their products.
 
-Everything else (Gram matrices, posterior means, their time derivatives, likelihood gradients, constraint Jacobians) is
-written once, in terms of the two methods below.
+A kernel states its derivatives in time, and how they move with the hyperparameters. Everything else (Gram matrices,
+posterior means, their time derivatives, likelihood gradients, constraint Jacobians) is written once, in terms of `jet`
+and `jet_and_gradient`.
 """
 
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from functools import cache
+from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
 
 from trackable.arrays import Array
 
-UNDERFLOW = 746.0  # e^(−x) is zero in float64 for every x beyond
-
 
 @dataclasses.dataclass(frozen=True)
 class Kernel(ABC):
-    """Stationary covariance κ(r) of two instants that lie r = t − t' [s] apart."""
+    """Stationary covariance κ(r) of two instants that lie r = t − t' [s] apart. Kernels add and multiply."""
 
     @property
     @abstractmethod
@@ -27,19 +26,19 @@ class Kernel(ABC):
         """Names and values, in natural units, in the order of every gradient."""
 
     @abstractmethod
-    def with_hyperparameters(self, values: dict[str, float]) -> Self:
-        """The same kernel with other values; unnamed ones stay as they are."""
+    def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
+        """Return the same kernel with other values, where they are named. TypeError for unknown names."""
 
     @abstractmethod
     def jet(self, r: Array, order: int) -> Array:
-        """κ(r) and its derivatives in r up to `order`: shape (order + 1, *r.shape), units [κ]/sⁿ."""
+        """Return κ(r) and its derivatives in r up to `order`: shape (order + 1, *r.shape), units [κ]/sⁿ."""
 
     @abstractmethod
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        """The jet, and ∂/∂ln θ_j of the jet: shapes (order + 1, *r.shape) and (p, order + 1, *r.shape)."""
+        """Return the jet, and ∂/∂ln θ_j of the jet: shapes (order + 1, *r.shape) and (p, order + 1, *r.shape)."""
 
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
-        """κ(r), and ∂κ/∂ln θ_j: shapes (*r.shape) and (p, *r.shape)."""
+        """Return κ(r), and ∂κ/∂ln θ_j: shapes (*r.shape) and (p, *r.shape)."""
         jet, gradient = self.jet_and_gradient(r, 0)
         return np.asarray(jet[0]), np.asarray(gradient[:, 0])
 
@@ -68,37 +67,96 @@ class Kernel(ABC):
         return float(np.sqrt(jet[0] / np.abs(jet[2])))
 
     def __call__(self, r: Array) -> Array:
-        """κ(r): the shape of r."""
+        """Return κ(r): the shape of r."""
         return np.asarray(self.jet(np.asarray(r, dtype=float), 0)[0])
 
+    def __add__(self, other: "Kernel") -> "Sum":
+        return Sum(self, other)
 
-class Elementary(Kernel):
-    """A kernel whose dataclass fields are its hyperparameters, each positive and finite."""
+    def __mul__(self, other: "Kernel") -> "Product":
+        return Product(self, other)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Pair(Kernel):
+    """Two kernels; their hyperparameters are named left.… and right.…. TypeError for what is no kernel."""
+
+    left: Kernel
+    right: Kernel
 
     def __post_init__(self) -> None:
-        for name, value in self.hyperparameters.items():
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"{type(self).__name__}: {name} must be a positive finite number, got {value!r}")
+        for side, part in vars(self).items():
+            if not isinstance(part, Kernel):
+                raise TypeError(f"{type(self).__name__}: {side} must be a kernel, got {part!r}")
 
     @property
     def hyperparameters(self) -> dict[str, float]:
-        return {name: getattr(self, name) for name in _field_names(type(self))}
+        parts = {"left": self.left, "right": self.right}
+        return {f"{side}.{name}": v for side, part in parts.items() for name, v in part.hyperparameters.items()}
 
-    def with_hyperparameters(self, values: dict[str, float]) -> Self:
-        return type(self)(**(self.hyperparameters | values))
+    def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
+        def of(side: str) -> dict[str, float]:
+            return {name.removeprefix(side): v for name, v in values.items() if name.startswith(side)}
+
+        if unknown := values.keys() - self.hyperparameters.keys():
+            raise TypeError(f"{type(self).__name__} has no hyperparameter {', '.join(sorted(unknown))}")
+        left, right = self.left.with_hyperparameters(of("left.")), self.right.with_hyperparameters(of("right."))
+        return dataclasses.replace(self, left=left, right=right)
+
+    @property
+    def decay_distance(self) -> float:
+        return max(self.left.decay_distance, self.right.decay_distance)
+
+    @property
+    def is_analytic(self) -> bool:
+        return self.left.is_analytic and self.right.is_analytic
+
+    @abstractmethod
+    def jet(self, r: Array, order: int) -> Array: ...
 
 
-@cache
-def _field_names(kernel: type[Elementary]) -> tuple[str, ...]:
-    return tuple(field.name for field in dataclasses.fields(kernel))
+@dataclasses.dataclass(frozen=True)
+class Sum(_Pair):
+    """κ = κ_left + κ_right.
 
-
-def stretched(jet: Array, r: Array) -> Array:
-    """∂/∂ln ℓ of every κ⁽ⁿ⁾ when κ depends on time through r/ℓ only, from a jet that is one order longer.
-
-    A longer ℓ is a slower clock: ∂κ/∂ln ℓ = −r κ̇, and n time derivatives later −(n κ⁽ⁿ⁾ + r κ⁽ⁿ⁺¹⁾).
+    Beyond both ζ the two derivatives have one sign (both kernels fall) and each magnitude decreases; so does their sum.
     """
-    gradient = r * jet[1:]
-    for n in range(1, len(gradient)):
-        gradient[n] += n * jet[n]
-    return np.asarray(-gradient)
+
+    @property
+    def vanishing_distance(self) -> float:
+        return max(self.left.vanishing_distance, self.right.vanishing_distance)
+
+    def jet(self, r: Array, order: int) -> Array:
+        return np.asarray(self.left.jet(r, order) + self.right.jet(r, order))
+
+    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
+        left, left_gradient = self.left.jet_and_gradient(r, order)
+        right, right_gradient = self.right.jet_and_gradient(r, order)
+        return left + right, np.concatenate([left_gradient, right_gradient])
+
+
+@dataclasses.dataclass(frozen=True)
+class Product(_Pair):
+    """κ = κ_left κ_right.
+
+    Beyond both ζ, |κ̇| = |κ̇_left| κ_right + κ_left |κ̇_right|: products of positive decreasing functions, decreasing
+    themselves. The signal_std of both parts only matter multiplied with each other: give one of them as known.
+    """
+
+    @property
+    def vanishing_distance(self) -> float:
+        return min(self.left.vanishing_distance, self.right.vanishing_distance)
+
+    def jet(self, r: Array, order: int) -> Array:
+        return _leibniz(self.left.jet(r, order), self.right.jet(r, order))
+
+    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
+        left, left_gradient = self.left.jet_and_gradient(r, order)
+        right, right_gradient = self.right.jet_and_gradient(r, order)
+        gradient = [_leibniz(row, right) for row in left_gradient] + [_leibniz(left, row) for row in right_gradient]
+        return _leibniz(left, right), np.stack(gradient)
+
+
+def _leibniz(f: Array, g: Array) -> Array:
+    """Return the jet of f g from the jets of f and g: (f g)⁽ⁿ⁾ = Σ_j C(n, j) f⁽ʲ⁾ g⁽ⁿ⁻ʲ⁾."""
+    return np.stack([np.asarray(sum(math.comb(n, j) * f[j] * g[n - j] for j in range(n + 1))) for n in range(len(f))])

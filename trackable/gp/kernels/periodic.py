@@ -7,7 +7,7 @@ from math import comb, tau
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.kernels.base import Elementary, stretched
+from trackable.gp.kernels.elementary import Elementary, stretched
 
 
 @dataclass(frozen=True)

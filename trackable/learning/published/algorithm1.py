@@ -10,12 +10,14 @@ import numpy as np
 
 from trackable.gp.joint import JointPosterior, JointPrior
 from trackable.gp.samples import Samples
-from trackable.learning.exchange import solve, tightened
+from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
-from trackable.learning.problem import ConstrainedProblem, Constraint, NoSolution, Solution
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackable.learning.published.scalar import growth_rates, state_and_input
 from trackable.learning.published.tail import Tail, tail
+from trackable.learning.search import best_solution, tightened
 from trackable.learning.space import SearchSpace
+from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.interval import Interval
 
 
@@ -31,11 +33,12 @@ class Reading:
     last_input: Callable[[int], int]
     growth_states: Callable[[Tail, JointPosterior], Interval]
 
-    def constraints(self, plant: Scalar, k_bar: int) -> tuple[Constraint, ...]:
+    def constraints(self, plant: ConstrainedSystem, k_bar: int) -> tuple[Constraint, ...]:
         """What iteration k̄ asks of the posterior mean."""
+        state, entry = state_and_input(plant)
         return (
-            Constraint(plant.state, Steps(0, self.last_state(k_bar), plant.sampling_time)),
-            Constraint(plant.input, Steps(0, self.last_input(k_bar), plant.sampling_time)),
+            Constraint(state, Steps(0, self.last_state(k_bar), plant.sampling_time)),
+            Constraint(entry, Steps(0, self.last_input(k_bar), plant.sampling_time)),
         )
 
 
@@ -107,7 +110,7 @@ class Run:
 def algorithm1(
     samples: tuple[Samples, ...],
     prior: JointPrior,
-    plant: Scalar,
+    plant: ConstrainedSystem,
     space: SearchSpace,
     reading: Reading,
     first_step: int,
@@ -119,7 +122,7 @@ def algorithm1(
     solution: Solution | None = None
     for k_bar in range(first_step, last_step + 1):
         problem = ConstrainedProblem(samples, prior, space, reading.constraints(plant, k_bar))
-        outcome = tightened(solution, problem) if solution else solve(problem)
+        outcome = tightened(solution, problem) if solution else best_solution(problem)
         if not isinstance(outcome, Solution):
             return Run(tuple(iterations), outcome)
         solution = outcome
@@ -130,10 +133,10 @@ def algorithm1(
     return Run(tuple(iterations), None)
 
 
-def _test(plant: Scalar, reading: Reading, k_bar: int, solution: Solution) -> Iteration:
+def _test(plant: ConstrainedSystem, reading: Reading, k_bar: int, solution: Solution) -> Iteration:
     posterior = solution.posterior
     bounds = tail(posterior.signals[0], k_bar * plant.sampling_time)
     if bounds is None:
         return Iteration(k_bar, solution, None, None, keeps_states=False, keeps_rates=False)
-    rates = plant.growth_rates(reading.growth_states(bounds, posterior))
+    rates = growth_rates(plant, reading.growth_states(bounds, posterior))
     return Iteration(k_bar, solution, bounds, rates, bounds.keeps_states(plant), bounds.keeps_rates(rates))

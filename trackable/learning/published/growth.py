@@ -1,6 +1,7 @@
 """The followability half of the paper's program (9): growth rates of the tube, constant on each of η intervals."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -8,9 +9,10 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.signal import KernelSum
+from trackable.learning.constraint import ROUNDING_BACKOFF, Bounded
 from trackable.learning.index_set import Window
-from trackable.learning.problem import ROUNDING_BACKOFF, Bounded
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import coefficients, growth_rates, state_and_input
+from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.quantity import Quantity
 from trackable.systems.sets.interval import Interval
 
@@ -28,13 +30,14 @@ class GrowthRates(Bounded):
     differentiated. Unlike the exact input form, it lets derivative and state be worst at different times.
     """
 
-    plant: Scalar
+    plant: ConstrainedSystem
     edges: tuple[float, ...]
     backoff: float = ROUNDING_BACKOFF
 
-    @property
+    @cached_property
     def quantity(self) -> Quantity:  # type: ignore[override]
-        return self.plant.input
+        _, entry = state_and_input(self.plant)
+        return entry
 
     @property
     def none(self) -> Array:
@@ -42,9 +45,9 @@ class GrowthRates(Bounded):
 
     def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
         """The two worst pairs of each interval, one for each bound of U."""
-        (signal,), b = posterior.signals, self.plant.b
+        (signal,), (a, b, _) = posterior.signals, self._coefficients
         slowest, fastest = _extremes(signal, self.edges, order=1, sign=1 / b)
-        lowest, highest = _extremes(signal, self.edges, order=0, sign=(1 - self.plant.a) / b)
+        lowest, highest = _extremes(signal, self.edges, order=0, sign=(1 - a) / b)
         pairs = np.concatenate([np.column_stack([slowest, lowest]), np.column_stack([fastest, highest])])
         bounds = self.quantity.bounds
         return pairs, bounds.margin(self.value(posterior, pairs)) / bounds.width
@@ -60,19 +63,24 @@ class GrowthRates(Bounded):
         return value, self._combined(gradient[:, 1, 0], gradient[:, 0, 1])
 
     def _combined(self, rate: Array, state: Array) -> Array:
-        a, b = self.plant.a, self.plant.b
+        a, b, _ = self._coefficients
         return np.asarray((self.plant.sampling_time * rate + (1 - a) * state) / b)
 
     @property
     def _offset(self) -> float:
-        return self.plant.c / self.plant.b
+        _, b, c = self._coefficients
+        return c / b
+
+    @cached_property
+    def _coefficients(self) -> tuple[float, float, float]:
+        return coefficients(self.plant)
 
 
-def growth_rates(signal: KernelSum, plant: Scalar, edges: tuple[float, ...]) -> tuple[Array, Array]:
+def interval_growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tuple[float, ...]) -> tuple[Array, Array]:
     """[τ_low, τ_high] on each of the η intervals between `edges` [s], for the states met there: shapes (η,)."""
     lowest, highest = _extremes(signal, edges, order=0, sign=1.0)
     states = zip(signal(lowest).tolist(), signal(highest).tolist(), strict=True)
-    rates = np.array([plant.growth_rates(Interval(low, high)) for low, high in states])
+    rates = np.array([growth_rates(plant, Interval(low, high)) for low, high in states])
     return rates[:, 0], rates[:, 1]
 
 

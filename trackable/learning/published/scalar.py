@@ -22,6 +22,74 @@ def scalar(
     return ConstrainedSystem(LinearSystem.scalar(a, b, c, sampling_time=sampling_time), x, u)
 
 
+def is_scalar(plant: ConstrainedSystem) -> bool:
+    """Whether the system is linear with one state and one input, each in one interval of its own."""
+    sets = plant.state_set, plant.input_set
+    return isinstance(plant.system, LinearSystem) and all(np.array_equal(bounds.rows, [[1.0]]) for bounds in sets)
+
+
+def state_and_input(plant: ConstrainedSystem) -> tuple[Quantity, Quantity]:
+    """The state and the input of a scalar system. Raises ValueError for other systems, and where one is not bounded."""
+    _refuse_others(plant)
+    state, entry = plant.quantities
+    return state, entry
+
+
+def coefficients(plant: ConstrainedSystem) -> tuple[float, float, float]:
+    """a, b and c of x(k+1) = a x(k) + b u(k) + c. Raises ValueError for systems that are not scalar."""
+    _refuse_others(plant)
+    system = plant.linear
+    return system.A.item(), system.B.item(), system.c.item()
+
+
+def successor_set(plant: ConstrainedSystem, x: Array) -> tuple[Array, Array]:
+    """Lower and upper end of {a x + b u + c : u ∈ U}, the reachable tube one step on: exact, elementwise in x.
+
+    Raises ValueError for systems that are not scalar.
+    """
+    (a, b, c), (_, entry) = coefficients(plant), state_and_input(plant)
+    x = np.asarray(x, dtype=float)
+    ends = [np.asarray(a * x + b * u + c) for u in (entry.bounds.lower, entry.bounds.upper)]
+    return np.minimum(*ends), np.maximum(*ends)
+
+
+def growth_rates(plant: ConstrainedSystem, states: Interval) -> tuple[float, float]:
+    """[τ_low, τ_high] of Assumption 5: x + [τ_low, τ_high] T_s stays in the successor set of each x in `states`.
+
+    The largest such rates (an inner approximation of the tube) in units per second. The tube's ends move linearly with
+    x, so the ends of `states` decide. Where τ_low > τ_high there is no common rate at all. Raises ValueError for
+    systems that are not scalar.
+    """
+    x = np.array([states.lower, states.upper])
+    low, high = successor_set(plant, x)
+    return np.max(low - x).item() / plant.sampling_time, np.min(high - x).item() / plant.sampling_time
+
+
+def equilibrium_input(plant: ConstrainedSystem, x: float) -> float:
+    """The input that holds the state at x. Raises ValueError for systems that are not scalar."""
+    a, b, c = coefficients(plant)
+    return (x - a * x - c) / b
+
+
+def reachable_tube(reference: Reference, t: Array) -> tuple[Array, Array]:
+    """Ends of the tube at t + T_s: the states that the system can reach from x_r(t) in one step, in the shape of t [s].
+
+    Raises ValueError for systems that are not scalar.
+    """
+    return successor_set(reference.plant, reference.state_at(t)[..., 0])
+
+
+def _refuse_others(plant: ConstrainedSystem) -> None:
+    if not isinstance(plant.system, LinearSystem):
+        raise ValueError("only a linear system has growth rates, got a nonlinear one")
+    if not is_scalar(plant):
+        raise ValueError(
+            "only a scalar system with bounded state and input has growth rates, "
+            f"got {len(plant.system.states)} states, {len(plant.system.inputs)} inputs "
+            f"and {len(plant.quantities)} bounded quantities"
+        )
+
+
 @dataclass(frozen=True)
 class Scalar:
     """A view of a scalar system by its numbers, for Assumption 5 and program (9) of the paper."""

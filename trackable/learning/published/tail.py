@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackable.gp.signal import KernelSum
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import coefficients, equilibrium_input, state_and_input
+from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.interval import Interval
 
 
@@ -27,22 +28,23 @@ class Tail:
         """Where the signal stays: around the *prior* mean (the paper's line 7 prints the posterior's)."""
         return Interval(self.mean - self.mean_bound, self.mean + self.mean_bound)
 
-    def keeps_states(self, plant: Scalar) -> bool:
+    def keeps_states(self, plant: ConstrainedSystem) -> bool:
         """Line 7: every later state lies in X."""
-        return plant.state_set.contains(self.states)
+        state, _ = state_and_input(plant)
+        return state.bounds.contains(self.states)
 
     def keeps_rates(self, rates: tuple[float, float]) -> bool:
         """Line 9, both signs: every later step stays in the inner approximation [τ_low, τ_high] T_s of the tube."""
         low, high = rates
         return low <= -self.derivative_bound and self.derivative_bound <= high
 
-    def inputs(self, plant: Scalar) -> Interval:
+    def inputs(self, plant: ConstrainedSystem) -> Interval:
         """An interval that holds u_r(t) for all later t (an over-estimate).
 
         With e = m⁺ − m, u_r(t) = u_m + ((1 − a) e(t) + (e(t + T_s) − e(t)))/b, where u_m holds the prior mean.
         """
-        a, b = plant.a, plant.b
-        centre = plant.equilibrium_input(self.mean)
+        a, b, _ = coefficients(plant)
+        centre = equilibrium_input(plant, self.mean)
         reach = (abs(1 - a) * self.mean_bound + self.derivative_bound * plant.sampling_time) / abs(b)
         return Interval(centre - reach, centre + reach)
 

@@ -9,8 +9,10 @@ from numpy.polynomial import Chebyshev
 from trackable.gp.factors import chebyshev
 from trackable.gp.factors.chebyshev import ROUNDING, Bases
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 EVENLY = np.linspace(0.0, 7.0, 400)
 

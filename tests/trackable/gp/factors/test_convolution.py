@@ -8,7 +8,7 @@ from tests.trackable.gp.instances import KERNELS, over
 from trackable.gp.factors import blocks, convolution
 from trackable.gp.factors.blocks import in_blocks
 from trackable.gp.factors.convolution import convolved
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples

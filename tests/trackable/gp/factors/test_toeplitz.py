@@ -16,7 +16,8 @@ from tests.trackable.gp.factors.factors import (
 from tests.trackable.gp.instances import over
 from trackable.gp.factors import toeplitz as toeplitz_module
 from trackable.gp.factors.toeplitz import Toeplitz
-from trackable.gp.kernels.radial import Matern52, SquaredExponential
+from trackable.gp.kernels.matern import Matern52
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 
 AGREEMENT = 1e-8

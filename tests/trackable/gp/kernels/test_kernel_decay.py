@@ -8,8 +8,10 @@ from hypothesis import given
 from mpmath import mp
 
 from tests.trackable.gp.instances import DECAYING, OTHER_PAIRS, PERIODIC, RADIAL, decaying_kernels, formula, over
-from trackable.gp.kernels.combinations import Product, Sum
-from trackable.gp.kernels.radial import Matern32, Matern52, RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.base import Product, Sum
+from trackable.gp.kernels.matern import Matern32, Matern52
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 
 def falls_strictly(values) -> bool:

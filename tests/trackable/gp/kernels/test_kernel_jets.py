@@ -8,7 +8,7 @@ from hypothesis import given
 from mpmath import mp
 
 from tests.trackable.gp.instances import KERNELS, formula, kernels, over, time_scale, time_scales
-from trackable.gp.kernels.radial import Matern32, Matern52
+from trackable.gp.kernels.matern import Matern32, Matern52
 
 RELATIVE_TIMES = np.array([-2.7, -1.0, -0.31, 0.013, 0.5, 0.77, 1.6, 3.3])
 

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.trackable.gp.instances import KERNELS, PERIODIC, kernels, over, time_scale
-from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.combinations import Product, Sum
+from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import RationalQuadratic, SquaredExponential
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 
 def gram(kernel: Kernel, t):

@@ -143,14 +143,14 @@ def test_sound_bounds_hold_ever_after(sound):
     x, u = learned.state(later), learned.input(later)
     assert np.all(np.abs(x) <= last.tail.mean_bound)
     assert PLANT.state_set.contains(last.tail.states)
-    assert PLANT.input_set.contains(last.tail.inputs(PLANT))
+    assert PLANT.input_set.contains(last.tail.inputs(SYSTEM))
     assert np.all(PLANT.input_set.margin(u) > 0)
 
 
 def test_giving_up_says_which_test_failed():
     heard: list[int] = []
     run = algorithm1(
-        (example1.SAMPLES,), example1.PRIOR, PLANT, example1.SPACE, SOUND, 70, 72, on_iteration=heard.append
+        (example1.SAMPLES,), example1.PRIOR, SYSTEM, example1.SPACE, SOUND, 70, 72, on_iteration=heard.append
     )
     assert heard == [70, 71, 72]
     assert run.outcome is None

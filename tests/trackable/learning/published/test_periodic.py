@@ -1,23 +1,27 @@
 """Periodic references on Example 2: four ways to constrain the same samples, and what each of them is worth."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from pipeline.published.ground_truth import two_harmonics
 from tests.trackable.learning.published.periodic_instances import instance
+from tests.trackable.learning.searches import followed
 from tests.trackable.systems.instances import bounded
 from trackable.gp.joint import JointPosterior, JointPrior
-from trackable.gp.kernels.combinations import Product
+from trackable.gp.kernels.base import Product
 from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.radial import SquaredExponential
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
-from trackable.learning.basins import Found, best_of
+from trackable.learning.constraint import Constraint
+from trackable.learning.index_set import Steps
+from trackable.learning.methods import all_phases, exact, unconstrained
 from trackable.learning.problem import ConstrainedProblem, Infeasible, Solution
-from trackable.learning.published import periodic
-from trackable.learning.published.growth import GrowthRates, growth_rates
+from trackable.learning.published.growth import GrowthRates, interval_growth_rates
+from trackable.learning.published.periodic import grid, intervals, sampled
 from trackable.learning.published.scalar import Scalar, scalar
 from trackable.learning.screening import screened
 from trackable.learning.space import SearchSpace
@@ -33,15 +37,23 @@ SPACE = SearchSpace.around((SAMPLES,), PRIOR, starts=16)
 COUNTS = (4, 16, 64)
 
 
-def learn(constraints: periodic.Constraints) -> Found:
-    return periodic.learn((SAMPLES,), PRIOR, SYSTEM, SPACE, constraints)
+METHODS = {
+    "unconstrained": unconstrained,
+    "grid": partial(grid, last_step=400),
+    "exact": partial(exact, backoff=1e-7),
+    **{f"intervals {n}": partial(intervals, last_step=400, count=n) for n in COUNTS},
+}
+
+
+def learn(method: str) -> Solution:
+    found = METHODS[method]((SAMPLES,), PRIOR, SYSTEM, SPACE)
+    assert isinstance(found, Solution)
+    return found
 
 
 @pytest.fixture(scope="module")
-def found() -> dict[str, Found]:
-    cases = {"unconstrained": (), "grid": periodic.grid(PLANT, 400), "exact": periodic.exact(SYSTEM, 1e-7)}
-    cases |= {f"intervals {n}": periodic.intervals(PLANT, 400, n) for n in COUNTS}
-    return {name: learn(constraints) for name, constraints in cases.items()}
+def found() -> dict[str, Solution]:
+    return {name: learn(name) for name in METHODS}
 
 
 def margins(outcome: Solution, phases: int = 20_000) -> tuple[float, float]:
@@ -55,38 +67,37 @@ def margins(outcome: Solution, phases: int = 20_000) -> tuple[float, float]:
 
 
 def test_the_exact_form_keeps_every_phase(found):
-    assert min(margins(found["exact"].outcome)) >= 0
+    assert min(margins(found["exact"])) >= 0
 
 
 def test_the_exact_form_is_no_worse_than_any_number_of_intervals(found):
-    exact = found["exact"].outcome.objective
-    by_count = [found[f"intervals {n}"].outcome.objective for n in COUNTS]
-    assert found["unconstrained"].outcome.objective < exact < min(by_count)
+    exact = found["exact"].objective
+    by_count = [found[f"intervals {n}"].objective for n in COUNTS]
+    assert found["unconstrained"].objective < exact < min(by_count)
     assert by_count == sorted(by_count, reverse=True)
 
 
 def test_the_unconstrained_fit_cannot_be_followed(found):
-    state, inputs = margins(found["unconstrained"].outcome)
+    state, inputs = margins(found["unconstrained"])
     assert state > 0.5
     assert inputs == pytest.approx(-0.2974, abs=1e-4)
 
 
 def test_the_grid_holds_at_its_instants_and_breaks_between_them(found):
-    posterior = found["grid"].outcome.posterior
+    posterior = found["grid"].posterior
     k = np.arange(0, 4000)
     x = posterior.signals[0](k * 0.01)
     inputs = PLANT.input_set.margin((x[1:] - 0.9 * x[:-1]) / 0.1)
     assert np.min(inputs[:400]) >= 0
     assert np.min(inputs) < -1e-5, "a later instant meets a phase that the grid has not"
-    assert margins(found["grid"].outcome)[1] == pytest.approx(-4.57e-4, abs=1e-5)
+    assert margins(found["grid"])[1] == pytest.approx(-4.57e-4, abs=1e-5)
 
 
 def test_numbers_of_the_trial_in_the_notes_are_a_local_minimum():
-    for constraints, objective, period in (
-        (periodic.grid(PLANT, 400), 121.25, 3.07),
-        (periodic.exact(SYSTEM), 121.28, 3.0654),
-    ):
-        outcome = best_of(ConstrainedProblem((SAMPLES,), PRIOR, SPACE, constraints), [np.log([1, 1, 3.07])]).outcome
+    on_grid = Constraint(PLANT.state, Steps(0, 400, 0.01)), Constraint(PLANT.input, Steps(0, 399, 0.01))
+    for constraints, objective, period in ((on_grid, 121.25, 3.07), (all_phases(SYSTEM), 121.28, 3.0654)):
+        problem = ConstrainedProblem((SAMPLES,), PRIOR, SPACE, constraints)
+        outcome = followed(problem, [np.log([1, 1, 3.07])])
         assert outcome.objective == pytest.approx(objective, abs=0.005)
         assert outcome.posterior.prior.hyperparameters["period"] == pytest.approx(period, abs=1e-4)
 
@@ -95,21 +106,21 @@ def test_the_exchange_ends_where_nothing_is_broken(found):
     rounds = found["exact"].rounds
     assert [r.margin < 0 for r in rounds] == [True] * (len(rounds) - 1) + [False]
     assert [r.places for r in rounds] == sorted(r.places for r in rounds)
-    assert rounds[-1].objective == found["exact"].outcome.objective
+    assert rounds[-1].objective == found["exact"].objective
 
 
 def test_two_calls_give_the_same_bits(found):
-    again, first = learn(periodic.exact(SYSTEM, 1e-7)), found["exact"].outcome
-    assert again.outcome.posterior.parts[0].weights.tobytes() == first.posterior.parts[0].weights.tobytes()
+    again, first = learn("exact"), found["exact"]
+    assert again.posterior.parts[0].weights.tobytes() == first.posterior.parts[0].weights.tobytes()
     assert [r.log_theta.tobytes() for r in again.rounds] == [r.log_theta.tobytes() for r in found["exact"].rounds]
 
 
 def test_growth_rates_of_every_interval_contain_the_derivative(found):
     """The pair form against the paper's own: rates from the range of the mean, extremes of the derivative."""
     for count in COUNTS:
-        (signal,) = found[f"intervals {count}"].outcome.posterior.signals
+        (signal,) = found[f"intervals {count}"].posterior.signals
         edges = np.linspace(0, 4, count + 1)
-        lower, upper = growth_rates(signal, PLANT, tuple(edges.tolist()))
+        lower, upper = interval_growth_rates(signal, SYSTEM, tuple(edges.tolist()))
         for i in range(count):
             t = np.linspace(edges[i], edges[i + 1], 400)
             x, rate = signal(t), signal.derivative(t)
@@ -126,7 +137,7 @@ def test_the_worst_pair_is_the_worst_of_a_dense_grid_of_pairs(seed):
     posterior, plant = JointPosterior(case.prior, case.samples), Scalar.of(case.plant)
     (signal,) = posterior.signals
     edges = np.linspace(0, 2, 5)
-    constraint = GrowthRates(plant, tuple(edges.tolist()))
+    constraint = GrowthRates(case.plant, tuple(edges.tolist()))
     a, b, t_s = plant.a, plant.b, plant.sampling_time
     dense = []
     for i in range(4):
@@ -142,7 +153,7 @@ def test_the_worst_pair_is_the_worst_of_a_dense_grid_of_pairs(seed):
 
 def test_gradients_of_pairs_against_central_differences():
     case = instance(3)
-    constraint = GrowthRates(Scalar.of(case.plant), (0.0, 1.0, 2.0))
+    constraint = GrowthRates(case.plant, (0.0, 1.0, 2.0))
     places = np.array([[0.1, 0.7], [1.2, 1.9], [0.0, 0.0]])
     theta = case.prior.log_hyperparameters
 
@@ -158,33 +169,36 @@ def test_gradients_of_pairs_against_central_differences():
 def test_a_known_period_of_whole_steps_needs_its_instants_only():
     known = JointPrior((replace(SINGLE, kernel=Periodic(1.0, 1.0, 3.14), fixed=SINGLE.fixed | {"period"}),))
     space = SearchSpace.around((SAMPLES,), known, starts=8)
-    outcomes = [
-        periodic.learn((SAMPLES,), known, SYSTEM, space, constraints).outcome
-        for constraints in (periodic.sampled(PLANT, 3.14), periodic.exact(SYSTEM))
-    ]
-    sampled, exact = outcomes
-    assert sampled.objective <= exact.objective + 1e-6
-    x = sampled.posterior.signals[0](np.arange(3000) * 0.01)
+    on_instants, everywhere = (method((SAMPLES,), known, SYSTEM, space) for method in (sampled, exact))
+    assert on_instants.objective <= everywhere.objective + 1e-6
+    x = on_instants.posterior.signals[0](np.arange(3000) * 0.01)
     assert np.min(PLANT.input_set.margin((x[1:] - 0.9 * x[:-1]) / 0.1)) >= -1e-9
     assert np.min(PLANT.state_set.margin(x)) >= -1e-9
 
 
 @pytest.mark.parametrize("period", [3.145, 0.001, np.pi])
 def test_a_period_between_steps_is_no_sampled_problem(period):
+    known = JointPrior((replace(SINGLE, kernel=Periodic(1.0, 1.0, period), fixed=SINGLE.fixed | {"period"}),))
     with pytest.raises(ValueError, match="no whole multiple of the sampling time"):
-        periodic.sampled(PLANT, period)
+        sampled((SAMPLES,), known, SYSTEM, SearchSpace.around((SAMPLES,), known))
+
+
+def test_a_learned_period_is_no_sampled_problem():
+    with pytest.raises(ValueError, match="the period is learned"):
+        sampled((SAMPLES,), PRIOR, SYSTEM, SPACE)
 
 
 def test_a_kernel_without_a_period_is_refused():
     quasi = JointPrior((Prior(Product(Periodic(1, 1, 3), SquaredExponential(1, 5)), 0.1),))
     space = SearchSpace.around((SAMPLES,), quasi)
-    with pytest.raises(TypeError, match="needs a periodic kernel, got Product"):
-        periodic.learn((SAMPLES,), quasi, SYSTEM, space, periodic.exact(SYSTEM))
+    for method in (exact, partial(grid, last_step=400), partial(intervals, last_step=400, count=4)):
+        with pytest.raises(TypeError, match="needs a periodic kernel, got Product"):
+            method((SAMPLES,), quasi, SYSTEM, space)
 
 
 def test_no_admissible_equilibrium_and_nothing_feasible_is_explained():
     plant = bounded(SYSTEM, state_set=Interval(3.0, 4.0))
-    outcome = periodic.learn((SAMPLES,), PRIOR, plant, replace(SPACE, starts=1), periodic.exact(plant)).outcome
+    outcome = exact((SAMPLES,), PRIOR, plant, replace(SPACE, starts=1))
     assert isinstance(outcome, Infeasible)
     assert "no admissible equilibrium" in outcome.explanation
 
@@ -192,19 +206,19 @@ def test_no_admissible_equilibrium_and_nothing_feasible_is_explained():
 def test_learned_noise_is_allowed():
     prior = JointPrior((replace(SINGLE, fixed=frozenset()),))
     space = SearchSpace.around((SAMPLES,), prior, starts=8)
-    outcome = periodic.learn((SAMPLES,), prior, SYSTEM, space, periodic.exact(SYSTEM)).outcome
+    outcome = exact((SAMPLES,), prior, SYSTEM, space)
     assert isinstance(outcome, Solution)
     assert min(margins(outcome)) >= -1e-9
     assert outcome.objective < 71
 
 
 def test_screened_starts_are_apart_inside_and_promising():
-    problem = ConstrainedProblem((SAMPLES,), PRIOR, SPACE, periodic.exact(SYSTEM))
+    problem = ConstrainedProblem((SAMPLES,), PRIOR, SPACE, all_phases(SYSTEM))
     points = np.array(screened(problem, 20))
     assert points.shape == (20, 3)
     assert np.all((points >= SPACE.log_lower - 1e-12) & (points <= SPACE.log_upper + 1e-12))
     for i, one in enumerate(points):
         for other in points[:i]:
             assert np.any(np.abs(one - other)[1:] > (0.3, 0.03))
-    ends = [best_of(problem, [point]).outcome.objective for point in points[:4]]
+    ends = [followed(problem, [point]).objective for point in points[:4]]
     assert min(ends) == pytest.approx(71.2587, abs=1e-3)

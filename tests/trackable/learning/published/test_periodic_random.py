@@ -1,7 +1,6 @@
 """Fifty random instances against brute force (see naive_periodic.py, which wrote the table)."""
 
 import csv
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,23 +8,25 @@ import pytest
 
 from tests.trackable.learning.published.naive_periodic import Brute
 from tests.trackable.learning.published.periodic_instances import SEEDS, Instance, instance
-from trackable.learning.problem import Solution
-from trackable.learning.published import periodic
+from trackable.learning.exchange import Exchange
+from trackable.learning.methods import all_phases, unconstrained
+from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.screening import screened
 
 with Path(__file__).with_name("periodic_references.csv").open(newline="", encoding="utf-8") as _file:
     REFERENCES = {int(row["seed"]): float(row["objective"]) for row in csv.DictReader(_file)}
 
 
 def learned(case: Instance, best: float) -> Solution:
-    """From the most promising eighth of the starts, from a quarter where that finds nothing as good as `best`, and
-    from all where this does not either: more starts never find less."""
-    for part in (8, 4, 1):
-        space = replace(case.space, starts=case.space.starts // part)
-        outcome = periodic.learn(case.samples, case.prior, case.plant, space, periodic.exact(case.plant)).outcome
-        if isinstance(outcome, Solution) and outcome.objective <= best:
-            return outcome
-    assert isinstance(outcome, Solution)
-    return outcome
+    """Follow the most promising starts, until one ends at something as good as `best`: more never find less."""
+    problem = ConstrainedProblem(case.samples, case.prior, case.space, all_phases(case.plant))
+    exchange = Exchange(problem)
+    for start in screened(problem, case.space.starts):
+        exchange.follow(start)
+        if exchange.best and exchange.best.objective <= best:
+            break
+    assert isinstance(exchange.outcome, Solution)
+    return exchange.outcome
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -46,6 +47,6 @@ def test_the_table_means_something():
     costs = []
     for seed in list(SEEDS)[::5]:
         case = instance(seed)
-        free = periodic.learn(case.samples, case.prior, case.plant, case.space, ()).outcome
+        free = unconstrained(case.samples, case.prior, case.plant, case.space)
         costs.append(REFERENCES[seed] - free.objective)
     assert sum(cost > 1e-3 for cost in costs) >= 6

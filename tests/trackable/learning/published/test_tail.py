@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.trackable.gp.instances import DECAYING, OTHER_PAIRS, PERIODIC, decaying_kernels, over, time_scale
-from tests.trackable.systems.instances import SCALARS
+from tests.trackable.systems.instances import PLANTS
 from trackable.gp.signal import KernelSum
-from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.published.scalar import scalar, state_and_input
 from trackable.learning.published.tail import Tail, tail
 from trackable.systems.sets.interval import Interval
 
@@ -99,14 +99,14 @@ def test_of_what_repeats_nothing_is_known(kernel):
     assert tail(signal, 1e6) is None
 
 
-@over(SCALARS, "plant")
+@over(PLANTS, "plant")
 @over(DECAYING)
 def test_inputs_hold_at_every_later_time(kernel, plant):
     for seed in (5, 6):
         signal = random_signal(kernel, seed)
         for start in starts_of(signal)[::2]:
             ends = tail(signal, start).inputs(plant)
-            u = plant.input((signal,), later_than(start, signal))
+            u = state_and_input(plant)[1]((signal,), later_than(start, signal))
             rounding = 1e-12 * (1 + np.max(np.abs(u)) + float(np.sum(np.abs(signal.weights))))
             assert np.all((ends.lower - rounding <= u) & (u <= ends.upper + rounding))
 
@@ -114,7 +114,7 @@ def test_inputs_hold_at_every_later_time(kernel, plant):
 def test_inputs_in_numbers():
     """u_r = u_m + ((1 − a) e + Δe)/b: at m = 2 held by 0.4, |e| ≤ 0.5 and |Δe| ≤ 3·0.1 reach (0.1·0.5 + 0.3)/0.5."""
     wide = Interval(-9, 9)
-    plant = Scalar.of(scalar(0.9, -0.5, state_set=wide, input_set=wide, sampling_time=0.1))
+    plant = scalar(0.9, -0.5, state_set=wide, input_set=wide, sampling_time=0.1)
     ends = Tail(start=1.0, mean=2.0, mean_bound=0.5, derivative_bound=3.0).inputs(plant)
     assert (ends.lower, ends.upper) == pytest.approx((-0.4 - 0.7, -0.4 + 0.7), rel=1e-12)
 
@@ -133,7 +133,7 @@ def test_inputs_in_numbers():
 )
 def test_keeps_states_asks_both_sides(mean, bound, state_set, expected):
     bounds = Tail(0.0, mean, bound, 1.0)
-    plant = Scalar.of(scalar(0.9, 0.5, state_set=state_set, input_set=Interval(-1, 1), sampling_time=0.1))
+    plant = scalar(0.9, 0.5, state_set=state_set, input_set=Interval(-1, 1), sampling_time=0.1)
     assert (bounds.states.lower, bounds.states.upper) == (mean - bound, mean + bound)
     assert bounds.keeps_states(plant) is expected
 

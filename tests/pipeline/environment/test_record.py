@@ -1,0 +1,29 @@
+"""What results were made with."""
+
+import subprocess
+import sys
+
+from pipeline.environment.record import BLAS, NAMES, PYTHON, environment
+from tests.project import ROOT
+
+
+def test_it_names_versions_and_kernels_and_no_machine() -> None:
+    found = environment()
+    assert tuple(found) == NAMES
+    assert found[PYTHON].count(".") == 1
+    assert "(" in found[BLAS]
+
+
+def test_it_does_not_depend_on_what_else_is_loaded() -> None:
+    """Solvers that nothing here uses bring a BLAS of their own."""
+    load = "import pipeline; from pipeline.environment.record import environment; "
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", f"{load}{more}; print(environment())"],
+            cwd=ROOT,
+            check=True,
+            capture_output=True,
+        ).stdout
+        for more in ("pass", "import scs, threadpoolctl; assert len(threadpoolctl.threadpool_info()) == 3")
+    ]
+    assert told[0] == told[1]

@@ -1,0 +1,23 @@
+"""Searches from given starts."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from trackable.learning.exchange import Exchange
+from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
+
+
+def followed(problem: ConstrainedProblem, starts: Iterable[np.ndarray]) -> Solution | NoSolution:
+    """The best local minimum that the starts lead to, one after the other."""
+    exchange = Exchange(problem)
+    for start in starts:
+        exchange.follow(start)
+    return exchange.outcome
+
+
+def together(problem: ConstrainedProblem) -> Solution | NoSolution:
+    """The best that the starts of the search space lead to, all at once."""
+    exchange = Exchange(problem)
+    exchange.together(problem.space.start_points())
+    return exchange.outcome

@@ -1,0 +1,68 @@
+"""Matérn kernels of half-integer smoothness ν."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from trackable.arrays import Array
+from trackable.gp.kernels.radial import UNDERFLOW, Radial
+
+
+@dataclass(frozen=True)
+class _Matern(Radial):
+    """φ(s) = P(x) e^(−x) with x = √(2ν) |s|; n derivatives in x turn P into (d/dx − 1)ⁿ P."""
+
+    rate: ClassVar[float]
+    polynomial: ClassVar[Polynomial]
+
+    @property
+    def is_analytic(self) -> bool:
+        return False
+
+    @property
+    def vanishing_distance(self) -> float:
+        return self.lengthscale * UNDERFLOW / self.rate
+
+    def correlation(self, s: Array, order: int) -> Array:
+        x = self.rate * np.abs(s)
+        decay = np.exp(-x)
+        phi, factor = np.empty((order + 1, *s.shape)), self.polynomial
+        for n in range(order + 1):
+            side = np.sign(s) if n % 2 else 1.0  # φ is even: its odd derivatives are odd
+            phi[n] = side * self.rate**n * factor(x) * decay
+            factor = factor.deriv() - factor
+        return phi
+
+
+@dataclass(frozen=True)
+class Matern32(_Matern):
+    """φ(s) = (1 + x) e^(−x), x = √3 |s|: the mean has two continuous derivatives, and a third that jumps at samples.
+
+    |φ'| ∝ x e^(−x) has the slope (1 − x) e^(−x), negative from x = 1 on: ζ = θ₂/√3. Where the third derivative
+    jumps, at 0, the jet holds the midpoint, 0.
+    """
+
+    rate = math.sqrt(3)
+    polynomial = Polynomial([1, 1])
+
+    @property
+    def decay_distance(self) -> float:
+        return self.lengthscale / math.sqrt(3)
+
+
+@dataclass(frozen=True)
+class Matern52(_Matern):
+    """φ(s) = (1 + x + x²/3) e^(−x), x = √5 |s|.
+
+    |φ'| ∝ (x + x²) e^(−x) has the slope (1 + x − x²) e^(−x), negative from the golden ratio on: ζ = θ₂ (1 + √5)/(2√5).
+    """
+
+    rate = math.sqrt(5)
+    polynomial = Polynomial([1, 1, 1 / 3])
+
+    @property
+    def decay_distance(self) -> float:
+        return self.lengthscale * (1 + math.sqrt(5)) / (2 * math.sqrt(5))

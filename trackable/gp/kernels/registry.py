@@ -1,0 +1,25 @@
+"""The kernels by name, as params.yaml, saved references and certificates write them."""
+
+from trackable.gp.kernels.base import Kernel, Product, Sum
+from trackable.gp.kernels.matern import Matern32, Matern52
+from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.squared_exponential import SquaredExponential
+
+KERNELS: dict[str, type[Kernel]] = {
+    "squared_exponential": SquaredExponential,
+    "matern32": Matern32,
+    "matern52": Matern52,
+    "rational_quadratic": RationalQuadratic,
+    "periodic": Periodic,
+    "sum": Sum,
+    "product": Product,
+}
+_NAMES = {kernel: name for name, kernel in KERNELS.items()}
+
+
+def name_of(kernel: type[Kernel]) -> str:
+    """Return the name of a kernel's class. ValueError for a class that is not registered, subclasses included."""
+    if kernel not in _NAMES:
+        raise ValueError(f"kernel: expected one of {', '.join(KERNELS)}, got the class {kernel.__name__}")
+    return _NAMES[kernel]

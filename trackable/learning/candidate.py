@@ -1,0 +1,94 @@
+"""A point of the search, and what the constraints say there."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.joint import JointPosterior
+from trackable.learning.problem import ConstrainedProblem, Infeasible
+
+_SAME_TIME = 1e-9
+
+Places = tuple[Array, ...]
+"""For each constraint of a problem, where it is asked."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A point ln θ with its posterior, l there, and places and margins of each constraint's local minima."""
+
+    log_theta: Array
+    posterior: JointPosterior
+    objective: float
+    minima: tuple[tuple[Array, Array], ...]
+
+    @classmethod
+    def at(cls, problem: ConstrainedProblem, log_theta: Array) -> "Candidate":
+        """Evaluate the problem. Raises IllConditioned."""
+        posterior = problem.posterior(log_theta)
+        objective, _ = posterior.negative_log_marginal_likelihood()
+        minima = tuple(constraint.closest(posterior) for constraint in problem.constraints)
+        return cls(log_theta, posterior, objective, minima)
+
+    def everywhere(self, problem: ConstrainedProblem) -> "Candidate":
+        """Add the places that break a bound and that the first look did not see."""
+        added = [constraint.overlooked(self.posterior) for constraint in problem.constraints]
+        minima = [
+            (np.concatenate([places, more]), np.concatenate([margins, below]))
+            for (places, margins), (more, below) in zip(self.minima, added, strict=True)
+        ]
+        return replace(self, minima=tuple(minima))
+
+    @cached_property
+    def worst(self) -> tuple[float, int, float]:
+        """The smallest relative margin, the index of the constraint that has it, and the time [s]."""
+        found = [
+            (margin, i, time)
+            for i, (places, margins) in enumerate(self.minima)
+            for time, margin in zip(places.reshape(len(margins), -1)[:, 0].tolist(), margins.tolist(), strict=True)
+        ]
+        return min(found, default=(np.inf, -1, np.nan))
+
+    @property
+    def is_feasible(self) -> bool:
+        return all(bool(np.all(margins >= 0)) for _, margins in self.minima)
+
+    @property
+    def closest_places(self) -> Places:
+        """The places where margins are smallest and defined."""
+        return tuple(places[np.isfinite(margins)] for places, margins in self.minima)
+
+    def broken(self, known: Places) -> Places | None:
+        """Return the places that break a bound; None where all of them are `known`.
+
+        A place where the quantity is not defined is left out, because it has no gradient there: another constraint has
+        to lead back to where it is defined.
+        """
+        found = tuple(places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima)
+        return found if any(len(m) > len(k) for m, k in zip(merged(known, found), known, strict=True)) else None
+
+    def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
+        """Explain which bound is broken most, given that no candidate comes closer."""
+        margin, index, time = self.worst
+        quantity = problem.constraints[index].quantity
+        means, quantities = [part.mean for part in problem.prior.parts], [c.quantity for c in problem.constraints]
+        at_rest = tuple(q for q in quantities if not q.bounds.holds_inside(q.at_rest(means)))
+        return Infeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, at_rest)
+
+
+def merged(known: Places, new: Places) -> Places:
+    """Return, for each constraint, the known places and the new ones that are not among them, sorted."""
+    return tuple(_united(*pair) for pair in zip(known, new, strict=True))
+
+
+def _united(places: Array, new: Array) -> Array:
+    """Sort by the first number of each place."""
+    fresh = [place for place in new if not len(places) or np.min(_distances(places, place)) > _SAME_TIME]
+    joined = np.concatenate([places, np.array(fresh).reshape(-1, *places.shape[1:])])
+    return joined[np.argsort(joined if joined.ndim == 1 else joined[:, 0], kind="stable")]
+
+
+def _distances(places: Array, place: Array) -> Array:
+    return np.asarray(np.max(np.abs(places - place).reshape(len(places), max(1, np.size(place))), axis=1))
