@@ -1,8 +1,7 @@
-"""Whether each certificate is about a reference that was learned: one for another reference proves nothing here."""
+"""Check that each certificate is about a reference that was learned: one for another reference proves nothing here."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from pipeline.compare.content.documents import json_leaves, read_json
 from pipeline.compare.content.recordings import read_recording
@@ -13,7 +12,7 @@ _FIT = "fit.mcap"
 
 
 def certificate_rows(artifacts: tuple[Mapping[str, Path], Mapping[str, Path]]) -> Iterator[Row]:
-    """A row for each certificate that belongs to no reference of its experiment's fit, in BASE or NEW."""
+    """Yield a row for each certificate that belongs to no reference of its experiment's fit, in BASE or NEW."""
     for name in {**artifacts[0], **artifacts[1]}:
         complaints = [
             f"in {label}, {complaint}"
@@ -25,10 +24,13 @@ def certificate_rows(artifacts: tuple[Mapping[str, Path], Mapping[str, Path]]) -
 
 
 def _complaint(name: str, side: Mapping[str, Path]) -> str | None:
-    """Why a file is a certificate for another reference; None where it is not, or is no certificate."""
-    about = _certified(side[name])
-    if about is None:
+    """Say what is wrong about the reference of a certificate; None where nothing is, or the file is no certificate."""
+    certificate = _certificate(side[name])
+    if certificate is None:
         return None
+    if not isinstance(certificate.get("reference"), dict):
+        return "the certificate names no reference: it is of an earlier version, or damaged"
+    about = json_leaves(certificate["reference"])
     fit = f"{name.split('/', maxsplit=1)[0]}/{_FIT}"
     try:
         learned = _learned(side[fit]) if fit in side else {}
@@ -50,67 +52,31 @@ def _complaint(name: str, side: Mapping[str, Path]) -> str | None:
     )
 
 
-def _certified(path: Path) -> Leaves | None:
-    """The numbers of the reference, its system and its bounds, that a certificate is about."""
+def _certificate(path: Path) -> dict[object, object] | None:
+    """Return the content of a certificate; None where a file is none, or cannot be read, which its own row says."""
     if path.suffix != ".json":
         return None
     try:
         match read_json(path.read_bytes()):
-            case {"signals": signals, "system": system, "bounds": list(bounds), **rest}:
-                # With redundant inputs, bounds combine the rows of the set, which is given beside them.
-                sets = {"state_set": _set(_of(bounds, "state")), "input_set": _set(_inputs(bounds, rest))}
-                return json_leaves({"signals": signals, "system": system, **sets})
+            case {"format": "trackable certificate", **rest}:
+                return rest
     except UnreadableError:
-        pass  # the row of the file itself says so
+        pass
     return None
 
 
-def _of(bounds: list[Any], kind: str) -> list[Any]:
-    return [bound for bound in bounds if isinstance(bound, dict) and bound.get("of") == kind]
-
-
-def _inputs(bounds: list[Any], rest: dict[Any, Any]) -> list[Any]:
-    match rest.get("input_set"):
-        case list(rows):
-            return [row for row in rows if isinstance(row, dict)]
-    return _of(bounds, "input")
-
-
-def _set(bounds: list[Any]) -> dict[str, list[Any]]:
-    """Bounds as a set: its rows, and their lower and upper bounds."""
-    fields = {"rows": "row", "lower": "lower", "upper": "upper"}
-    return {name: [bound.get(field) for bound in bounds] for name, field in fields.items()}
-
-
 def _learned(fit: Path) -> dict[str, Leaves]:
-    """The same numbers for each learned reference, by method."""
+    """Return the values of each learned reference, by method."""
     found = {}
     for name, data in read_recording(fit).attachments.items():
-        content: Any = read_json(data)
-        match content:
-            case {
-                "reference": {
-                    "signals": signals,
-                    "plant": {
-                        "system": dict(system),
-                        "state_set": dict(states),
-                        "input_set": dict(inputs),
-                        "sampling_time": time,
-                    },
-                }
-            }:
-                sets = {"state_set": states, "input_set": inputs}
-                about = {
-                    "signals": signals,
-                    "system": {**system, "sampling_time": time},
-                    **{name: {f: v for f, v in own.items() if f != "dimension"} for name, own in sets.items()},
-                }
-                found[name.removesuffix(".json")] = json_leaves(about)
+        match read_json(data):
+            case {"reference": dict(reference)}:
+                found[name.removesuffix(".json")] = json_leaves(reference)
     return found
 
 
 def _apart(certified: Leaves, learned: Leaves) -> list[str]:
-    """The places at which the two differ: a proof is about these very numbers, to the last bit."""
+    """Return the places at which the two differ: a proof is about exactly these numbers, to the last bit."""
     places = {**certified, **learned}
     return [place for place in places if _value(certified, place) != _value(learned, place)]
 

@@ -8,7 +8,7 @@ import click
 FILE = click.Path(dir_okay=False, path_type=Path)
 
 
-@click.command("compare", short_help="What moved between two sets of results, and which claims broke.")
+@click.command("compare", short_help="Compare two sets of results, and check the claims.")
 @click.argument("base")
 @click.argument("new", default=".")
 @click.option(
@@ -18,9 +18,11 @@ FILE = click.Path(dir_okay=False, path_type=Path)
 @click.option("--json", "json_file", type=FILE, help="Also write everything as JSON.")
 @click.option("--markdown", "markdown_file", type=FILE, help="Also write a report for a pull request.")
 @click.option(
-    "--pictures", type=click.Path(file_okay=False, path_type=Path), help="Also draw figures that differ here."
+    "--pictures",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Also draw the figures that differ into this folder.",
 )
-@click.option("--all", "everything", is_flag=True, help="List identical artifacts too.")
+@click.option("--all", "list_all", is_flag=True, help="List identical artifacts too.")
 @click.pass_context
 def compare(
     context: click.Context,
@@ -31,12 +33,13 @@ def compare(
     json_file: Path | None,
     markdown_file: Path | None,
     pictures: Path | None,
-    everything: bool,
+    list_all: bool,
 ) -> None:
-    """What moved from BASE to NEW, by how much and where, and which of the paper's claims hold in each.
+    """Say what moved from BASE to NEW, by how much and where, and which of the paper's claims hold in each.
 
-    BASE and NEW are folders (a project's, or just its results) or git revisions; NEW is this project where it is left
-    out. Exit codes: 0 all within tolerance, and no claim fails in NEW; 1 otherwise; 2 something is not usable.
+    BASE and NEW are git revisions or folders, each of a project or of its results alone. If NEW is left out, it is this
+    project. Exit codes: 0 all artifacts are within tolerance and all claims hold in NEW; 1 otherwise; 2 something is
+    not usable.
     """
     # Imported late, like the stages: `--help` should wait for nothing.
     from pipeline.compare.claims import load_claims  # noqa: PLC0415
@@ -45,6 +48,7 @@ def compare(
     from pipeline.compare.reports.pictures import write_pictures  # noqa: PLC0415
     from pipeline.compare.reports.record import to_record  # noqa: PLC0415
     from pipeline.compare.reports.text import to_text  # noqa: PLC0415
+    from pipeline.compare.reports.wording import everything, remarkable  # noqa: PLC0415
     from pipeline.compare.sources import laid_out  # noqa: PLC0415
     from pipeline.compare.tolerances import load_tolerances  # noqa: PLC0415
     from trackable.files import write_atomically, write_text  # noqa: PLC0415
@@ -59,5 +63,5 @@ def compare(
         write_atomically(json_file, to_record(comparison))
     if markdown_file:
         write_text(markdown_file, to_markdown(comparison))
-    click.echo(to_text(comparison, everything), nl=False)
+    click.echo(to_text(comparison, everything if list_all else remarkable), nl=False)
     context.exit(0 if comparison.within else 1)

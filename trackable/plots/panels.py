@@ -75,7 +75,7 @@ def shade_no_plan(axes: Axes, steps: Array) -> None:
 
 def bounds_of(plant: ConstrainedSystem) -> dict[str, Interval]:
     """Return the bounds of a plant by the name of what they bound."""
-    return {limit.name: limit.bounds for limit in plant.limits}
+    return {c.name: c.bounds for c in plant.given_constraints}
 
 
 def fit_limits(axes: Axes, bounds: Interval | None, values: Array) -> None:

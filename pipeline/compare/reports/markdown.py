@@ -1,10 +1,11 @@
-"""A comparison as Markdown, for a comment on a pull request."""
+"""Write a comparison as Markdown, for a comment on a pull request."""
 
 from collections.abc import Iterable, Sequence
 
 from pipeline.compare.model import Comparison, JudgedClaim, Row, Status
 from pipeline.compare.reports.wording import (
     allowed,
+    beyond,
     closing,
     differing_text,
     extent,
@@ -18,9 +19,9 @@ _MOST = 60  # rows; a comment of more than 65,536 characters is refused by the b
 
 
 def to_markdown(comparison: Comparison) -> str:
-    """The verdict, what is not identical, the claims and the environment; the parts that seldom matter folded."""
+    """Return the verdict, what is not identical, the claims and the environment; what seldom matters is folded."""
     rows = remarkable(comparison)
-    bad = [row for row in rows if row.status is not Status.WITHIN]
+    bad = beyond(comparison)
     fine = [row for row in rows if row.status is Status.WITHIN]
     doubtful = failing(comparison.claims)
     moved = ", ".join(version.name for version in comparison.environment if version.differs)
@@ -78,7 +79,7 @@ def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def _cell(text: str) -> str:
-    """Text in which nothing means anything to Markdown or HTML."""
+    """Escape what has a meaning in Markdown or HTML."""
     for character in "\\`*_|[]":
         text = text.replace(character, f"\\{character}")
     return " ".join(text.replace("&", "&amp;").replace("<", "&lt;").split())

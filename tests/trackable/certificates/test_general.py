@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackable.certificates import naive
+from tests.trackable.checker.changes import PLANT, changed
 from tests.trackable.systems.instances import controllable, unbounded
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.certified import Certified, learn_certified
@@ -14,6 +15,7 @@ from trackable.certificates.claim import AllPhases, AllTimes
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
 from trackable.checker import Failed, Proved, check
+from trackable.codec.certificates import decode_certificate, encode_certificate
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.matern import Matern52
@@ -132,7 +134,7 @@ def assert_kept_for_thousands_of_steps(reference: Reference) -> None:
 def test_references_are_certified_and_checked(name):
     found = certified(name)
     assert isinstance(found.certificate.claim, AllPhases if name == "axis_repeats" else AllTimes)
-    verdict = check(found.certificate.to_dict())
+    verdict = check(encode_certificate(found.certificate))
     assert isinstance(verdict, Proved), verdict
     plant = found.reference.plant
     for names, bounds in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
@@ -157,8 +159,8 @@ def test_the_bounds_matter(name):
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_certificates_return_from_their_file(name):
-    data = certified(name).certificate.to_dict()
-    assert Certificate.from_dict(data).to_dict() == data
+    data = encode_certificate(certified(name).certificate)
+    assert encode_certificate(decode_certificate(data)) == data
 
 
 def test_what_is_shared_is_learned_as_one():
@@ -186,12 +188,16 @@ def test_a_broken_velocity_bound_has_a_counterexample():
 def test_bounds_drawn_in_across_the_reference_are_refused():
     """By a thousandth of the width, more than the back-off, wherever the reference comes as near as that."""
     found = certified("axis_stops")
-    data, t = found.certificate.to_dict(), np.linspace(0, 7, 5001)
+    data, t = encode_certificate(found.certificate), np.linspace(0, 7, 5001)
     met = 0
-    for i, quantity in enumerate(found.reference.quantities):
-        bound, by = data["bounds"][i], 1e-3 * quantity.bounds.width
-        narrow = {**bound, "lower": bound["lower"] + by, "upper": bound["upper"] - by}
-        verdict = check({**data, "bounds": [*data["bounds"][:i], narrow, *data["bounds"][i + 1 :]]})
+    sides = [
+        (side, i) for side in ("state_set", "input_set") for i in range(len(data["reference"]["plant"][side]["rows"]))
+    ]
+    for (side, i), quantity in zip(sides, found.reference.quantities, strict=True):
+        by, narrow = 1e-3 * quantity.bounds.width, data
+        for end, value in (("lower", quantity.bounds.lower + by), ("upper", quantity.bounds.upper - by)):
+            narrow = changed(narrow, (*PLANT, side, end, i), value)
+        verdict = check(narrow)
         if np.min(quantity.margin(found.reference.signals, t)) < 0.9 * by:
             assert isinstance(verdict, Failed), quantity.name
             assert verdict.reason.startswith(
@@ -204,7 +210,9 @@ def test_bounds_drawn_in_across_the_reference_are_refused():
 def stable_enough(system: LinearSystem) -> bool:
     """At rest somewhere: an input holds the prior mean."""
     plant = unbounded(system)
-    return all(abs(q.at_rest([0.0] * plant.signals)) < 0.5 for q in (*plant.flatness.states, *plant.flatness.inputs))
+    return all(
+        abs(q.at_rest([0.0] * plant.signal_count)) < 0.5 for q in (*plant.flatness.states, *plant.flatness.inputs)
+    )
 
 
 RANDOM = [seed for seed in range(60) if stable_enough(controllable(seed))][:6]
@@ -215,16 +223,16 @@ def test_certified_references_of_random_systems_are_kept_for_thousands_of_steps(
     """Samples of the flat outputs; sets that hold a part of what a plain fit does, in every state and every input."""
     rng, loose = np.random.default_rng(seed), unbounded(controllable(seed))
     times, samples = np.linspace(0, 2, 12), []
-    for _ in range(loose.signals):
+    for _ in range(loose.signal_count):
         clean = np.cos(rng.uniform(2, 5) * times) * np.exp(-times)
         samples.append(Samples(times, clean + 0.05 * rng.standard_normal(times.size), stencil=POINT))
-    prior = prior_of((SquaredExponential(1.0, 0.5),) * loose.signals, frozenset({"lengthscale"}))
+    prior = prior_of((SquaredExponential(1.0, 0.5),) * loose.signal_count, frozenset({"lengthscale"}))
     plain = [Posterior(part, s).signal for part, s in zip(prior.parts, samples, strict=True)]
     t = np.linspace(0, 3, 200)
     sets = []
     for functionals in (loose.flatness.states, loose.flatness.inputs):
         values = np.stack([q(plain, t) for q in functionals])
-        rest = np.array([q.at_rest([0.0] * loose.signals) for q in functionals])
+        rest = np.array([q.at_rest([0.0] * loose.signal_count) for q in functionals])
         reach = np.max(np.abs(values - rest[:, None]), axis=1)
         sets.append(Polytope.box(rest - 0.8 * reach, rest + 0.7 * reach))
     plant = replace(loose, state_set=sets[0], input_set=sets[1])

@@ -7,8 +7,9 @@ import pytest
 from mpmath import mp
 
 from tests.trackable.systems.nonlinear_instances import INSTANCES, T_S, exactly, moving
-from trackable.checker.affine import inputs_of
-from trackable.checker.formulas import formula
+from trackable.checker.formulas.affine import inputs_of
+from trackable.checker.formulas.formula import text
+from trackable.checker.reading.formulas import a_formula
 from trackable.codec import CodecError, decode, dumps, encode, loads
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
@@ -23,7 +24,7 @@ from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.definition import smallest_defect
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
-from trackable.systems.formulas.algebra import to_lists
+from trackable.systems.formulas.nested_lists import to_lists
 from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
@@ -66,9 +67,10 @@ def test_taken_apart_and_put_together(name):
 def test_the_checker_finds_the_same_formulas(name):
     """Which float64 operations give u is part of what a certificate claims."""
     system = INSTANCES[name].system
-    trees = [formula(to_lists(f), "f") for f in system.f]
-    found = inputs_of(trees, list(system.successors), list(system.inputs))
-    assert found == {u: formula(to_lists(e), "u") for u, e in system.solution.inputs.items()}
+    formulas = [a_formula(to_lists(f), "f") for f in system.f]
+    found = inputs_of(formulas, system.successors, system.inputs)
+    ours = {u: a_formula(to_lists(e), "u") for u, e in system.solution.inputs.items()}
+    assert {u: text(formula) for u, formula in found.items()} == {u: text(formula) for u, formula in ours.items()}
 
 
 @pytest.mark.parametrize("name", INSTANCES)
@@ -105,7 +107,7 @@ def test_a_linear_system_written_as_a_nonlinear_one_has_the_same_quantities():
 def test_gradients_of_constraints_are_those_of_differences(name):
     plant = INSTANCES[name].plant if name != "linear" else both(Polytope.box([-2.0] * 2, [2.0] * 2),
                                                                  Polytope.box([-9.0] * 2, [9.0] * 2))[1]  # fmt: skip
-    n, times = plant.signals, np.linspace(0, 2, 8)
+    n, times = plant.signal_count, np.linspace(0, 2, 8)
     rng = np.random.default_rng(2)
     samples = tuple(Samples(times, 0.7 + 0.1 * rng.standard_normal(8)) for _ in range(n))
     names = tuple(plant.system.states)
@@ -168,7 +170,7 @@ def test_references_return_from_json(name):
         ({"f": [["+", "level"]]}, "a formula must be a number, a name or a list"),
         ({"f": [["+", "level", True]]}, "a formula must be a number"),
         ({"f": [["sqrt", "inflow"]]}, r"must be affine in its inputs, .* but holds sqrt\(inflow\)"),
-        ({"f": ["nobody"]}, "the formula of level holds nobody, which is no name"),
+        ({"f": ["nobody"]}, "the formula of level uses nobody, which is no state or input"),
         ({"f": []}, "f must have a formula for each of 1 states, got 0"),
         ({"A": [[1.0]]}, "Nonlinear has no A"),
         ({"states": "level"}, "states and inputs need names, all different"),

@@ -1,0 +1,108 @@
+"""Which samples show which flat output, and what is said of samples that do not."""
+
+import re
+
+import numpy as np
+import pytest
+
+from tests.trackable.systems.instances import random_signal, unbounded
+from trackable.gp.samples import Samples
+from trackable.gp.stencil import POINT
+from trackable.systems.linear import LinearSystem
+from trackable.systems.sampling import default_sample, sampled_signals, stencils_by_name
+
+T_S = 0.1
+NO_LEVEL = "says how its flat output moves, but not where it is"
+AXIS = unbounded(
+    LinearSystem.discretised(np.eye(3, k=1), np.eye(3)[:, 2:], T_S, states=("position", "velocity", "acceleration"))
+)
+PLANE = unbounded(
+    LinearSystem(
+        np.array([[1.0, T_S, 0.0], [0.0, 1.0, 0.0], [0.2, 0.0, 0.9]]),
+        np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
+        states=("x", "v", "level"),
+        sampling_time=T_S,
+    )
+)
+MIXED = unbounded(
+    LinearSystem(np.array([[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.3, 0.2, 0.9]]), np.eye(3)[:, :2] * 2, sampling_time=T_S)
+)
+
+
+@pytest.mark.parametrize(
+    ("plant", "names"), [(AXIS, ["position"]), (AXIS, ["z1"]), (PLANE, ["level", "x"]), (PLANE, ["z2", "x"])]
+)
+def test_stencils_see_what_they_are_named_for(plant, names):
+    """On random signals: each sample is its state, or its flat output, at that time."""
+    rng, t = np.random.default_rng(0), np.linspace(0, 2, 9)
+    signals = [random_signal(rng) for _ in range(plant.signal_count)]
+    found = stencils_by_name(plant, names)
+    assert sorted(found) == sorted(names)
+    for signal, (name, stencil) in zip(signals, found.items(), strict=True):
+        seen = stencil.offset + sum(w * signal(t + j * stencil.step) for j, w in enumerate(stencil.weights))
+        states = plant.system.states
+        state = plant.flatness.states[states.index(name)](signals, t) if name in states else signal(t)
+        np.testing.assert_allclose(seen, state, atol=1e-12)
+
+
+def test_samples_come_in_the_order_of_the_flat_outputs():
+    given = {name: Samples([0.0, 1.0], [i, i]) for i, name in enumerate(("z2", "x"))}
+    names, samples = sampled_signals(PLANE, given)
+    assert names == ("x", "z2")
+    assert [s.values[0] for s in samples] == [1.0, 0.0]
+    assert samples[1].stencil == POINT
+    assert samples[0].stencil == PLANE.flatness.states[0].stencil[1]
+
+
+def test_samples_without_a_name_are_those_of_the_first_state_that_shows_the_flat_output():
+    assert default_sample(AXIS) == "position"
+    with pytest.raises(ValueError, match=r"^samples: must be given by name, one for each of 2 flat outputs: one of x"):
+        default_sample(PLANE)
+
+
+@pytest.mark.parametrize(
+    ("plant", "names", "message"),
+    [
+        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead"),
+        (AXIS, ["acceleration"], f"acceleration {NO_LEVEL}; give samples of position, z1 instead"),
+        (AXIS, ["speed"], "speed is neither a state (position, velocity, acceleration) nor a flat output (z1)"),
+        (AXIS, ["z2"], "z2 is neither a state (position, velocity, acceleration) nor a flat output (z1)"),
+        (
+            MIXED,
+            ["x1"],
+            "x1 shows several flat outputs at once; give samples of z1, z2, or of states that show one each",
+        ),
+        (AXIS, ["position", "z1"], "z1 and position show the same flat output; give one of them"),
+    ],
+)
+def test_samples_that_do_not_show_the_flat_outputs_are_refused(plant, names, message):
+    with pytest.raises(ValueError, match=f"^samples: {re.escape(message)}$"):
+        stencils_by_name(plant, names)
+
+
+def test_missing_samples_are_named():
+    with pytest.raises(ValueError, match=r"but 1 of them cannot be seen in samples of x: also give one of .*z2$"):
+        stencils_by_name(PLANE, ["x"])
+    with pytest.raises(ValueError, match=r"but 2 of them cannot be seen in samples of nothing: also give one of .*; "):
+        stencils_by_name(PLANE, [])
+
+
+def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it():
+    """Sums of float64 weights are not zero where the exact ones are."""
+    rounded = []
+    for sampling_time in (0.1, 0.07, 0.03, 0.013, 0.007, 0.0031):
+        system = LinearSystem.discretised(
+            np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -2.3, -0.7]]), np.eye(3)[:, 2:], sampling_time
+        )
+        plant = unbounded(system)
+        rounded += [sum(x.stencil[1].weights) for x in plant.flatness.states[1:]]
+        for name in ("x2", "x3"):
+            with pytest.raises(ValueError, match=NO_LEVEL):
+                stencils_by_name(plant, [name])
+    assert sum(bool(left) for left in rounded) >= 3
+    nearly = unbounded(
+        LinearSystem(np.array([[1.0, T_S], [1e-17, 1.0]]), np.array([[T_S**2 / 2], [T_S]]), sampling_time=T_S)
+    )
+    assert sum(nearly.flatness.states[1].weights[0]) != 0
+    with pytest.raises(ValueError, match=NO_LEVEL):
+        stencils_by_name(nearly, ["x2"])
