@@ -16,7 +16,7 @@ from trackable.gp.joint import JointPrior
 from trackable.learning.landscape import Landscape, landscape
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.algorithm1 import AS_PUBLISHED, SOUND
-from trackable.learning.published.scalar import ScalarReference
+from trackable.learning.published.scalar import interval_sets
 from trackable.learning.space import SearchSpace
 
 _STEPS_OF_TUBE = 12
@@ -29,8 +29,8 @@ def drawings(experiment: AsymptoticExperiment, results: Results) -> dict[str, Ca
     """The figures of an experiment by name, each drawn when it is called: here and in the notebook the same."""
     fitted = read_fit(results)
     sound = fitted.learned[SOUND.name]
-    plant, final_step = experiment.plant, sound.final_step or 0
-    references = {name: ScalarReference.of(learned.reference) for name, learned in fitted.learned.items()}
+    plant, final_step = experiment.constrained_system, sound.final_step or 0
+    references = {name: learned.reference for name, learned in fitted.learned.items()}
     last_sample = round(float(fitted.sampled.only.times[-1]) / plant.sampling_time)
     by_name: dict[str, Callable[[], Figure]] = {
         "tube": lambda: plots.tube(references[SOUND.name], np.arange(_STEPS_OF_TUBE, dtype=float)),
@@ -38,7 +38,7 @@ def drawings(experiment: AsymptoticExperiment, results: Results) -> dict[str, Ca
             references[SOUND.name], fitted.sampled.only, last_sample, final_step, round(1.5 * final_step)
         ),
         "convergence": lambda: plots.convergence(
-            fitted.traces[AS_PUBLISHED.name], plant.state_set, sound.prior.parts[0].mean
+            fitted.traces[AS_PUBLISHED.name], interval_sets(plant)[0], sound.prior.parts[0].mean
         ),
         "prediction": lambda: _prediction(experiment, fitted),
         "margins": lambda: plots.margins(read_margins(results, fitted.learned)),
@@ -78,7 +78,7 @@ def _prediction(experiment: AsymptoticExperiment, fitted: Fitted) -> Figure:
     truth = GROUND_TRUTHS.get(experiment.ground_truth or "")
     return plots.prediction(
         fitted.sampled.only,
-        {name: ScalarReference.of(learned.reference) for name, learned in fitted.learned.items()},
+        {name: learned.reference for name, learned in fitted.learned.items()},
         SOUND.name,
         steps,
         true_reference=truth(steps * experiment.system.sampling_time) if truth else None,

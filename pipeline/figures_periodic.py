@@ -12,7 +12,6 @@ from pipeline.storage.results import Results
 from pipeline.storage.tables import read_columns
 from trackable import plots
 from trackable.learning.published.growth import interval_growth_rates
-from trackable.learning.published.scalar import ScalarReference
 from trackable.systems.margins import MarginProfile
 
 # Looks go by position: in this order the references of every figure.
@@ -44,7 +43,7 @@ def _prediction(experiment: PeriodicExperiment, fitted: Fitted) -> Figure:
     truth = GROUND_TRUTHS.get(experiment.ground_truth or "")
     return plots.periodic_prediction(
         fitted.sampled.only,
-        {method: ScalarReference.of(fitted.learned[method].reference) for method in _CURVES},
+        {method: fitted.learned[method].reference for method in _CURVES},
         "exact",
         steps,
         _FIRST_STEPS,

@@ -17,7 +17,7 @@ from trackable.files import write_json
 from trackable.learning.learned import LearnedReference
 from trackable.learning.methods import period_of
 from trackable.learning.published.algorithm1 import AS_PUBLISHED, SOUND
-from trackable.learning.published.scalar import is_scalar, state_and_input
+from trackable.learning.published.scalar import interval_sets, is_scalar
 from trackable.learning.published.tail import tail
 from trackable.systems.definition import smallest_defect
 from trackable.systems.margins import MarginProfile, margin_profile
@@ -107,7 +107,7 @@ def _instants(experiment: Experiment, reference: Reference) -> list[MarginProfil
 def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None:
     """Bounds for all time after the last verified step; None where the kernel gives none."""
     plant = reference.plant
-    state, entry = state_and_input(plant)
+    state_set, input_set = interval_sets(plant)
     bounds = tail(reference.signals[0], last_step * plant.sampling_time)
     if bounds is None:
         return None
@@ -115,8 +115,8 @@ def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None
         "start": bounds.start,
         "mean_bound": bounds.mean_bound,
         "derivative_bound": bounds.derivative_bound,
-        "state_margin": state.bounds.margin_of(bounds.states),
-        "input_margin": entry.bounds.margin_of(bounds.inputs(plant)),
+        "state_margin": state_set.margin_of(bounds.states),
+        "input_margin": input_set.margin_of(bounds.inputs(plant)),
     }
 
 

@@ -28,7 +28,7 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.prior import NOISE, Prior
 from trackable.gp.samples import Samples
 from trackable.learning.methods import period_of
-from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.published.scalar import scalar
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.interval import Interval
@@ -117,11 +117,6 @@ class ScalarExperiment(Experiment):
     def constrained_system(self) -> ConstrainedSystem:
         s = self.system
         return scalar(s.a, s.b, s.c, state_set=self.state_set, input_set=self.input_set, sampling_time=s.sampling_time)
-
-    @property
-    def plant(self) -> Scalar:
-        """The system as the paper's methods take it."""
-        return Scalar.of(self.constrained_system)
 
     @property
     def truths(self) -> Mapping[str, GroundTruth]:
