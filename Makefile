@@ -1,9 +1,8 @@
 # make install  the locked packages, into .venv (every other target does so first where it is missing)
-# make repro   set up everything, then run the pipeline (only what changed)
+# make repro   run every stage of every experiment from nothing, in a copy, and compare: paper, committed results, ours
 # make test    set up everything, then run the tests
 # make lint    formatting, lint, import rules, types
-# make force   run every stage again, whether or not anything changed
-# make compare  run every stage again in clean copies of what is committed, two at a time, and compare
+# make force   run every stage again in place, whether or not anything changed
 # make status  whether the committed results are those of the committed code
 # make lab     Jupyter on the notebooks
 # make bench   measure against other software, in an environment of its own (minutes; on a machine that is idle)
@@ -13,13 +12,13 @@ PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test lint force compare status lab bench lock
+.PHONY: install repro test lint force status lab bench lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
 
 repro: .venv/installed
-	dvc repro
+	python -m pipeline reproduce
 
 test: .venv/installed
 	python -m pytest -n auto --dist loadfile
@@ -33,21 +32,9 @@ lint: .venv/installed
 force: .venv/installed
 	dvc repro --force
 
-compare: .venv/installed
-	rm -rf .compare
-	{ ls data/results; echo .all; } | xargs -P 2 -I NAME sh -ec 'git clone --quiet . .compare/NAME; cd .compare/NAME; \
-		case NAME in .all) set guide;; *) set figures@NAME notebook@NAME;; esac; \
-		PYTHONPATH=$$PWD dvc repro --force --quiet "$$@"'
-	for name in $$(ls data/results); do \
-		rm -r .compare/.all/data/results/$$name .compare/.all/notebooks/$$name.ipynb && \
-		cp -r .compare/$$name/data/results/$$name .compare/.all/data/results/ && \
-		cp .compare/$$name/notebooks/$$name.ipynb .compare/.all/notebooks/ || exit 1; \
-	done
-	python -m pipeline compare HEAD .compare/.all
-
 status: .venv/installed
 	dvc status
-	@dvc status --quiet || { echo "results and code do not belong together: run 'make repro' and commit" >&2; exit 1; }
+	@dvc status --quiet || { echo "results and code do not belong together: run 'dvc repro' and commit" >&2; exit 1; }
 
 lab: .venv/installed
 	jupyter lab notebooks

@@ -9,6 +9,7 @@ import click
 
 from pipeline.compare.command import compare
 from pipeline.experiments import PARAMS, Experiment, load_experiment
+from pipeline.reproduce.command import reproduce
 from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
 from trackable.codec import CodecError
@@ -77,6 +78,7 @@ def _check(file: Path) -> None:
 
 
 main.add_command(compare)
+main.add_command(reproduce)
 
 
 def run() -> None:

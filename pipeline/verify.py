@@ -12,6 +12,7 @@ from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import Outcome, prove_at_instants
+from trackable.codec.certificates import encode_certificate
 from trackable.errors import NoReferenceError
 from trackable.files import write_json
 from trackable.learning.learned import LearnedReference
@@ -51,7 +52,7 @@ def verify(experiment: Experiment, results: Results) -> None:
         }
     write_margins(results, margins, metrics, certificates)
     for method, certificate in certificates.items():
-        write_json(results.certificate(method), certificate.to_dict())
+        write_json(results.certificate(method), encode_certificate(certificate))
     for method in metrics.keys() - certificates.keys():
         results.certificate(method).unlink(missing_ok=True)  # of an earlier run: nothing vouches for it now
     write_json(results.metrics, metrics)

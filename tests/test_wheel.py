@@ -24,7 +24,7 @@ CALLED = {  # names of distributions, where modules are called otherwise
     "ruamel": "ruamel.yaml",
 }
 PARTS = {"pydantic_core": "pydantic", "traitlets": "nbclient"}  # of a package that is named
-BY_NAME_ONLY = {"clarabel", "dvc", "jupyter"}  # cvxpy loads its solver; the others are commands
+BY_NAME_ONLY = {"clarabel", "jupyter"}  # cvxpy loads its solver; Jupyter is a command
 
 
 def required(requirements: list[str]) -> set[str]:

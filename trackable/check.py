@@ -1,4 +1,4 @@
-"""The certificate checker on files: the checker itself knows no files and nothing else of this project."""
+"""The certificate checker on files, for the command line and for notebooks; the checker itself reads no files."""
 
 from pathlib import Path
 
@@ -8,12 +8,15 @@ from trackable.files import from_json, read_bytes
 
 
 def check_file(path: Path) -> str:
-    """What the certificate in a file proves. NoReferenceError where it proves nothing, InputError where it is none."""
+    """Return what the certificate in a file proves, in words.
+
+    Raises NoReferenceError where it proves nothing, and InputError where the file is no certificate.
+    """
     try:
         content = from_json(read_bytes(path))
     except ValueError as error:
         raise InputError(f"{path}: is not a certificate: {error}") from error
-    if isinstance(content, dict) and "reference" in content:
+    if isinstance(content, dict) and "reference" in content and "format" not in content:
         raise InputError(f"{path}: is a saved reference, not a certificate; `save_certificate` writes that of one")
     match check(content):
         case Proved(statement):
@@ -21,4 +24,4 @@ def check_file(path: Path) -> str:
         case Failed(reason):
             raise NoReferenceError(f"{path}: the certificate does not prove its claim: {reason}")
         case NotACertificate(reason):
-            raise InputError(f"{path}: is not a certificate: {reason}")
+            raise InputError(f"{path}: {reason}")

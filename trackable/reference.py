@@ -9,12 +9,13 @@ from typing import Self
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.certificates.certificate import FORMAT, Certificate
+from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import OnWindow
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import Outcome, prove, prove_on_window
 from trackable.certificates.rounding.references import LATEST
 from trackable.codec import dumps, loads
+from trackable.codec.certificates import FORMAT, encode_certificate
 from trackable.errors import InputError, NoReferenceError
 from trackable.files import read_bytes, write_atomically, write_json
 from trackable.gp.joint import JointPosterior, JointPrior
@@ -141,7 +142,7 @@ class TrackableReference:
 
     def save(self, path: Path | str) -> None:
         """Write everything as JSON, losslessly and atomically. Raises OSError."""
-        write_atomically(Path(path), dumps(_Saved.of(self)))
+        write_atomically(Path(path), dumps(SavedReference.of(self)))
 
     @classmethod
     def load(cls, path: Path | str) -> Self:
@@ -157,8 +158,8 @@ class TrackableReference:
         return cls(saved.reference, found, saved.samples, saved.prior, saved.objective)
 
     def save_certificate(self, path: Path | str) -> None:
-        """Write the proof alone, for `python -m pipeline check`. Raises OSError."""
-        write_json(Path(path), self.certificate.to_dict())
+        """Write the proof alone, for `python -m trackable check FILE`. Raises OSError."""
+        write_json(Path(path), encode_certificate(self.certificate))
 
     @cached_property
     def _posterior(self) -> JointPosterior:
@@ -187,7 +188,7 @@ class TrackableReference:
 
 
 @dataclass(frozen=True, eq=False)
-class _Saved:
+class SavedReference:
     """A file's content: `proved_from` and `proved_until` [s] for a window only."""
 
     reference: Reference
@@ -213,8 +214,8 @@ def _root_mean_square(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _read(path: Path) -> _Saved:
+def _read(path: Path) -> SavedReference:
     content = read_bytes(path)
     if f'"format": "{FORMAT}"'.encode() in content:
         raise InputError(f"{path}: holds a certificate; what can be loaded is the reference, as `save` writes it")
-    return loads(_Saved, content)
+    return loads(SavedReference, content)

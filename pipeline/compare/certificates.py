@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from pipeline.compare.content.documents import json_leaves, read_json
 from pipeline.compare.content.recordings import read_recording
@@ -56,56 +55,20 @@ def _certified(path: Path) -> Leaves | None:
         return None
     try:
         match read_json(path.read_bytes()):
-            case {"signals": signals, "system": system, "bounds": list(bounds), **rest}:
-                # With redundant inputs, bounds combine the rows of the set, which is given beside them.
-                sets = {"state_set": _set(_of(bounds, "state")), "input_set": _set(_inputs(bounds, rest))}
-                return json_leaves({"signals": signals, "system": system, **sets})
+            case {"format": "trackable certificate", "reference": dict(reference)}:
+                return json_leaves(reference)
     except UnreadableError:
         pass  # the row of the file itself says so
     return None
-
-
-def _of(bounds: list[Any], kind: str) -> list[Any]:
-    return [bound for bound in bounds if isinstance(bound, dict) and bound.get("of") == kind]
-
-
-def _inputs(bounds: list[Any], rest: dict[Any, Any]) -> list[Any]:
-    match rest.get("input_set"):
-        case list(rows):
-            return [row for row in rows if isinstance(row, dict)]
-    return _of(bounds, "input")
-
-
-def _set(bounds: list[Any]) -> dict[str, list[Any]]:
-    """Bounds as a set: its rows, and their lower and upper bounds."""
-    fields = {"rows": "row", "lower": "lower", "upper": "upper"}
-    return {name: [bound.get(field) for bound in bounds] for name, field in fields.items()}
 
 
 def _learned(fit: Path) -> dict[str, Leaves]:
     """The same numbers for each learned reference, by method."""
     found = {}
     for name, data in read_recording(fit).attachments.items():
-        content: Any = read_json(data)
-        match content:
-            case {
-                "reference": {
-                    "signals": signals,
-                    "plant": {
-                        "system": dict(system),
-                        "state_set": dict(states),
-                        "input_set": dict(inputs),
-                        "sampling_time": time,
-                    },
-                }
-            }:
-                sets = {"state_set": states, "input_set": inputs}
-                about = {
-                    "signals": signals,
-                    "system": {**system, "sampling_time": time},
-                    **{name: {f: v for f, v in own.items() if f != "dimension"} for name, own in sets.items()},
-                }
-                found[name.removesuffix(".json")] = json_leaves(about)
+        match read_json(data):
+            case {"reference": dict(reference)}:
+                found[name.removesuffix(".json")] = json_leaves(reference)
     return found
 
 

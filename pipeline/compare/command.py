@@ -20,7 +20,7 @@ FILE = click.Path(dir_okay=False, path_type=Path)
 @click.option(
     "--pictures", type=click.Path(file_okay=False, path_type=Path), help="Also draw figures that differ here."
 )
-@click.option("--all", "everything", is_flag=True, help="List identical artifacts too.")
+@click.option("--all", "list_all", is_flag=True, help="List identical artifacts too.")
 @click.pass_context
 def compare(
     context: click.Context,
@@ -31,7 +31,7 @@ def compare(
     json_file: Path | None,
     markdown_file: Path | None,
     pictures: Path | None,
-    everything: bool,
+    list_all: bool,
 ) -> None:
     """What moved from BASE to NEW, by how much and where, and which of the paper's claims hold in each.
 
@@ -45,6 +45,7 @@ def compare(
     from pipeline.compare.reports.pictures import write_pictures  # noqa: PLC0415
     from pipeline.compare.reports.record import to_record  # noqa: PLC0415
     from pipeline.compare.reports.text import to_text  # noqa: PLC0415
+    from pipeline.compare.reports.wording import everything, remarkable  # noqa: PLC0415
     from pipeline.compare.sources import laid_out  # noqa: PLC0415
     from pipeline.compare.tolerances import load_tolerances  # noqa: PLC0415
     from trackable.files import write_atomically, write_text  # noqa: PLC0415
@@ -59,5 +60,5 @@ def compare(
         write_atomically(json_file, to_record(comparison))
     if markdown_file:
         write_text(markdown_file, to_markdown(comparison))
-    click.echo(to_text(comparison, everything), nl=False)
+    click.echo(to_text(comparison, everything if list_all else remarkable), nl=False)
     context.exit(0 if comparison.within else 1)

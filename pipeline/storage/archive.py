@@ -11,6 +11,7 @@ from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.codec import dumps, loads
+from trackable.codec.certificates import encode_certificate
 from trackable.errors import InputError
 from trackable.files import to_json
 from trackable.gp.joint import JointPosterior
@@ -95,7 +96,9 @@ def write_margins(
         for method, profiles in margins.items()
         for profile in profiles
     ]
-    proofs = {f"{method}.certificate.json": to_json(found.to_dict()) for method, found in certificates.items()}
+    proofs = {
+        f"{method}.certificate.json": to_json(encode_certificate(found)) for method, found in certificates.items()
+    }
     write_stage(results, "verification", series, {"metrics.json": to_json(metrics), **proofs})
 
 

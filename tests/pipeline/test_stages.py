@@ -201,7 +201,7 @@ def test_certificates_are_checked_on_the_command_line(finished: Path, tmp_path: 
     assert (proved.returncode, proved.stderr) == (0, "")
     assert proved.stdout.startswith("For all real t ≥ 0")
     tighter = json.loads(certificate.read_text())
-    tighter["bounds"][0]["upper"] = 0.049
+    tighter["reference"]["plant"]["state_set"]["upper"][0] = 0.049
     (tmp_path / "tighter.json").write_text(json.dumps(tighter))
     failed = call("check", str(tmp_path / "tighter.json"))
     assert failed.returncode == 1

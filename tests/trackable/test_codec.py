@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackable.arrays import Array
-from trackable.codec import KERNELS, CodecError, decode, dumps, encode, loads
+from trackable.codec import CodecError, decode, dumps, encode, loads
 from trackable.files import to_json
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel, Product, Sum
@@ -18,6 +18,7 @@ from trackable.gp.kernels.elementary import Elementary
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
+from trackable.gp.kernels.registry import KERNELS
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
@@ -170,17 +171,16 @@ def test_samples_return() -> None:
 
 def test_what_the_json_looks_like() -> None:
     assert encode(Prior(SquaredExponential(2.0, 0.1), 0.3)) == {
-        "kernel": {"type": "SquaredExponential", "signal_std": 2.0, "lengthscale": 0.1},
+        "kernel": {"type": "squared_exponential", "signal_std": 2.0, "lengthscale": 0.1},
         "noise_std": 0.3,
         "mean": 0.0,
         "fixed": ["noise_std"],
     }
     assert encode(Stencil((1.0,), 0.5)) == {"weights": [1.0], "step": 0.5, "offset": 0.0}
     assert encode(REFERENCE)["signals"][0]["centres"] == [0.0, 0.1]
-    system = {"A": [[0.9]], "B": [[-0.1]], "c": [0.0], "states": ["state"], "inputs": ["input"]}
-    assert encode(PLANT)["system"] == system
-    assert encode(PLANT)["sampling_time"] == 0.1
-    assert encode(PLANT.system) == {**system, "sampling_time": 0.1}
+    system = {"A": [[0.9]], "B": [[-0.1]], "c": [0.0], "states": ["state"], "inputs": ["input"], "sampling_time": 0.1}
+    assert encode(PLANT)["system"] == encode(PLANT.system) == system
+    assert set(encode(PLANT)) == {"system", "state_set", "input_set"}
     assert encode(PLANT.state_set) == {"rows": [[1.0]], "lower": [-1.0], "upper": [1.0], "dimension": 1}
 
 
@@ -232,13 +232,13 @@ STENCIL = Stencil((1.0, -2.0), 0.5)
         (Prior, edited(PRIOR, "fixed", to=[1]), "must be of type str, got 1 @ $.fixed[0]"),
         (Prior, edited(Prior(KERNEL, 0.1), "fixed", to=["right.shape", "noise_std"]), "@ $.fixed[0]"),
         (Prior, edited(PRIOR, "fixed", to=["noise_std", "noise_std"]), "@ $.fixed"),
-        (Prior, edited(PRIOR, "kernel", "type", to="Cosine"), "one of SquaredExponential, Matern32"),
+        (Prior, edited(PRIOR, "kernel", "type", to="Cosine"), "one of squared_exponential, matern32"),
         (Prior, edited(PRIOR, "kernel", "type", to=[]), "got [] @ $.kernel"),
         (Prior, edited(PRIOR, "kernel", "type", to=KeyError), "an object with a type"),
         (Prior, edited(PRIOR, "kernel", "period", to=1.0), "SquaredExponential has no period @ $.kernel"),
         (Prior, edited(PRIOR, "kernel", "lengthscale", to=-1.0), "lengthscale must be a positive"),
         (Prior, edited(PRIOR, "kernel", to=None), "an object with a type, got None @ $.kernel"),
-        (Periodic, encode(SE), "must be one of Periodic, got 'SquaredExponential' @ $"),
+        (Periodic, encode(SE), "must be one of periodic, got 'squared_exponential' @ $"),
         (Reference, edited(REFERENCE, "signals", 0, "kernel", "left", "right", "period", to="1"), "left.right.period"),
         (Reference, edited(REFERENCE, "signals", 0, "weights", 1, to="1"), "[1] must be a number, got '1'"),
         (
@@ -299,7 +299,7 @@ class Unknown(Elementary):
         (lambda: replace(SIGNAL, weights=np.array(1.0)), "list of numbers"),
         (lambda: replace(STENCIL, offset=True), r"got True @ \$.offset"),
         (lambda: JointPrior((PRIOR,), (3,)), r"got 3 @ \$.names"),
-        (Unknown, "a kernel must be one of SquaredExponential"),
+        (Unknown, "kernel: expected one of squared_exponential"),
         (lambda: Interval, "only a dataclass"),
         (lambda: [1.0], "only a dataclass"),
         (lambda: Strange(len), "Strange"),

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from pipeline.compare.model import Comparison, JudgedClaim, Row, Status
 from pipeline.compare.reports.wording import (
     allowed,
+    beyond,
     closing,
     differing_text,
     extent,
@@ -20,7 +21,7 @@ _MOST = 60  # rows; a comment of more than 65,536 characters is refused by the b
 def to_markdown(comparison: Comparison) -> str:
     """The verdict, what is not identical, the claims and the environment; the parts that seldom matter folded."""
     rows = remarkable(comparison)
-    bad = [row for row in rows if row.status is not Status.WITHIN]
+    bad = beyond(comparison)
     fine = [row for row in rows if row.status is Status.WITHIN]
     doubtful = failing(comparison.claims)
     moved = ", ".join(version.name for version in comparison.environment if version.differs)

@@ -1,18 +1,18 @@
 """A comparison as text for a terminal."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from pipeline.compare.model import Comparison, Difference, Row, Status
+from pipeline.compare.model import Comparison, Difference, JudgedClaim, Row, Status, Version
 from pipeline.compare.reports.wording import allowed, closing, differing_text, extent, remarkable, size, verdict
 
 
-def to_text(comparison: Comparison, everything: bool = False) -> str:
-    """Artifacts, claims, environment, and a closing line; identical artifacts only where `everything` is wanted."""
+def to_text(comparison: Comparison, listed: Callable[[Comparison], Iterable[Row]] = remarkable) -> str:
+    """Return the `listed` artifacts, a table of the claims, the environment, and a closing line."""
     blocks = [
         [f"BASE {comparison.base}", f"NEW  {comparison.new}", *comparison.notes],
-        [line for row in (comparison.rows if everything else remarkable(comparison)) for line in _row(row)],
-        list(_claims(comparison)),
-        list(_environment(comparison)),
+        [line for row in listed(comparison) for line in _row(row)],
+        list(_claims(comparison.claims)),
+        list(_environment(comparison.environment)),
         [closing(comparison)],
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
@@ -41,17 +41,20 @@ def _difference(difference: Difference) -> Iterator[str]:
     yield f"    {far}allowed {allowed(difference)}"
 
 
-def _claims(comparison: Comparison) -> Iterator[str]:
-    if comparison.claims:
-        yield "Claims of the paper: BASE | NEW"
-    for claim in comparison.claims:
-        yield f"    {claim.text} [{claim.source}], {claim.expected}"
-        yield f"        {verdict(claim.base)} | {verdict(claim.new)}"
+def _claims(claims: Sequence[JudgedClaim]) -> Iterator[str]:
+    """A table: what is expected, what both sides have, and last what has no fixed width: the claim and its source."""
+    if not claims:
+        return
+    rows = [("expected", "BASE", "NEW", "claim [source]")]
+    rows += [(c.expected, verdict(c.base), verdict(c.new), f"{c.text} [{c.source}]") for c in claims]
+    widths = [max(len(row[column]) for row in rows) for column in range(3)]
+    for *cells, claim in rows:
+        yield "  ".join((*(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)), claim))
 
 
-def _environment(comparison: Comparison) -> Iterator[str]:
-    differing = [version for version in comparison.environment if version.differs]
-    unknown = [version.name for version in comparison.environment if None in (version.base, version.new)]
+def _environment(versions: Sequence[Version]) -> Iterator[str]:
+    differing = [version for version in versions if version.differs]
+    unknown = [version.name for version in versions if None in (version.base, version.new)]
     yield "Environment: " + ("BASE | NEW" if differing else "no difference known")
     for version in differing:
         yield f"    {version.name}: {version.base} | {version.new}"

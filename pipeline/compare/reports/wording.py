@@ -64,6 +64,16 @@ def remarkable(comparison: Comparison) -> list[Row]:
     return sorted((r for r in comparison.rows if r.status in order), key=lambda row: order.index(row.status))
 
 
+def beyond(comparison: Comparison) -> list[Row]:
+    """Return the rows that are neither identical nor within tolerance, the worst first."""
+    return [row for row in remarkable(comparison) if row.status is not Status.WITHIN]
+
+
+def everything(comparison: Comparison) -> tuple[Row, ...]:
+    """Return all rows."""
+    return comparison.rows
+
+
 def failing(claims: tuple[JudgedClaim, ...]) -> list[JudgedClaim]:
     """The claims that do not hold on both sides."""
     return [claim for claim in claims if not (claim.base.holds and claim.new.holds)]

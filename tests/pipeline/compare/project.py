@@ -60,34 +60,32 @@ METRICS = {
         "first": None,
     }
 }
-SIGNAL = {"kernel": {"type": "SquaredExponential", "lengthscale": 0.2}, "mean": 0.0, "centres": [0.0], "weights": [1.5]}
+SIGNAL = {
+    "kernel": {"type": "squared_exponential", "lengthscale": 0.2},
+    "mean": 0.0,
+    "centres": [0.0],
+    "weights": [1.5],
+}
 SYSTEM = {
     "A": [[1.0, 0.1], [0.0, 0.9]],
     "B": [[0.0], [0.5]],
     "c": [0.0, 0.0],
     "states": ["x", "v"],
     "inputs": ["u"],
+    "sampling_time": 0.01,
 }
 SETS = {
     "state_set": {"rows": [[1.0, 0.0], [1.0, 1.0]], "lower": [-2.0, -1.0], "upper": [0.05, 1.0], "dimension": 2},
     "input_set": {"rows": [[1.0]], "lower": [-0.5], "upper": [0.5], "dimension": 1},
 }
+REFERENCE = {"signals": [SIGNAL], "plant": {"system": SYSTEM, **SETS}}
 CERTIFICATE = {
     "format": "trackable certificate",
-    "version": 2,
-    "signals": [SIGNAL],
-    "system": {**SYSTEM, "sampling_time": 0.01},
-    "bounds": [
-        {"name": "x", "of": "state", "row": [1.0, 0.0], "lower": -2.0, "upper": 0.05},
-        {"name": "x+v", "of": "state", "row": [1.0, 1.0], "lower": -1.0, "upper": 1.0},
-        {"name": "u", "of": "input", "row": [1.0], "lower": -0.5, "upper": 0.5},
-    ],
+    "version": 3,
     "claim": {"kind": "all_times", "covers": {"x": {"ends": [0.0, 1.0], "radii": [0.5]}}},
+    "reference": REFERENCE,
 }
-LEARNED = {
-    "method": "sound",
-    "reference": {"signals": [SIGNAL], "plant": {"system": SYSTEM, **SETS, "sampling_time": 0.01}},
-}
+LEARNED = {"method": "sound", "reference": REFERENCE}
 TABLE = "k_bar,bound\n80,\n81,0.7\n82,0.5\n83,0.4\n"
 FIGURE = """<?xml version="1.0" encoding="utf-8"?>
 <svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 504 280.8">

@@ -219,7 +219,10 @@ def test_a_log_damaged_on_both_sides_is_not_identical(base: Path, new: Path) -> 
 
 
 def test_a_certificate_for_another_reference(base: Path, new: Path) -> None:
-    edit_json(new / RESULTS / "certificate.json", lambda c: c["signals"][0]["weights"].__setitem__(0, 1.5 + 1e-12))
+    edit_json(
+        new / RESULTS / "certificate.json",
+        lambda c: c["reference"]["signals"][0]["weights"].__setitem__(0, 1.5 + 1e-12),
+    )
     row = only(compared(base, new))
     assert (row.name, row.status) == ("example1/certificate.json reference", Status.DIFFERENT)
     assert row.notes == (
@@ -231,26 +234,35 @@ def test_a_certificate_for_another_reference(base: Path, new: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "place", "value"),
     [
-        (lambda c: c["bounds"][0].update(upper=0.06), "state_set.upper[0]", 0.06),
-        (lambda c: c["bounds"][1].update(row=[1.0, 1.1]), "state_set.rows[1][1]", 1.1),
-        (lambda c: c["bounds"][2].update(lower=-0.6), "input_set.lower[0]", -0.6),
-        (lambda c: c["system"]["A"][0].__setitem__(1, 0.2), "system.A[0][1]", 0.2),
-        (lambda c: c["system"].update(sampling_time=0.02), "system.sampling_time", 0.02),
-        (lambda c: c["system"]["states"].reverse(), "system.states[0]", "v"),
-        (lambda c: c["bounds"].pop(1), "state_set.rows[1][0]", "not there"),
+        (lambda p: p["state_set"]["upper"].__setitem__(0, 0.06), "state_set.upper[0]", 0.06),
+        (lambda p: p["state_set"]["rows"][1].__setitem__(1, 1.1), "state_set.rows[1][1]", 1.1),
+        (lambda p: p["input_set"]["lower"].__setitem__(0, -0.6), "input_set.lower[0]", -0.6),
+        (lambda p: p["system"]["A"][0].__setitem__(1, 0.2), "system.A[0][1]", 0.2),
+        (lambda p: p["system"].update(sampling_time=0.02), "system.sampling_time", 0.02),
+        (lambda p: p["system"]["states"].reverse(), "system.states[0]", "v"),
+        (lambda p: p["state_set"]["rows"].pop(1), "state_set.rows[1][0]", "not there"),
     ],
 )
 def test_a_certificate_for_another_system(base: Path, new: Path, change, place: str, value: object) -> None:
-    edit_json(new / RESULTS / "certificate.json", change)
+    edit_json(new / RESULTS / "certificate.json", lambda c: change(c["reference"]["plant"]))
     *_, reference = moved(compared(base, new))
     assert reference.name == "example1/certificate.json reference"
-    assert f"{place} is {value if isinstance(value, str) and ' ' in value else repr(value)} in it" in reference.notes[0]
+    assert (
+        f"plant.{place} is {value if isinstance(value, str) and ' ' in value else repr(value)} in it"
+        in reference.notes[0]
+    )
 
 
 def test_a_certificate_with_another_bound(base: Path, new: Path) -> None:
-    edit_json(new / RESULTS / "certificate.json", lambda c: c["bounds"][0].update(upper=0.06))
+    edit_json(
+        new / RESULTS / "certificate.json", lambda c: c["reference"]["plant"]["state_set"]["upper"].__setitem__(0, 0.06)
+    )
     own, _ = moved(compared(base, new))
-    assert (own.worst[0].place, own.worst[0].base, own.worst[0].new) == ("bounds[0].upper", 0.05, 0.06)
+    assert (own.worst[0].place, own.worst[0].base, own.worst[0].new) == (
+        "reference.plant.state_set.upper[0]",
+        0.05,
+        0.06,
+    )
 
 
 def test_other_boxes_of_a_proof_are_not_compared(base: Path, new: Path) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackable.certificates import naive
+from tests.trackable.checker.changes import PLANT, changed
 from tests.trackable.systems.instances import controllable, unbounded
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.certified import Certified, learn_certified
@@ -14,6 +15,7 @@ from trackable.certificates.claim import AllPhases, AllTimes
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
 from trackable.checker import Failed, Proved, check
+from trackable.codec.certificates import decode_certificate, encode_certificate
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.matern import Matern52
@@ -132,7 +134,7 @@ def assert_kept_for_thousands_of_steps(reference: Reference) -> None:
 def test_references_are_certified_and_checked(name):
     found = certified(name)
     assert isinstance(found.certificate.claim, AllPhases if name == "axis_repeats" else AllTimes)
-    verdict = check(found.certificate.to_dict())
+    verdict = check(encode_certificate(found.certificate))
     assert isinstance(verdict, Proved), verdict
     plant = found.reference.plant
     for names, bounds in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
@@ -157,8 +159,8 @@ def test_the_bounds_matter(name):
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_certificates_return_from_their_file(name):
-    data = certified(name).certificate.to_dict()
-    assert Certificate.from_dict(data).to_dict() == data
+    data = encode_certificate(certified(name).certificate)
+    assert encode_certificate(decode_certificate(data)) == data
 
 
 def test_what_is_shared_is_learned_as_one():
@@ -186,12 +188,16 @@ def test_a_broken_velocity_bound_has_a_counterexample():
 def test_bounds_drawn_in_across_the_reference_are_refused():
     """By a thousandth of the width, more than the back-off, wherever the reference comes as near as that."""
     found = certified("axis_stops")
-    data, t = found.certificate.to_dict(), np.linspace(0, 7, 5001)
+    data, t = encode_certificate(found.certificate), np.linspace(0, 7, 5001)
     met = 0
-    for i, quantity in enumerate(found.reference.quantities):
-        bound, by = data["bounds"][i], 1e-3 * quantity.bounds.width
-        narrow = {**bound, "lower": bound["lower"] + by, "upper": bound["upper"] - by}
-        verdict = check({**data, "bounds": [*data["bounds"][:i], narrow, *data["bounds"][i + 1 :]]})
+    sides = [
+        (side, i) for side in ("state_set", "input_set") for i in range(len(data["reference"]["plant"][side]["rows"]))
+    ]
+    for (side, i), quantity in zip(sides, found.reference.quantities, strict=True):
+        by, narrow = 1e-3 * quantity.bounds.width, data
+        for end, value in (("lower", quantity.bounds.lower + by), ("upper", quantity.bounds.upper - by)):
+            narrow = changed(narrow, (*PLANT, side, end, i), value)
+        verdict = check(narrow)
         if np.min(quantity.margin(found.reference.signals, t)) < 0.9 * by:
             assert isinstance(verdict, Failed), quantity.name
             assert verdict.reason.startswith(

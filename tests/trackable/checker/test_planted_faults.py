@@ -13,6 +13,7 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.cover import Cover
 from trackable.certificates.rounding import references as rounding
 from trackable.checker import Failed, Proved, check
+from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.matern import Matern32
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
@@ -44,7 +45,7 @@ def axis(bound: float = 20.0) -> Reference:
 def assert_caught(reference: Reference, *reasons: str) -> None:
     found = prove.prove(reference)
     assert isinstance(found, Certificate), found.explanation
-    verdict = check(found.to_dict())
+    verdict = check(encode_certificate(found))
     assert isinstance(verdict, Failed), verdict
     assert verdict.reason.startswith(reasons), verdict.reason
 
@@ -151,7 +152,7 @@ def test_a_prover_with_a_wrong_sign_in_the_system(monkeypatch, blind):
 def test_the_axis_is_proved_before_anything_is_planted():
     found = prove.prove(axis())
     assert isinstance(found, Certificate), found.explanation
-    assert isinstance(check(found.to_dict()), Proved)
+    assert isinstance(check(encode_certificate(found)), Proved)
 
 
 def mistaken(reference: Reference, **changes) -> Reference:

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,10 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
 from trackable.checker import Failed, NotACertificate, Proved, check
-from trackable.checker.redundancy import check_input_set
+from trackable.checker.certificate import Row
+from trackable.checker.reading.certificates import read_certificate
+from trackable.checker.steps.redundancy import why_not_attainable
+from trackable.codec.certificates import decode_certificate, encode_certificate
 from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.samples import Samples
@@ -71,7 +75,7 @@ def in_the_plane() -> Certificate:
 
 
 def as_read(certificate: Certificate) -> dict[str, Any]:
-    return json.loads(json.dumps(certificate.to_dict()))
+    return json.loads(json.dumps(encode_certificate(certificate)))
 
 
 def test_what_the_smallest_input_of_all_could_not_do_is_followed_all_the_same():
@@ -93,7 +97,7 @@ def test_the_checker_proves_that_inputs_exist():
 
 
 def test_in_the_plane_several_rows_are_needed():
-    assert sum(bound["of"] == "input" for bound in as_read(in_the_plane())["bounds"]) == 4
+    assert len(as_read(in_the_plane())["attainable"]) == 4
     reference = in_the_plane().reference
     least = np.stack([q(reference.signals, STEPS * 0.1) for q in PLANE.flatness.inputs], axis=-1)
     assert np.min(PLANE.input_set.margin(least)) < -0.01
@@ -102,7 +106,7 @@ def test_in_the_plane_several_rows_are_needed():
 
 def test_a_certificate_is_read_as_it_was_written(tmp_path):
     for certificate in (learned().certificate, in_the_plane()):
-        assert Certificate.from_dict(as_read(certificate)).to_dict() == certificate.to_dict()
+        assert encode_certificate(decode_certificate(as_read(certificate))) == encode_certificate(certificate)
     learned().save(tmp_path / "reference.json")
     again = TrackableReference.load(tmp_path / "reference.json")
     np.testing.assert_array_equal(again.input(STEPS[:100]), learned().input(STEPS[:100]))
@@ -135,16 +139,17 @@ def changed(data: dict[str, Any], place: tuple[Any, ...], value: Any) -> dict[st
 
 
 TAMPERED: dict[str, tuple[tuple[Any, ...], Any, str]] = {
-    "second input narrower": (("input_set", 1, "upper"), 0.19, "input_set"),
-    "first input narrower": (("input_set", 0, "lower"), -0.99, "input_set"),
-    "second input of another size": (("input_set", 1, "row"), [0.0, 1.5], "input_set"),
-    "a row more": (("input_set", 1, "row"), [1.0, 1.0], "input_set"),
-    "bounds exchanged": (("input_set", 1, "lower"), 0.3, "input_set"),
-    "a row too long": (("input_set", 0, "row"), [1.0, 0.0, 0.0], "input_set"),
-    "bound wider": (("bounds", 1, "upper"), 1.21, "input_set"),
-    "bound on something else": (("bounds", 1, "row"), ["1", "2"], "input_set"),
-    "bound on the state alone": (("bounds", 1, "of"), "state", "shapes"),
-    "other inputs": (("system", "B"), [[1.0, 1.5]], "trajectories"),
+    "second input narrower": (("reference", "plant", "input_set", "upper", 1), 0.19, "input_set"),
+    "first input narrower": (("reference", "plant", "input_set", "lower", 0), -0.99, "input_set"),
+    "second input of another size": (("reference", "plant", "input_set", "rows", 1), [0.0, 1.5], "input_set"),
+    "a row more": (("reference", "plant", "input_set", "rows", 1), [1.0, 1.0], "input_set"),
+    "bounds exchanged": (("reference", "plant", "input_set", "lower", 1), 0.3, "input_set"),
+    "a row too long": (("reference", "plant", "input_set", "rows", 0), [1.0, 0.0, 0.0], "shapes"),
+    "bound wider": (("attainable", 0, "upper"), 1.21, "input_set"),
+    "bound on something else": (("attainable", 0, "row"), ["1", "2"], "names"),
+    "a row that is too short": (("attainable", 0, "row"), ["1"], "shapes"),
+    "no attainable rows": (("attainable",), [], "a list, not empty"),
+    "other inputs": (("reference", "plant", "system", "B"), [[1.0, 1.5]], "trajectories"),
 }
 
 
@@ -152,28 +157,37 @@ TAMPERED: dict[str, tuple[tuple[Any, ...], Any, str]] = {
 def test_a_bound_that_leaves_too_much_is_refused(change):
     place, value, step = change
     verdict = check(changed(as_read(learned().certificate), place, value))
-    if step == "shapes":
+    if step == "a list, not empty":
         assert isinstance(verdict, NotACertificate)
+        assert step in verdict.reason
     else:
         assert isinstance(verdict, Failed)
         assert verdict.reason.startswith(step)
 
 
+def test_rows_that_are_left_out_are_missed():
+    """Without attainable rows the input set's own rows are bounds: those of other names."""
+    data = as_read(learned().certificate)
+    del data["attainable"]
+    verdict = check(data)
+    assert isinstance(verdict, Failed)
+    assert verdict.reason.startswith("names")
+
+
 @over({"float row": [1.0, 1.0], "decimal": ["0.5", "1"], "nan": [math.nan, 1.0]}, "row")
 def test_rows_of_redundant_inputs_are_exact(row):
-    assert isinstance(check(changed(as_read(learned().certificate), ("bounds", 1, "row"), row)), NotACertificate)
+    assert isinstance(check(changed(as_read(learned().certificate), ("attainable", 0, "row"), row)), NotACertificate)
 
 
 def test_the_same_row_in_another_size_or_direction_says_the_same():
-    data = as_read(learned().certificate)
-    bound = data["bounds"][1]
+    certificate = read_certificate(as_read(learned().certificate))
+    rows, (bound,) = certificate.input_set.rows, certificate.attainable
     for factor in (2, -1, -4):
-        ends = sorted(factor * bound[end] for end in ("lower", "upper"))
-        row = [str(factor * Fraction(r)) for r in bound["row"]]
-        turned = changed(data, ("bounds", 1), {**bound, "row": row, "lower": ends[0], "upper": ends[1]})
-        assert check_input_set(_read(turned)) is None
-        assert check_input_set(_read(changed(turned, ("bounds", 1, "lower"), ends[0] - 1e-12))) is not None
-        assert check_input_set(_read(changed(turned, ("bounds", 1, "upper"), ends[1] + 1e-12))) is not None
+        lower, upper = sorted(factor * end for end in (bound.lower, bound.upper))
+        turned = Row(tuple(factor * r for r in bound.row), lower, upper)
+        assert why_not_attainable(certificate.system, rows, (turned,)) is None
+        for wider in (replace(turned, lower=lower - 1e-12), replace(turned, upper=upper + 1e-12)):
+            assert why_not_attainable(certificate.system, rows, (wider,)) is not None
 
 
 EMPTY = {
@@ -187,40 +201,46 @@ EMPTY = {
 @over(EMPTY, "rows")
 def test_an_empty_set_holds_no_input(rows):
     """Each has no inequality left that says anything of u; those that say nothing of it must hold."""
-    sides = [{"row": row, "lower": lower, "upper": upper} for row, lower, upper in rows]
-    verdict = check(changed(as_read(learned().certificate), ("input_set",), sides))
-    assert isinstance(verdict, Failed)
-    assert verdict.reason.startswith("input_set: no input keeps its rows")
+    certificate = read_certificate(as_read(learned().certificate))
+    sides = tuple(row_of(*row) for row in rows)
+    reason = why_not_attainable(certificate.system, sides, certificate.attainable)
+    assert reason is not None
+    assert reason.startswith("input_set: no input keeps its rows")
+    columns = zip(("rows", "lower", "upper"), map(list, zip(*rows, strict=True)), strict=True)
+    other = {**dict(columns), "dimension": 2}
+    assert isinstance(
+        check(changed(as_read(learned().certificate), ("reference", "plant", "input_set"), other)), Failed
+    )
 
 
 def test_a_set_turned_inside_out_holds_no_input():
-    data = _read(as_read(learned().certificate))
-    side = {"row": [0.0, 1.0], "lower": 0.2, "upper": -0.2}
-    bound = {"of": "input", "row": [Fraction(1)] * 2, "lower": -0.5, "upper": 0.5}
-    reason = check_input_set({**data, "input_set": [data["input_set"][0], side], "bounds": [bound]})
+    certificate = read_certificate(as_read(learned().certificate))
+    side, bound = row_of([0.0, 1.0], 0.2, -0.2), row_of([1.0, 1.0], -0.5, 0.5)
+    reason = why_not_attainable(certificate.system, (certificate.input_set.rows[0], side), (bound,))
     assert reason == "input_set: every row needs a number for each input, and lower ≤ upper"
 
 
-def _read(data: dict[str, Any]) -> dict[str, Any]:
-    bounds = [{**b, "row": [Fraction(r) for r in b["row"]]} for b in data["bounds"]]
-    return {**data, "bounds": bounds}
+def row_of(row, lower: float, upper: float) -> Row:
+    return Row(tuple(map(Fraction, row)), lower, upper)
 
 
 @over(CASES, "case")
 def test_both_implementations_find_the_same_rows(case):
     """The checker wants every row that the prover bounds, to the last bit, and no more."""
     system, wanted = case
-    rows = Allocation.of(system, wanted).attainable
-    data = {
-        "system": {"inputs": list(system.inputs), "B": system.B.tolist()},
-        "input_set": [{"row": r.tolist(), "lower": b.lower, "upper": b.upper} for r, b in wanted.intervals],
-        "bounds": [{"of": "input", "row": list(r), "lower": b.lower, "upper": b.upper} for r, b in rows],
-    }
-    assert check_input_set(data) is None
-    for i, bound in enumerate(data["bounds"]):
-        for wider in ({"upper": bound["upper"] * (1 + 1e-15) + 1e-15}, {"lower": bound["lower"] - 1e-12}):
-            assert check_input_set(changed(data, ("bounds", i), {**bound, **wider})) is not None
-        assert check_input_set({**data, "bounds": data["bounds"][:i] + data["bounds"][i + 1 :]}) is not None
+    attainable = tuple(row_of(r, b.lower, b.upper) for r, b in Allocation.of(system, wanted).attainable)
+    rows = tuple(row_of(r.tolist(), b.lower, b.upper) for r, b in wanted.intervals)
+    checked = SimpleNamespace(inputs=system.inputs, B=system.B.tolist())
+    assert why_not_attainable(checked, rows, attainable) is None
+    for i, bound in enumerate(attainable):
+        others = attainable[:i] + attainable[i + 1 :]
+        wider = (
+            replace(bound, upper=bound.upper * (1 + 1e-15) + 1e-15),
+            replace(bound, lower=bound.lower - 1e-12),
+        )
+        for one in wider:
+            assert why_not_attainable(checked, rows, (*others, one)) is not None
+        assert why_not_attainable(checked, rows, others) is not None
 
 
 def test_a_scalar_input_needs_no_set_of_its_own():
@@ -231,7 +251,7 @@ def test_a_scalar_input_needs_no_set_of_its_own():
     )
     found = prove(Reference(learned().reference.signals, scalar))
     assert isinstance(found, Certificate)
-    assert "input_set" not in found.to_dict()
+    assert "attainable" not in encode_certificate(found)
 
 
 def nearly(seed: int) -> tuple[Reference, float]:

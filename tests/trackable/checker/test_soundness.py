@@ -13,6 +13,7 @@ from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
 from trackable.certificates.rounding.references import evaluation_errors
 from trackable.checker import Proved, check
+from trackable.codec.certificates import encode_certificate
 from trackable.systems.reference import Reference
 
 CHUNKS, SIZE = 20, 52
@@ -79,7 +80,7 @@ def test_the_checker_agrees_about_general_systems(seed):
         return
     instants = found.claim.last_step if isinstance(found.claim, AtInstants) else 0
     if instants + sum(len(cover.radii) for cover in found.covers.values()) <= 12:
-        verdict = check(found.to_dict())
+        verdict = check(encode_certificate(found))
         assert isinstance(verdict, Proved), verdict
 
 

@@ -7,8 +7,9 @@ import pytest
 from mpmath import mp
 
 from tests.trackable.systems.nonlinear_instances import INSTANCES, T_S, exactly, moving
-from trackable.checker.affine import inputs_of
-from trackable.checker.formulas import formula
+from trackable.checker.formulas.affine import inputs_of
+from trackable.checker.formulas.formula import text
+from trackable.checker.reading.formulas import a_formula
 from trackable.codec import CodecError, decode, dumps, encode, loads
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
@@ -66,9 +67,10 @@ def test_taken_apart_and_put_together(name):
 def test_the_checker_finds_the_same_formulas(name):
     """Which float64 operations give u is part of what a certificate claims."""
     system = INSTANCES[name].system
-    trees = [formula(to_lists(f), "f") for f in system.f]
-    found = inputs_of(trees, list(system.successors), list(system.inputs))
-    assert found == {u: formula(to_lists(e), "u") for u, e in system.solution.inputs.items()}
+    formulas = [a_formula(to_lists(f), "f") for f in system.f]
+    found = inputs_of(formulas, system.successors, system.inputs)
+    ours = {u: a_formula(to_lists(e), "u") for u, e in system.solution.inputs.items()}
+    assert {u: text(formula) for u, formula in found.items()} == {u: text(formula) for u, formula in ours.items()}
 
 
 @pytest.mark.parametrize("name", INSTANCES)

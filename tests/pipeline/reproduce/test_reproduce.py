@@ -1,0 +1,103 @@
+"""Every stage in a copy of the project, each as soon as what it reads is there."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from pipeline.reproduce.copy import copy_without_results
+from pipeline.reproduce.run import run
+from pipeline.reproduce.stages import Plan, Stage, plan_of
+from tests.project import ROOT
+from trackable.errors import InputError, NoReferenceError
+
+
+def stage(name: str, *needs: str, command: str = "") -> Stage:
+    """A stage that writes a file of its name, and fails where one that it needs is missing."""
+    checks = "".join(f"test -e {needed} && " for needed in needs)
+    return Stage(name, command or f"{checks}sleep 0.05 && touch {name}", (Path(name),), frozenset(needs))
+
+
+def plan(*stages: Stage) -> Plan:
+    return Plan({stage.name: stage for stage in stages})
+
+
+DIAMOND = plan(stage("d", "b", "c"), stage("b", "a"), stage("c", "a"), stage("a"), stage("e"))
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 9])
+def test_a_stage_waits_for_what_it_needs(tmp_path: Path, jobs: int) -> None:
+    lines: list[str] = []
+    run(DIAMOND, tmp_path, jobs, lines.append)
+    assert {path.name for path in tmp_path.iterdir()} == {"a", "b", "c", "d", "e"}
+    ended = [line.split()[-1] for line in lines]
+    assert sorted(ended) == ["a", "b", "c", "d", "e"]
+    assert ended.index("a") < min(ended.index("b"), ended.index("c"))
+    assert ended.index("d") > max(ended.index("b"), ended.index("c"))
+
+
+def test_long_chains_begin_first() -> None:
+    assert [each.name for each in DIAMOND.ready(set(), set())] == ["a", "e"]
+    assert [each.name for each in DIAMOND.ready({"a"}, {"a"})] == ["b", "c", "e"]
+    assert DIAMOND.ready({"a", "b", "c", "e"}, {"a", "b", "e"}) == []
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("echo no reference >&2; exit 1", "stage b: no reference"),
+        ("exit 3", "stage b: exit code 3"),
+        ("true", "stage b: has not written b"),
+    ],
+)
+def test_a_stage_that_fails_ends_the_run(tmp_path: Path, command: str, said: str) -> None:
+    with pytest.raises(NoReferenceError, match=said):
+        run(plan(stage("a"), stage("b", "a", command=command), stage("c", "b")), tmp_path, 2, lambda line: None)
+    assert not (tmp_path / "c").exists()
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning:pygtrie", "ignore::DeprecationWarning:dvc")
+def test_the_plan_is_that_of_dvc_yaml() -> None:
+    stages = plan_of(ROOT).stages
+    fit = stages["fit@example1"]
+    assert (fit.command, fit.needs) == ("python -m pipeline fit example1", {"generate@example1"})
+    assert Path("data/results/example1/fit.mcap") in fit.outputs
+    assert "record" in stages["generate@robot-axis"].needs
+    assert {"fit@tank", "verify@tank", "control@tank"} <= stages["notebook@tank"].needs
+    experiments = {path.name for path in (ROOT / "data/results").iterdir()}
+    for kind in ("generate", "fit", "verify", "control", "figures", "notebook"):
+        assert {name for name in stages if name.startswith(f"{kind}@")} == {f"{kind}@{name}" for name in experiments}
+
+
+def test_a_project_that_dvc_cannot_read_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="dvc"):
+        plan_of(tmp_path)
+
+
+def test_the_copy_has_what_git_would_have_but_no_results(tmp_path: Path) -> None:
+    project, copy = tmp_path / "project", tmp_path / "copy"
+    for name in (
+        "params.yaml",
+        "data/results/a/metrics.json",
+        "data/paper/a.csv",
+        "ignored/x",
+        "gone",
+        "new module.py",
+    ):
+        (project / name).parent.mkdir(parents=True, exist_ok=True)
+        (project / name).write_text(name)
+    (project / ".gitignore").write_text("ignored/\n")
+    for arguments in (("init", "--quiet"), ("add", "params.yaml", "data", "gone")):
+        subprocess.run(["git", *arguments], cwd=project, check=True)
+    (project / "gone").unlink()
+    (project / "params.yaml").write_text("changed")
+    (copy / "of an earlier run").mkdir(parents=True)
+    copy_without_results(project, copy)
+    files = {path.relative_to(copy).as_posix() for path in copy.rglob("*") if path.is_file()}
+    assert files == {".gitignore", "params.yaml", "data/paper/a.csv", "new module.py"}
+    assert (copy / "params.yaml").read_text() == "changed"
+
+
+def test_what_is_no_repository_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="git cannot list its files"):
+        copy_without_results(tmp_path, tmp_path / "copy")

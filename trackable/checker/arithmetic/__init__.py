@@ -1,0 +1,1 @@
+"""Interval arithmetic, power series, polynomials and Taylor models."""

@@ -1,0 +1,97 @@
+"""Where functions are defined: what is not certainly defined raises UndefinedError."""
+
+from trackable.checker.arithmetic.intervals import (
+    INFINITE,
+    ONE,
+    SIGN,
+    Real,
+    between,
+    cos,
+    exactly,
+    exp,
+    log,
+    sin,
+    sqrt,
+)
+
+MOST_MULTIPLIED = 64
+"""Whole exponents up to this size are repeated multiplication; x^p is exp(p log x) for others, defined for x > 0."""
+
+
+class UndefinedError(ArithmeticError):
+    """A value that may not be defined; the message says why."""
+
+
+def required(condition: bool, what: str) -> None:
+    """Raise UndefinedError unless the condition is certain."""
+    if not condition:
+        raise UndefinedError(what)
+
+
+def require_nonzero(x: Real) -> None:
+    """Raise UndefinedError where an interval contains zero."""
+    required(bool(x.a > 0 or x.b < 0), "what it divides by may be zero")
+
+
+def require_positive(function: str, x: Real) -> None:
+    """Raise UndefinedError where a logarithm, square root or fractional power may get a number that is not positive."""
+    if function in ("log", "sqrt", "power"):
+        what = {"log": "logarithm", "sqrt": "square root", "power": "fractional power"}[function]
+        required(bool(x.a > 0), f"the argument of a {what} may not be positive")
+
+
+def bounded(x: Real) -> Real:
+    """Return the interval itself. Raise UndefinedError where it has no bounds."""
+    required(bool(abs(x).b < INFINITE.b), "nothing bounds it")
+    return x
+
+
+def around(middle: Real, reach: Real) -> Real:
+    """Return all numbers within `reach` of `middle`."""
+    return middle + SIGN * between(0, reach.b)
+
+
+def is_multiplied(exponent: float) -> bool:
+    """Return whether a power is repeated multiplication."""
+    return exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED
+
+
+def whole_power(a: Real, exponent: int) -> Real:
+    """Return a^exponent, also of an interval that contains zero."""
+    if exponent < 0:
+        require_nonzero(a)
+        return ONE / whole_power(a, -exponent)
+    if exponent % 2 or not (a.a < 0 < a.b):
+        return a**exponent
+    return between(0, (abs(a) ** exponent).b)
+
+
+def power(a: Real, exponent: float) -> Real:
+    """Return a^exponent. Raise UndefinedError where it may not be defined."""
+    if is_multiplied(exponent):
+        return whole_power(a, int(exponent))
+    require_positive("power", a)
+    return bounded(exp(exactly(exponent) * log(a)))
+
+
+def function(name: str, a: Real) -> Real:
+    """Return exp, log, sqrt, sin or cos of an interval. Raise UndefinedError where it may not be defined."""
+    require_positive(name, a)
+    required(bool(abs(a).b < 1e100), "an argument of a function has no bound")
+    return bounded({"exp": exp, "log": log, "sqrt": sqrt, "sin": sin, "cos": cos}[name](a))
+
+
+def slope_of_power(a: Real, exponent: float) -> Real:
+    """Return an interval that contains the derivative of x^exponent at each x of an interval."""
+    if is_multiplied(exponent):
+        p = int(exponent)
+        return p * whole_power(a, p - 1) if p else exactly(0)
+    require_positive("power", a)
+    return exactly(exponent) * exp((exactly(exponent) - 1) * log(a))
+
+
+def slope_of_function(name: str, a: Real) -> Real:
+    """Return an interval that contains φ′(x) at each x of an interval on which φ is defined."""
+    if name in ("sin", "cos"):
+        return cos(a) if name == "sin" else -sin(a)
+    return exp(a) if name == "exp" else ONE / (a if name == "log" else 2 * sqrt(a))

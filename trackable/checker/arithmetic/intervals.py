@@ -1,0 +1,131 @@
+"""Interval arithmetic (mpmath iv): every result contains the real number it stands for, whatever is rounded."""
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Protocol
+
+from mpmath.ctx_iv import MPIntervalContext
+
+
+class Real(Protocol):
+    """An interval of mpmath that contains a real number; comparisons are None where intervals overlap."""
+
+    @property
+    def a(self) -> "Real": ...
+    @property
+    def b(self) -> "Real": ...
+    @property
+    def mid(self) -> "Real": ...
+    def __add__(self, other: "Real | float", /) -> "Real": ...
+    def __radd__(self, other: float, /) -> "Real": ...
+    def __sub__(self, other: "Real | float", /) -> "Real": ...
+    def __rsub__(self, other: float, /) -> "Real": ...
+    def __mul__(self, other: "Real | float", /) -> "Real": ...
+    def __rmul__(self, other: float, /) -> "Real": ...
+    def __truediv__(self, other: "Real | float", /) -> "Real": ...
+    def __rtruediv__(self, other: float, /) -> "Real": ...
+    def __pow__(self, exponent: int, /) -> "Real": ...
+    def __neg__(self) -> "Real": ...
+    def __abs__(self) -> "Real": ...
+    def __float__(self) -> float: ...
+    def __lt__(self, other: "Real | float", /) -> bool | None: ...
+    def __le__(self, other: "Real | float", /) -> bool | None: ...
+    def __gt__(self, other: "Real | float", /) -> bool | None: ...
+    def __ge__(self, other: "Real | float", /) -> bool | None: ...
+
+
+iv = MPIntervalContext()
+iv.prec = 160
+
+
+def exactly(number: Real | float) -> Real:
+    """Return the interval of one float64, taken as the real number that it is; intervals are returned as they are."""
+    found: Real = iv.mpf(number)
+    return found
+
+
+def between(low: Real | float, high: Real | float) -> Real:
+    """Return the smallest interval that contains both."""
+    found: Real = iv.mpf([low, high])
+    return found
+
+
+ONE, ZERO, SIGN, INFINITE = exactly(1), exactly(0), between(-1, 1), between(0, float("inf"))
+GUARD = SIGN * exactly(2) ** -130  # mpmath rounds its functions outwards; this covers what their last bits might miss
+UNIT = exactly(2) ** -53
+"""The unit roundoff of float64."""
+
+
+def pi() -> Real:
+    """Return π."""
+    found: Real = iv.pi * (1 + GUARD)
+    return found
+
+
+def exp(x: Real) -> Real:
+    """Return e^x, without an upper bound above e^(10⁶) and with 0 below e^(−10⁶): such numbers decide nothing."""
+    if x.b > 1e6:
+        return INFINITE
+    if x.a < -1e6:
+        return between(0, exp(max_of(x.b, exactly(-1e6))).b)
+    found: Real = iv.exp(x) * (1 + GUARD)
+    return found
+
+
+def log(x: Real) -> Real:
+    """Return the logarithm of positive numbers."""
+    found: Real = iv.log(x) * (1 + GUARD) + GUARD
+    return found
+
+
+def sqrt(x: Real) -> Real:
+    """Return the square root of positive numbers."""
+    found: Real = iv.sqrt(x) * (1 + GUARD)
+    return found
+
+
+def cos(x: Real) -> Real:
+    """Return the cosine."""
+    found: Real = iv.cos(x) + GUARD
+    return found
+
+
+def sin(x: Real) -> Real:
+    """Return the sine."""
+    found: Real = iv.sin(x) + GUARD
+    return found
+
+
+def root(x: float) -> Real:
+    """Return the square root of a number."""
+    return sqrt(exactly(x))
+
+
+def at_most(x: Real | float, y: Real | float) -> bool:
+    """Return whether x ≤ y for certain."""
+    return bool(exactly(x).b <= exactly(y).a)
+
+
+def max_of(x: Real, y: Real) -> Real:
+    """Return an interval that contains the larger of two numbers."""
+    return between(x.a if x.a >= y.a else y.a, x.b if x.b >= y.b else y.b)
+
+
+def lesser(x: Real, y: Real) -> Real:
+    """Return the smaller of two upper bounds of the same number."""
+    return x if x.b <= y.b else y
+
+
+def total(numbers: Iterable[Real]) -> Real:
+    """Return the sum."""
+    return sum(numbers, ZERO)
+
+
+def ratio(number: Fraction) -> Real:
+    """Return the interval of a rational number."""
+    return exactly(number.numerator) / exactly(number.denominator)
+
+
+def exact_sum(numbers: Iterable[Fraction]) -> Fraction:
+    """Return the sum of rational numbers, exactly."""
+    return sum(numbers, Fraction(0))

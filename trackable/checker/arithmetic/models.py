@@ -1,0 +1,117 @@
+"""Taylor models: polynomials in x ∈ [−1, 1] with a bound of what they miss.
+
+A product may drop high powers: since |x^k| ≤ 1, this misses at most the sum of the dropped coefficients' sizes.
+A function may be expanded: φ(c + d) = Σ_(k < n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d (Lagrange).
+"""
+
+from dataclasses import dataclass
+from math import factorial
+
+from trackable.checker.arithmetic.domains import (
+    MOST_MULTIPLIED,
+    around,
+    bounded,
+    is_multiplied,
+    require_nonzero,
+    require_positive,
+)
+from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, cos, exactly, exp, log, sin, sqrt, total
+
+
+@dataclass(frozen=True)
+class Model:
+    """All functions within `missed` of Σ_k `coefficients`[k] x^k; models that meet have as many coefficients."""
+
+    coefficients: list[Real]
+    missed: Real
+
+    @property
+    def size(self) -> Real:
+        """Over-estimate of |polynomial|."""
+        return total(abs(c) for c in self.coefficients)
+
+    def times(self, factor: Real) -> "Model":
+        """The model times a number."""
+        return Model([factor * c for c in self.coefficients], abs(factor) * self.missed)
+
+    def __add__(self, other: "Model") -> "Model":
+        return Model([a + b for a, b in self._beside(other)], self.missed + other.missed)
+
+    def __sub__(self, other: "Model") -> "Model":
+        return Model([a - b for a, b in self._beside(other)], self.missed + other.missed)
+
+    def __mul__(self, other: "Model") -> "Model":
+        a, b = self.coefficients, other.coefficients
+        n = len(a)
+        kept = [total(a[j] * b[k - j] for j in range(k + 1)) for k in range(n)]
+        beyond, left_out = ZERO, ZERO
+        for j in range(1, n):  # a_j meets b_(n − j), …, b_(n − 1)
+            beyond += abs(b[n - j])
+            left_out += abs(a[j]) * beyond
+        crossed = self.size * other.missed + self.missed * (other.size + other.missed)
+        return Model(kept, left_out + crossed)
+
+    def _beside(self, other: "Model") -> list[tuple[Real, Real]]:
+        return list(zip(self.coefficients, other.coefficients, strict=True))
+
+
+@dataclass(frozen=True)
+class Models:
+    """The arithmetic of formulas on models with so many `terms`."""
+
+    terms: int
+
+    def constant(self, value: float) -> Model:
+        return self.number(exactly(value))
+
+    def number(self, value: Real) -> Model:
+        """A constant model."""
+        return Model([value] + [ZERO] * (self.terms - 1), ZERO)
+
+    def over(self, a: Model, b: Model) -> Model:
+        return a * self._composed("reciprocal", b)
+
+    def power(self, a: Model, exponent: float) -> Model:
+        if not is_multiplied(exponent):
+            return self._composed("power", a, exponent)
+        if exponent < 0:
+            return self._composed("reciprocal", self.power(a, -exponent))
+        found = self.number(ONE)
+        for _ in range(min(int(exponent), MOST_MULTIPLIED)):
+            found = found * a
+        return found
+
+    def function(self, name: str, a: Model) -> Model:
+        return self._composed(name, a)
+
+    def _composed(self, name: str, a: Model, exponent: float = 0.0) -> Model:
+        """φ of a model, where φ is a function of formulas, `reciprocal` or `power`."""
+        centre, d = a.coefficients[0], Model([ZERO, *a.coefficients[1:]], a.missed)
+        reach = bounded(d.size + d.missed)
+        span = around(centre, reach)
+        require_positive(name, span)
+        if name == "reciprocal":
+            require_nonzero(span)
+        found = self.number(ZERO)
+        for k in reversed(range(self.terms)):
+            found = found * d + self.number(_derivative(name, centre, k, exponent))
+        rest = abs(_derivative(name, span, self.terms, exponent)) * reach**self.terms
+        return Model(found.coefficients, bounded(found.missed + rest))
+
+
+def _derivative(name: str, x: Real, k: int, exponent: float) -> Real:
+    """Return an interval that contains φ⁽ᵏ⁾(ξ)/k! for each ξ of the interval x."""
+    if name == "exp":
+        return exp(x) / factorial(k)
+    if name in ("sin", "cos"):
+        turn = (sin(x), cos(x), -sin(x), -cos(x))
+        return turn[(k + (name == "cos")) % 4] / factorial(k)
+    if name == "log":
+        return -((-1 / x) ** k) / k if k else log(x)
+    if name == "reciprocal":
+        return (-ONE if k % 2 else ONE) / x ** (k + 1)
+    p = exactly(0.5 if name == "sqrt" else exponent)
+    found = sqrt(x) / x**k if name == "sqrt" else exp((p - k) * log(x))
+    for j in range(k):
+        found = found * (p - j) / (j + 1)
+    return found

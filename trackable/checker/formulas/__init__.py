@@ -1,0 +1,1 @@
+"""Formulas of a nonlinear system, and their values in several arithmetics."""

@@ -1,0 +1,38 @@
+"""Kernels with a standard deviation θ₁ and a length scale θ₂: hyperparameters as intervals, and what all share."""
+
+from dataclasses import astuple, dataclass
+
+from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, exactly, max_of
+from trackable.checker.kernels.base import Decay, Kernel
+
+
+@dataclass(frozen=True)
+class Elementary(Kernel):
+    """κ(r) = θ₁² φ(r/θ₂, …); every field of the dataclass is a positive number."""
+
+    signal_std: float
+    lengthscale: float
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        return astuple(self)
+
+    @property
+    def variance(self) -> Real:
+        """θ₁²."""
+        return exactly(self.signal_std) ** 2
+
+    @property
+    def length(self) -> Real:
+        """θ₂."""
+        return exactly(self.lengthscale)
+
+    def scaled(self, shape: list[Real]) -> list[Real]:
+        """Coefficients of θ₁² φ from those of φ."""
+        return [self.variance * coefficient for coefficient in shape]
+
+    def falling(self, distance: Real, steepest: Real) -> Decay:
+        """Bounds for a κ that falls with the distance, and whose |κ̇| rises up to `steepest` and falls from there on."""
+        value = self.taylor(distance, ZERO, 1)[0]
+        slope = self.taylor(max_of(steepest, distance), ONE, 2)[1]
+        return Decay(abs(value), abs(slope))

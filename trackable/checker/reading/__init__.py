@@ -1,0 +1,1 @@
+"""Read what a certificate's JSON says: the boundary between untyped data and typed mathematics."""

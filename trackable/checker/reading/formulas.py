@@ -1,0 +1,39 @@
+"""Read formulas: nested lists [∘, a, b] with ∘ among + - * /, ["^", a, number] and [function, a]."""
+
+from trackable.checker.formulas.formula import (
+    FUNCTIONS,
+    SYMBOLS,
+    Formula,
+    Function,
+    Name,
+    Number,
+    Operation,
+    Power,
+    written,
+)
+from trackable.checker.reading.values import UnreadableError, a_name, real_number
+
+_DEEPEST, _LONGEST = 100, 1000
+
+
+def a_formula(value: object, where: str) -> Formula:
+    """Read a formula. Raise UnreadableError where the lists are none, or a long one."""
+    found = _formula(value, where, _DEEPEST)
+    if sum(1 for _ in written(found)) > _LONGEST:
+        raise UnreadableError(f"{where} must have no more than {_LONGEST} operations, names and numbers")
+    return found
+
+
+def _formula(value: object, where: str, deepest: int) -> Formula:
+    if not isinstance(value, list):
+        return Name(a_name(value, where)) if isinstance(value, str) else Number(real_number(value, where))
+    if not deepest:
+        raise UnreadableError(f"{where} must not be nested more than {_DEEPEST} deep")
+    match value:
+        case ["^", base, exponent]:
+            return Power(_formula(base, where, deepest - 1), real_number(exponent, where))
+        case [symbol, left, right] if symbol in SYMBOLS:
+            return Operation(symbol, _formula(left, where, deepest - 1), _formula(right, where, deepest - 1))
+        case [function, argument] if function in FUNCTIONS:
+            return Function(function, _formula(argument, where, deepest - 1))
+    raise UnreadableError(f"{where} must be a formula: [∘, a, b] with ∘ among + - * / ^, or [f, a] with f a function")

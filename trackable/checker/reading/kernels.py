@@ -1,0 +1,30 @@
+"""Read kernels by the names in the registry."""
+
+from dataclasses import fields
+
+from trackable.checker.kernels.base import Kernel
+from trackable.checker.kernels.registry import COMBINATIONS, ELEMENTARY
+from trackable.checker.reading.values import Fields, UnreadableError, positive_number, tag_of
+
+_DEEPEST = 40
+
+
+def a_kernel(value: object, where: str) -> Kernel:
+    """Read a kernel: an object with its type and exactly its positive hyperparameters, or the two parts it combines."""
+    return _kernel(value, where, _DEEPEST)
+
+
+def _kernel(value: object, where: str, deepest: int) -> Kernel:
+    kind = tag_of(value, where, "type", {**ELEMENTARY, **COMBINATIONS})
+    if not deepest:
+        raise UnreadableError(f"{where} is nested too deeply")
+    if kind in COMBINATIONS:
+        parts = Fields(value, where, "type", "left", "right")
+
+        def part(inner: object, at: str) -> Kernel:
+            return _kernel(inner, at, deepest - 1)
+
+        return COMBINATIONS[kind](parts("left", part), parts("right", part))
+    names = [field.name for field in fields(ELEMENTARY[kind])]
+    found = Fields(value, where, "type", *names)
+    return ELEMENTARY[kind](*(found(name, positive_number) for name in names))

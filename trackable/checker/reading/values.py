@@ -1,0 +1,113 @@
+"""Read single values strictly: exactly the fields there are, numbers finite and exact in float64, nothing converted."""
+
+import re
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import TypeVar
+
+T = TypeVar("T")
+Reader = Callable[[object, str], T]
+"""Reads a value found at a place in the certificate; the place is named in messages."""
+
+
+class UnreadableError(ValueError):
+    """The data is no certificate; the message names the first part that is missing, unknown or of a wrong kind."""
+
+
+class Fields:
+    """The fields of an object, each of which is read by the reader that belongs to it."""
+
+    def __init__(self, value: object, where: str, *names: str) -> None:
+        if not isinstance(value, dict) or set(value) != set(names):
+            raise UnreadableError(f"{where} must be an object with exactly the fields {', '.join(names)}")
+        self._value: dict[object, object] = value
+        self._where = where
+
+    def __call__(self, name: str, reader: Reader[T]) -> T:
+        return reader(self._value[name], f"{self._where}.{name}")
+
+
+def tag_of(value: object, where: str, tag: str, known: Mapping[str, object]) -> str:
+    """Return the text in the field `tag`, which must be one of those known."""
+    found: object = value.get(tag) if isinstance(value, dict) else None
+    if not isinstance(found, str) or found not in known:
+        raise UnreadableError(f"{where}.{tag} must be one of {', '.join(known)}")
+    return found
+
+
+def many(reader: Reader[T], empty: bool = False) -> Reader[tuple[T, ...]]:
+    """Read a list of values, which must not be empty unless that is allowed."""
+
+    def read(value: object, where: str) -> tuple[T, ...]:
+        if not isinstance(value, list) or not (value or empty):
+            raise UnreadableError(f"{where} must be a list{'' if empty else ', not empty'}")
+        return tuple(reader(item, f"{where}[{i}]") for i, item in enumerate(value))
+
+    return read
+
+
+def by_name(reader: Reader[T]) -> Reader[dict[str, T]]:
+    """Read an object whose keys are names."""
+
+    def read(value: object, where: str) -> dict[str, T]:
+        if not isinstance(value, dict):
+            raise UnreadableError(f"{where} must be an object")
+        return {a_name(name, where): reader(item, f"{where}.{name}") for name, item in value.items()}
+
+    return read
+
+
+def real_number(value: object, where: str) -> float:
+    """Read a finite number that float64 holds exactly."""
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or not abs(value) < 2**1023
+        or float(value) != value
+    ):
+        raise UnreadableError(f"{where} must be a finite number, exact in float64")
+    return float(value)
+
+
+def positive_number(value: object, where: str) -> float:
+    """Read a positive number."""
+    number = real_number(value, where)
+    if not number > 0:
+        raise UnreadableError(f"{where} must be positive")
+    return number
+
+
+def exact_number(value: object, where: str) -> Fraction:
+    """Read a float64 as the rational number that it is."""
+    return Fraction(real_number(value, where))
+
+
+def whole_number(value: object, where: str) -> int:
+    """Read a positive count."""
+    if type(value) is not int or not 0 < value <= 1_000_000:
+        raise UnreadableError(f"{where} must be a positive whole number, a million at most")
+    return value
+
+
+def a_name(value: object, where: str) -> str:
+    """Read a short text."""
+    if not isinstance(value, str) or not 0 < len(value) <= 200:
+        raise UnreadableError(f"{where} must be a name")
+    return value
+
+
+def rational_number(value: object, where: str) -> Fraction:
+    """Read a text such as -3/4."""
+    if not isinstance(value, str) or len(value) > 20_000 or not re.fullmatch(r"-?[0-9]+(/0*[1-9][0-9]*)?", value):
+        raise UnreadableError(f"{where} must be a rational number, as in -3/4")
+    numerator, _, denominator = value.partition("/")
+    return Fraction(_integer(numerator), _integer(denominator or "1"))
+
+
+def _integer(digits: str) -> int:
+    """Read a whole number in pieces, as Python limits how many decimal digits it reads at once."""
+    sign, digits = (-1, digits[1:]) if digits.startswith("-") else (1, digits)
+    value = 0
+    for i in range(0, len(digits), 4000):
+        value = value * 10 ** len(digits[i : i + 4000]) + int(digits[i : i + 4000])
+    return sign * value

@@ -1,0 +1,37 @@
+"""Step 2 of the proof, second half: in each box of time each quantity stays inside its bounds."""
+
+from itertools import pairwise
+
+from trackable.checker.arithmetic.domains import UndefinedError
+from trackable.checker.arithmetic.models import Model
+from trackable.checker.arithmetic.polynomials import is_positive
+from trackable.checker.certificate import Certificate, Instants
+from trackable.checker.steps.enclosures import Box, Enclosures
+from trackable.checker.steps.quantities import Quantity
+
+
+def check_boxes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
+    """Return the first box in which a quantity is not shown to stay inside its bounds; None where there is none."""
+    claim = certificate.claim
+    if isinstance(claim, Instants):
+        return None
+    enclosures = Enclosures(certificate, claim.cover.terms)
+    for q in quantities:
+        boxes = claim.cover.boxes[q.name]
+        for (start, end), radius in zip(pairwise(boxes.ends), boxes.radii, strict=True):
+            where = f"from {start!r} s to {end!r} s"
+            try:
+                model = enclosures.enclose(q, Box(start, end, radius))
+            except UndefinedError as undefined:
+                return f"box: the {q.name} is not shown to be defined {where}: {undefined}"
+            if not stays_inside(model, q):
+                return f"box: the {q.name} is not shown to stay inside its bounds {where}"
+    return None
+
+
+def stays_inside(model: Model, q: Quantity) -> bool:
+    """Return whether lower ≤ q ≤ upper for all functions of the model."""
+    first, *others = model.coefficients
+    above = [first - q.lower - model.missed, *others]
+    below = [q.upper - first - model.missed, *(-coefficient for coefficient in others)]
+    return is_positive(above) and is_positive(below)

@@ -1,0 +1,63 @@
+"""Step 2 of the proof, first half: Taylor models of the signals, and of what is bounded, in a box of time."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from trackable.checker.arithmetic.intervals import ZERO, Real, exactly, ratio
+from trackable.checker.arithmetic.models import Model, Models
+from trackable.checker.certificate import Certificate, Signal
+from trackable.checker.formulas.formula import evaluate
+from trackable.checker.steps.quantities import Look, Quantity
+
+_MOST_TERMS = 64
+
+
+class Box(NamedTuple):
+    """The times of [start, end] [s]; `radius` [s] of the discs in Cauchy's estimate."""
+
+    start: float
+    end: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class Enclosures:
+    """Enclosures over boxes as x ∈ [−1, 1], with so many `terms`; a signal in a box is enclosed once."""
+
+    certificate: Certificate
+    terms: int
+    known: dict[tuple[int, int, Box], Model] = field(default_factory=dict)
+
+    def enclose(self, q: Quantity, box: Box) -> Model:
+        """Enclose a quantity. Raise UndefinedError where it may not be defined somewhere in the box."""
+        looks = {name: self._look(look, box) for name, look in q.looks.items()}
+        return evaluate(q.formula, looks, Models(self._terms))
+
+    def _look(self, look: Look, box: Box) -> Model:
+        found = Models(self._terms).number(look.offset)
+        for s, weights in enumerate(look.weights):
+            for j, w in enumerate(weights):
+                if w:
+                    found += self._signal(s, j, box).times(ratio(w))
+        return found
+
+    def _signal(self, s: int, j: int, box: Box) -> Model:
+        """Enclose z_s(t + j T) − m_s."""
+        if (s, j, box) not in self.known:
+            shift = j * self.certificate.step
+            self.known[s, j, box] = enclose_signal(self.certificate.signals[s], shift, box, self._terms)
+        return self.known[s, j, box]
+
+    @property
+    def _terms(self) -> int:
+        return min(self.terms, _MOST_TERMS)
+
+
+def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
+    """Enclose Σ_i c_i κ(t + shift − t_i)."""
+    first, last, radius = exactly(box.start), exactly(box.end), exactly(box.radius)
+    middle, h = (first + last) / 2, (last - first) / 2
+    found = Model([ZERO] * n, ZERO)
+    for t, weight in signal.pairs:
+        found += signal.kernel.model(middle + shift - t, h, radius, n).times(weight)
+    return found

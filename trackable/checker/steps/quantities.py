@@ -1,0 +1,111 @@
+"""What is bounded: formulas of weighted sums of the signals at shifted times."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from trackable.checker.arithmetic.intervals import Real, exact_sum, exactly, ratio
+from trackable.checker.certificate import Bound, Certificate, Functional, NonlinearSystem, Side, as_float
+from trackable.checker.formulas.affine import inputs_of
+from trackable.checker.formulas.formula import Formula, Name, Number, Operation, names
+
+_ITSELF = "itself"
+
+
+@dataclass(frozen=True)
+class Look:
+    """offset + Σ_s Σ_j w_sj (z_s(t + j T) − m_s) with `weights[s][j]` = w_sj; `offset` is its value at rest.
+
+    `gross[s]` and `gross_offset` are what the sizes of w_s and of the constants add up to if nothing cancels.
+    """
+
+    weights: list[list[Fraction]]
+    offset: Real
+    gross: list[Fraction]
+    gross_offset: Fraction
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A formula of looks at the signals, by name.
+
+    `parts` are the formulas of inputs with their weights in the row; none for weighted sums of signals.
+    [lower, upper] is the certificate's bound, drawn in by its evaluation error.
+    """
+
+    name: str
+    formula: Formula
+    looks: Mapping[str, Look]
+    parts: list[tuple[Fraction, Formula]]
+    lower: Real
+    upper: Real
+
+    @property
+    def look(self) -> Look | None:
+        """The only look of a weighted sum of signals; None for other formulas."""
+        return self.looks[_ITSELF] if not self.parts else None
+
+
+def quantities(certificate: Certificate) -> list[Quantity]:
+    """Return all that is bounded. Raise UnsolvableError where f cannot be solved for the inputs."""
+    system, solved = certificate.system, dict[str, Formula]()
+    if isinstance(system, NonlinearSystem):
+        solved = inputs_of(system.f, system.successors, system.inputs)
+    return [_quantity(certificate, bound, solved) for bound in certificate.bounds]
+
+
+def _quantity(certificate: Certificate, bound: Bound, solved: Mapping[str, Formula]) -> Quantity:
+    away = exactly(certificate.errors[bound.name])
+    lower, upper = exactly(bound.lower) + away, exactly(bound.upper) - away
+    if not (solved and bound.of == "input"):
+        look = _combined(certificate, bound.row, functionals(certificate, bound.of))
+        return Quantity(bound.name, Name(_ITSELF), {_ITSELF: look}, [], lower, upper)
+    parts = [(r, solved[u]) for r, u in zip(bound.row, certificate.system.inputs, strict=True) if r]
+    terms = [part if r == 1 else Operation("*", Number(as_float(r)), part) for r, part in parts]
+    formula = terms[0]
+    for term in terms[1:]:
+        formula = Operation("+", formula, term)
+    contained = names(formula)
+    looks = {name: look for name, look in _states_and_successors(certificate).items() if name in contained}
+    return Quantity(bound.name, formula, looks, parts, lower, upper)
+
+
+def functionals(certificate: Certificate, of: Side) -> tuple[Functional, ...]:
+    """Return the states or inputs of a linear system, or the states of a nonlinear one, which are its signals."""
+    trajectories = certificate.trajectories
+    if trajectories is not None:
+        return trajectories.states if of == "state" else trajectories.inputs
+    return tuple(_signal(certificate, i, (1,)) for i in range(len(certificate.signals)))
+
+
+def _signal(certificate: Certificate, i: int, weights: tuple[int, ...]) -> Functional:
+    every = range(len(certificate.signals))
+    return Functional(Fraction(0), tuple(tuple(Fraction(w if s == i else 0) for w in weights) for s in every))
+
+
+def _states_and_successors(certificate: Certificate) -> dict[str, Look]:
+    looks = {}
+    for i, state in enumerate(certificate.system.states):
+        looks[state] = _combined(certificate, (Fraction(1),), (_signal(certificate, i, (1,)),))
+        looks[f"{state}⁺"] = _combined(certificate, (Fraction(1),), (_signal(certificate, i, (0, 1)),))
+    return looks
+
+
+def _combined(certificate: Certificate, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> Look:
+    """Return Σ_i row_i part_i."""
+    counts = [len(weights) for weights in parts[0].weights]
+    weights = [
+        [exact_sum(r * part.weights[s][j] for r, part in zip(row, parts, strict=True)) for j in range(count)]
+        for s, count in enumerate(counts)
+    ]
+    gross = [
+        exact_sum(abs(r * w) for r, part in zip(row, parts, strict=True) for w in part.weights[s])
+        for s in range(len(counts))
+    ]
+    at_rest = exact_sum(r * part.offset for r, part in zip(row, parts, strict=True)) + exact_sum(
+        w * Fraction(signal.mean)
+        for signal, of_signal in zip(certificate.signals, weights, strict=True)
+        for w in of_signal
+    )
+    offsets = exact_sum(abs(r * part.offset) for r, part in zip(row, parts, strict=True))
+    return Look(weights, ratio(at_rest), gross, offsets)

@@ -1,0 +1,101 @@
+"""Step 5 of the proof: roundings of float64 evaluation add up to no more than the stated errors."""
+
+from trackable.checker.arithmetic.domains import UndefinedError
+from trackable.checker.arithmetic.intervals import (
+    SIGN,
+    UNIT,
+    ZERO,
+    Real,
+    at_most,
+    between,
+    exact_sum,
+    exactly,
+    ratio,
+    total,
+)
+from trackable.checker.certificate import Certificate, NonlinearSystem, Signal
+from trackable.checker.formulas.formula import evaluate
+from trackable.checker.formulas.rounded import Rounded, RoundedFormulas
+from trackable.checker.steps.quantities import Look, Quantity, functionals
+
+_TINY = exactly(2) ** -300
+
+
+def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str | None:
+    """Return the first quantity whose error may exceed the stated one.
+
+    Errors of signals are of first order in u, with a per cent added; those of formulas go from operation to operation.
+    """
+    of_signals = [_signal_error(certificate, signal) for signal in certificate.signals]
+    for q in quantities:
+        try:
+            error = _error(certificate, q, of_signals)
+        except UndefinedError as undefined:
+            return f"evaluation: the error of the {q.name} in float64 is not bounded: {undefined}"
+        if not at_most(error, certificate.errors[q.name]):
+            return f"evaluation: the {q.name} can be off by more than {certificate.errors[q.name]!r} in float64"
+    return None
+
+
+def _error(certificate: Certificate, q: Quantity, of_signals: list[Rounded]) -> Real:
+    if q.look is not None:
+        return _look(certificate, q.look, of_signals).error
+    values = {name: _look(certificate, look, of_signals) for name, look in q.looks.items()}
+    for i, state in enumerate(certificate.system.states):
+        if state in values:  # bounds of states are proved without any use of this step
+            values[state] = Rounded(_within(certificate, i, values[state].exact), values[state].error)
+    error, size = ZERO, ZERO
+    for r, part in q.parts:
+        found = evaluate(part, values, RoundedFormulas())
+        error, size = error + abs(ratio(r)) * found.error, size + abs(ratio(r)) * abs(found.seen)
+    return 1.01 * (error + (len(certificate.system.inputs) + 2) * UNIT * size) + _TINY
+
+
+def _look(certificate: Certificate, look: Look, of_signals: list[Rounded]) -> Rounded:
+    error = total(ratio(w) * z.error for w, z in zip(look.gross, of_signals, strict=True))
+    size = ratio(look.gross_offset) + total(
+        ratio(w) * abs(z.exact) for w, z in zip(look.gross, of_signals, strict=True)
+    )
+    roundings = 5 + _terms(certificate) + max(len(certificate.system.states), len(certificate.system.inputs))
+    tiny = _TINY * (1 + ratio(exact_sum(look.gross)))
+    return Rounded(SIGN * size, 1.01 * (error + roundings * UNIT * size) + tiny)
+
+
+def _within(certificate: Certificate, i: int, exact: Real) -> Real:
+    """Return the part of an interval that the bounds of the i-th state by itself leave."""
+    low, high = exact.a, exact.b
+    for bound in certificate.state_set.rows:
+        row = bound.row
+        if row[i] and not any(r for k, r in enumerate(row) if k != i):
+            ends = [exactly(end) / ratio(row[i]) for end in (bound.lower, bound.upper)]
+            if row[i] < 0:
+                ends.reverse()
+            low = ends[0].a if ends[0].a > low else low
+            high = ends[1].b if ends[1].b < high else high
+    return between(low, high) if low <= high else exact
+
+
+def _terms(certificate: Certificate) -> int:
+    """Return how many looks at signals an input takes together."""
+    if isinstance(certificate.system, NonlinearSystem):
+        return 2
+    return sum(map(len, functionals(certificate, "input")[0].weights))
+
+
+def _longest(certificate: Certificate) -> int:
+    """Return how many looks at one signal an input takes."""
+    if isinstance(certificate.system, NonlinearSystem):
+        return 2
+    return max(len(w) for part in functionals(certificate, "input") for w in part.weights)
+
+
+def _signal_error(certificate: Certificate, signal: Signal) -> Rounded:
+    """Return where z can be, and over-estimate |float64 − exact|, for |t| ≤ until and the few steps beyond."""
+    latest = exactly(max(map(abs, signal.centres)))
+    farthest = certificate.until + _longest(certificate) * certificate.step + latest
+    kernel = signal.kernel.sizes(farthest)
+    # Rounded once each: k T, t + j T, t − t_i; up to six times the argument of κ; n + 2 times the dot product.
+    each = kernel.roundings + 9 * kernel.stretch + 3 * latest * kernel.slope + (len(signal.weights) + 3) * kernel.size
+    weight = total(abs(c) for _, c in signal.pairs)
+    largest = abs(exactly(signal.mean)) + weight * kernel.size
+    return Rounded(SIGN * largest, UNIT * (weight * each + 3 * largest))

@@ -1,0 +1,37 @@
+"""Before step 5 of the proof: numbers have sizes for which the analysis of rounding holds."""
+
+from fractions import Fraction
+
+from trackable.checker.arithmetic.intervals import ZERO, at_most
+from trackable.checker.certificate import Certificate, NonlinearSystem
+from trackable.checker.formulas.formula import numbers
+from trackable.checker.steps.quantities import Quantity
+
+
+def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
+    """Verify that no number is so large, or so small, that float64 evaluation could overflow or lose a factor."""
+    values: list[float] = []
+    positive: list[float] = [certificate.system.sampling_time]
+    for signal in certificate.signals:
+        values += [*signal.centres, *signal.weights, signal.mean]
+        positive += signal.kernel.numbers
+    positive += [
+        float(min(max(factor, Fraction(1, 10**40)), Fraction(10**40))) for factor in _factors(certificate, quantities)
+    ]
+    if max(map(abs, [*values, *positive])) > 1e30 or min(positive) < 1e-30:
+        return "sizes: some number is too large or too small for the analysis of rounding"
+    if certificate.until > 1e60 or not all(
+        at_most(signal.kernel.beyond(ZERO).size, 1e100) for signal in certificate.signals
+    ):
+        return "sizes: some value could overflow in float64 evaluation"
+    return None
+
+
+def _factors(certificate: Certificate, quantities: list[Quantity]) -> list[Fraction]:
+    """Return what evaluation multiplies by, but for zeros."""
+    looks = [look for q in quantities for look in q.looks.values()]
+    factors = [size for look in looks for size in (*look.gross, look.gross_offset)]
+    factors += [abs(r) for q in quantities for r, _ in q.parts]
+    if isinstance(certificate.system, NonlinearSystem):
+        factors += [abs(Fraction(v)) for formula in certificate.system.f for v in numbers(formula)]
+    return [factor for factor in factors if factor]

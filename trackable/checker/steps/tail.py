@@ -1,0 +1,111 @@
+"""Step 3 of the proof: where quantities stay as the signals come to rest, from the end of the cover on."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from trackable.checker.arithmetic.domains import UndefinedError, around
+from trackable.checker.arithmetic.intervals import (
+    ONE,
+    ZERO,
+    Real,
+    at_most,
+    exact_sum,
+    exactly,
+    lesser,
+    ratio,
+    total,
+)
+from trackable.checker.certificate import AllTimes, Certificate, Instants, Signal
+from trackable.checker.formulas.formula import evaluate
+from trackable.checker.formulas.slopes import Sloped, SlopedFormulas
+from trackable.checker.formulas.values import Intervals
+from trackable.checker.kernels.base import Decay
+from trackable.checker.steps.quantities import Look, Quantity
+
+
+def check_tail(certificate: Certificate, quantities: list[Quantity]) -> str | None:
+    """Return the first quantity that is not shown to stay inside its bounds after the boxes or instants."""
+    claim, step = certificate.claim, certificate.step
+    if isinstance(claim, AllTimes):
+        start = exactly(claim.tail_start)
+    elif isinstance(claim, Instants):
+        start = (claim.last_step + 1) * step
+    else:
+        return None
+    envelopes = [_envelope(signal, start) for signal in certificate.signals]
+    for q in quantities:
+        try:
+            middle, reach = _limits(q, envelopes, step)
+        except UndefinedError as undefined:
+            return f"tail: the {q.name} is not shown to be defined from {float(start.mid):g} s on: {undefined}"
+        if not (at_most(q.lower, middle - reach) and at_most(middle + reach, q.upper)):
+            return f"tail: the envelope of the {q.name} does not lie inside its bounds from {float(start.mid):g} s on"
+    return None
+
+
+def _envelope(signal: Signal, start: Real) -> Decay:
+    """Over-estimate |z − m| and |ż| from `start` on."""
+    size, slope = ZERO, ZERO
+    for t, c in signal.pairs:
+        of_kernel = signal.kernel.beyond(start - t if at_most(t, start) else ZERO)
+        size, slope = size + abs(c) * of_kernel.size, slope + abs(c) * of_kernel.slope
+    return Decay(size, slope)
+
+
+def _limits(q: Quantity, envelopes: list[Decay], step: Real) -> tuple[Real, Real]:
+    """Return middle and reach of an interval that contains q: the mean-value form, with slopes wherever q can be."""
+    reaches = {
+        name: total(_reach(_weights(w), e, step) for w, e in zip(look.weights, envelopes, strict=True))
+        for name, look in q.looks.items()
+    }
+    at_rest = {name: look.offset for name, look in q.looks.items()}
+    if q.look is not None:
+        (reach,) = reaches.values()
+        return q.look.offset, reach
+    slopes = _slopes(q, {name: around(value, reaches[name]) for name, value in at_rest.items()}, len(envelopes))
+    reach = ZERO
+    for s, envelope in enumerate(envelopes):
+        each = [ZERO] * max(len(look.weights[s]) for look in q.looks.values())
+        for name, look in q.looks.items():
+            for j, w in enumerate(look.weights[s]):
+                each[j] += slopes[name] * ratio(w)
+        reach += _reach(_Weights(each, slopes[s]), envelope, step)
+    return evaluate(q.formula, at_rest, Intervals()), reach
+
+
+@dataclass(frozen=True)
+class _Weights:
+    """Weights w_j of one signal, and their sum."""
+
+    each: list[Real]
+    sum: Real
+
+
+def _weights(weights: list[Fraction]) -> _Weights:
+    return _Weights([ratio(w) for w in weights], ratio(exact_sum(weights)))
+
+
+def _reach(weights: _Weights, envelope: Decay, step: Real) -> Real:
+    """Over-estimate Σ_j w_j (z(t + j T) − m)."""
+    by_size = total(abs(w) for w in weights.each) * envelope.size
+    by_slope = step * total(j * abs(w) for j, w in enumerate(weights.each)) * envelope.slope
+    return lesser(by_size, abs(weights.sum) * envelope.size + by_slope)
+
+
+def _slopes(q: Quantity, box: Mapping[str, Real], signals: int) -> dict[str | int, Real]:
+    """Return how the formula moves with each look by itself, and with each signal s if that moves at all times alike.
+
+    Each look is at one signal with the weight 1: what moves a signal moves all looks at it by as much.
+    """
+    along: list[str | int] = [*q.looks, *range(signals)]
+    values = {
+        name: Sloped(value, [ONE if _moves(direction, name, q.looks[name]) else ZERO for direction in along])
+        for name, value in box.items()
+    }
+    found = evaluate(q.formula, values, SlopedFormulas(len(along)))
+    return dict(zip(along, found.slopes, strict=True))
+
+
+def _moves(direction: str | int, name: str, look: Look) -> bool:
+    return direction == name if isinstance(direction, str) else any(look.weights[direction])

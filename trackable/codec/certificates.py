@@ -1,0 +1,103 @@
+"""Certificates as JSON: a claim, the reference it is about in the form of the codec, and what verifies the claim."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
+from trackable.certificates.cover import Cover
+from trackable.codec.converter import decode, encode
+from trackable.codec.values import CodecError
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.flat.functional import Functional
+from trackable.systems.linear import LinearSystem
+from trackable.systems.reference import Reference
+
+FORMAT = "trackable certificate"
+VERSION = 3
+
+_CLAIMS: dict[str, type[AllTimes | AllPhases | OnWindow | AtInstants]] = {
+    "all_times": AllTimes,
+    "all_phases": AllPhases,
+    "window": OnWindow,
+    "instants": AtInstants,
+}
+
+
+def encode_certificate(certificate: Certificate) -> dict[str, Any]:
+    """Return a certificate as nested dicts, lists, strings and numbers: the input of the checker."""
+    plant = certificate.reference.plant
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "claim": {**_claim(certificate.claim), **_proof(certificate)},
+        "reference": encode(certificate.reference),
+        **_trajectories(plant),
+        **_attainable(plant),
+        "evaluation": {"until": certificate.evaluated_until, "errors": dict(certificate.evaluation_error)},
+    }
+
+
+def _claim(claim: Claim) -> dict[str, Any]:
+    kind = next(kind for kind, cls in _CLAIMS.items() if isinstance(claim, cls))
+    return {"kind": kind, **dataclasses.asdict(claim)}
+
+
+def _proof(certificate: Certificate) -> dict[str, Any]:
+    covers = {
+        name: {"ends": list(cover.ends), "radii": list(cover.radii)} for name, cover in certificate.covers.items()
+    }
+    return {"covers": covers, "terms": certificate.terms} if covers else {}
+
+
+def _trajectories(plant: ConstrainedSystem) -> dict[str, Any]:
+    """States and inputs of a linear system as exact sums of the signals; a nonlinear system's follow from f."""
+    if not isinstance(plant.system, LinearSystem):
+        return {}
+    sides = (("states", plant.flatness.states), ("inputs", plant.flatness.inputs))
+    exact = {side: [_functional(q) for q in parts if isinstance(q, Functional)] for side, parts in sides}
+    return {"trajectories": exact}
+
+
+def _functional(functional: Functional) -> dict[str, Any]:
+    """Rational numbers as "p/q"."""
+    weights = [[str(w) for w in of_signal] for of_signal in functional.weights]
+    return {"offset": str(functional.offset), "weights": weights}
+
+
+def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
+    """Bounds of redundant inputs: where they are kept, some input in the input set acts alike."""
+    if plant.allocation is None:
+        return {}
+    rows = [limit for limit in plant.needed if limit.of == "input"]
+    return {
+        "attainable": [
+            {"row": [str(r) for r in limit.row], "lower": limit.bounds.lower, "upper": limit.bounds.upper}
+            for limit in rows
+        ]
+    }
+
+
+def decode_certificate(data: Mapping[str, Any]) -> Certificate:
+    """Return the certificate whose `encode_certificate` is `data`; what follows from its reference is not compared.
+
+    Raises CodecError where there is none.
+    """
+    if (data.get("format"), data.get("version")) != (FORMAT, VERSION):
+        raise CodecError(
+            f"expected {FORMAT!r} version {VERSION}, got {data.get('format')!r} version {data.get('version')!r}"
+        )
+    try:
+        claim, evaluation = dict(data["claim"]), data["evaluation"]
+        covers, terms = claim.pop("covers", {}), claim.pop("terms", 0)
+        return Certificate(
+            reference=decode(Reference, data["reference"]),
+            claim=_CLAIMS[claim.pop("kind")](**claim),
+            terms=terms,
+            covers={name: Cover(tuple(c["ends"]), tuple(c["radii"])) for name, c in covers.items()},
+            evaluation_error=dict(evaluation["errors"]),
+            evaluated_until=evaluation["until"],
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise CodecError(f"certificate: {error}") from error
