@@ -134,7 +134,7 @@ def draw_periodic_prediction() -> Figure:
 
 def draw_growth() -> Figure:
     times, edges = np.linspace(0, 4, 101), np.linspace(0, 4, 5)
-    derivatives = {name: reference.signal.derivative(times) for name, reference in PERIODIC.items()}
+    derivatives = {name: reference.signals[0].derivative(times) for name, reference in PERIODIC.items()}
     shown = plots.GrowthIntervals(times, derivatives, edges, np.full(4, -30.0), np.arange(4) + 5.0)
     return plots.growth_intervals({"ours": shown, "published": shown})
 

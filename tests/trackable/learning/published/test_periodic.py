@@ -16,13 +16,11 @@ from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
-from trackable.learning.constraint import Constraint
-from trackable.learning.index_set import Steps
 from trackable.learning.methods import all_phases, exact, unconstrained
 from trackable.learning.problem import ConstrainedProblem, Infeasible, Solution
 from trackable.learning.published.growth import GrowthRates, interval_growth_rates
-from trackable.learning.published.periodic import grid, intervals, sampled
-from trackable.learning.published.scalar import coefficients, growth_rates, interval_sets, scalar, state_and_input
+from trackable.learning.published.periodic import grid, intervals, on_grid, sampled
+from trackable.learning.published.scalar import coefficients, growth_rates, interval_sets, scalar
 from trackable.learning.screening import screened
 from trackable.learning.space import SearchSpace
 from trackable.systems.sets.interval import Interval
@@ -94,9 +92,10 @@ def test_the_grid_holds_at_its_instants_and_breaks_between_them(found):
 
 
 def test_numbers_of_the_trial_in_the_notes_are_a_local_minimum():
-    state, entry = state_and_input(SYSTEM)
-    on_grid = Constraint(state, Steps(0, 400, 0.01)), Constraint(entry, Steps(0, 399, 0.01))
-    for constraints, objective, period in ((on_grid, 121.25, 3.07), (all_phases(SYSTEM), 121.28, 3.0654)):
+    for constraints, objective, period in (
+        (on_grid(SYSTEM, 400), 121.25, 3.07),
+        (all_phases(SYSTEM), 121.28, 3.0654),
+    ):
         problem = ConstrainedProblem((SAMPLES,), PRIOR, SPACE, constraints)
         outcome = followed(problem, [np.log([1, 1, 3.07])])
         assert outcome.objective == pytest.approx(objective, abs=0.005)
