@@ -14,7 +14,8 @@ from trackable.certificates.balls.models import Enclosure, Models
 from trackable.certificates.balls.series import has_periodic_part, is_analytic, taylor
 from trackable.certificates.exact import ExactFunctional, ExactQuantity, Look
 from trackable.gp.kernels.base import Kernel
-from trackable.systems.formulas.expression import Variable, evaluate
+from trackable.systems.formulas.evaluation import evaluate
+from trackable.systems.formulas.expression import Variable
 
 _BEYOND_HALF = 1.01
 _REMEMBERED = 4096  # enclosures of looks: quantities are bisected alike

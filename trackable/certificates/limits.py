@@ -67,7 +67,7 @@ def _weights(trajectory: Trajectory, around: dict[str, arb]) -> Iterator[_Weight
     """Σ_a ∂q/∂q_a w_acj for each signal c, with slopes from everywhere around."""
     slopes = {name: at_balls(s, around) for name, s in trajectory.derivatives.items() if s is not None}
     longest = max(len(w) for _, functional in trajectory.arguments for w in functional.weights)
-    for c, shift in enumerate(trajectory.shifts):
+    for c, shift in enumerate(trajectory.level_derivatives):
         each = [arb(0)] * longest
         for name, functional in trajectory.arguments:
             for j, w in enumerate(functional.weights[c]):

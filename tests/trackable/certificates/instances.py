@@ -85,7 +85,7 @@ def general_case(seed: int, margin: float | None = None) -> Case:
     n, m = system.B.shape
     rows = [[_row(rng, d) for _ in range(int(rng.integers(1, d + 2)))] for d in (n, m)]
     plant = ConstrainedSystem(replace(system, sampling_time=span * 10 ** rng.uniform(-2, -0.5)), *_rows(*rows))
-    kernels = [_kernel(rng, span) for _ in range(plant.signals)]
+    kernels = [_kernel(rng, span) for _ in range(plant.signal_count)]
     if seed % 3 == 0:
         period = span * rng.uniform(0.5, 2)
         kernels = [Periodic(1.0, 10 ** rng.uniform(-0.5, 0.5), period) for _ in kernels]

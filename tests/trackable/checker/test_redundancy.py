@@ -14,7 +14,7 @@ import pytest
 
 from tests.trackable.gp.instances import over
 from tests.trackable.systems.instances import controllable
-from tests.trackable.systems.sets.test_allocation import CASES, ONE_STATE, excess
+from tests.trackable.systems.redundant_instances import CASES, ONE_STATE, excess
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
@@ -29,10 +29,10 @@ from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
 from trackable.learn import learn_reference
 from trackable.reference import TrackableReference
+from trackable.systems.allocation import Allocation
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
-from trackable.systems.sets.allocation import Allocation
 from trackable.systems.sets.polytope import Polytope
 
 STEPS = np.arange(5000)
@@ -268,7 +268,7 @@ def nearly(seed: int) -> tuple[Reference, float]:
     plant = ConstrainedSystem(system, free, Polytope.box(lower, upper))
     signals = tuple(
         KernelSum(kernels[int(rng.integers(2))], 0.0, np.sort(rng.uniform(0, 2, 3)), rng.normal(size=3))
-        for _ in range(plant.signals)
+        for _ in range(plant.signal_count)
     )
     reference = Reference(signals, plant)
     used = max(

@@ -24,7 +24,8 @@ from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Coordinate, Trajectory
-from trackable.systems.formulas.expression import Constant, Power, evaluate, parts
+from trackable.systems.formulas.evaluation import evaluate
+from trackable.systems.formulas.expression import Constant, Power, all_nodes
 from trackable.systems.reference import Reference
 
 _SLACK = 1.02
@@ -78,7 +79,7 @@ class _Row:
 
 def _rows(plant: ConstrainedSystem) -> list[_Row]:
     parts = {"state": plant.flatness.states, "input": plant.flatness.inputs}
-    return [_Row(limit.name, limit.row, parts[limit.of]) for limit in plant.needed]
+    return [_Row(limit.name, limit.row, parts[limit.side]) for limit in plant.constraints]
 
 
 def _row_error(reference: Reference, row: _Row, until: float) -> float:
@@ -166,7 +167,7 @@ def has_sane_numbers(reference: Reference) -> bool:
 
 
 def _constants(trajectory: Trajectory) -> list[float]:
-    nodes = list(parts(trajectory.formula))
+    nodes = list(all_nodes(trajectory.formula))
     powers = [node.exponent for node in nodes if isinstance(node, Power)]
     return [node.value for node in nodes if isinstance(node, Constant)] + powers
 
