@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from tests.trackable.systems.nonlinear_instances import INSTANCES, T_S, exactly, moving
+from tests.trackable.systems.nonlinear_instances import INSTANCES, LINEAR, T_S, as_formulas, exactly, moving
 from trackable.checker.formulas.affine import inputs_of
 from trackable.checker.formulas.formula import text
 from trackable.checker.reading.formulas import a_formula
@@ -25,7 +25,6 @@ from trackable.systems.definition import smallest_defect
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.formulas.nested_lists import to_lists
-from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
@@ -76,15 +75,6 @@ def test_the_checker_finds_the_same_formulas(name):
 @pytest.mark.parametrize("name", INSTANCES)
 def test_admissible_inputs_exist_by_a_convex_program_that_solves_nothing(name):
     assert smallest_defect(moving(INSTANCES[name], size=0.02), 20) < 1e-6
-
-
-LINEAR = LinearSystem(
-    np.array([[0.9, 0.1], [-0.2, 1.0]]), np.array([[0.5, 0.1], [0.0, -2.0]]), np.array([0.1, 0.0]), sampling_time=T_S
-)
-
-
-def as_formulas(system: LinearSystem) -> Nonlinear:
-    return Nonlinear.of(lambda x, u: system.A @ x + system.B @ u + system.c, system.states, system.inputs, T_S)
 
 
 def both(state_set: Polytope, input_set: Polytope) -> tuple[ConstrainedSystem, ConstrainedSystem]:
