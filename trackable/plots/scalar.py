@@ -1,7 +1,7 @@
 """What figures show of a scalar system's reference: state, input and reachable tube at steps, and the bounds."""
 
 from trackable.arrays import Array
-from trackable.learning.published.scalar import reachable_tube, state_and_input
+from trackable.learning.published.scalar import interval_sets, reachable_tube
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 
@@ -23,11 +23,11 @@ def tube_after_steps(reference: Reference, steps: Array) -> tuple[Array, Array]:
 
 def state_interval(reference: Reference) -> Interval:
     """Return the state set X. Raises ValueError for a system that is not scalar."""
-    state, _ = state_and_input(reference.plant)
-    return state.bounds
+    state_set, _ = interval_sets(reference.plant)
+    return state_set
 
 
 def input_interval(reference: Reference) -> Interval:
     """Return the input set U. Raises ValueError for a system that is not scalar."""
-    _, u = state_and_input(reference.plant)
-    return u.bounds
+    _, input_set = interval_sets(reference.plant)
+    return input_set
