@@ -15,7 +15,7 @@ from trackable.gp.joint import JointPrior
 from trackable.learning.landscape import Landscape, landscape
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.algorithm1 import SOUND as SOUND_READING
-from trackable.learning.published.scalar import Scalar, ScalarReference
+from trackable.learning.published.scalar import ScalarReference, state_and_input
 from trackable.learning.space import SearchSpace
 
 _STEPS_OF_TUBE = 12
@@ -34,7 +34,8 @@ def drawings(experiment: Experiment, fitted: Fitted) -> dict[str, Callable[[], F
     if not applies_to(fitted):
         return {}
     sound = fitted.learned[SOUND.name]
-    final_step, plant = sound.final_step or 0, Scalar.of(experiment.plant)
+    final_step, plant = sound.final_step or 0, experiment.plant
+    state, _ = state_and_input(plant)
     references = _references(fitted)
     (prior,) = sound.prior.parts
     last_sample = round(float(fitted.sampled.only.times[-1]) / plant.sampling_time)
@@ -47,7 +48,7 @@ def drawings(experiment: Experiment, fitted: Fitted) -> dict[str, Callable[[], F
     }
     if AS_PUBLISHED.name in fitted.traces:
         trace = fitted.traces[AS_PUBLISHED.name]
-        by_name["convergence"] = lambda: plots.convergence(trace, plant.state_set, prior.mean)
+        by_name["convergence"] = lambda: plots.convergence(trace, state.bounds, prior.mean)
     if len(prior.kernel.hyperparameters.keys() & sound.prior.learned) == 2:
         by_name["landscape"] = lambda: plots.landscape(
             landscapes(experiment, fitted), fitted.traces[SOUND.name], references
