@@ -11,7 +11,6 @@ from pipeline.storage.archive import Fitted
 from pipeline.storage.tables import read_columns
 from trackable import plots
 from trackable.learning.published.growth import interval_growth_rates
-from trackable.learning.published.scalar import ScalarReference
 
 _FIRST_STEPS = 50
 _POINTS = 1001
@@ -48,7 +47,7 @@ def _prediction(experiment: Experiment, fitted: Fitted) -> Figure:
     truth = next((truth(times) for truth in experiment.truths.values()), None)
     return plots.periodic_prediction(
         fitted.sampled.only,
-        {method: ScalarReference.of(fitted.learned[method].reference) for method in _curves(fitted)},
+        {method: fitted.learned[method].reference for method in _curves(fitted)},
         EXACT.name,
         steps,
         _FIRST_STEPS,

@@ -9,7 +9,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize_scalar
 
 from trackable.arrays import Array
-from trackable.learning.published.scalar import coefficients, state_and_input
+from trackable.learning.published.scalar import coefficients, interval_sets
 from trackable.systems.constrained import ConstrainedSystem
 
 _PRINTED = Path("data/paper/printed_numbers.csv")
@@ -40,9 +40,8 @@ def period_of_curve(times: Array, values: Array, between: tuple[float, float], h
 
 def states_behind(plant: ConstrainedSystem, lower: Array, upper: Array) -> tuple[Array, Array]:
     """Smallest and largest state that growth rates [1/s] were made for: Assumption 5, solved for x (a < 1, b > 0)."""
-    (a, b, c), (_, entry), t_s = coefficients(plant), state_and_input(plant), plant.sampling_time
-    slowest, fastest = entry.bounds.lower, entry.bounds.upper
-    return (b * slowest + c - t_s * lower) / (1 - a), (b * fastest + c - t_s * upper) / (1 - a)
+    (a, b, c), (_, inputs), t_s = coefficients(plant), interval_sets(plant), plant.sampling_time
+    return (b * inputs.lower + c - t_s * lower) / (1 - a), (b * inputs.upper + c - t_s * upper) / (1 - a)
 
 
 def reach_in_intervals(times: Array, derivative: Array, edges: Array) -> Array:

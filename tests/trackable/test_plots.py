@@ -32,7 +32,7 @@ from trackable.learning.index_set import Steps
 from trackable.learning.landscape import landscape
 from trackable.learning.learned import Trace
 from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.published.scalar import Scalar, ScalarReference, scalar
+from trackable.learning.published.scalar import interval_sets, reachable_tube, scalar, state_and_input
 from trackable.learning.space import SearchSpace
 from trackable.learning.study import Conservatism
 from trackable.plots.style import SHEETS
@@ -41,7 +41,7 @@ from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 
 SYSTEM = scalar(0.9, 0.5, state_set=Interval(-2, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01)
-PLANT = Scalar.of(SYSTEM)
+STATE_SET, _ = interval_sets(SYSTEM)
 SAMPLES = Samples(np.arange(7) / 10, np.array([-0.99306, -0.40789, -0.05, 0.0, 0.0, 0.0, 0.0]))
 OPTIMA = {"unconstrained": (0.659325, 0.203472), "as_published": (0.701178, 0.219672), "sound": (0.702, 0.21990)}
 STEPS = np.arange(151, dtype=float)
@@ -53,12 +53,11 @@ def posterior(theta1: float, theta2: float) -> Posterior:
 
 
 LEARNED = {name: Reference((posterior(*theta).signal,), SYSTEM) for name, theta in OPTIMA.items()}
-REFERENCES = {name: ScalarReference.of(reference) for name, reference in LEARNED.items()}
 PUBLISHED = plots.Published(
     STEPS,
-    REFERENCES["unconstrained"].state(REFERENCES["sound"].instants(STEPS)),
-    REFERENCES["sound"].state(REFERENCES["sound"].instants(STEPS)),
-    *REFERENCES["sound"].tube(REFERENCES["sound"].instants(STEPS)),
+    LEARNED["unconstrained"].state(STEPS)[:, 0],
+    LEARNED["sound"].state(STEPS)[:, 0],
+    *reachable_tube(LEARNED["sound"], LEARNED["sound"].instants(STEPS)),
 )
 
 
@@ -82,35 +81,36 @@ def trace() -> Trace:
 
 def problem() -> ConstrainedProblem:
     prior = JointPrior((Prior(SquaredExponential(0.7, 0.22), 0.01),))
-    constraints = (Constraint(PLANT.state, Steps(0, 130, 0.01)), Constraint(PLANT.input, Steps(0, 129, 0.01)))
+    state, entry = state_and_input(SYSTEM)
+    constraints = Constraint(state, Steps(0, 130, 0.01)), Constraint(entry, Steps(0, 129, 0.01))
     return ConstrainedProblem((SAMPLES,), prior, SearchSpace.around((SAMPLES,), prior), constraints)
 
 
 def draw_tube() -> Figure:
-    return plots.tube(REFERENCES["sound"], np.arange(12))
+    return plots.tube(LEARNED["sound"], np.arange(12))
 
 
 def draw_asymptotic() -> Figure:
-    return plots.asymptotic(REFERENCES["sound"], SAMPLES, 25, 130, 200)
+    return plots.asymptotic(LEARNED["sound"], SAMPLES, 25, 130, 200)
 
 
 def draw_convergence() -> Figure:
-    return plots.convergence(trace(), PLANT.state_set, 0.0)
+    return plots.convergence(trace(), STATE_SET, 0.0)
 
 
 def draw_prediction() -> Figure:
     return plots.prediction(
-        SAMPLES, REFERENCES, "sound", STEPS, true_reference=CONSTANT, published=PUBLISHED, final_step=130
+        SAMPLES, LEARNED, "sound", STEPS, true_reference=CONSTANT, published=PUBLISHED, final_step=130
     )
 
 
 def draw_bare_prediction() -> Figure:
-    return plots.prediction(SAMPLES, {"sound": REFERENCES["sound"]}, "sound", STEPS)
+    return plots.prediction(SAMPLES, {"sound": LEARNED["sound"]}, "sound", STEPS)
 
 
 def draw_landscape() -> Figure:
     grids = [landscape(problem(), np.geomspace(0.3, 2, 9), np.geomspace(0.1, 0.4, 9)) for _ in range(2)]
-    return plots.landscape(grids, trace(), REFERENCES)
+    return plots.landscape(grids, trace(), LEARNED)
 
 
 def draw_margins() -> Figure:
@@ -120,9 +120,7 @@ def draw_margins() -> Figure:
 PERIODIC_PLANT = scalar(0.9, 0.1, state_set=Interval(-2, 2), input_set=Interval(-3, 1.4), sampling_time=0.01)
 PERIODIC_SAMPLES = Samples(np.arange(21) / 5, np.sin(2 * np.arange(21) / 5))
 PERIODIC = {
-    name: ScalarReference.of(
-        Reference((Posterior(Prior(Periodic(*theta), 0.1), PERIODIC_SAMPLES).signal,), PERIODIC_PLANT)
-    )
+    name: Reference((Posterior(Prior(Periodic(*theta), 0.1), PERIODIC_SAMPLES).signal,), PERIODIC_PLANT)
     for name, theta in {"unconstrained": (2.0, 0.3, 3.1), "exact": (1.0, 1.0, 3.14), "intervals": (1, 2, 3.2)}.items()
 }
 
@@ -136,7 +134,7 @@ def draw_periodic_prediction() -> Figure:
 
 def draw_growth() -> Figure:
     times, edges = np.linspace(0, 4, 101), np.linspace(0, 4, 5)
-    derivatives = {name: reference.signal.derivative(times) for name, reference in PERIODIC.items()}
+    derivatives = {name: reference.signals[0].derivative(times) for name, reference in PERIODIC.items()}
     shown = plots.GrowthIntervals(times, derivatives, edges, np.full(4, -30.0), np.arange(4) + 5.0)
     return plots.growth_intervals({"ours": shown, "published": shown})
 
@@ -218,10 +216,10 @@ def test_nothing_is_cut_off_at_the_edge_of_the_page(draw: Callable[[], Figure]) 
     assert min(used.x0, used.y0, width - used.x1, height - used.y1) > -0.005
 
 
-@pytest.mark.parametrize("name", REFERENCES)
+@pytest.mark.parametrize("name", LEARNED)
 def test_all_of_a_prediction_is_in_sight(name: str) -> None:
-    axes = plots.prediction(SAMPLES, REFERENCES, name, STEPS).axes[0]
-    x = REFERENCES[name].state(REFERENCES[name].instants(STEPS))
+    axes = plots.prediction(SAMPLES, LEARNED, name, STEPS).axes[0]
+    x = LEARNED[name].state(STEPS)[:, 0]
     bottom, top = axes.get_ylim()
     assert bottom < min(x.min(), SAMPLES.values.min())
     assert max(x.max(), SAMPLES.values.max()) < top
@@ -230,16 +228,16 @@ def test_all_of_a_prediction_is_in_sight(name: str) -> None:
     assert right >= STEPS[-1]
 
 
-@pytest.mark.parametrize("name", REFERENCES)
+@pytest.mark.parametrize("name", LEARNED)
 def test_every_reference_can_be_drawn(name: str) -> None:
-    assert plots.tube(REFERENCES[name], np.arange(70, 80)).axes
-    assert plots.asymptotic(REFERENCES[name], SAMPLES, 60, 130, 200).axes
+    assert plots.tube(LEARNED[name], np.arange(70, 80)).axes
+    assert plots.asymptotic(LEARNED[name], SAMPLES, 60, 130, 200).axes
 
 
 def test_a_closer_look_is_taken_only_where_a_reference_leaves_its_state_set() -> None:
-    kept = {"sound": REFERENCES["sound"]}
+    kept = {"sound": LEARNED["sound"]}
     assert len(plots.prediction(SAMPLES, kept, "sound", STEPS).axes) == 1
-    both = plots.prediction(SAMPLES, REFERENCES, "sound", STEPS)
+    both = plots.prediction(SAMPLES, LEARNED, "sound", STEPS)
     first, last = both.axes[1].get_xlim()
     assert first < 77
     assert last > 105
@@ -264,11 +262,11 @@ def test_a_run_without_any_bounds_can_be_drawn() -> None:
         keeps_states=np.zeros(3),
         keeps_rates=np.zeros(3),
     )
-    plots.svg(plots.convergence(early, PLANT.state_set, 0.0))
+    plots.svg(plots.convergence(early, STATE_SET, 0.0))
 
 
 def test_the_worst_margins_are_written_out() -> None:
-    profile = margin_profile(LEARNED["unconstrained"], PLANT.state, 150, 5)
+    profile = margin_profile(LEARNED["unconstrained"], state_and_input(SYSTEM)[0], 150, 5)
     labels = [text.get_text() for axes in drawn(draw_margins).axes for text in axes.get_legend().get_texts()]
     margin, time = profile.worst
     assert any(f"{margin:.3g}".replace("-", "−") in label and f"{time:.4g} s" in label for label in labels)

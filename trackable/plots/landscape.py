@@ -14,8 +14,8 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 from trackable.arrays import Array
 from trackable.learning.landscape import Landscape
 from trackable.learning.learned import Trace
-from trackable.learning.published.scalar import ScalarReference
 from trackable.plots.style import FAINT, GREY, INK, PAGE, SYMBOLS, reference_looks, styled
+from trackable.systems.reference import Reference
 
 # Contours of l − min l, each about three times the one before.
 _LEVELS: Final = (0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000)
@@ -33,7 +33,7 @@ _OPTIMA: Final[tuple[dict[str, Any], ...]] = (
 
 
 @styled
-def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str, ScalarReference]) -> Figure:
+def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str, Reference]) -> Figure:
     """Objective and feasible set on each grid (an overview, a closer look), Algorithm 1's path and the optima found.
 
     The grids span the first two hyperparameters of the trace; others, if learned too, are not shown.
@@ -66,9 +66,9 @@ def _contours(axes: Axes, panel: Landscape, lowest: float) -> None:
     axes.clabel(lines, fontsize=6, fmt="%g")
 
 
-def _optima(axes: Axes, references: Mapping[str, ScalarReference], names: Sequence[str]) -> None:
+def _optima(axes: Axes, references: Mapping[str, Reference], names: Sequence[str]) -> None:
     for (name, looks), shape in zip(reference_looks(references).items(), cycle(_OPTIMA)):
-        theta = references[name].signal.kernel.hyperparameters
+        theta = references[name].signals[0].kernel.hyperparameters
         label = f"optimum, {looks['label']}"
         axes.plot(*(theta[n] for n in names), linestyle="none", color=looks["color"], zorder=5, label=label, **shape)
 

@@ -11,7 +11,7 @@ from matplotlib.ticker import NullFormatter, NullLocator
 
 from trackable.arrays import Array
 from trackable.gp.samples import Samples
-from trackable.learning.published.scalar import ScalarReference
+from trackable.learning.published.scalar import interval_sets
 from trackable.learning.study import Conservatism
 from trackable.plots.prediction import reachable
 from trackable.plots.style import (
@@ -25,6 +25,7 @@ from trackable.plots.style import (
     step_label,
     styled,
 )
+from trackable.systems.reference import Reference
 
 _SHADE: Final[dict[str, Any]] = {"facecolor": FAINT, "edgecolor": "none", "zorder": 0}
 _EDGE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 1}
@@ -44,7 +45,7 @@ class GrowthIntervals:
 @styled
 def periodic_prediction(
     samples: Samples,
-    references: Mapping[str, ScalarReference],
+    references: Mapping[str, Reference],
     tube_of: str,
     steps: Array,
     first_steps: int,
@@ -55,6 +56,7 @@ def periodic_prediction(
     figure = Figure(figsize=(PAGE, 3.3))
     panels = figure.subplots(1, 2, width_ratios=[1.8, 1])
     plant = references[tube_of].plant
+    state_set, _ = interval_sets(plant)
     looks = reference_looks(references)
     for axes, last in zip(panels, (steps[-1], first_steps), strict=True):
         shown = steps[steps <= last]
@@ -62,16 +64,16 @@ def periodic_prediction(
         if true_reference is not None:
             axes.plot(shown, true_reference[: len(shown)], color=INK, linewidth=0.8, zorder=2.9, label="true reference")
         for name, reference in references.items():
-            axes.plot(shown, reference.state(reference.instants(shown)), **looks[name])
+            axes.plot(shown, reference.state(shown)[:, 0], **looks[name])
         for name, reference in references.items():
             _impossible_steps(axes, reference, shown, looks[name]["color"])
         inside = samples.times <= last * plant.sampling_time * (1 + 1e-9)
         axes.plot(samples.times[inside] / plant.sampling_time, samples.values[inside], **SAMPLE)
         axes.set(xlabel=step_label(plant.sampling_time), xlim=(-0.01 * last, last))
     whole, beginning = panels
-    reach = 1.12 * max(abs(plant.state_set.lower), abs(plant.state_set.upper))
+    reach = 1.12 * max(abs(state_set.lower), abs(state_set.upper))
     whole.set_ylim(min(-reach, whole.get_ylim()[0]), max(reach, whole.get_ylim()[1]))
-    state_bounds(whole, plant.state_set)
+    state_bounds(whole, state_set)
     whole.set_ylabel(r"state $x$ [–]")
     beginning.set_title(f"the first {first_steps} steps")
     bottom, top = beginning.get_ylim()
@@ -82,13 +84,15 @@ def periodic_prediction(
     return figure
 
 
-def _impossible_steps(axes: Axes, reference: ScalarReference, steps: Array, color: str) -> None:
+def _impossible_steps(axes: Axes, reference: Reference, steps: Array, color: str) -> None:
     """A dot at each state from which no admissible input leads to the next."""
-    t = reference.instants(steps)
-    broken = reference.plant.input_set.margin(reference.input(t)) < 0
+    _, input_set = interval_sets(reference.plant)
+    broken = input_set.margin(reference.input(steps)[:, 0]) < 0
     if np.any(broken):
         label = "steps that no input makes"
-        axes.plot(steps[broken], reference.state(t[broken]), ".", color=color, markersize=4, zorder=3.6, label=label)
+        axes.plot(
+            steps[broken], reference.state(steps[broken])[:, 0], ".", color=color, markersize=4, zorder=3.6, label=label
+        )
 
 
 @styled

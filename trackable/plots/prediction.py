@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from trackable.arrays import Array
 from trackable.gp.samples import Samples
-from trackable.learning.published.scalar import ScalarReference
+from trackable.learning.published.scalar import interval_sets, reachable_tube
 from trackable.plots.style import (
     FAINT,
     INK,
@@ -24,6 +24,7 @@ from trackable.plots.style import (
     step_label,
     styled,
 )
+from trackable.systems.reference import Reference
 
 # A panel carries about this many marks of a published curve, so that the line beneath stays visible.
 _MARKS: Final = 16
@@ -44,7 +45,7 @@ class Published:
 @styled
 def prediction(
     samples: Samples,
-    references: Mapping[str, ScalarReference],
+    references: Mapping[str, Reference],
     tube_of: str,
     steps: Array,
     *,
@@ -60,6 +61,7 @@ def prediction(
     windows = [(float(steps[0] - 0.01 * np.ptp(steps)), float(steps[-1])), *_excursion(references.values(), steps)]
     panels = figure.subplots(1, len(windows), squeeze=False, width_ratios=[1.8, 1][: len(windows)])[0]
     plant = references[tube_of].plant
+    state_set, _ = interval_sets(plant)
     for axes, (first, last) in zip(panels, windows, strict=True):
         _curves(axes, references, steps, true_reference)
         reachable(axes, references[tube_of], steps)
@@ -74,7 +76,7 @@ def prediction(
             axes.set_title(r"where a reference leaves $\mathcal{X}$")
             bottom, top = axes.get_ylim()
             panels[0].indicate_inset((first, bottom, last - first, top - bottom), edgecolor=INK, linewidth=0.6, alpha=1)
-        state_bounds(axes, plant.state_set, side="right" if axes is panels[0] else None)
+        state_bounds(axes, state_set, side="right" if axes is panels[0] else None)
     panels[0].set_ylabel(r"state $x$ [–]")
     if final_step is not None:
         label = rf" $\bar{{k}}$ = {final_step}"
@@ -84,9 +86,9 @@ def prediction(
     return figure
 
 
-def _excursion(references: Iterable[ScalarReference], steps: Array) -> list[tuple[float, float]]:
+def _excursion(references: Iterable[Reference], steps: Array) -> list[tuple[float, float]]:
     """From where to where some reference is outside X, and a little more; nothing where that is never, or all over."""
-    outside = [r.plant.state_set.margin(r.state(r.instants(steps))) < 0 for r in references]
+    outside = [interval_sets(r.plant)[0].margin(r.state(steps)[:, 0]) < 0 for r in references]
     leaving = steps[np.any(outside, axis=0)]
     if leaving.size == 0 or np.ptp(leaving) > np.ptp(steps) / 3:
         return []
@@ -94,19 +96,19 @@ def _excursion(references: Iterable[ScalarReference], steps: Array) -> list[tupl
     return [(float(max(steps[0], leaving[0] - around)), float(min(steps[-1], leaving[-1] + around)))]
 
 
-def reachable(axes: Axes, reference: ScalarReference, steps: Array) -> None:
+def reachable(axes: Axes, reference: Reference, steps: Array) -> None:
     """What each state can reach, one step on: pale; and the part of it inside X: darker."""
-    low, high = reference.tube(reference.instants(steps))
-    states = reference.plant.state_set
+    low, high = reachable_tube(reference, reference.instants(steps))
+    states, _ = interval_sets(reference.plant)
     inside = np.maximum(low, states.lower), np.minimum(high, states.upper)
     axes.fill_between(steps + 1, low, high, facecolor=FAINT, edgecolor="none", label=r"tube $\mathcal{T}_k$")
     label = r"$\mathcal{T}_k \cap \mathcal{X}$"
     axes.fill_between(steps + 1, *inside, where=inside[0] < inside[1], facecolor=PALE, edgecolor="none", label=label)
 
 
-def _curves(axes: Axes, references: Mapping[str, ScalarReference], steps: Array, true_reference: Array | None) -> None:
+def _curves(axes: Axes, references: Mapping[str, Reference], steps: Array, true_reference: Array | None) -> None:
     for looks, reference in zip(reference_looks(references).values(), references.values(), strict=True):
-        axes.plot(steps, reference.state(reference.instants(steps)), **looks)
+        axes.plot(steps, reference.state(steps)[:, 0], **looks)
     if true_reference is not None:
         axes.plot(steps, true_reference, color=INK, linewidth=0.8, zorder=2.9, label="true reference")
 
@@ -121,7 +123,7 @@ def _published(axes: Axes, published: Published, every: int) -> None:
         axes.plot(published.k[some] + 1, ends[some], "_", color=INK, markersize=4, markeredgewidth=0.7, label=label)
 
 
-def _state_range(references: Iterable[ScalarReference], steps: Array) -> tuple[float, float]:
-    x = np.array([r.state(r.instants(steps)) for r in references])
+def _state_range(references: Iterable[Reference], steps: Array) -> tuple[float, float]:
+    x = np.array([r.state(steps) for r in references])
     around = 0.15 * float(np.ptp(x))
     return float(x.min()) - around, float(x.max()) + around
