@@ -16,7 +16,7 @@ from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning.index_set import Steps
 from trackable.learning.problem import ConstrainedProblem, Infeasible, Solution
-from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.published.scalar import interval_sets, scalar
 from trackable.learning.search import best_solution, tightened
 from trackable.learning.space import SearchSpace
 from trackable.systems.sets.interval import Interval
@@ -199,7 +199,7 @@ PRIOR = Prior(SquaredExponential(1.0, 1.0).as_learned(), 0.1)
 
 def _infeasible(samples: Samples, system: tuple[float, ...], states: Interval, inputs: Interval) -> Instance:
     plant = scalar(*system, state_set=states, input_set=inputs, sampling_time=0.05)
-    return Instance(samples, PRIOR, Scalar.of(plant), 60)
+    return Instance(samples, PRIOR, plant, 60)
 
 
 INFEASIBLE = {
@@ -227,7 +227,7 @@ def test_an_infeasible_problem_is_explained_in_true_numbers(name):
     assert said, answer.explanation
     assert said["quantity"] == answer.quantity.name == quantity
 
-    bounds = {"state": case.plant.state_set, "input": case.plant.input_set}[quantity]
+    bounds = dict(zip(("state", "input"), interval_sets(case.plant), strict=True))[quantity]
     assert said["bounds"] == str(bounds)
     x, u = naive.states_and_inputs(case, answer.best.prior.parts[0])
     values = {"state": x, "input": u}[quantity]

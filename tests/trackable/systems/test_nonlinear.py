@@ -18,7 +18,7 @@ from trackable.gp.samples import Samples
 from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Window
 from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import growth_rates
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.definition import smallest_defect
@@ -225,7 +225,7 @@ def test_sets_have_to_fit():
 
 def test_only_linear_systems_have_growth_rates():
     with pytest.raises(ValueError, match="only a linear system has growth rates, got a nonlinear one"):
-        Scalar.of(INSTANCES["tank"].plant)
+        growth_rates(INSTANCES["tank"].plant, Interval(0.5, 1.0))
 
 
 def test_four_inputs_may_lead_four_states_where_few_are_coupled():
