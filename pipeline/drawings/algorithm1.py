@@ -102,5 +102,5 @@ def _published(experiment: Experiment) -> plots.Published | None:
     if experiment.published.prediction is None:
         return None
     columns = read_columns(experiment.published.prediction)
-    names = ("k", "mean_unconstrained", "mean_constrained", "successor_lower", "successor_upper")
-    return plots.Published(**{name: columns[name] for name in names})
+    means = {name: columns[f"mean_{name}"] for name in ("unconstrained", "constrained")}
+    return plots.Published(columns["k"], means, columns["successor_lower"], columns["successor_upper"])
