@@ -6,8 +6,7 @@ from functools import cache
 import numpy as np
 
 from benchmarks.machine import ROOT
-from pipeline.experiments import ScalarExperiment
-from pipeline.experiments.load import load_experiment
+from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior, JointPrior
@@ -88,7 +87,6 @@ class Example:
 def example(name: str) -> Example:
     """As params.yaml has it."""
     experiment = load_experiment(name, ROOT / "params.yaml")
-    assert isinstance(experiment, ScalarExperiment)
     (samples,) = sampled_by(experiment).samples
     space = experiment.search_space((samples,))
-    return Example(samples, experiment.learned_prior, experiment.constrained_system, space, experiment.last_step)
+    return Example(samples, experiment.learned_prior, experiment.plant, space, experiment.verification.last_step)

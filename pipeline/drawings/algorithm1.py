@@ -1,4 +1,4 @@
-"""Figures of an asymptotically constant reference."""
+"""Figures of what Algorithm 1 learned."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -6,52 +6,57 @@ from dataclasses import replace
 import numpy as np
 from matplotlib.figure import Figure
 
-from pipeline.experiments import AsymptoticExperiment
-from pipeline.published.ground_truth import GROUND_TRUTHS
-from pipeline.storage.archive import Fitted, read_fit, read_margins
-from pipeline.storage.results import Results
+from pipeline.experiments import Experiment
+from pipeline.methods import AS_PUBLISHED, SOUND, methods_in_figures
+from pipeline.storage.archive import Fitted
 from pipeline.storage.tables import read_columns
 from trackable import plots
 from trackable.gp.joint import JointPrior
 from trackable.learning.landscape import Landscape, landscape
 from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.published.algorithm1 import AS_PUBLISHED, SOUND
-from trackable.learning.published.scalar import ScalarReference
+from trackable.learning.published.algorithm1 import SOUND as SOUND_READING
+from trackable.learning.published.scalar import Scalar, ScalarReference
 from trackable.learning.space import SearchSpace
 
 _STEPS_OF_TUBE = 12
 _GRID_POINTS = 56
-# The landscape spans these factors around the learned hyperparameters: all around, and near by.
+# The landscape spans these factors around the learned hyperparameters: an overview, and a closer view.
 _OVERVIEW, _CLOSER = 8.0, 1.25
 
 
-def drawings(experiment: AsymptoticExperiment, results: Results) -> dict[str, Callable[[], Figure]]:
-    """The figures of an experiment by name, each drawn when it is called: here and in the notebook the same."""
-    fitted = read_fit(results)
+def applies_to(fitted: Fitted) -> bool:
+    """Return whether there is a trace of Algorithm 1 in the reading that its proof supports."""
+    return SOUND.name in fitted.traces
+
+
+def drawings(experiment: Experiment, fitted: Fitted) -> dict[str, Callable[[], Figure]]:
+    """Return the figures by name; none without a trace."""
+    if not applies_to(fitted):
+        return {}
     sound = fitted.learned[SOUND.name]
-    plant, final_step = experiment.plant, sound.final_step or 0
-    references = {name: ScalarReference.of(learned.reference) for name, learned in fitted.learned.items()}
+    final_step, plant = sound.final_step or 0, Scalar.of(experiment.plant)
+    references = _references(fitted)
+    (prior,) = sound.prior.parts
     last_sample = round(float(fitted.sampled.only.times[-1]) / plant.sampling_time)
     by_name: dict[str, Callable[[], Figure]] = {
         "tube": lambda: plots.tube(references[SOUND.name], np.arange(_STEPS_OF_TUBE, dtype=float)),
         "asymptotic": lambda: plots.asymptotic(
             references[SOUND.name], fitted.sampled.only, last_sample, final_step, round(1.5 * final_step)
         ),
-        "convergence": lambda: plots.convergence(
-            fitted.traces[AS_PUBLISHED.name], plant.state_set, sound.prior.parts[0].mean
-        ),
-        "prediction": lambda: _prediction(experiment, fitted),
-        "margins": lambda: plots.margins(read_margins(results, fitted.learned)),
+        "prediction": lambda: _prediction(experiment, fitted, final_step),
     }
-    if len(sound.prior.parts[0].kernel.hyperparameters.keys() & sound.prior.learned) == 2:
+    if AS_PUBLISHED.name in fitted.traces:
+        trace = fitted.traces[AS_PUBLISHED.name]
+        by_name["convergence"] = lambda: plots.convergence(trace, plant.state_set, prior.mean)
+    if len(prior.kernel.hyperparameters.keys() & sound.prior.learned) == 2:
         by_name["landscape"] = lambda: plots.landscape(
             landscapes(experiment, fitted), fitted.traces[SOUND.name], references
         )
     return by_name
 
 
-def landscapes(experiment: AsymptoticExperiment, fitted: Fitted) -> Sequence[Landscape]:
-    """The likelihood and the constraints of the sound reading's last iteration, around what was learned."""
+def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:
+    """Return the likelihood and the constraints of the sound reading's last iteration, around what was learned."""
     learned = fitted.learned[SOUND.name]
     (own,) = learned.prior.parts
     kernel = [name for name in own.kernel.hyperparameters if name in own.learned]
@@ -62,7 +67,7 @@ def landscapes(experiment: AsymptoticExperiment, fitted: Fitted) -> Sequence[Lan
         fitted.sampled.samples,
         JointPrior((prior,)),
         SearchSpace({name: bounds for name, bounds in space.bounds.items() if name in kernel}),
-        SOUND.constraints(experiment.constrained_system, learned.final_step or 0),
+        SOUND_READING.constraints(experiment.plant, learned.final_step or 0),
     )
     first, second = (prior.hyperparameters[name] for name in kernel)
     grids = []
@@ -72,24 +77,29 @@ def landscapes(experiment: AsymptoticExperiment, fitted: Fitted) -> Sequence[Lan
     return grids
 
 
-def _prediction(experiment: AsymptoticExperiment, fitted: Fitted) -> Figure:
-    final_step = fitted.learned[SOUND.name].final_step or 0
+def _references(fitted: Fitted) -> dict[str, ScalarReference]:
+    shown = methods_in_figures(fitted.learned)
+    return {method.name: ScalarReference.of(fitted.learned[method.name].reference) for method in shown}
+
+
+def _prediction(experiment: Experiment, fitted: Fitted, final_step: int) -> Figure:
     steps = np.arange(round(1.5 * final_step) + 1, dtype=float)
-    truth = GROUND_TRUTHS.get(experiment.ground_truth or "")
+    times = steps * experiment.plant.sampling_time
+    truth = next((truth(times) for truth in experiment.truths.values()), None)
     return plots.prediction(
         fitted.sampled.only,
-        {name: ScalarReference.of(learned.reference) for name, learned in fitted.learned.items()},
+        _references(fitted),
         SOUND.name,
         steps,
-        true_reference=truth(steps * experiment.system.sampling_time) if truth else None,
+        true_reference=truth,
         published=_published(experiment),
         final_step=final_step,
     )
 
 
-def _published(experiment: AsymptoticExperiment) -> plots.Published | None:
-    if experiment.published_prediction is None:
+def _published(experiment: Experiment) -> plots.Published | None:
+    if experiment.published.prediction is None:
         return None
-    columns = read_columns(experiment.published_prediction)
+    columns = read_columns(experiment.published.prediction)
     names = ("k", "mean_unconstrained", "mean_constrained", "successor_lower", "successor_upper")
     return plots.Published(**{name: columns[name] for name in names})
