@@ -9,7 +9,10 @@ COMPUTED = "an import by a computed name"
 
 def imported(folder: Path) -> dict[str, set[str]]:
     """Return for each Python file below a folder, by its path there, the dotted names of all that it imports."""
-    return {path.relative_to(folder).as_posix(): set(names_in(ast.parse(path.read_text(encoding="utf-8")))) for path in sorted(folder.rglob("*.py"))}
+    return {
+        path.relative_to(folder).as_posix(): set(names_in(ast.parse(path.read_text(encoding="utf-8"))))
+        for path in sorted(folder.rglob("*.py"))
+    }
 
 
 def roots(files: dict[str, set[str]]) -> set[str]:

@@ -21,6 +21,7 @@ MODULES = {
     **{name: f"pipeline.{name}" for name in ("generate", "fit", "verify", "control", "figures")},
     "record": "pipeline.published.record",
 }
+PIN = "pipeline.environment.pin"  # imported before any stage
 IN_ALL = {"trackable", "pipeline", "pipeline.__main__"}  # public names and command line: no result depends on them
 
 
@@ -30,19 +31,21 @@ def graph() -> grimp.ImportGraph:
 
 
 def used_by(module: str) -> set[str]:
-    return {module, *graph().find_upstream_modules(module)} - IN_ALL
+    return {module, PIN, *graph().find_upstream_modules(module)} - IN_ALL
 
 
 def notebooks(stage: str) -> list[Path]:
-    return [path for path in sorted((ROOT / "notebooks").glob("*.ipynb")) if (path.stem == "guide") == (stage == "guide")]
+    return [
+        path for path in sorted((ROOT / "notebooks").glob("*.ipynb")) if (path.stem == "guide") == (stage == "guide")
+    ]
 
 
 def used_by_notebooks(stage: str) -> set[str]:
     cells = chain.from_iterable(json.loads(path.read_text(encoding="utf-8"))["cells"] for path in notebooks(stage))
     code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
     named = {name for text in code for name in names_in(ast.parse(re.sub(r"^%.*$", "", text, flags=re.MULTILINE)))}
-    public = {f"{name}" for name in named if name in graph().modules} - IN_ALL
-    return set().union(*map(used_by, {*public, "pipeline.notebook"}))
+    own = {name for name in named if name in graph().modules} - IN_ALL
+    return set().union(*map(used_by, {*own, "pipeline.notebook"}))
 
 
 def used(stage: str) -> set[str]:
