@@ -16,7 +16,7 @@ from trackable.gp.samples import Samples
 from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
 from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import state_and_input
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 
@@ -65,21 +65,14 @@ class Example:
     space: SearchSpace
     last_step: int
 
-    @property
-    def plant(self) -> Scalar:
-        return Scalar.of(self.system)
-
     def on_steps(self, last: int) -> ConstrainedProblem:
         """States up to step `last`, and the inputs that lead there: problem (6) of the paper."""
         return self.at_instants(last, self.system.sampling_time)
 
     def at_instants(self, count: int, spacing: float) -> ConstrainedProblem:
         """State and input at `count` instants [s]."""
-        plant = self.plant
-        constraints = (
-            Constraint(plant.state, Steps(0, count, spacing)),
-            Constraint(plant.input, Steps(0, count - 1, spacing)),
-        )
+        state, entry = state_and_input(self.system)
+        constraints = Constraint(state, Steps(0, count, spacing)), Constraint(entry, Steps(0, count - 1, spacing))
         return ConstrainedProblem((self.samples,), self.prior, self.space, constraints)
 
 

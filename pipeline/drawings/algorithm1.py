@@ -15,8 +15,9 @@ from trackable.gp.joint import JointPrior
 from trackable.learning.landscape import Landscape, landscape
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.algorithm1 import SOUND as SOUND_READING
-from trackable.learning.published.scalar import Scalar, ScalarReference
+from trackable.learning.published.scalar import interval_sets
 from trackable.learning.space import SearchSpace
+from trackable.systems.reference import Reference
 
 _STEPS_OF_TUBE = 12
 _GRID_POINTS = 56
@@ -34,7 +35,7 @@ def drawings(experiment: Experiment, fitted: Fitted) -> dict[str, Callable[[], F
     if not applies_to(fitted):
         return {}
     sound = fitted.learned[SOUND.name]
-    final_step, plant = sound.final_step or 0, Scalar.of(experiment.plant)
+    final_step, plant = sound.final_step or 0, experiment.plant
     references = _references(fitted)
     (prior,) = sound.prior.parts
     last_sample = round(float(fitted.sampled.only.times[-1]) / plant.sampling_time)
@@ -47,7 +48,7 @@ def drawings(experiment: Experiment, fitted: Fitted) -> dict[str, Callable[[], F
     }
     if AS_PUBLISHED.name in fitted.traces:
         trace = fitted.traces[AS_PUBLISHED.name]
-        by_name["convergence"] = lambda: plots.convergence(trace, plant.state_set, prior.mean)
+        by_name["convergence"] = lambda: plots.convergence(trace, interval_sets(plant)[0], prior.mean)
     if len(prior.kernel.hyperparameters.keys() & sound.prior.learned) == 2:
         by_name["landscape"] = lambda: plots.landscape(
             landscapes(experiment, fitted), fitted.traces[SOUND.name], references
@@ -77,9 +78,9 @@ def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:
     return grids
 
 
-def _references(fitted: Fitted) -> dict[str, ScalarReference]:
+def _references(fitted: Fitted) -> dict[str, Reference]:
     shown = methods_in_figures(fitted.learned)
-    return {method.name: ScalarReference.of(fitted.learned[method.name].reference) for method in shown}
+    return {method.name: fitted.learned[method.name].reference for method in shown}
 
 
 def _prediction(experiment: Experiment, fitted: Fitted, final_step: int) -> Figure:
@@ -101,5 +102,5 @@ def _published(experiment: Experiment) -> plots.Published | None:
     if experiment.published.prediction is None:
         return None
     columns = read_columns(experiment.published.prediction)
-    names = ("k", "mean_unconstrained", "mean_constrained", "successor_lower", "successor_upper")
-    return plots.Published(**{name: columns[name] for name in names})
+    means = {name: columns[f"mean_{name}"] for name in ("unconstrained", "constrained")}
+    return plots.Published(columns["k"], means, columns["successor_lower"], columns["successor_upper"])

@@ -11,7 +11,6 @@ from pipeline.storage.archive import Fitted
 from pipeline.storage.tables import read_columns
 from trackable import plots
 from trackable.learning.published.growth import interval_growth_rates
-from trackable.learning.published.scalar import ScalarReference
 
 _FIRST_STEPS = 50
 _POINTS = 1001
@@ -48,7 +47,7 @@ def _prediction(experiment: Experiment, fitted: Fitted) -> Figure:
     truth = next((truth(times) for truth in experiment.truths.values()), None)
     return plots.periodic_prediction(
         fitted.sampled.only,
-        {method: ScalarReference.of(fitted.learned[method].reference) for method in _curves(fitted)},
+        {method: fitted.learned[method].reference for method in _curves(fitted)},
         EXACT.name,
         steps,
         _FIRST_STEPS,
@@ -83,5 +82,6 @@ def _growth(experiment: Experiment, fitted: Fitted) -> dict[str, plots.GrowthInt
 
 def _conservatism(fitted: Fitted) -> Figure:
     assert fitted.study, "drawn only where there is one"
-    exact, free = (fitted.learned[method.name].objective for method in (EXACT, UNCONSTRAINED))
-    return plots.conservatism(fitted.study.conservatism, exact, free)
+    labels = {UNCONSTRAINED.name: UNCONSTRAINED.name, EXACT.name: "exact form, all phases"}
+    levels = {label: fitted.learned[name].objective for name, label in labels.items()}
+    return plots.conservatism(fitted.study.conservatism, levels)
