@@ -21,8 +21,8 @@ from trackable import (
     TrackableReference,
     learn_reference,
 )
-from trackable.check import check_file
 from trackable.checker import Proved, check
+from trackable.checking import check_file
 from trackable.codec import CodecError
 from trackable.codec.certificates import encode_certificate
 from trackable.errors import InputError
