@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from trackable.arrays import Array
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.period import period_of
 
 # A signal cannot turn much faster than its kernel's correlation time: this many grid points in each find every dip,
 # which refinement then follows to its bottom.
@@ -117,15 +118,13 @@ class Window(IndexSet):
 
 @dataclass(frozen=True)
 class AllPhases(IndexSet):
-    """All real times of signals whose kernels are periodic: one common period as it is at the moment.
+    """All real times of signals whose kernels have one period: those of one period, with its present value.
 
-    A time found here stays a time of the set when the period moves.
+    A time found here stays a time of the set when the period changes. TypeError for kernels without a common one.
     """
 
-    period: Callable[[Sequence[Kernel]], float]
-
     def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
-        return _refined_minima(margin, 0.0, self.period(kernels), kernels)
+        return _refined_minima(margin, 0.0, period_of(kernels), kernels)
 
 
 def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, kernels: Sequence[Kernel]) -> Array:

@@ -24,6 +24,11 @@ _PHASES = 24
 _APART = {"lengthscale": 0.3, "period": 0.03, NOISE: 0.3}
 
 
+def can_screen(prior: JointPrior) -> bool:
+    """Whether all kernels are `Periodic`."""
+    return all(isinstance(part.kernel, Periodic) for part in prior.parts)
+
+
 def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
     """Return ln θ of up to `keep` starts, the most promising first. Raises TypeError for other kernels than `Periodic`.
 
@@ -31,9 +36,8 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
     Bounds are evaluated at phases of one period, whatever the index sets of the constraints are. Of several signals,
     which share bounds, only the objective is evaluated.
     """
-    kernels = [part.kernel for part in problem.prior.parts]
-    if not all(isinstance(kernel, Periodic) for kernel in kernels):
-        names = ", ".join(type(kernel).__name__ for kernel in kernels)
+    if not can_screen(problem.prior):
+        names = ", ".join(type(part.kernel).__name__ for part in problem.prior.parts)
         raise TypeError(f"screening needs periodic kernels, got {names}")
     signals = _signals(problem)
     evaluated = [_evaluated(signals, point) for point in problem.space.points(_POINTS)]

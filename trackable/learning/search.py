@@ -3,12 +3,11 @@
 from dataclasses import replace
 
 from trackable.arrays import Array
-from trackable.gp.kernels.periodic import Periodic
 from trackable.learning.candidate import Candidate
 from trackable.learning.exchange import Exchange
 from trackable.learning.nonlinear import Program
 from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
-from trackable.learning.screening import screened
+from trackable.learning.screening import can_screen, screened
 
 _FEWEST_BASINS = 16
 _SPREAD_THINLY = 256
@@ -22,7 +21,7 @@ def best_solution(problem: ConstrainedProblem, near: Solution | None = None) -> 
     `near` is the solution of a problem with fewer or slightly different constraints: it is a start too.
     """
     exchange = Exchange(problem)
-    if all(isinstance(part.kernel, Periodic) for part in problem.prior.parts):
+    if can_screen(problem.prior):
         for start in [*_point(near), *screened(problem, max(_FEWEST_BASINS, problem.space.starts))]:
             exchange.follow(start)
     if exchange.best is None:
