@@ -39,7 +39,7 @@ def sine(plant: ConstrainedSystem) -> Reference:
     centres = np.linspace(0, 6, 25)
     kernel = SquaredExponential(1.0, 0.6)
     weights = np.linalg.solve(kernel(centres[:, None] - centres) + 1e-3 * np.eye(25), 0.8 * np.sin(1.5 * centres))
-    return Reference((KernelSum(kernel, 0.0, centres, np.asarray(weights, dtype=float)),) * plant.signals, plant)
+    return Reference((KernelSum(kernel, 0.0, centres, np.asarray(weights, dtype=float)),) * plant.signal_count, plant)
 
 
 def by_status(controller: Controller, reference: TrackedReference, starts: Iterable[Array]) -> dict[str, list[Array]]:

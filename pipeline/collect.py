@@ -8,7 +8,7 @@ from pipeline.published.ground_truth import GROUND_TRUTHS
 from pipeline.storage.sampled import Sampled
 from trackable.gp.samples import Samples
 from trackable.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
-from trackable.systems.flat.sampling import sampled_signals
+from trackable.systems.sampling import sampled_signals
 
 _SIGNAL = "signal"
 

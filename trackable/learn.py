@@ -15,7 +15,7 @@ from trackable.gp.samples import Samples
 from trackable.learning.space import SearchSpace
 from trackable.reference import NotTrackableError, TrackableReference
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.flat.sampling import default_sample, sampled_signals
+from trackable.systems.sampling import default_sample, sampled_signals
 from trackable.systems.sets.interval import Interval
 
 T = TypeVar("T")
@@ -163,7 +163,7 @@ def _goal(
         raise ValueError(f"kernel: for the kind {kind!r} {wanted}, got {names}")
     means = [part.mean for part in prior.parts]
     for quantity in plant.quantities:
-        if not quantity.bounds.holds_inside(level := quantity.at_rest(means)):
+        if not quantity.bounds.strictly_contains(level := quantity.at_rest(means)):
             raise ValueError(
                 f"mean: must be an admissible equilibrium, but at rest there the {quantity.name} is {level:.4g}, not "
                 f"inside {quantity.bounds}: fading samples could not be followed for ever"

@@ -16,7 +16,7 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.prior import NOISE, Prior
 from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.flat.sampling import seen_through
+from trackable.systems.sampling import stencils_by_name
 from trackable.systems.sets.interval import Interval
 
 
@@ -85,7 +85,7 @@ class TrackingExperiment(Experiment):
     @property
     def names(self) -> tuple[str, ...]:
         """What is sampled, in the order of the flat outputs."""
-        return tuple(seen_through(self.constrained_system, self.samples))
+        return tuple(stencils_by_name(self.constrained_system, self.samples))
 
     @property
     def sources(self) -> dict[str, Source]:
@@ -95,7 +95,7 @@ class TrackingExperiment(Experiment):
     @property
     def learned_prior(self) -> JointPrior:
         parts = []
-        for name, stencil in seen_through(self.constrained_system, self.samples).items():
+        for name, stencil in stencils_by_name(self.constrained_system, self.samples).items():
             fields = self.prior[name]
             fixed = fields.kernel.fixed | ({NOISE} if fields.noise_std.bounds is None else frozenset())
             level = (fields.mean - stencil.offset) / sum(stencil.weights)

@@ -22,7 +22,7 @@ WRONG = [
     (
         "b: 0.5",
         "b: 0",
-        "system: must be controllable, .*: its inputs reach 0 of 1 dimensions, and none of them ever moves state",
+        "system: must be controllable, .*: its inputs reach 0 of 1 dimensions, and none of them ever changes state",
     ),
     ("sampling_time: 0.01", "sampling_time: -0.01", r"system\.sampling_time: expected greater than 0, got -0\.01"),
     ("sampling_time: 0.01", "sampling_time: .nan", r"system\.sampling_time: .*nan"),

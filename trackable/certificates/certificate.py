@@ -34,4 +34,8 @@ class Certificate:
 
 
 def _box(plant: ConstrainedSystem) -> str:
-    return "{" + ", ".join(f"{limit.name} in {limit.bounds}" for limit in plant.limits if limit.of == "input") + "}"
+    return (
+        "{"
+        + ", ".join(f"{limit.name} in {limit.bounds}" for limit in plant.given_constraints if limit.side == "input")
+        + "}"
+    )

@@ -70,7 +70,7 @@ def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
     """Bounds of redundant inputs: where they are kept, some input in the input set acts alike."""
     if plant.allocation is None:
         return {}
-    rows = [limit for limit in plant.needed if limit.of == "input"]
+    rows = [limit for limit in plant.constraints if limit.side == "input"]
     return {
         "attainable": [
             {"row": [str(r) for r in limit.row], "lower": limit.bounds.lower, "upper": limit.bounds.upper}

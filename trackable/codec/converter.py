@@ -22,8 +22,8 @@ from trackable.files import from_json, to_json
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.registry import KERNELS, name_of
 from trackable.systems.constrained import System
-from trackable.systems.formulas.algebra import from_lists, to_lists
 from trackable.systems.formulas.expression import Expression
+from trackable.systems.formulas.nested_lists import from_lists, to_lists
 from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 

@@ -37,8 +37,8 @@ class InterpolatedReference:
     plant: ConstrainedSystem
 
     def __post_init__(self) -> None:
-        if len(self.samples) != self.plant.signals:
-            raise ValueError(f"reference: the system needs {self.plant.signals} signals, got {len(self.samples)}")
+        if len(self.samples) != self.plant.signal_count:
+            raise ValueError(f"reference: the system needs {self.plant.signal_count} signals, got {len(self.samples)}")
         _ = self._lines  # raises where a stencil measures changes only
 
     def window(self, k: int, horizon: int) -> Window:

@@ -74,7 +74,7 @@ class Candidate:
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
         means, quantities = [part.mean for part in problem.prior.parts], [c.quantity for c in problem.constraints]
-        at_rest = tuple(q for q in quantities if not q.bounds.holds_inside(q.at_rest(means)))
+        at_rest = tuple(q for q in quantities if not q.bounds.strictly_contains(q.at_rest(means)))
         return Infeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, at_rest)
 
 

@@ -173,7 +173,7 @@ def _spans(axes: Axes, steps: Array) -> None:
 
 
 def _bounds(plant: ConstrainedSystem) -> dict[str, Interval]:
-    return {limit.name: limit.bounds for limit in plant.limits}
+    return {limit.name: limit.bounds for limit in plant.given_constraints}
 
 
 def _between(axes: Axes, bounds: Interval | None, values: Array) -> None:

@@ -29,7 +29,7 @@ def tracking(references: Mapping[str, Reference], observed: Mapping[str, Observe
     names = (*plant.system.states, *plant.system.inputs)
     figure = Figure(figsize=(PAGE, 0.7 + 1.25 * len(names)))
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    bounds = {limit.name: limit.bounds for limit in plant.limits}
+    bounds = {limit.name: limit.bounds for limit in plant.given_constraints}
     for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
         n = len(plant.system.states)
         for looks, reference in zip(reference_looks(references).values(), references.values(), strict=True):

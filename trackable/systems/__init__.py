@@ -1,1 +1,1 @@
-"""Systems, their sets, and a reference's own states and inputs as functions of the learned signal."""
+"""Systems with their sets, and references: states and inputs as functions of the learned signals."""

@@ -1,4 +1,4 @@
-"""A system with its sets: what has to be bounded for a reference to be trackable."""
+"""A system with its state set and input set, and the constraints that make a reference trackable."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -7,27 +7,26 @@ from functools import cached_property
 from itertools import chain
 from typing import Literal, NamedTuple
 
-from trackable.systems.flat.flatness import Flatness, flatness
+from trackable.systems.allocation import Allocation
+from trackable.systems.flat.flatness import Flatness
 from trackable.systems.flat.trajectory import combined
+from trackable.systems.formulas.wording import shortened, weighted_sum_text
 from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.quantity import Quantity
-from trackable.systems.sets.allocation import Allocation
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
-from trackable.systems.wording import shortened, written
 
 System = LinearSystem | Nonlinear
-
 
 Side = Literal["state", "input"]
 
 
-class Limit(NamedTuple):
-    """`bounds` of Σ_i `row`[i] x_i, or of Σ_i `row`[i] u_i: `of` says which."""
+class LinearConstraint(NamedTuple):
+    """The `bounds` of Σ_i `row`[i] x_i, or of Σ_i `row`[i] u_i: `side` says which."""
 
     name: str
-    of: Side
+    side: Side
     row: tuple[Fraction, ...]
     bounds: Interval
 
@@ -36,8 +35,8 @@ class Limit(NamedTuple):
 class ConstrainedSystem:
     """A system with its `state_set` X and its `input_set` U.
 
-    Raises ValueError where the sets do not fit the system, where a linear one is not controllable or has too many
-    redundant inputs, and where an input of a nonlinear one is not bounded.
+    ValueError: the sets do not fit the system, a linear system is not controllable or has too many redundant inputs, or
+    an input of a nonlinear system is not bounded.
     """
 
     system: System
@@ -51,80 +50,81 @@ class ConstrainedSystem:
                 raise ValueError(f"system: {name} must have dimension {dimension}, got {bounds.dimension}")
         if isinstance(self.system, Nonlinear) and (free := _free(self.system.inputs, self.input_set)):
             raise ValueError(
-                f"system: every input of a nonlinear system must be bounded, as nothing else shows that there is one "
-                f"that f can be solved for, but {', '.join(free)} is free; a bound that is never reached will do"
+                f"system: every input of a nonlinear system must be bounded, as nothing else proves that an input "
+                f"exists, but {', '.join(free)} is free; a bound that is never reached will do"
             )
-        _ = self.flatness, self.needed  # raise what they refuse
+        _ = self.flatness, self.constraints  # computed now, to raise their errors
 
     @property
     def sampling_time(self) -> float:
-        """T_s [s], as the system has it."""
+        """T_s [s] of the system."""
         return self.system.sampling_time
 
     @cached_property
     def flatness(self) -> Flatness:
-        """States and inputs in terms of the signals that are learned."""
-        if isinstance(self.system, Nonlinear):
-            return self.system.flatness()
-        return flatness(self.system)
+        """States and inputs as functions of the flat outputs, which are the learned signals."""
+        return self.system.flatness()
 
     @property
     def linear(self) -> LinearSystem:
-        """The system, for what is done with linear ones only. ValueError for others."""
+        """The system, if it is linear. ValueError: it is not."""
         if not isinstance(self.system, LinearSystem):
             raise ValueError(f"system: must be linear here, got one with {', '.join(map(str, self.system.f))}")
         return self.system
 
     @property
-    def signals(self) -> int:
-        """How many signals are learned."""
+    def signal_count(self) -> int:
+        """The number of signals that are learned: one for each flat output."""
         return len(self.flatness.orders)
 
     @cached_property
     def allocation(self) -> Allocation | None:
-        """How inputs are chosen where many push the system alike; None where none do."""
+        """The choice among redundant inputs; None if there are none."""
         return Allocation.of(self.system, self.input_set) if isinstance(self.system, LinearSystem) else None
 
     @cached_property
-    def limits(self) -> tuple[Limit, ...]:
-        """The rows of X and of U, as they are given."""
-        return self._called(self._given("state", self.state_set), self._given("input", self.input_set))
+    def given_constraints(self) -> tuple[LinearConstraint, ...]:
+        """The rows of X and of U."""
+        return self._with_names(_rows("state", self.state_set), _rows("input", self.input_set))
 
     @cached_property
-    def needed(self) -> tuple[Limit, ...]:
-        """What the trajectories of `flatness` have to keep so that inputs in U exist which lead from state to state.
+    def constraints(self) -> tuple[LinearConstraint, ...]:
+        """What a reference must satisfy at each step so that an input in U exists which leads to its next state.
 
-        These are the limits themselves, but for redundant inputs.
+        These are the given constraints; for redundant inputs, the rows of U are combined such that they hold for every
+        input of the same effect, or for none.
         """
         if self.allocation is None:
-            return self.limits
-        return self._called(
-            self._given("state", self.state_set),
-            [Limit("", "input", row, bounds) for row, bounds in self.allocation.attainable],
+            return self.given_constraints
+        return self._with_names(
+            _rows("state", self.state_set),
+            [LinearConstraint("", "input", row, bounds) for row, bounds in self.allocation.attainable],
         )
 
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:
-        """All that is bounded: trackable means that each stays in its bounds at t = k T_s for all k ≥ 0."""
+        """All bounded quantities: a reference is trackable if each is in its bounds at t = k T_s for all k ≥ 0."""
         coordinates = {"state": self.flatness.states, "input": self.flatness.inputs}
-        return tuple(Quantity(name, combined(row, coordinates[of]), bounds) for name, of, row, bounds in self.needed)
+        return tuple(
+            Quantity(name, combined(row, coordinates[side]), bounds) for name, side, row, bounds in self.constraints
+        )
 
-    @staticmethod
-    def _given(of: Side, wanted: Polytope) -> list[Limit]:
-        return [Limit("", of, tuple(map(Fraction, row.tolist())), bounds) for row, bounds in wanted.intervals]
-
-    def _called(self, *sides: list[Limit]) -> tuple[Limit, ...]:
-        """Each called as its row is written; those that would have one name are numbered."""
+    def _with_names(self, *sides: list[LinearConstraint]) -> tuple[LinearConstraint, ...]:
+        """Name each constraint after its row; equal names are numbered."""
         names = {"state": self.system.states, "input": self.system.inputs}
-        counted = Counter[str]()
-        called = []
-        for limit in chain(*sides):
-            name = shortened(written(limit.row, names[limit.of]))
-            counted[name] += 1
-            called.append(limit._replace(name=name if counted[name] == 1 else f"{name} ({counted[name]})"))
-        return tuple(called)
+        counts = Counter[str]()
+        named = []
+        for constraint in chain(*sides):
+            name = shortened(weighted_sum_text(constraint.row, names[constraint.side]))
+            counts[name] += 1
+            named.append(constraint._replace(name=name if counts[name] == 1 else f"{name} ({counts[name]})"))
+        return tuple(named)
 
 
-def _free(names: tuple[str, ...], wanted: Polytope) -> list[str]:
-    """The coordinates that no row looks at."""
-    return [name for name, column in zip(names, wanted.rows.T, strict=True) if not column.any()]
+def _rows(side: Side, bounded: Polytope) -> list[LinearConstraint]:
+    return [LinearConstraint("", side, tuple(map(Fraction, row.tolist())), bounds) for row, bounds in bounded.intervals]
+
+
+def _free(names: tuple[str, ...], bounded: Polytope) -> list[str]:
+    """Return the names of the coordinates that no row of the set involves."""
+    return [name for name, column in zip(names, bounded.rows.T, strict=True) if not column.any()]

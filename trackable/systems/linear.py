@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from trackable.arrays import Array
+from trackable.systems.flat.flatness import Flatness, flatness
 
 _ZERO = np.zeros(0)
 
@@ -70,34 +71,38 @@ class LinearSystem:
     ) -> Self:
         """Sample ẋ = A x + B u + c with the input held over each `sampling_time` [s]; exact at the sampling instants.
 
-        exp([[A, B, c], [0, 0, 0]] T_s) has the discrete A, B and c in its upper rows. Columns of B that are alike but
-        for a sign or a power of two remain so to the last bit: these inputs are redundant before and after.
+        exp([[A, B, c], [0, 0, 0]] T_s) has the discrete A, B and c in its upper rows. Columns of B that are
+        multiples of each other by ± 2^k remain exact multiples: redundant inputs stay redundant.
         """
         continuous = cls(A, B, _ZERO if c is None else c, states, inputs, sampling_time=sampling_time)
         n, m = continuous.B.shape
         generator = np.zeros((n + m + 1, n + m + 1))
         generator[:n] = np.hstack([continuous.A, continuous.B, continuous.c[:, None]])
         held = expm(generator * sampling_time)[:n]
-        pushes = held[:, n : n + m].copy()
+        B_held = held[:, n : n + m].copy()
         for j in range(m):
             factors = ((i, _power_of_two(continuous.B[:, j], continuous.B[:, i])) for i in range(j))
             if alike := next(((i, factor) for i, factor in factors if factor), None):
-                pushes[:, j] = alike[1] * pushes[:, alike[0]]
-        return replace(continuous, A=held[:, :n], B=pushes, c=held[:, -1])
+                B_held[:, j] = alike[1] * B_held[:, alike[0]]
+        return replace(continuous, A=held[:, :n], B=B_held, c=held[:, -1])
 
     def successor(self, x: Array, u: Array) -> Array:
-        """A x + B u + c for x of shape (…, n) and u of shape (…, m)."""
+        """Return A x + B u + c for x of shape (…, n) and u of shape (…, m): shape (…, n)."""
         return np.asarray(np.asarray(x) @ self.A.T + np.asarray(u) @ self.B.T + self.c)
 
     def affine(self, x: Array) -> tuple[Array, Array]:
-        """A x + c and B for x of shape (…, n): shapes (…, n) and (…, n, m)."""
+        """Return A x + c and B for x of shape (…, n): shapes (…, n) and (…, n, m)."""
         drift = np.asarray(x) @ self.A.T + self.c
         return drift, np.broadcast_to(self.B, (*drift.shape[:-1], *self.B.shape))
 
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
-        """∂f/∂x = A and ∂f/∂u = B at x of shape (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
+        """Return ∂f/∂x = A and ∂f/∂u = B at x of shape (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
         shape = np.broadcast_shapes(np.shape(x)[:-1], np.shape(u)[:-1])
         return np.broadcast_to(self.A, (*shape, *self.A.shape)), np.broadcast_to(self.B, (*shape, *self.B.shape))
+
+    def flatness(self) -> Flatness:
+        """Return states and inputs as functions of flat outputs. ValueError: the system is not controllable."""
+        return flatness(self.A, self.B, self.c, self.sampling_time, self.states)
 
 
 def positive_sampling_time(given: float) -> float:
@@ -108,7 +113,7 @@ def positive_sampling_time(given: float) -> float:
 
 
 def _power_of_two(column: Array, other: Array) -> float:
-    """The factor ± 2^k that makes the one of the other; zero where there is none."""
+    """Return the factor ± 2^k with `column` = factor · `other`, or zero if there is none."""
     i = int(np.argmax(np.abs(other)))
     factor = float(column[i] / other[i]) if other[i] else 0.0
     is_power = abs(math.frexp(factor)[0]) == 0.5

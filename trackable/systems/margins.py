@@ -1,4 +1,4 @@
-"""Margins of a reference at finely sampled times: evidence, not proof."""
+"""Margins of a reference on a fine grid of times: evidence, not a proof."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,10 @@ from trackable.systems.reference import Reference
 
 @dataclass(frozen=True)
 class MarginProfile:
-    """Distance of a quantity to its nearer bound, negative where broken, over `len(margins)` sampling intervals.
+    """Distance of a quantity to its nearer bound, negative outside, over K sampling intervals.
 
-    In interval k, [k T_s, (k + 1) T_s), the smallest margin seen is `margins[k]`, at `times[k]` [s]; `at_steps[k]` is
-    the margin at k T_s itself, the only instant at which trackability asks for it.
+    In interval k, [k T_s, (k + 1) T_s), the smallest margin found is `margins[k]`, at `times[k]` [s]. `at_steps[k]` is
+    the margin at k T_s, where trackability requires it to be non-negative. All have shape (K,).
     """
 
     quantity: Quantity
@@ -24,18 +24,18 @@ class MarginProfile:
 
     @property
     def worst(self) -> tuple[float, float]:
-        """The smallest margin seen and its time [s]."""
+        """The smallest margin found, and its time [s]."""
         k = int(np.argmin(self.margins))
         return float(self.margins[k]), float(self.times[k])
 
     @property
     def violated_steps(self) -> list[int]:
-        """The steps k whose instants k T_s break a bound."""
+        """The steps k at which the bounds are violated at k T_s."""
         return [int(k) for k in np.flatnonzero(self.at_steps < 0)]
 
 
 def margin_profile(reference: Reference, quantity: Quantity, last_step: int, instants_per_step: int) -> MarginProfile:
-    """Margins at `instants_per_step` times in each of the intervals 0 … last_step."""
+    """Compute margins at `instants_per_step` times in each of the sampling intervals 0 … last_step."""
     steps = np.arange(last_step + 1, dtype=float)[:, None]
     times = reference.instants(steps + np.arange(instants_per_step) / instants_per_step)
     margins = quantity.margin(reference.signals, times)

@@ -1,4 +1,4 @@
-"""A bounded quantity of a reference: one side of trackability."""
+"""A bounded quantity of a reference: a state, an input, or a weighted sum of either."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from trackable.systems.sets.interval import Interval
 
 @dataclass(frozen=True)
 class Quantity:
-    """A `trajectory` that is wanted in `bounds`: a state, an input, or a weighted sum of them."""
+    """A `trajectory` that must stay in `bounds`, and its name."""
 
     name: str
     trajectory: Trajectory
@@ -21,18 +21,18 @@ class Quantity:
 
     @property
     def functional(self) -> Functional | None:
-        """The functional that it is; None where it is a formula of some."""
+        """The functional, if the trajectory is one itself; otherwise None."""
         return self.trajectory.functional
 
     def __call__(self, signals: Signals, t: Array) -> Array:
-        """The value at t [s]; NaN or infinite where it is not defined."""
+        """Return the value at t [s]: the shape of t; NaN or infinite where it is not defined."""
         return self.trajectory(signals, t)
 
     def margin(self, signals: Signals, t: Array) -> Array:
-        """Distance to the nearer bound at t [s]: negative where broken, minus infinity where it is not defined."""
+        """Return the distance to the nearer bound at t [s]: negative outside, −∞ where the value is not defined."""
         margin = self.bounds.margin(self(signals, t))
         return np.asarray(np.where(np.isnan(margin), -np.inf, margin))
 
     def at_rest(self, levels: Sequence[float]) -> float:
-        """The value while every signal is constant, at these levels."""
+        """Return the value while every signal c is constant at `levels[c]`."""
         return self.trajectory.at_rest(levels)

@@ -1,4 +1,4 @@
-"""A reference: what everything downstream takes."""
+"""A reference: learned signals, and the states and inputs that they determine."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -22,50 +22,55 @@ class Window(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Learned signals as flat outputs of a system: they determine the states x_r and inputs u_r of the reference.
+    """Learned `signals`, the flat outputs of a `plant`: they determine states x_r and inputs u_r.
 
-    The system follows: x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and in real time from t to t + T_s.
+    By construction x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and likewise from any time t to t + T_s. ValueError: not
+    as many signals as flat outputs.
     """
 
     signals: tuple[KernelSum, ...]
     plant: ConstrainedSystem
 
     def __post_init__(self) -> None:
-        if len(self.signals) != self.plant.signals:
-            raise ValueError(f"reference: the system needs {self.plant.signals} signals, got {len(self.signals)}")
+        if len(self.signals) != self.plant.signal_count:
+            raise ValueError(f"reference: the system needs {self.plant.signal_count} signals, got {len(self.signals)}")
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Everything that is bounded."""
+        """All bounded quantities of the plant."""
         return self.plant.quantities
 
     def quantity(self, name: str) -> Quantity:
+        """Return the quantity of this name. StopIteration: there is none."""
         return next(q for q in self.quantities if q.name == name)
 
     def state(self, k: Array | int) -> Array:
-        """x_r(k) at steps k (any shape; between steps too): shape (*k.shape, n)."""
+        """Return x_r(k) at steps k (any shape, fractions allowed): shape (*k.shape, n)."""
         return self.state_at(self.instants(k))
 
     def input(self, k: Array | int) -> Array:
-        """u_r(k), which takes x_r(k) to x_r(k + 1): shape (*k.shape, m)."""
+        """Return u_r(k), which leads from x_r(k) to x_r(k + 1): shape (*k.shape, m)."""
         return self.input_at(self.instants(k))
 
     def window(self, k: int, horizon: int) -> Window:
-        """What a predictive controller needs at step k: `horizon` steps ahead."""
+        """Return states k … k + `horizon` and the inputs between them, for a predictive controller at step k."""
         steps = k + np.arange(horizon + 1.0)
         return Window(self.state(steps), self.input(steps[:-1]))
 
     def state_at(self, t: Array) -> Array:
-        """x_r at t [s]: shape (*t.shape, n)."""
+        """Return x_r at t [s]: shape (*t.shape, n)."""
         return self._values(self.plant.flatness.states, t)
 
     def input_at(self, t: Array) -> Array:
-        """u_r at t [s], which takes x_r(t) to x_r(t + T_s): shape (*t.shape, m). Of many, the smallest in U."""
+        """Return u_r at t [s], which leads from x_r(t) to x_r(t + T_s): shape (*t.shape, m).
+
+        Of redundant inputs it is the smallest in U.
+        """
         u, allocation = self._values(self.plant.flatness.inputs, t), self.plant.allocation
         return allocation.smallest(u) if allocation else u
 
     def inputs_near(self, t: float) -> tuple[Coordinate, ...]:
-        """u_r near t [s], up to constants: of redundant inputs the weighted sums that the smallest admissible is."""
+        """Return u_r near t [s] up to constants: for redundant inputs, the linear law that is active there."""
         inputs, allocation = self.plant.flatness.inputs, self.plant.allocation
         if allocation is None:
             return inputs
@@ -73,7 +78,7 @@ class Reference:
         return tuple(combined([Fraction(s) for s in row], inputs) for row in slopes.tolist())
 
     def instants(self, steps: Array | int) -> Array:
-        """The times k T_s [s] of steps k."""
+        """Return the times k T_s [s] of steps k."""
         return np.asarray(steps) * self.plant.sampling_time
 
     def _values(self, coordinates: tuple[Coordinate, ...], t: Array) -> Array:

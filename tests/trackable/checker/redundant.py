@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.trackable.systems.sets.test_allocation import ONE_STATE
+from tests.trackable.systems.redundant_instances import ONE_STATE
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import prove
 from trackable.codec.certificates import encode_certificate

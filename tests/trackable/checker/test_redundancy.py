@@ -7,7 +7,11 @@ import pytest
 
 from tests.trackable.checker.redundant import PLANE, PLANT, STEPS, as_read, in_the_plane, learned
 from tests.trackable.systems.instances import controllable
-from tests.trackable.systems.sets.test_allocation import excess
+<<<<<<< HEAD
+from tests.trackable.systems.redundant_instances import excess
+=======
+from tests.trackable.systems.redundant_instances import CASES, ONE_STATE, excess
+>>>>>>> main
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
@@ -17,6 +21,7 @@ from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.reference import TrackableReference
+from trackable.systems.allocation import Allocation
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
@@ -99,7 +104,7 @@ def nearly(seed: int) -> tuple[Reference, float]:
     plant = ConstrainedSystem(system, free, Polytope.box(lower, upper))
     signals = tuple(
         KernelSum(kernels[int(rng.integers(2))], 0.0, np.sort(rng.uniform(0, 2, 3)), rng.normal(size=3))
-        for _ in range(plant.signals)
+        for _ in range(plant.signal_count)
     )
     reference = Reference(signals, plant)
     used = max(

@@ -61,7 +61,7 @@ def double_integrator(position=(-1.0, 1.2), velocity=(-2.0, 2.0), acceleration=(
 def at_rest(plant: ConstrainedSystem, level: float = 0.0) -> Reference:
     """A reference that never moves."""
     nothing = KernelSum(SquaredExponential(1.0, 1.0), level, np.zeros(1), np.zeros(1))
-    return Reference((nothing,) * plant.signals, plant)
+    return Reference((nothing,) * plant.signal_count, plant)
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def instance(seed: int) -> Instance:
     centres = np.arange(-1.0, (STEPS + horizon) * sampling_time + 1, 0.7)
     signals = tuple(
         KernelSum(SquaredExponential(1.0, 0.8), rng.normal(), centres, rng.standard_normal(centres.size))
-        for _ in range(free.signals)
+        for _ in range(free.signal_count)
     )
     window = Reference(signals, free).window(0, STEPS + horizon)
     room = 0.0 if seed % 3 == 0 else rng.uniform(0.02, 0.3)

@@ -198,5 +198,5 @@ def test_what_is_too_tight_is_called_as_the_set_calls_it():
     answer = Controller(PLANE, 20, np.eye(4), np.eye(4)).step(0, np.full(4, 1.9), in_the_plane().reference)
     assert isinstance(answer, Infeasible)
     assert answer.quantity in {"east", "north", "ne", "nw", "x", "vx", "y", "vy"}
-    limit = next(limit for limit in PLANE.limits if limit.name == answer.quantity)
+    limit = next(limit for limit in PLANE.given_constraints if limit.name == answer.quantity)
     assert answer.excess == pytest.approx(answer.widening * limit.bounds.width)

@@ -24,7 +24,7 @@ from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.definition import smallest_defect
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
-from trackable.systems.formulas.algebra import to_lists
+from trackable.systems.formulas.nested_lists import to_lists
 from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
@@ -107,7 +107,7 @@ def test_a_linear_system_written_as_a_nonlinear_one_has_the_same_quantities():
 def test_gradients_of_constraints_are_those_of_differences(name):
     plant = INSTANCES[name].plant if name != "linear" else both(Polytope.box([-2.0] * 2, [2.0] * 2),
                                                                  Polytope.box([-9.0] * 2, [9.0] * 2))[1]  # fmt: skip
-    n, times = plant.signals, np.linspace(0, 2, 8)
+    n, times = plant.signal_count, np.linspace(0, 2, 8)
     rng = np.random.default_rng(2)
     samples = tuple(Samples(times, 0.7 + 0.1 * rng.standard_normal(8)) for _ in range(n))
     names = tuple(plant.system.states)
@@ -170,7 +170,7 @@ def test_references_return_from_json(name):
         ({"f": [["+", "level"]]}, "a formula must be a number, a name or a list"),
         ({"f": [["+", "level", True]]}, "a formula must be a number"),
         ({"f": [["sqrt", "inflow"]]}, r"must be affine in its inputs, .* but holds sqrt\(inflow\)"),
-        ({"f": ["nobody"]}, "the formula of level holds nobody, which is no name"),
+        ({"f": ["nobody"]}, "the formula of level uses nobody, which is no state or input"),
         ({"f": []}, "f must have a formula for each of 1 states, got 0"),
         ({"A": [[1.0]]}, "Nonlinear has no A"),
         ({"states": "level"}, "states and inputs need names, all different"),

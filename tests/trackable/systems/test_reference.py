@@ -114,7 +114,7 @@ STEPS = np.arange(3000)
 def general(seed: int) -> Reference:
     rng, system = np.random.default_rng(1000 + seed), controllable(seed)
     plant = unbounded(system)
-    return Reference(tuple(random_signal(rng) for _ in range(plant.signals)), plant)
+    return Reference(tuple(random_signal(rng) for _ in range(plant.signal_count)), plant)
 
 
 @pytest.mark.parametrize("seed", range(50))

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 from flint import arb
 
-from trackable.systems.formulas.expression import Expression, evaluate
+from trackable.systems.formulas.evaluation import evaluate
+from trackable.systems.formulas.expression import Expression
 
 MOST_MULTIPLIED = 64
 """Whole exponents up to this size are repeated multiplication; others are exp(p log x), for x > 0."""

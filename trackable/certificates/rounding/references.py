@@ -15,16 +15,16 @@ from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above
 from trackable.certificates.balls.formulas import UndefinedError
-from trackable.certificates.balls.growth import beyond
-from trackable.certificates.balls.series import has_periodic_part
 from trackable.certificates.exact import rational
+from trackable.certificates.kernels.table import balls_of
 from trackable.certificates.rounding.formulas import Rounded, RoundedArithmetic
 from trackable.certificates.rounding.signals import signal_error
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Coordinate, Trajectory
-from trackable.systems.formulas.expression import Constant, Power, evaluate, parts
+from trackable.systems.formulas.evaluation import evaluate
+from trackable.systems.formulas.expression import Constant, Power, all_nodes
 from trackable.systems.reference import Reference
 
 _SLACK = 1.02
@@ -78,7 +78,7 @@ class _Row:
 
 def _rows(plant: ConstrainedSystem) -> list[_Row]:
     parts = {"state": plant.flatness.states, "input": plant.flatness.inputs}
-    return [_Row(limit.name, limit.row, parts[limit.of]) for limit in plant.needed]
+    return [_Row(limit.name, limit.row, parts[limit.side]) for limit in plant.constraints]
 
 
 def _row_error(reference: Reference, row: _Row, until: float) -> float:
@@ -149,7 +149,7 @@ def _uncancelled(row: Sequence[Fraction], functionals: list[Functional]) -> tupl
 
 def evaluated_until(signals: Iterable[KernelSum], window: float) -> float:
     """Up to when evaluation is claimed [s]: a thousand times the given window where the error grows with time."""
-    return 1e3 * window if any(has_periodic_part(signal.kernel) for signal in signals) else LATEST
+    return 1e3 * window if any(balls_of(signal.kernel).has_periodic_part for signal in signals) else LATEST
 
 
 def has_sane_numbers(reference: Reference) -> bool:
@@ -166,7 +166,7 @@ def has_sane_numbers(reference: Reference) -> bool:
 
 
 def _constants(trajectory: Trajectory) -> list[float]:
-    nodes = list(parts(trajectory.formula))
+    nodes = list(all_nodes(trajectory.formula))
     powers = [node.exponent for node in nodes if isinstance(node, Power)]
     return [node.value for node in nodes if isinstance(node, Constant)] + powers
 
@@ -175,7 +175,7 @@ def _is_sane(signal: KernelSum) -> bool:
     hyperparameters = list(signal.kernel.hyperparameters.values())
     numbers = np.concatenate([[signal.mean], hyperparameters, signal.weights, signal.centres])
     with ball_arithmetic(2):
-        size = beyond(signal.kernel, arb(0))[0]
+        size = balls_of(signal.kernel).beyond(arb(0)).size
         return bool(
             np.all(np.abs(numbers) <= _LARGEST) and min(hyperparameters) >= _SMALLEST and size <= _LARGEST_KERNEL
         )

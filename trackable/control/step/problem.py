@@ -118,7 +118,7 @@ class StepProblem:
         f = self.formulation
         errors, v = widest.states[1:] - self.window.states[1:], widest.inputs - self.window.inputs
         quantity, steps_ahead = self.slack.remaining(f.inequalities, errors, v).tightest
-        limit = f.plant.limits[quantity]
+        limit = f.plant.given_constraints[quantity]
         v_closest = self._solve(f.terminal_error, self.slack.widened(f.inequalities, TOLERANCE))
         closest = None if v_closest is None else self.plan(v_closest, Status.WIDENED)
         return Infeasible(

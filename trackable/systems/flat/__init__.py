@@ -1,1 +1,1 @@
-"""Flat outputs: states and inputs as functions of the signals that are learned."""
+"""Flat outputs of a system: signals that determine its states and inputs."""

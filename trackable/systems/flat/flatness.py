@@ -1,89 +1,99 @@
-"""Flat outputs in discrete time: signals in which every trajectory of a controllable system can be written, and freely.
+"""Flat outputs in discrete time: signals that determine every trajectory of a controllable system, and are free.
 
 z_c(k) = q_c x(k), where q_c annihilates B, A B, …, A^(κ_c − 2) B. Then z_c(k + j) = q_c Aʲ x(k) for j < κ_c, so that
-these numbers are coordinates of the state, and z(k + κ) determines the input. Solved for both (c = 0 here),
+these numbers are coordinates of the state, and z(k + κ) determines the input. Solving for both (with c = 0 here),
 
     x(k) = Σ_c Σ_(j < κ_c) M_cj z_c(k + j),        u(k) = Σ_c Σ_(j ≤ κ_c) N_cj z_c(k + j),
 
-whatever the signals z are. All numbers are exact rationals made of the float64 entries of A, B and c. So the system
-follows x(k) with u(k) exactly: M_c(j−1) = A M_cj + B N_cj.
+for arbitrary signals z. All numbers are exact rationals, computed from the float64 entries of A, B and c, so that the
+system follows x(k) with u(k) exactly: M_c(j−1) = A M_cj + B N_cj.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import accumulate
 
 import numpy as np
 from flint import fmpq, fmpq_mat
 
+from trackable.arrays import Array
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.rationals import beside, columns_of, exact, fraction, kernel, rounded, row_of, stacked
 from trackable.systems.flat.trajectory import Coordinate
-from trackable.systems.linear import LinearSystem
-from trackable.systems.wording import written
+from trackable.systems.formulas.wording import weighted_sum_text
 
 _WORST_CONDITION = 1e13
-_REFUSED = "system: must be controllable, so that its states can be led where a reference wants them"
+_REFUSED = "system: must be controllable, so that its states can follow a reference"
 
 
 @dataclass(frozen=True)
 class Flatness:
-    """`states[i]` is x_i and `inputs[i]` is u_i, in terms of the flat outputs; `orders` are their κ_c."""
+    """States x_i and inputs u_i as functions of the flat outputs, and the `orders` κ_c of the flat outputs."""
 
     states: tuple[Functional, ...]
     inputs: tuple[Coordinate, ...]
     orders: tuple[int, ...]
 
 
-def flatness(system: LinearSystem) -> Flatness:
-    """Flat outputs of a controllable system: the states themselves where inputs move each of them at will.
+def flatness(A: Array, B: Array, c: Array, sampling_time: float, states: Sequence[str]) -> Flatness:
+    """Return flat outputs of the controllable system x(k+1) = A x(k) + B u(k) + c, with names of its `states`.
 
-    Otherwise they come from the columns of [B, A B, …], the first independent ones (Luenberger's choice), each in the
-    unit of the first state that it moves at rest. Of many inputs that do the same the smallest (Euclidean) is taken.
-    Raises ValueError where the system is not controllable, or so barely that float64 samples could not tell.
+    With as many independent inputs as states, these are the states themselves. Otherwise they are made of the first
+    independent columns of [B, A B, …] (Luenberger's choice), each in the unit of the first state that it moves at rest.
+    Of several inputs with the same effect, the one of smallest Euclidean norm is taken.
+
+    Shapes: A (n, n), B (n, m), c (n,). ValueError: the system is not controllable, or too close to such a system for
+    float64.
     """
-    A, B, offset = exact(system.A), exact(system.B), exact(system.c[:, None])
-    independent = _independent_columns(B)
-    reduced = columns_of(B, independent)
-    chosen = _chains(system, A, reduced)
-    q = _outputs(A, reduced, chosen)
-    coordinates = stacked([row_of(q, c) * A**j for c, order in enumerate(chosen) for j in range(order)])
-    drift = stacked(
-        [row_of(q, c) * _accumulated(A, j) * offset for c, order in enumerate(chosen) for j in range(order)]
-    )
-    back = coordinates.inv()
-    # z_c(k + κ_c) = q_c A^κ_c x + G_c w + drift
-    ahead = stacked([row_of(q, c) * A**order for c, order in enumerate(chosen)])
-    gain = stacked([row_of(q, c) * A ** (order - 1) * reduced for c, order in enumerate(chosen)]).inv()
-    beyond = stacked([row_of(q, c) * _accumulated(A, order) * offset for c, order in enumerate(chosen)])
-    spread = _least(reduced, B)
-    state_offset = -1 * back * drift
-    inward = -1 * spread * gain * ahead
-    input_offset = inward * state_offset - spread * gain * beyond
-    by_output, outward = inward * back, spread * gain
-    at = 0
-    states: list[list[list[Fraction]]] = []
-    inputs: list[list[list[Fraction]]] = []
-    for c, order in enumerate(chosen):
-        states.append([[fraction(back[i, at + j]) for j in range(order)] for i in range(back.nrows())])
-        inputs.append([
-            [*(fraction(by_output[i, at + j]) for j in range(order)), fraction(outward[i, c])]
-            for i in range(by_output.nrows())
-        ])  # fmt: skip
-        at += order
-    scales = [_scale(channel) for channel in states]
+    exact_A, exact_B, offset = exact(A), exact(B), exact(c[:, None])
+    reduced = columns_of(exact_B, _independent_columns(exact_B))
+    orders = _chains(exact_A, reduced, states)
+    q = _outputs(exact_A, reduced, orders)
+    # With ζ the z_c(k + j) for j < κ_c, ω the z_c(k + κ_c), and B u = B_r w:  ζ = Q x + d,  ω = P x + G w + e.
+    Q, d = _shifted(q, exact_A, offset, [(i, j) for i, order in enumerate(orders) for j in range(order)])
+    P, e = _shifted(q, exact_A, offset, list(enumerate(orders)))
+    G = stacked([row_of(q, i) * exact_A ** (order - 1) * reduced for i, order in enumerate(orders)])
+    # So x = Q⁻¹ (ζ − d) and w = G⁻¹ (ω − P x − e).
+    by_lower, by_highest = Q.inv(), _least_norm(reduced, exact_B) * G.inv()
+    feedback = -1 * by_highest * P
+    state_offset = -1 * by_lower * d
+    state_weights = _by_output(by_lower, orders)
+    input_weights = [
+        [[*weights, fraction(by_highest[row, i])] for row, weights in enumerate(of_output)]
+        for i, of_output in enumerate(_by_output(feedback * by_lower, orders))
+    ]
+    scales = [_scale(of_output) for of_output in state_weights]
     return Flatness(
-        _functionals(states, scales, state_offset, system.sampling_time),
-        _functionals(inputs, scales, input_offset, system.sampling_time),
-        tuple(chosen),
+        _functionals(state_weights, scales, state_offset, sampling_time),
+        _functionals(input_weights, scales, feedback * state_offset - by_highest * e, sampling_time),
+        tuple(orders),
     )
+
+
+def _shifted(q: fmpq_mat, A: fmpq_mat, offset: fmpq_mat, which: list[tuple[int, int]]) -> tuple[fmpq_mat, fmpq_mat]:
+    """Return Q and d such that z_i(k + j) = Q x(k) + d with u = 0, one row for each pair (i, j)."""
+    return (
+        stacked([row_of(q, i) * A**j for i, j in which]),
+        stacked([row_of(q, i) * _accumulated(A, j) * offset for i, j in which]),
+    )
+
+
+def _by_output(matrix: fmpq_mat, orders: list[int]) -> list[list[list[Fraction]]]:
+    """Cut the columns by flat output: [i][row][j] is the weight of z_i(k + j) in this row."""
+    starts = accumulate(orders[:-1], initial=0)
+    return [
+        [[fraction(matrix[row, start + j]) for j in range(order)] for row in range(matrix.nrows())]
+        for start, order in zip(starts, orders, strict=True)
+    ]
 
 
 def _functionals(
-    channels: list[list[list[Fraction]]], scales: list[Fraction], offset: fmpq_mat, sampling_time: float
+    by_output: list[list[list[Fraction]]], scales: list[Fraction], offset: fmpq_mat, sampling_time: float
 ) -> tuple[Functional, ...]:
     return tuple(
         Functional(
-            tuple(tuple(w / scale for w in channel[i]) for channel, scale in zip(channels, scales, strict=True)),
+            tuple(tuple(w / scale for w in rows[i]) for rows, scale in zip(by_output, scales, strict=True)),
             fraction(offset[i, 0]),
             sampling_time,
         )
@@ -91,13 +101,13 @@ def _functionals(
     )
 
 
-def _scale(channel: list[list[Fraction]]) -> Fraction:
-    """How far the first state that moves at all moves with the flat output, at rest."""
-    return next((gain for row in channel if (gain := sum(row, Fraction(0)))), Fraction(1))
+def _scale(rows: list[list[Fraction]]) -> Fraction:
+    """Return the gain, at rest, from a flat output to the first state that moves with it."""
+    return next((gain for row in rows if (gain := sum(row, Fraction(0)))), Fraction(1))
 
 
-def _chains(system: LinearSystem, A: fmpq_mat, B: fmpq_mat) -> list[int]:
-    """κ_c: how many of B_c, A B_c, … are taken when the first independent columns of [B, A B, …] are."""
+def _chains(A: fmpq_mat, B: fmpq_mat, states: Sequence[str]) -> list[int]:
+    """Return κ_c: how many of B_c, A B_c, … are among the first independent columns of [B, A B, …]."""
     n, m = B.nrows(), B.ncols()
     if m == n:
         return [1] * n
@@ -114,23 +124,23 @@ def _chains(system: LinearSystem, A: fmpq_mat, B: fmpq_mat) -> list[int]:
         power = A * power
     if len(taken) < n:
         raise ValueError(
-            f"{_REFUSED}: its inputs reach {len(taken)} of {n} dimensions, and none of them ever moves "
-            f"{written(_never_moved(taken, n), system.states)}"
+            f"{_REFUSED}: its inputs reach {len(taken)} of {n} dimensions, and none of them ever changes "
+            f"{weighted_sum_text(_never_moved(taken, n), states)}"
         )
     if not (condition := _condition(beside(taken))) < _WORST_CONDITION:
-        raise ValueError(f"{_REFUSED}, but is so barely: [B, A B, …] has condition number {condition:.1g}")
+        raise ValueError(f"{_REFUSED}, but nearly is not: [B, A B, …] has condition number {condition:.1g}")
     return orders
 
 
 def _never_moved(reached: list[fmpq_mat], n: int) -> list[Fraction]:
-    """A row that maps everything that is reached to zero; its largest number is 1."""
+    """Return a row that maps every reached column to zero, scaled to a largest entry of 1."""
     row = kernel(beside(reached).transpose())[0] if reached else fmpq_mat(n, 1, [fmpq(int(i == 0)) for i in range(n)])
     weights = [fraction(row[i, 0]) for i in range(n)]
     return [w / max(weights, key=abs) for w in weights]
 
 
 def _outputs(A: fmpq_mat, B: fmpq_mat, orders: list[int]) -> fmpq_mat:
-    """The rows q_c: all chosen columns but the last of its own chain are mapped to zero, that one to 1."""
+    """Return the rows q_c, which map the last column of chain c to 1 and all other chosen columns to zero."""
     n, m = B.nrows(), B.ncols()
     if m == n:
         return fmpq_mat(n, n, [fmpq(int(i == j)) for i in range(n) for j in range(n)])
@@ -141,6 +151,7 @@ def _outputs(A: fmpq_mat, B: fmpq_mat, orders: list[int]) -> fmpq_mat:
 
 
 def _independent_columns(B: fmpq_mat) -> list[int]:
+    """Return the first columns that are a basis of the range of B. ValueError: they are nearly dependent."""
     kept: list[int] = []
     for c in range(B.ncols()):
         if columns_of(B, [*kept, c]).rank() == len(kept) + 1:
@@ -148,21 +159,21 @@ def _independent_columns(B: fmpq_mat) -> list[int]:
     chosen = columns_of(B, kept)
     if kept and not _condition(chosen) < _WORST_CONDITION:
         raise ValueError(
-            "system: the columns of B must be clearly independent or exactly dependent, but are neither; of inputs "
-            "that push alike, give columns that are multiples or sums of each other to the last digit"
+            "system: the columns of B must be clearly independent or exactly dependent, but are neither; for "
+            "redundant inputs, give columns that are exact multiples or sums of each other"
         )
     return kept
 
 
-def _least(reduced: fmpq_mat, B: fmpq_mat) -> fmpq_mat:
-    """Takes w to the smallest u with B u = B_r w: with B = B_r F that is Fᵀ (F Fᵀ)⁻¹ w."""
+def _least_norm(reduced: fmpq_mat, B: fmpq_mat) -> fmpq_mat:
+    """Return the matrix from w to the smallest u with B u = B_r w: with B = B_r F it is Fᵀ (F Fᵀ)⁻¹."""
     transposed = reduced.transpose()
     F = (transposed * reduced).inv() * transposed * B
     return F.transpose() * (F * F.transpose()).inv()
 
 
 def _accumulated(A: fmpq_mat, steps: int) -> fmpq_mat:
-    """I + A + … + A^(steps − 1)."""
+    """Return I + A + … + A^(steps − 1)."""
     total = A * 0
     for j in range(steps):
         total = total + A**j
@@ -170,6 +181,6 @@ def _accumulated(A: fmpq_mat, steps: int) -> fmpq_mat:
 
 
 def _condition(matrix: fmpq_mat) -> float:
-    """Of the matrix with columns of unit length: how independent they are, whatever their units."""
+    """Return the condition number of the matrix with columns scaled to unit length, so that units do not matter."""
     columns = rounded(matrix)
     return float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))

@@ -1,4 +1,4 @@
-"""What a reference is made of: exact weighted sums of learned signals at shifted times."""
+"""Functionals: exact weighted sums of the learned signals at shifted times, plus a constant."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,8 +18,8 @@ Signals = Sequence[Callable[[Array], Array]]
 class Functional:
     """q(t) = offset + Σ_c Σ_j w_cj z_c(t + j T_s), with `weights[c][j]` = w_cj and T_s = `sampling_time` [s].
 
-    Weights are exact: float64 numbers enter as the rationals that they are, and 1/3 is a third. Being linear in the
-    signals, a functional has their derivatives, in time and in the hyperparameters, combined with the same weights.
+    Weights are exact rationals. A functional is affine in the signals: its derivatives, in time and with respect to
+    hyperparameters, are those of the signals, combined with the same weights.
     """
 
     weights: tuple[tuple[Fraction, ...], ...]
@@ -27,24 +27,24 @@ class Functional:
     sampling_time: float
 
     def __call__(self, signals: Signals, t: Array) -> Array:
-        """q at t [s], the shape of t."""
+        """Return q at t [s]: the shape of t."""
         t = np.asarray(t, dtype=float)
         if not self.rounded:
             return np.full(t.shape, float(self.offset))
-        seen = (np.tensordot(w, signals[c](self.instants(t, len(w))), axes=1) for c, w in self.rounded)
-        return np.asarray(sum(seen, np.asarray(float(self.offset))))
+        terms = (np.tensordot(w, signals[c](self.instants(t, len(w))), axes=1) for c, w in self.rounded)
+        return np.asarray(sum(terms, np.asarray(float(self.offset))))
 
     @cached_property
     def rounded(self) -> list[tuple[int, Array]]:
-        """(c, w_c) as float64 for each signal that matters."""
+        """The pairs (c, w_c) of the signals with a weight other than zero, in float64."""
         return [(c, np.array([float(w) for w in weights])) for c, weights in enumerate(self.weights) if any(weights)]
 
     def instants(self, t: Array, count: int) -> Array:
-        """The times t + j T_s [s] for j < count: shape (count, *t.shape)."""
+        """Return the times t + j T_s [s] for j < count: shape (count, *t.shape)."""
         return np.stack([t + j * self.sampling_time for j in range(count)])
 
     def at_rest(self, levels: Sequence[float]) -> float:
-        """The value while every signal is constant."""
+        """Return q while every signal c is constant at `levels[c]`."""
         return float(
             self.offset
             + sum((sum(w, Fraction(0)) * Fraction(m) for w, m in zip(self.weights, levels, strict=True)), Fraction(0))
@@ -52,7 +52,7 @@ class Functional:
 
     @property
     def stencil(self) -> tuple[int, Stencil] | None:
-        """The one signal it looks at, and how; None where it looks at several, or at none."""
+        """The signal c and its weights, if q depends on exactly one signal; otherwise None."""
         if len(self.rounded) != 1:
             return None
         signal, weights = self.rounded[0]
@@ -60,7 +60,7 @@ class Functional:
 
 
 def combined(row: Sequence[Fraction], functionals: Sequence[Functional]) -> Functional:
-    """Σ_i row_i q_i."""
+    """Return Σ_i row_i q_i."""
     first = functionals[0]
     return Functional(
         tuple(

@@ -11,8 +11,9 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.systems.flat.functional import Functional, Signals
 from trackable.systems.flat.functional import combined as combined_functional
-from trackable.systems.formulas.algebra import Maybe, derivative, plus, times
-from trackable.systems.formulas.expression import Constant, Expression, Variable, at_floats, variables
+from trackable.systems.formulas.algebra import Term, derivative, plus, times
+from trackable.systems.formulas.evaluation import evaluate_floats
+from trackable.systems.formulas.expression import Constant, Expression, Variable, variables
 
 _ITSELF = "q"
 
@@ -21,7 +22,7 @@ _ITSELF = "q"
 class Trajectory:
     """q(t) = formula(q_1(t), …, q_k(t)), with the functionals q_i by name in `arguments`.
 
-    Those of a linear system are functionals themselves: the formula is then the one argument, as it stands.
+    For a linear system, q is a functional: the formula is then its only argument.
     """
 
     formula: Expression
@@ -29,18 +30,18 @@ class Trajectory:
 
     @classmethod
     def of(cls, functional: Functional) -> Self:
-        """The functional itself."""
+        """Return the trajectory that is a functional itself."""
         return cls(Variable(_ITSELF), ((_ITSELF, functional),))
 
     @classmethod
-    def made(cls, formula: Expression, functionals: Mapping[str, Functional]) -> Self:
-        """A formula of those functionals that it names."""
-        held = variables(formula)
-        return cls(formula, tuple((name, functional) for name, functional in functionals.items() if name in held))
+    def of_formula(cls, formula: Expression, functionals: Mapping[str, Functional]) -> Self:
+        """Return the trajectory of a formula, with the functionals that it names."""
+        names = variables(formula)
+        return cls(formula, tuple((name, functional) for name, functional in functionals.items() if name in names))
 
     @property
     def functional(self) -> Functional | None:
-        """The functional that it is; None where it is a formula of some."""
+        """The functional, if the trajectory is one itself; otherwise None."""
         return self.arguments[0][1] if isinstance(self.formula, Variable) else None
 
     @property
@@ -49,26 +50,26 @@ class Trajectory:
         return self.arguments[0][1].sampling_time
 
     def __call__(self, signals: Signals, t: Array) -> Array:
-        """q at t [s], the shape of t; NaN or infinite where it is not defined."""
+        """Return q at t [s]: the shape of t; NaN or infinite where it is not defined."""
         return self.value({name: functional(signals, t) for name, functional in self.arguments})
 
     def at_rest(self, levels: Sequence[float]) -> float:
-        """The value while every signal is constant; NaN or infinite where there is none."""
+        """Return q while every signal c is constant at `levels[c]`; NaN or infinite if it is not defined there."""
         return float(self.value({name: np.asarray(q.at_rest(levels)) for name, q in self.arguments}))
 
     def value(self, arguments: Mapping[str, Array]) -> Array:
-        """The formula at these values of the arguments."""
-        return at_floats(self.formula, arguments)
+        """Evaluate the formula at these values of the arguments."""
+        return evaluate_floats(self.formula, arguments)
 
     def slopes(self, arguments: Mapping[str, Array]) -> dict[str, Array]:
-        """∂q/∂q_i at these values of the arguments."""
+        """Return ∂q/∂q_i at these values of the arguments."""
         return {
-            name: at_floats(slope, arguments) if slope is not None else np.zeros(())
+            name: evaluate_floats(slope, arguments) if slope is not None else np.zeros(())
             for name, slope in self.derivatives.items()
         }
 
     def weights_at(self, signals: Signals, t: Array) -> list[tuple[int, Array]]:
-        """(c, w_c): small changes δz of the signals move q, at one t [s], by Σ_c Σ_j w_cj δz_c(t + j T_s)."""
+        """Linearise at one t [s]: pairs (c, w_c) such that δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small changes δz."""
         slopes = self.slopes({name: functional(signals, t) for name, functional in self.arguments})
         longest = max(len(w) for _, functional in self.arguments for w in functional.weights)
         weights = np.zeros((len(self.arguments[0][1].weights), longest))
@@ -78,16 +79,16 @@ class Trajectory:
         return [(c, w) for c, w in enumerate(weights) if w.any()]
 
     @cached_property
-    def derivatives(self) -> dict[str, Maybe]:
-        """∂q/∂q_i as formulas."""
+    def derivatives(self) -> dict[str, Term]:
+        """∂q/∂q_i as formulas, by the name of q_i."""
         return {name: derivative(self.formula, name) for name, _ in self.arguments}
 
     @cached_property
-    def shifts(self) -> tuple[Maybe, ...]:
-        """How q moves when one signal is shifted at all times alike, for each signal, as formulas.
+    def level_derivatives(self) -> tuple[Term, ...]:
+        """For each signal, the derivative of q with respect to a constant added to it at all times, as a formula.
 
-        What cancels in a sum of `derivatives` has cancelled here before any interval is put in. ValueError where a
-        functional moves with a signal at another rate than 0 or 1.
+        Terms of a sum of `derivatives` that cancel have cancelled here, before any interval is inserted. ValueError: a
+        functional changes with a signal at a rate other than 0 or 1.
         """
         found = []
         for c in range(len(self.arguments[0][1].weights)):
@@ -99,11 +100,11 @@ class Trajectory:
 
 
 Coordinate = Functional | Trajectory
-"""A state or an input: of a linear system always a functional."""
+"""A state or an input as a function of time; for a linear system always a functional."""
 
 
 def combined(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Trajectory:
-    """Σ_i row_i q_i, of coordinates that are all of one kind; of functionals another functional, exactly."""
+    """Return Σ_i row_i q_i of coordinates of one type; of functionals, it is again a functional, exactly."""
     functionals = [q for q in coordinates if isinstance(q, Functional)]
     if functionals:
         return Trajectory.of(combined_functional(row, functionals))
@@ -113,4 +114,4 @@ def combined(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Traj
             total = plus(total, times(Constant(float(r)), q.formula))
             arguments.update(q.arguments)
     assert total is not None
-    return Trajectory.made(total, arguments)
+    return Trajectory.of_formula(total, arguments)

@@ -1,1 +1,1 @@
-"""Expressions, their algebra, and how Python functions become expressions."""
+"""Formulas of nonlinear systems: written as Python functions, kept as expressions."""

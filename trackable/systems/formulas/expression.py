@@ -1,26 +1,21 @@
-"""Formulas as data: written once in ordinary arithmetic, then evaluated with floats or balls, differentiated, stored.
+"""Formulas as data: to be evaluated in floats or balls, differentiated, solved and stored.
 
-An expression is a graph of the nodes below. A constant is the real number that its float64 is, and no rule here changes
-the real function that a formula stands for, or where it is defined.
+An expression is an acyclic graph of the nodes below. A constant is exactly the real number that its float64 is. No
+operation on expressions changes the real function that a formula represents, or its domain.
 """
 
 import operator
-from collections.abc import Callable, Iterator, Mapping
+import sys
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol, TypeVar
-
-import numpy as np
-
-from trackable.arrays import Array
-
-V = TypeVar("V")
+from typing import Any, ClassVar
 
 FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos")
-"""What there is beside + − · / and powers; NumPy's names."""
+"""The functions of one argument, as NumPy names them."""
 
 
 class Expression:
-    """A node of a formula; `str` is how it would be written."""
+    """A node of a formula; `str` gives the formula as text."""
 
     def __str__(self) -> str:
         return _text(self, 0)
@@ -35,14 +30,14 @@ class Constant(Expression):
 
 @dataclass(frozen=True)
 class Variable(Expression):
-    """Whatever is called so."""
+    """A variable, by its name."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Binary(Expression):
-    """left ∘ right, with ∘ as in `symbol`."""
+    """left ∘ right, where `symbol` is ∘."""
 
     left: Expression
     right: Expression
@@ -80,7 +75,7 @@ class Quotient(Binary):
 
 @dataclass(frozen=True)
 class Power(Expression):
-    """base^exponent with a number for exponent: where base > 0, and everywhere (but for 1/0) if that is whole."""
+    """base^exponent with a constant exponent: defined for base > 0; for a whole exponent everywhere, except 1/0."""
 
     base: Expression
     exponent: float
@@ -88,7 +83,7 @@ class Power(Expression):
 
 @dataclass(frozen=True)
 class Function(Expression):
-    """One of `FUNCTIONS` of an argument."""
+    """One of `FUNCTIONS`, applied to an argument."""
 
     name: str
     argument: Expression
@@ -98,62 +93,15 @@ BINARY: tuple[type[Binary], ...] = (Sum, Difference, Product, Quotient)
 ONE = Constant(1.0)
 
 
-class Arithmetic(Protocol[V]):
-    """What evaluation needs of numbers V that have + − · / already."""
-
-    def constant(self, value: float) -> V: ...
-
-    def power(self, base: V, exponent: float) -> V: ...
-
-    def function(self, name: str, argument: V) -> V: ...
+def is_float64(value: object) -> bool:
+    """Whether a value is a finite number that float64 represents exactly."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max and float(value) == value
 
 
-def evaluate(expression: Expression, values: Mapping[str, V], arithmetic: Arithmetic[V]) -> V:
-    """The value where variables have these values; what is shared in the graph is computed once."""
-    known: dict[int, V] = {}
-    for node in parts(expression):
-        known[id(node)] = _computed(node, [known[id(operand)] for operand in operands(node)], values, arithmetic)
-    return known[id(expression)]
-
-
-def _computed(node: Expression, inner: list[V], values: Mapping[str, V], arithmetic: Arithmetic[V]) -> V:
-    match node:
-        case Constant(value):
-            found = arithmetic.constant(value)
-        case Variable(name):
-            found = values[name]
-        case Binary():
-            found = type(node).operate(*inner)
-        case Power(_, exponent):
-            found = arithmetic.power(inner[0], exponent)
-        case Function(name):
-            found = arithmetic.function(name, inner[0])
-        case _:
-            raise TypeError(f"no expression: {node!r}")
-    return found
-
-
-class _Floats:
-    """NumPy's arithmetic, silent where something is not defined: that is NaN or infinite then."""
-
-    def constant(self, value: float) -> Array:
-        return np.asarray(np.float64(value))
-
-    def power(self, base: Array, exponent: float) -> Array:
-        return np.asarray(np.power(base, exponent))
-
-    def function(self, name: str, argument: Array) -> Array:
-        return np.asarray(getattr(np, name)(argument))
-
-
-def at_floats(expression: Expression, values: Mapping[str, Array]) -> Array:
-    """The value in float64, elementwise in arrays that fit each other; NaN or infinite where it is not defined."""
-    with np.errstate(all="ignore"):
-        return np.asarray(evaluate(expression, values, _Floats()))
-
-
-def parts(expression: Expression) -> Iterator[Expression]:
-    """Every node of the graph, each once, operands before what is made of them."""
+def all_nodes(expression: Expression) -> Iterator[Expression]:
+    """Yield every node of the graph once, operands before the node that uses them."""
     seen: set[int] = set()
 
     def walk(node: Expression) -> Iterator[Expression]:
@@ -168,7 +116,7 @@ def parts(expression: Expression) -> Iterator[Expression]:
 
 
 def operands(node: Expression) -> tuple[Expression, ...]:
-    """What a node is made of."""
+    """Return the operands of a node."""
     match node:
         case Binary(left, right):
             return left, right
@@ -180,14 +128,14 @@ def operands(node: Expression) -> tuple[Expression, ...]:
 
 
 def variables(expression: Expression) -> frozenset[str]:
-    """Names of all variables in it."""
-    return frozenset(node.name for node in parts(expression) if isinstance(node, Variable))
+    """Return the names of all variables in an expression."""
+    return frozenset(node.name for node in all_nodes(expression) if isinstance(node, Variable))
 
 
 def size_and_depth(expression: Expression) -> tuple[int, int]:
-    """How many nodes it has if written out (what is shared counts each time), and how many lie within each other."""
+    """Return the number of nodes of the written formula (shared ones count each time), and how deep it is nested."""
     known: dict[int, tuple[int, int]] = {}
-    for node in parts(expression):
+    for node in all_nodes(expression):
         inner = [known[id(operand)] for operand in operands(node)]
         known[id(node)] = 1 + sum(size for size, _ in inner), 1 + max((depth for _, depth in inner), default=0)
     return known[id(expression)]
@@ -197,7 +145,7 @@ _BINDING = {Sum: 1, Difference: 1, Product: 2, Quotient: 2}
 
 
 def _text(node: Expression, binding: int) -> str:
-    """How it is written where what stands around it binds so closely."""
+    """Format a node inside an operator that binds with this strength, in parentheses if needed."""
     match node:
         case Constant(value):
             return f"{value:g}" if value >= 0 or not binding else f"({value:g})"
@@ -212,4 +160,4 @@ def _text(node: Expression, binding: int) -> str:
             return inner if binding < 4 else f"({inner})"
         case Function(name, argument):
             return f"{name}({_text(argument, 0)})"
-    raise TypeError(f"no expression: {node!r}")
+    raise TypeError(f"not an expression: {node!r}")

@@ -1,218 +1,34 @@
-"""What a user writes in ordinary arithmetic, called once with symbols, as expressions."""
+"""Call a Python function once with symbols, to get the formulas that it computes."""
 
-import math
-import operator
 from collections.abc import Callable
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
-from trackable.systems.formulas.algebra import is_number
-from trackable.systems.formulas.expression import (
-    FUNCTIONS,
-    ONE,
-    Constant,
-    Difference,
-    Expression,
-    Function,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    Variable,
-)
-
-_KNOWN = f"+ - * / ** with numbers, and NumPy's {', '.join(FUNCTIONS)}, tan, sinh, cosh, tanh"
+from trackable.systems.formulas.expression import Expression, Variable
+from trackable.systems.formulas.symbol import SUPPORTED, NoFormulaError, Symbol, as_expression
 
 Dynamics = Callable[[Any, Any], Any]
-"""f(x, u): the successors of the states, as a sequence, from two arrays."""
-
-
-class NoFormulaError(ValueError):
-    """What is computed cannot be written as a formula: the message says why."""
+"""f(x, u): the successor states, as a sequence, from the arrays of states and inputs."""
 
 
 def traced(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Expression, ...]:
-    """The formulas that f computes, one for each state. NoFormulaError where there are none, with the reason."""
+    """Return the formulas that f computes, one for each state. NoFormulaError: it computes none; says why."""
     x, u = (np.array([Symbol(Variable(name)) for name in names], dtype=object) for names in (states, inputs))
     try:
         values = f(x, u)
     except NoFormulaError:
         raise
     except (TypeError, AttributeError, ValueError, ArithmeticError) as error:
-        raise NoFormulaError(f"system: f must be written in {_KNOWN}: {error}") from error
+        raise NoFormulaError(f"system: f must be written in {SUPPORTED}: {error}") from error
     if not isinstance(values, list | tuple | np.ndarray) or len(values) != len(states):
         given = f"{len(values)} values" if isinstance(values, list | tuple | np.ndarray) else type(values).__name__
         raise NoFormulaError(f"system: f must return a list of {len(states)} successors, got {given}")
-    return tuple(_written(value) for value in values)
+    return tuple(_formula_of(value) for value in values)
 
 
-def _written(value: object) -> Expression:
-    found = _operand(value)
+def _formula_of(value: object) -> Expression:
+    found = as_expression(value)
     if found is None:
         raise NoFormulaError(f"system: f must return numbers and formulas, got {type(value).__name__}")
     return found
-
-
-def _operand(value: object) -> Expression | None:
-    """A symbol's expression, or a number; None for anything else."""
-    if isinstance(value, Symbol):
-        return value.expression
-    if isinstance(value, np.ndarray) and value.shape == ():
-        return _operand(value.item())
-    if isinstance(value, np.generic):
-        value = value.item()
-    if not isinstance(value, int | float) or isinstance(value, bool):
-        return None
-    if not is_number(value):
-        raise NoFormulaError(f"system: f must use numbers that are finite, and exact in float64, got {value!r}")
-    return Constant(float(value))
-
-
-def _refused(what: str) -> Callable[..., Any]:
-    def refuse(*_: object) -> NoReturn:
-        raise NoFormulaError(f"system: f must be one formula for all states and inputs, but {what}; use {_KNOWN}")
-
-    return refuse
-
-
-class Symbol:
-    """A number that is not known yet: arithmetic with it writes the formula down."""
-
-    def __init__(self, expression: Expression) -> None:
-        self.expression = expression
-
-    def __repr__(self) -> str:
-        return str(self.expression)
-
-    def __add__(self, other: object) -> Any:
-        return _binary(_sum, self, other)
-
-    def __radd__(self, other: object) -> Any:
-        return _binary(_sum, other, self)
-
-    def __sub__(self, other: object) -> Any:
-        return _binary(_difference, self, other)
-
-    def __rsub__(self, other: object) -> Any:
-        return _binary(_difference, other, self)
-
-    def __mul__(self, other: object) -> Any:
-        return _binary(_product, self, other)
-
-    def __rmul__(self, other: object) -> Any:
-        return _binary(_product, other, self)
-
-    def __truediv__(self, other: object) -> Any:
-        return _binary(Quotient, self, other)
-
-    def __rtruediv__(self, other: object) -> Any:
-        return _binary(Quotient, other, self)
-
-    def __pow__(self, other: object) -> Any:
-        return _binary(_power, self, other)
-
-    def __rpow__(self, other: object) -> Any:
-        return _binary(_power, other, self)
-
-    def __neg__(self) -> "Symbol":
-        return -1.0 * self  # type: ignore[no-any-return]
-
-    def __pos__(self) -> "Symbol":
-        return self
-
-    def exp(self) -> "Symbol":
-        return Symbol(Function("exp", self.expression))
-
-    def log(self) -> "Symbol":
-        return Symbol(Function("log", self.expression))
-
-    def sqrt(self) -> "Symbol":
-        return Symbol(Function("sqrt", self.expression))
-
-    def sin(self) -> "Symbol":
-        return Symbol(Function("sin", self.expression))
-
-    def cos(self) -> "Symbol":
-        return Symbol(Function("cos", self.expression))
-
-    def tan(self) -> Any:
-        return self.sin() / self.cos()
-
-    def sinh(self) -> Any:
-        return (self.exp() - (-self).exp()) / 2
-
-    def cosh(self) -> Any:
-        return (self.exp() + (-self).exp()) / 2
-
-    def tanh(self) -> Any:
-        return 1 - 2 / ((2 * self).exp() + 1)
-
-    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = _refused("it compares a value")
-    __hash__ = _refused("it looks a value up")
-    __bool__ = _refused("it branches on a value")
-    __abs__ = _refused("it takes an absolute value, which has a kink")
-    __mod__ = __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = _refused("it takes a remainder, which has jumps")
-    __round__ = __trunc__ = __floor__ = __ceil__ = _refused("it rounds a value, which has jumps")
-    __float__ = __int__ = __index__ = __complex__ = _refused("it makes a plain number of a value, as math.sqrt does")
-
-    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *given: object, **options: object) -> Any:
-        if method == "__call__" and not options:
-            if any(isinstance(value, np.ndarray) for value in given):
-                return ufunc(*(_as_objects(value) for value in given))
-            name = ufunc.__name__
-            if name in _OPERATORS:
-                # A NumPy scalar's own operator would only ask again.
-                return _OPERATORS[name](*(v.item() if isinstance(v, np.generic) else v for v in given))
-            if len(given) == 1 and name in _METHODS:
-                return getattr(self, name)()
-        raise NoFormulaError(f"system: f must be written in {_KNOWN}; it uses np.{ufunc.__name__}")
-
-
-_METHODS = {*FUNCTIONS, "tan", "sinh", "cosh", "tanh"}
-_OPERATORS: dict[str, Callable[..., Any]] = {
-    "add": operator.add,
-    "subtract": operator.sub,
-    "multiply": operator.mul,
-    "divide": operator.truediv,
-    "power": operator.pow,
-    "float_power": operator.pow,
-    "negative": operator.neg,
-    "positive": operator.pos,
-    "square": lambda value: value**2,
-    "reciprocal": lambda value: 1 / value,
-}
-
-
-def _as_objects(value: object) -> np.ndarray:
-    if isinstance(value, np.ndarray):
-        return value.astype(object)
-    alone = np.empty((), dtype=object)
-    alone[()] = value
-    return alone
-
-
-def _binary(make: Callable[[Expression, Expression], Expression], left: object, right: object) -> Any:
-    a, b = _operand(left), _operand(right)
-    return NotImplemented if a is None or b is None else Symbol(make(a, b))
-
-
-def _sum(a: Expression, b: Expression) -> Expression:
-    """Without a zero that is added: `sum` begins with one."""
-    return b if a == Constant(0.0) else a if b == Constant(0.0) else Sum(a, b)
-
-
-def _difference(a: Expression, b: Expression) -> Expression:
-    return a if b == Constant(0.0) else Difference(a, b)
-
-
-def _product(a: Expression, b: Expression) -> Expression:
-    return b if a == ONE else a if b == ONE else Product(a, b)
-
-
-def _power(a: Expression, b: Expression) -> Expression:
-    if isinstance(b, Constant):
-        return a if b == ONE else Power(a, b.value)
-    if isinstance(a, Constant) and a.value > 0 and math.isfinite(a.value):
-        return Function("exp", Product(b, Function("log", a)))
-    raise NoFormulaError(f"system: f must have numbers for exponents, or for positive bases, got ({a})**({b})")

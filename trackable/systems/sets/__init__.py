@@ -1,1 +1,1 @@
-"""State and input sets: intervals, boxes, polytopes; redundant inputs."""
+"""Sets: intervals and polytopes."""

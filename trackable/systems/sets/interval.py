@@ -1,4 +1,4 @@
-"""Closed intervals: state sets, input sets, successor sets of scalar systems."""
+"""Closed intervals: bounds of scalar quantities."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from trackable.arrays import Array
 
 @dataclass(frozen=True)
 class Interval:
-    """[lower, upper] with lower ≤ upper, both finite (ValueError otherwise)."""
+    """[lower, upper] with finite lower ≤ upper. ValueError: anything else."""
 
     lower: float
     upper: float
@@ -25,15 +25,15 @@ class Interval:
         return self.upper - self.lower
 
     def margin(self, values: Array) -> Array:
-        """Distance of each value to the nearer bound: negative outside, and then by how much."""
+        """Return the distance of each value to the nearer bound, negative outside."""
         return np.minimum(values - self.lower, self.upper - values)
 
-    def holds_inside(self, value: float) -> bool:
-        """Whether the value lies strictly between the bounds."""
+    def strictly_contains(self, value: float) -> bool:
+        """Whether a value lies strictly between the bounds."""
         return self.lower < value < self.upper
 
     def margin_of(self, other: "Interval") -> float:
-        """The smallest margin of any value in the other interval."""
+        """Return the smallest margin of the values in another interval."""
         return min(other.lower - self.lower, self.upper - other.upper)
 
     def contains(self, other: "Interval") -> bool:

@@ -1,4 +1,4 @@
-"""State and input sets: boxes and polytopes, written as intervals of linear combinations."""
+"""State and input sets: polytopes as bounds of linear combinations; boxes and half-spaces are converted to them."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -9,16 +9,15 @@ from scipy.optimize import linprog
 from trackable.arrays import Array
 from trackable.systems.sets.interval import Interval
 
-_OUTWARDS = 1e-6
+_OUTWARDS = 1e-6  # relative: solvers find the minimum up to less than this
 
 
 @dataclass(frozen=True, eq=False)
 class Polytope:
-    """{x : lower ≤ R x ≤ upper} with `rows` R (r, n), finite `lower` < `upper` (r,), in `dimension` n.
+    """{x : lower ≤ R x ≤ upper} with `rows` R (r, n) and finite `lower` < `upper` (r,), in `dimension` n.
 
-    The dimension may be left out where there are rows; without any, nothing is bounded.
-
-    Raises ValueError where shapes do not fit, a bound is not finite, or the set has no interior.
+    The dimension may be left out if there are rows; a set without rows is unbounded. ValueError: shapes do not fit, a
+    bound is not finite, or the set has no interior.
     """
 
     rows: Array
@@ -49,7 +48,10 @@ class Polytope:
 
     @classmethod
     def box(cls, lower: Array, upper: Array) -> Self:
-        """lower ≤ x ≤ upper; a coordinate with both bounds infinite is free. ValueError with one infinite bound."""
+        """Return {x : lower ≤ x ≤ upper} with bounds of shape (n,); two infinite bounds leave a coordinate free.
+
+        ValueError: only one of two bounds is infinite, shapes differ, or the box has no interior.
+        """
         low, high = np.atleast_1d(np.array(lower, dtype=float)), np.atleast_1d(np.array(upper, dtype=float))
         if low.shape != high.shape or low.ndim != 1:
             raise ValueError(f"set: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
@@ -65,10 +67,11 @@ class Polytope:
 
     @classmethod
     def halfspaces(cls, H: Array, h: Array) -> Self:
-        """{x : H x ≤ h} with H (r, n) and h (r,), a bounded set (ValueError otherwise).
+        """Return the bounded set {x : H x ≤ h} with H (r, n) and h (r,).
 
-        Opposite rows become one interval; a row without an opposite gets the smallest value it has on the set, a little
-        further out, for its other bound: it cuts nothing off.
+        Opposite rows become one interval. A row without an opposite gets, as its other bound, a value slightly below
+        its minimum on the set, which excludes nothing. ValueError: the set is unbounded or has no interior, or shapes
+        do not fit.
         """
         H, h = np.array(H, dtype=float), np.array(h, dtype=float)
         if H.ndim != 2 or h.shape != (len(H),) or not H.size:
@@ -86,7 +89,7 @@ class Polytope:
                 continue
             opposite = [j for j in range(i + 1, len(H)) if j not in taken and np.array_equal(H[j], -row)]
             taken.update(opposite[:1])
-            lower = -h[opposite[0]] if opposite else _smallest(row, H, h)
+            lower = -h[opposite[0]] if opposite else _lower_bound(row, H, h)
             rows.append(row)
             bounds.append((float(lower), float(h[i])))
         low, high = np.array(bounds).T
@@ -94,10 +97,10 @@ class Polytope:
 
     @property
     def depth(self) -> float:
-        """The largest part of each row's width by which some point lies inside on both sides; ≤ 0 without interior."""
+        """The largest margin of any point, relative to the width of each row; ≤ 0 if the set has no interior."""
         if not np.all(self.lower < self.upper):
             return -np.inf
-        # In half widths, about a point as central as can be: solvers take numbers from 1e15 on, or to 1e-9, for none.
+        # Scaled to half widths and centred: solvers treat numbers above 1e15 as infinite and below 1e-9 as zero.
         half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
         sizes = np.abs(self.rows)
         with np.errstate(over="ignore"):
@@ -117,7 +120,7 @@ class Polytope:
 
     @property
     def inequalities(self) -> tuple[Array, Array]:
-        """(H, h) of the same set {x : H x ≤ h}, shapes (2r, n) and (2r,)."""
+        """(H, h) of the same set as {x : H x ≤ h}: shapes (2r, n) and (2r,)."""
         return np.vstack([self.rows, -self.rows]), np.concatenate([self.upper, -self.lower])
 
     @property
@@ -129,7 +132,7 @@ class Polytope:
         ]
 
     def margin(self, points: Array) -> Array:
-        """The smallest distance of R x to a bound at points (…, n), in units of R x: negative outside."""
+        """Return the smallest distance of R x to a bound at points (…, n), in units of R x: (…,), negative outside."""
         values = np.asarray(points) @ self.rows.T
         return np.asarray(np.min(np.minimum(values - self.lower, self.upper - values), axis=-1, initial=np.inf))
 
@@ -139,8 +142,8 @@ class Polytope:
         return "{x : " + ", ".join(sides) + "}"
 
 
-def _smallest(row: Array, H: Array, h: Array) -> float:
-    """No larger than any value of row · x on {x : H x ≤ h}. ValueError where there is no such number."""
+def _lower_bound(row: Array, H: Array, h: Array) -> float:
+    """Return a lower bound, slightly too low, of row · x on {x : H x ≤ h}. ValueError: there is none."""
     program = linprog(row, A_ub=H, b_ub=h, bounds=(None, None), method="highs")
     if program.status == 3:
         raise ValueError(

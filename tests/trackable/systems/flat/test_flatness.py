@@ -7,7 +7,7 @@ import pytest
 
 from tests.trackable.gp.instances import over
 from tests.trackable.systems.instances import SYSTEMS, controllable
-from trackable.systems.flat.flatness import Flatness, flatness
+from trackable.systems.flat.flatness import Flatness
 from trackable.systems.flat.functional import Functional
 from trackable.systems.linear import LinearSystem
 
@@ -58,7 +58,7 @@ def offsets(functionals: tuple[Functional, ...]) -> np.ndarray:
 @over(CASES, "system")
 def test_the_system_follows_whatever_the_signals_are(system):
     """M_(j−1) = A M_j + B N_j for each signal, zeros beyond the ends, and x₀ = A x₀ + B u₀ + c: as fractions."""
-    flat, A, B = flatness(system), exactly(system.A), exactly(system.B)
+    flat, A, B = system.flatness(), exactly(system.A), exactly(system.B)
     for c, order in enumerate(flat.orders):
         for j in range(order + 2):
             assert np.all(look(flat.states, c, j - 1) == A @ look(flat.states, c, j) + B @ look(flat.inputs, c, j))
@@ -69,7 +69,7 @@ def test_the_system_follows_whatever_the_signals_are(system):
 @over(CASES, "system")
 def test_every_state_can_be_written(system):
     """As many looks at signals as states, and the matrix from them to the states has an inverse."""
-    flat, n = flatness(system), len(system.states)
+    flat, n = system.flatness(), len(system.states)
     assert (len(flat.states), len(flat.inputs)) == system.B.shape
     assert sum(flat.orders) == n
     assert len(flat.orders) == np.linalg.matrix_rank(system.B)
@@ -89,7 +89,7 @@ def test_every_state_can_be_written(system):
 @over(CASES, "system")
 def test_any_motion_of_the_system_is_one_of_the_signals(system):
     """Driven by random inputs in the row space of B; the signals solved for from the states alone."""
-    rng, flat = np.random.default_rng(0), flatness(system)
+    rng, flat = np.random.default_rng(0), system.flatness()
     steps = 12
     inputs = rng.normal(size=(steps, system.B.shape[1])) @ np.linalg.pinv(system.B) @ system.B
     states = [rng.normal(size=len(system.states))]
@@ -110,7 +110,7 @@ def test_any_motion_of_the_system_is_one_of_the_signals(system):
 @over(REDUNDANT, "system")
 def test_of_many_inputs_the_smallest_is_chosen(system):
     """By the pseudo-inverse: u = B⁺ B u, and so for each weight and the offset."""
-    flat, smallest = flatness(system), np.linalg.pinv(system.B) @ system.B
+    flat, smallest = system.flatness(), np.linalg.pinv(system.B) @ system.B
     weights = [look(flat.inputs, c, j) for c, order in enumerate(flat.orders) for j in range(order + 1)]
     for column in [*weights, offsets(flat.inputs)]:
         u = column.astype(float)
@@ -124,7 +124,7 @@ def test_the_table_has_redundant_inputs():
 
 @over(CASES, "system")
 def test_a_signal_has_the_unit_of_the_first_state_that_it_moves_at_rest(system):
-    flat = flatness(system)
+    flat = system.flatness()
     for c in range(len(flat.orders)):
         gains = [sum(q.weights[c]) for q in flat.states]
         assert next((gain for gain in gains if gain), 1) == 1
@@ -132,7 +132,7 @@ def test_a_signal_has_the_unit_of_the_first_state_that_it_moves_at_rest(system):
 
 @over({k: TABLE[k] for k in ("fully_actuated", "three_inputs_for_two", "forgets_all", "example1")}, "system")
 def test_where_every_state_is_moved_at_will_the_states_are_the_signals(system):
-    flat, n = flatness(system), len(system.states)
+    flat, n = system.flatness(), len(system.states)
     assert flat.orders == (1,) * n
     for i, q in enumerate(flat.states):
         assert q.weights == tuple((Fraction(int(i == c)),) for c in range(n))
@@ -144,13 +144,13 @@ def test_where_every_state_is_moved_at_will_the_states_are_the_signals(system):
     [("double_integrator", (2,)), ("two_axes", (2, 2)), ("long_and_short", (3, 1)), ("redundant_input", (3,))],
 )
 def test_chains_are_as_long_as_the_states_that_they_move(name, orders):
-    assert flatness(TABLE[name]).orders == orders
+    assert TABLE[name].flatness().orders == orders
 
 
 def test_a_double_integrator_in_numbers():
     """The position at rest is the signal; the velocity its difference; the acceleration its second difference."""
     exact = LinearSystem(np.array([[1.0, 0.5], [0.0, 1.0]]), np.array([[0.125], [0.5]]), sampling_time=0.5)
-    flat: Flatness = flatness(exact)
+    flat: Flatness = exact.flatness()
     half = Fraction(1, 2)
     assert [q.weights for q in flat.states] == [((half, half),), ((-2, 2),)]
     assert [q.weights for q in flat.inputs] == [((4, -8, 4),)]
@@ -158,37 +158,37 @@ def test_a_double_integrator_in_numbers():
 
 
 NEITHER = (
-    "the columns of B must be clearly independent or exactly dependent, but are neither; of inputs that push alike, "
-    "give columns that are multiples or sums of each other to the last digit"
+    "the columns of B must be clearly independent or exactly dependent, but are neither; for redundant inputs, "
+    "give columns that are exact multiples or sums of each other"
 )
-REFUSED = "must be controllable, so that its states can be led where a reference wants them"
+REFUSED = "must be controllable, so that its states can follow a reference"
 TWO, UP = np.diag([0.5, 0.8]), np.array([[0.0, 1.0], [0.0, 0.0]])
 
 
 @pytest.mark.parametrize(
     ("A", "B", "message"),
     [
-        (TWO, [[1.0], [0.0]], f"{REFUSED}: its inputs reach 1 of 2 dimensions, and none of them ever moves x2"),
+        (TWO, [[1.0], [0.0]], f"{REFUSED}: its inputs reach 1 of 2 dimensions, and none of them ever changes x2"),
         (
             np.eye(2),
             [[1.0], [1.0]],
-            f"{REFUSED}: its inputs reach 1 of 2 dimensions, and none of them ever moves x1-x2",
+            f"{REFUSED}: its inputs reach 1 of 2 dimensions, and none of them ever changes x1-x2",
         ),
-        (TWO, [[0.0], [0.0]], f"{REFUSED}: its inputs reach 0 of 2 dimensions, and none of them ever moves x1"),
+        (TWO, [[0.0], [0.0]], f"{REFUSED}: its inputs reach 0 of 2 dimensions, and none of them ever changes x1"),
         (
             np.eye(3),
             [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]],
-            f"{REFUSED}: its inputs reach 2 of 3 dimensions, and none of them ever moves x3",
+            f"{REFUSED}: its inputs reach 2 of 3 dimensions, and none of them ever changes x3",
         ),
         (
             np.eye(2),
             [[1.0, 3.0], [2.0, 6.0]],
-            f"{REFUSED}: its inputs reach 1 of 2 dimensions, and none of them ever moves x1-0.5x2",
+            f"{REFUSED}: its inputs reach 1 of 2 dimensions, and none of them ever changes x1-0.5x2",
         ),
         (
             np.eye(2) + 1e-14 * UP,
             [[0.0], [1.0]],
-            rf"{REFUSED}, but is so barely: \[B, A B, …\] has condition number 2e\+14",
+            rf"{REFUSED}, but nearly is not: \[B, A B, …\] has condition number 2e\+14",
         ),
         (
             np.eye(2),
@@ -204,24 +204,24 @@ TWO, UP = np.diag([0.5, 0.8]), np.array([[0.0, 1.0], [0.0, 0.0]])
 )
 def test_what_cannot_be_led_is_refused(A, B, message):
     with pytest.raises(ValueError, match=f"^system: {message}$"):
-        flatness(LinearSystem(A, B, sampling_time=T_S))
+        LinearSystem(A, B, sampling_time=T_S).flatness()
 
 
 def test_what_is_refused_goes_by_its_names():
     system = LinearSystem(TWO, np.array([[1.0], [0.0]]), states=("warm", "cold"), inputs=("heat",), sampling_time=T_S)
-    with pytest.raises(ValueError, match=r"reach 1 of 2 dimensions, and none of them ever moves cold$"):
-        flatness(system)
+    with pytest.raises(ValueError, match=r"reach 1 of 2 dimensions, and none of them ever changes cold$"):
+        system.flatness()
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1e9])
 def test_units_of_the_inputs_do_not_matter(scale):
     """An input in nanometres is as good as one in kilometres."""
     system = controllable(7)
-    flat, scaled = (flatness(LinearSystem(system.A, system.B * s, system.c, sampling_time=T_S)) for s in (1.0, scale))
+    flat, scaled = (LinearSystem(system.A, system.B * s, system.c, sampling_time=T_S).flatness() for s in (1.0, scale))
     assert scaled.orders == flat.orders
     for c, order in enumerate(flat.orders):
         for j in range(order):
             ours, theirs = (look(f.states, c, j).astype(float) for f in (flat, scaled))
             np.testing.assert_allclose(theirs, ours, rtol=1e-9, atol=1e-9)
     apart = LinearSystem(np.eye(2), np.diag([scale, 1.0]), sampling_time=T_S)
-    assert flatness(apart).orders == (1, 1)
+    assert apart.flatness().orders == (1, 1)

@@ -12,7 +12,8 @@ from mpmath import mp
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.balls.formulas import UndefinedError, at_balls
 from trackable.checker import formulas as checked
-from trackable.systems.formulas.algebra import derivative, from_lists, to_lists
+from trackable.systems.formulas.algebra import derivative
+from trackable.systems.formulas.evaluation import evaluate, evaluate_floats
 from trackable.systems.formulas.expression import (
     BINARY,
     FUNCTIONS,
@@ -21,12 +22,11 @@ from trackable.systems.formulas.expression import (
     Function,
     Power,
     Variable,
-    at_floats,
-    evaluate,
-    parts,
+    all_nodes,
     size_and_depth,
     variables,
 )
+from trackable.systems.formulas.nested_lists import from_lists, to_lists
 from trackable.systems.formulas.tracing import traced
 
 numbers = st.floats(0.2, 3.0).map(lambda v: Constant(round(v, 3)))
@@ -64,7 +64,7 @@ def in_balls(expression: Expression, values: dict):
     """Enclosure, or None where the formula is not certainly defined (or any part of it out of all proportion)."""
     with ball_arithmetic():
         found = None
-        for node in parts(expression):
+        for node in all_nodes(expression):
             try:
                 found = at_balls(node, {name: arb(v) for name, v in values.items()})
             except UndefinedError:
@@ -89,8 +89,8 @@ def test_balls_intervals_and_floats_agree(expression, point):
         tree = checked.formula(to_lists(expression), "f")
         interval = checked.evaluate(tree, {name: checked.iv.mpf(v) for name, v in values.items()}, checked.Intervals())
         assert mp.mpf(interval.a._mpi_[0]) <= true <= mp.mpf(interval.b._mpi_[1])
-    seen = float(at_floats(expression, {name: np.array(v) for name, v in values.items()}))
-    conditions = [in_balls(node, values) for node in parts(expression)]
+    seen = float(evaluate_floats(expression, {name: np.array(v) for name, v in values.items()}))
+    conditions = [in_balls(node, values) for node in all_nodes(expression)]
     if all(c is not None and 1e-3 < abs(float(c)) < 1e3 for c in conditions):
         assert seen == pytest.approx(float(true), rel=1e-8, abs=1e-8)
 
@@ -163,7 +163,7 @@ def test_the_text_of_a_formula_is_the_formula(expression, point):
         found = eval(
             text, {name: getattr(np, name) for name in FUNCTIONS}, {n: np.float64(v) for n, v in values.items()}
         )
-    assert float(found) == pytest.approx(float(at_floats(expression, values)), rel=1e-9)
+    assert float(found) == pytest.approx(float(evaluate_floats(expression, values)), rel=1e-9)
 
 
 A = np.array([[1.0, 0.5], [0.0, 2.0]])
@@ -232,4 +232,4 @@ def test_what_is_shared_counts_each_time_it_is_written():
         x = BINARY[0](x, x)
     assert size_and_depth(x) == (2**41 - 1, 41)
     assert variables(x) == {"x"}
-    assert float(at_floats(x, {"x": np.array(1.0)})) == 2.0**40
+    assert float(evaluate_floats(x, {"x": np.array(1.0)})) == 2.0**40

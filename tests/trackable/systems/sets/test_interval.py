@@ -39,7 +39,7 @@ def test_contains_its_bounds_but_does_not_hold_them_inside():
     assert whole.contains(whole)
     assert not whole.contains(Interval(-1e-12, 0.5))
     assert not whole.contains(Interval(0.5, 1.0 + 1e-12))
-    assert [whole.holds_inside(v) for v in (-0.1, 0.0, 0.5, 1.0, 1.1)] == [False, False, True, False, False]
+    assert [whole.strictly_contains(v) for v in (-0.1, 0.0, 0.5, 1.0, 1.1)] == [False, False, True, False, False]
 
 
 def test_shrunk_by_as_much_on_each_side():

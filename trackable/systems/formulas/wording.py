@@ -1,4 +1,4 @@
-"""Weighted sums in words."""
+"""Weighted sums as text, for names and messages."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -6,8 +6,8 @@ from fractions import Fraction
 _LONGEST = 80
 
 
-def written(row: Sequence[Fraction], names: Sequence[str]) -> str:
-    """x, or x+y, or x-0.5y."""
+def weighted_sum_text(row: Sequence[Fraction], names: Sequence[str]) -> str:
+    """Format Σ_i row_i name_i, as x, x+y or x-0.5y."""
     signed = []
     for weight, name in zip(map(float, row), names, strict=True):
         if weight:
@@ -17,5 +17,5 @@ def written(row: Sequence[Fraction], names: Sequence[str]) -> str:
 
 
 def shortened(name: str) -> str:
-    """A name that fits into a line."""
+    """Shorten a name to fit into a line."""
     return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"

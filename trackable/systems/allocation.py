@@ -1,13 +1,13 @@
-"""Redundant inputs: which pushes an input set attains at all, and the smallest admissible input for each.
+"""Control allocation: which effects redundant inputs can attain in the input set, and the smallest input for each.
 
-Inputs u and u + Z v push a linear system alike, whatever v is, where the columns of Z span the kernel of B. So what has
-to hold for u is that there is a v with lower ≤ R (u + Z v) ≤ upper. That is so if and only if
+If the columns of Z span the null space of B, then u and u + Z v have the same effect on a linear system for every v.
+The effect of u is attainable if a v with lower ≤ R (u + Z v) ≤ upper exists. That is so if and only if
 
     Σ_(λ_i > 0) λ_i lower_i + Σ_(λ_i < 0) λ_i upper_i  ≤  λᵀ R u  ≤  Σ_(λ_i > 0) λ_i upper_i + Σ_(λ_i < 0) λ_i lower_i
 
-for every circuit λ of the rows of R Z: a λ with λᵀ R Z = 0 that has no other such support within its own. They are
-finitely many, up to a factor. (One direction is plain; the other is Farkas' lemma, as every λ with λᵀ R Z = 0 is a sum
-of circuits in which no sign meets its opposite.)
+for every circuit λ of the rows of R Z: a λ ≠ 0 with λᵀ R Z = 0 of minimal support. Up to a factor there are finitely
+many. (Necessity is obvious. Sufficiency is Farkas' lemma, as every λ with λᵀ R Z = 0 is a sum of circuits that agree
+with it in sign.)
 """
 
 import math
@@ -28,13 +28,13 @@ from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
-_MOST = 10_000
-_AT_ONCE = 2**22
-_ROUNDING = 2.0**-48  # of the sum of what is added up
+_MAX_LAWS = 10_000
+_AT_ONCE = 2**22  # numbers in memory
+_ROUNDING = 2.0**-48  # relative to the sum of absolute terms
 
 
 class Attainable(NamedTuple):
-    """`bounds` of Σ_i `row`[i] u_i, which are the same for all inputs that push alike."""
+    """The `bounds` of Σ_i `row`[i] u_i, a sum that is the same for all inputs of the same effect."""
 
     row: tuple[Fraction, ...]
     bounds: Interval
@@ -42,19 +42,19 @@ class Attainable(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Allocation:
-    """Inputs of an `input_set` {u : lower ≤ R u ≤ upper} that push alike if they differ by columns of `kernel` Z."""
+    """Redundant inputs of an `input_set` {u : lower ≤ R u ≤ upper}; the columns Z of `kernel` span the kernel of B."""
 
     input_set: Polytope
     kernel: tuple[fmpq_mat, ...]
 
     @classmethod
     def of(cls, system: LinearSystem, input_set: Polytope) -> "Allocation | None":
-        """None where no two inputs push alike, or none is bounded. ValueError for too many rows to combine."""
+        """Return the allocation; None without redundant inputs or bounds. ValueError: too many rows to combine."""
         free = kernel(exact(system.B))
         if not free or not len(input_set.rows):
             return None
         sizes = range(1, len(free) + 2)
-        if sum(math.comb(len(input_set.rows), size) * 2**size for size in sizes) > _MOST:
+        if sum(math.comb(len(input_set.rows), size) * 2**size for size in sizes) > _MAX_LAWS:
             raise ValueError(
                 f"system: {len(free)} redundant inputs are too many for an input set of {len(input_set.rows)} rows"
             )
@@ -62,7 +62,7 @@ class Allocation:
 
     @property
     def attainable(self) -> list[Attainable]:
-        """What u has to keep so that some admissible input pushes as u does: all of it, and nothing else."""
+        """The constraints on u that hold if and only if some admissible input has the effect of u."""
         rows = [_fractions(row) for row in self.input_set.rows]
         lower, upper = _fractions(self.input_set.lower), _fractions(self.input_set.upper)
         found: dict[tuple[Fraction, ...], tuple[Fraction, Fraction]] = {}
@@ -83,25 +83,25 @@ class Allocation:
         ]
 
     def _refuse_empty(self, row: tuple[Fraction, ...], low: Fraction, high: Fraction) -> None:
-        """Without any u in it an inequality says whether U holds an input at all; with one, whether it can be kept."""
+        """Raise ValueError if the bounds leave no interior: of a row of zeros, if U contains no input at all."""
         if not (low < high if any(row) else low <= 0 <= high):
             raise ValueError(f"set: must have an interior, but no input lies strictly inside {self.input_set}")
 
     def smallest(self, u: Array) -> Array:
-        """The smallest admissible input (Euclidean) that pushes as u (…, m) does, u having no part along Z.
+        """Return the smallest admissible input (Euclidean) with the effect of u (…, m), where u is orthogonal to Z.
 
-        Where none is admissible, that one of the laws' (`_laws`) which leaves the set least.
+        If none is admissible, return the candidate of `_laws` that violates the set least.
         """
         chosen = self._choice(u)
         gains, shifts = self._laws
         return np.asarray(np.einsum("...ij,...j->...i", gains[chosen], u) + shifts[chosen])
 
     def slopes(self, u: Array) -> Array:
-        """∂/∂u of the smallest admissible input at u (…, m): shape (…, m, m)."""
+        """Return ∂/∂u of the smallest admissible input at u (…, m): shape (…, m, m)."""
         return np.asarray(self._laws[0][self._choice(u)])
 
     def _choice(self, u: Array) -> Array:
-        """Which of the laws gives the smallest admissible input, of u (…, m): shape (…,)."""
+        """Return which of the laws gives the smallest admissible input for u (…, m): shape (…,)."""
         flat = u.reshape(-1, u.shape[-1])
         blocks = np.array_split(flat, 1 + flat.size * len(self._laws[1]) // _AT_ONCE)
         return np.concatenate([self._choice_of(block) for block in blocks]).reshape(u.shape[:-1])
@@ -123,13 +123,13 @@ class Allocation:
 
     @cached_property
     def _laws(self) -> tuple[Array, Array]:
-        """Gains (c, m, m) and shifts (c, m): the admissible input nearest to zero is one of gain u + shift.
+        """Gains (c, m, m) and shifts (c, m): the smallest admissible input is gain u + shift for one of them.
 
-        It is the point nearest to zero of those that hit some bounds b_S, whatever the others: u + Z v with
+        Each is the smallest input at which the bounds b_S of some rows S are active: u + Z v with
 
             v = G⁻¹ P_Sᵀ (P_S G⁻¹ P_Sᵀ)⁻¹ (b_S − R_S u),     G = Zᵀ Z,   P = R Z,
 
-        for some rows S whose P_S are independent. All of that is exact, and rounded once.
+        where the rows P_S are independent. All of it is exact, and rounded once.
         """
         Z, R, m = beside(list(self.kernel)), exact(self.input_set.rows), self.input_set.dimension
         inverse = (Z.transpose() * Z).inv()
@@ -149,7 +149,7 @@ class Allocation:
         return np.array(gains), np.array(shifts)
 
     def _circuits(self) -> Iterator[list[tuple[int, Fraction]]]:
-        """Rows of the input set, each with its factor: whatever some rows have as their only relation."""
+        """Yield the circuits: pairs of a row of the input set and its factor."""
         rows = exact(self.input_set.rows)
         pushes = [[(row_of(rows, i) * column)[0, 0] for column in self.kernel] for i in range(rows.nrows())]
         for size in range(1, len(self.kernel) + 2):
@@ -165,7 +165,7 @@ def _fractions(numbers: Array) -> list[Fraction]:
 
 
 def _float_above(number: Fraction) -> float:
-    """The smallest float64 that is no smaller, if there is one; no number of float64's range lies below the lowest."""
+    """Round up to float64: infinity beyond its range, and the lowest float64 for numbers below its range."""
     try:
         nearest = float(number)
     except OverflowError:

@@ -8,8 +8,8 @@ import pytest
 from tests.trackable.systems.instances import random_signal, unbounded
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import POINT
-from trackable.systems.flat.sampling import default_sample, sampled_signals, seen_through
 from trackable.systems.linear import LinearSystem
+from trackable.systems.sampling import default_sample, sampled_signals, stencils_by_name
 
 T_S = 0.1
 NO_LEVEL = "says how its flat output moves, but not where it is"
@@ -35,8 +35,8 @@ MIXED = unbounded(
 def test_stencils_see_what_they_are_named_for(plant, names):
     """On random signals: each sample is its state, or its flat output, at that time."""
     rng, t = np.random.default_rng(0), np.linspace(0, 2, 9)
-    signals = [random_signal(rng) for _ in range(plant.signals)]
-    found = seen_through(plant, names)
+    signals = [random_signal(rng) for _ in range(plant.signal_count)]
+    found = stencils_by_name(plant, names)
     assert sorted(found) == sorted(names)
     for signal, (name, stencil) in zip(signals, found.items(), strict=True):
         seen = stencil.offset + sum(w * signal(t + j * stencil.step) for j, w in enumerate(stencil.weights))
@@ -77,14 +77,14 @@ def test_samples_without_a_name_are_those_of_the_first_state_that_shows_the_flat
 )
 def test_samples_that_do_not_show_the_flat_outputs_are_refused(plant, names, message):
     with pytest.raises(ValueError, match=f"^samples: {re.escape(message)}$"):
-        seen_through(plant, names)
+        stencils_by_name(plant, names)
 
 
 def test_missing_samples_are_named():
     with pytest.raises(ValueError, match=r"but 1 of them cannot be seen in samples of x: also give one of .*z2$"):
-        seen_through(PLANE, ["x"])
+        stencils_by_name(PLANE, ["x"])
     with pytest.raises(ValueError, match=r"but 2 of them cannot be seen in samples of nothing: also give one of .*; "):
-        seen_through(PLANE, [])
+        stencils_by_name(PLANE, [])
 
 
 def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it():
@@ -98,11 +98,11 @@ def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it():
         rounded += [sum(x.stencil[1].weights) for x in plant.flatness.states[1:]]
         for name in ("x2", "x3"):
             with pytest.raises(ValueError, match=NO_LEVEL):
-                seen_through(plant, [name])
+                stencils_by_name(plant, [name])
     assert sum(bool(left) for left in rounded) >= 3
     nearly = unbounded(
         LinearSystem(np.array([[1.0, T_S], [1e-17, 1.0]]), np.array([[T_S**2 / 2], [T_S]]), sampling_time=T_S)
     )
     assert sum(nearly.flatness.states[1].weights[0]) != 0
     with pytest.raises(ValueError, match=NO_LEVEL):
-        seen_through(nearly, ["x2"])
+        stencils_by_name(nearly, ["x2"])
