@@ -6,8 +6,6 @@ from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
 
-from trackable.systems.sets.allocation import Allocation
-
 from tests.trackable.checker.changes import changed
 from tests.trackable.checker.redundant import as_read, learned
 from tests.trackable.gp.instances import over
@@ -16,6 +14,7 @@ from trackable.checker import Failed, NotACertificate, check
 from trackable.checker.certificate import Row
 from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.steps.redundancy import why_not_attainable
+from trackable.systems.allocation import Allocation
 
 TAMPERED: dict[str, tuple[tuple[Any, ...], Any, str]] = {
     "second input narrower": (("reference", "plant", "input_set", "upper", 1), 0.19, "input_set"),

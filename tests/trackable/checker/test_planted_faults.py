@@ -85,8 +85,9 @@ def test_a_prover_that_forgets_the_remainder(monkeypatch, blind):
 
 
 def test_a_prover_with_a_wrong_kernel(monkeypatch, blind):
-    right = SquaredExponentialBalls.taylor
-    monkeypatch.setattr(SquaredExponentialBalls, "taylor", lambda self, r: right(replace(self, signal_std=0.5), r))
+    right = SquaredExponentialBalls.polynomial
+    half_as_large = lambda self, *arguments: right(replace(self, signal_std=0.5), *arguments)  # noqa: E731
+    monkeypatch.setattr(SquaredExponentialBalls, "polynomial", half_as_large)
     monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
     assert_caught(small(SquaredExponential(1.0, 0.3), state_set=(-0.4, 0.3)), "box")
 

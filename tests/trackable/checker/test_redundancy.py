@@ -7,11 +7,7 @@ import pytest
 
 from tests.trackable.checker.redundant import PLANE, PLANT, STEPS, as_read, in_the_plane, learned
 from tests.trackable.systems.instances import controllable
-<<<<<<< HEAD
 from tests.trackable.systems.redundant_instances import excess
-=======
-from tests.trackable.systems.redundant_instances import CASES, ONE_STATE, excess
->>>>>>> main
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
@@ -21,7 +17,6 @@ from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.reference import TrackableReference
-from trackable.systems.allocation import Allocation
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
