@@ -18,6 +18,7 @@ from trackable.learning.published.scalar import growth_rates
 from trackable.learning.published.tail import tail
 from trackable.learning.screening import screened
 from trackable.learning.search import best_solution
+from trackable.systems.sets.interval import Interval
 
 T = TypeVar("T")
 _FIRST_STEP = 70
@@ -104,10 +105,10 @@ def _slsqp_algorithm1(of: Example, every_start: bool) -> tuple[int, float]:
     for k_bar in range(_FIRST_STEP, 301):
         objective, at = by_slsqp(OnGrid(of, k_bar - 1), starts)
         signal = JointPosterior(of.prior.with_log_hyperparameters(at), (of.samples,)).signals[0]
-        bounds = tail(signal, k_bar * of.plant.sampling_time)
+        bounds = tail(signal, k_bar * of.system.sampling_time)
         if bounds is not None and bounds.keeps_states(of.system):
             centre = signal(np.array(bounds.start)).item()
-            around = type(of.plant.state_set)(centre - bounds.mean_bound, centre + bounds.mean_bound)
+            around = Interval(centre - bounds.mean_bound, centre + bounds.mean_bound)
             if bounds.keeps_rates(growth_rates(of.system, around)):
                 return k_bar, objective
         starts = starts if every_start else [at]

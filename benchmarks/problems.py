@@ -6,8 +6,7 @@ from functools import cache
 import numpy as np
 
 from benchmarks.machine import ROOT
-from pipeline.experiments import ScalarExperiment
-from pipeline.experiments.load import load_experiment
+from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior, JointPrior
@@ -17,7 +16,7 @@ from trackable.gp.samples import Samples
 from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
 from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import state_and_input
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 
@@ -66,21 +65,14 @@ class Example:
     space: SearchSpace
     last_step: int
 
-    @property
-    def plant(self) -> Scalar:
-        return Scalar.of(self.system)
-
     def on_steps(self, last: int) -> ConstrainedProblem:
         """States up to step `last`, and the inputs that lead there: problem (6) of the paper."""
         return self.at_instants(last, self.system.sampling_time)
 
     def at_instants(self, count: int, spacing: float) -> ConstrainedProblem:
         """State and input at `count` instants [s]."""
-        plant = self.plant
-        constraints = (
-            Constraint(plant.state, Steps(0, count, spacing)),
-            Constraint(plant.input, Steps(0, count - 1, spacing)),
-        )
+        state, entry = state_and_input(self.system)
+        constraints = Constraint(state, Steps(0, count, spacing)), Constraint(entry, Steps(0, count - 1, spacing))
         return ConstrainedProblem((self.samples,), self.prior, self.space, constraints)
 
 
@@ -88,7 +80,6 @@ class Example:
 def example(name: str) -> Example:
     """As params.yaml has it."""
     experiment = load_experiment(name, ROOT / "params.yaml")
-    assert isinstance(experiment, ScalarExperiment)
     (samples,) = sampled_by(experiment).samples
     space = experiment.search_space((samples,))
-    return Example(samples, experiment.learned_prior, experiment.constrained_system, space, experiment.last_step)
+    return Example(samples, experiment.learned_prior, experiment.plant, space, experiment.verification.last_step)

@@ -16,6 +16,7 @@ from benchmarks.problems import Example
 from trackable.arrays import Array
 from trackable.gp.kernels.periodic import Periodic
 from trackable.learning.constraint import ROUNDING_BACKOFF
+from trackable.learning.published.scalar import coefficients, interval_sets
 
 _FEASIBLE = -1e-7
 
@@ -37,7 +38,7 @@ class OnGrid:
 
     @property
     def steps(self) -> Array:
-        return np.arange(self.last + 1) * self.example.plant.sampling_time
+        return np.arange(self.last + 1) * self.example.system.sampling_time
 
     def kernel(self, log_theta: Any, r: Any, exp: Any = np.exp, sin: Any = np.sin) -> Any:
         """κ(r), for floats and for symbols."""
@@ -48,10 +49,10 @@ class OnGrid:
 
     def margins(self, mean: Any, concatenate: Any = np.concatenate) -> Any:
         """Relative margins at all steps, from the posterior mean there."""
-        plant = self.example.plant
-        inputs = (mean[1:] - plant.a * mean[:-1] - plant.c) / plant.b
+        a, b, c = coefficients(self.example.system)
+        inputs = (mean[1:] - a * mean[:-1] - c) / b
         sides = []
-        for values, bounds in ((mean, plant.state_set), (inputs, plant.input_set)):
+        for values, bounds in zip((mean, inputs), interval_sets(self.example.system), strict=True):
             sides += [(values - bounds.lower) / bounds.width, (bounds.upper - values) / bounds.width]
         return concatenate(sides)
 

@@ -27,7 +27,7 @@ def main() -> None:
     """
 
 
-def _stage(name: str, summary: str, module: str | None = None) -> None:
+def _stage(name: str, summary: str) -> None:
     @main.command(name, help=summary, short_help=summary)
     @click.argument("experiment")
     @click.option(
@@ -36,14 +36,14 @@ def _stage(name: str, summary: str, module: str | None = None) -> None:
     @click.option("--results", type=click.Path(path_type=Path), default=Path("data/results"), show_default=True)
     def command(experiment: str, params: Path, results: Path) -> None:
         # Imported late: `--help` and a wrong parameter should not wait for SciPy and matplotlib.
-        stage: Callable[[Experiment, Results], None] = getattr(import_module(f"pipeline.{module or name}"), name)
+        stage: Callable[[Experiment, Results], None] = getattr(import_module(f"pipeline.{name}"), name)
         stage(load_experiment(experiment, params), Results(experiment, results))
 
 
 _stage("generate", "Stage 1: take or draw the noisy samples.")
 _stage("fit", "Stage 2: learn the references.")
 _stage("verify", "Stage 3: margins at finely sampled times, and what holds ever after.")
-_stage("control", "Stage 4: close the loop on the references.", "close_loops")
+_stage("control", "Stage 4: close the loop on the references.")
 _stage("figures", "Stage 5: draw the figures.")
 
 

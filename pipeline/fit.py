@@ -1,40 +1,65 @@
-"""Stage 2: samples → references, and the iterations on the way; what is learned depends on the kind of experiment."""
+"""Stage 2: samples → references, each learned by one of the experiment's methods, and the iterations on the way."""
 
+import time
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
+from tqdm import tqdm
 
-from pipeline import fit_asymptotic, fit_periodic, fit_tracking
 from pipeline.environment.record import environment
-from pipeline.experiments import AsymptoticExperiment, Experiment, PeriodicExperiment, TrackingExperiment
+from pipeline.experiments import Experiment
+from pipeline.methods import Fit, Method, Task
 from pipeline.storage.archive import Fitted, read_samples, write_fit
 from pipeline.storage.results import Results
-from pipeline.storage.sampled import Sampled
 from pipeline.storage.tables import to_csv
+from pipeline.study import study
 from trackable.arrays import Array
+from trackable.errors import NoReferenceError
 from trackable.files import write_json, write_text
+from trackable.learning.learned import LearnedReference
 
 _INSTANTS_PER_STEP = 2
 
 
 def fit(experiment: Experiment, results: Results) -> None:
-    """Learn the references. Raises NoReferenceError, before anything is written, where one cannot be had."""
-    fitted, iterations, seconds = _learned(experiment, read_samples(results))
-    steps = np.arange(_INSTANTS_PER_STEP * experiment.last_step + 1) / _INSTANTS_PER_STEP
-    write_fit(results, fitted, steps * experiment.constrained_system.sampling_time)
-    write_text(results.iterations, to_csv(iterations))
+    """Learn the references. Raises NoReferenceError, before anything is written, where a method finds none."""
+    sampled = read_samples(results)
+    fits, seconds = _fits(experiment, experiment.task(sampled.samples))
+    plant = experiment.plant
+    learned = {
+        name: LearnedReference.of(name, found.solution, plant, final_step=found.final_step, fits=found.fits)
+        for name, found in fits.items()
+    }
+    traces = {name: found.trace for name, found in fits.items() if found.trace}
+    steps = np.arange(_INSTANTS_PER_STEP * experiment.verification.last_step + 1) / _INSTANTS_PER_STEP
+    fitted = Fitted(sampled, learned, traces, study(experiment, sampled.samples))
+    write_fit(results, fitted, steps * plant.sampling_time)
+    write_text(results.iterations, to_csv(_iterations(fits)))
     write_json(results.environment, environment())
-    if seconds:
-        write_json(results.timings, seconds)
+    write_json(results.timings, seconds)
 
 
-def _learned(experiment: Experiment, sampled: Sampled) -> tuple[Fitted, Mapping[str, Array], Mapping[str, float]]:
-    """References, iterations, and how long each method took [s] where that is a question."""
-    match experiment:
-        case AsymptoticExperiment():
-            return *fit_asymptotic.learn(experiment, sampled), {}
-        case PeriodicExperiment():
-            return fit_periodic.learn(experiment, sampled)
-        case TrackingExperiment():
-            return *fit_tracking.learn(experiment, sampled), {}
-    raise TypeError(f"no way to learn from a {type(experiment).__name__}")
+def _fits(experiment: Experiment, task: Task) -> tuple[dict[str, Fit], dict[str, float]]:
+    """Return what each method found, and how long it took [s]."""
+    fits: dict[str, Fit] = {}
+    seconds: dict[str, float] = {}
+    with tqdm(desc=f"{experiment.name}: fit", unit="fit", disable=None) as bar:
+        for method in experiment.learned_by:
+            bar.set_postfix_str(method.name)
+            begin = time.perf_counter()
+            fits[method.name] = _fit(experiment.name, method, replace(task, on_fit=bar.update))
+            seconds[method.name] = round(time.perf_counter() - begin, 3)
+    return fits, seconds
+
+
+def _fit(experiment: str, method: Method, task: Task) -> Fit:
+    found = method.learn(task)
+    if not isinstance(found, Fit):
+        raise NoReferenceError(f"experiment {experiment}, {method.name}: {found.explanation}")
+    return found
+
+
+def _iterations(fits: Mapping[str, Fit]) -> Mapping[str, Array]:
+    """Return the iterations of the first method that has some."""
+    return next((found.iterations for found in fits.values() if found.iterations), {})

@@ -1,22 +1,24 @@
-"""Stage 1: the samples, published or drawn."""
+"""Stage 1: where samples come from → the samples that references are learned from, and those held out."""
 
 import numpy as np
 
-from pipeline.collect import collect
-from pipeline.experiments import Experiment, ScalarExperiment, TrackingExperiment
-from pipeline.experiments.fields import SampleDraw, SampleFile
-from pipeline.experiments.model import STATE
+from pipeline.experiments import Experiment
+from pipeline.experiments.sources import STEPS, CsvColumn, Drawn, Excerpt, McapField
+from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import write_samples
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
-from pipeline.storage.tables import column, read_columns
 from trackable.errors import InputError
 from trackable.gp.samples import Samples
 from trackable.learning.problem import ConstrainedProblem
+from trackable.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
+from trackable.systems.sampling import sampled_signals
+
+_SIGNAL = "signal"
 
 
 def generate(experiment: Experiment, results: Results) -> None:
-    """Write the samples, and the ground truth at every verified step where it is known."""
+    """Write the samples, and the ground truths at every verified step. Raises InputError for unusable samples."""
     try:
         sampled = sampled_by(experiment)
         for name, samples in sampled.by_name.items():
@@ -29,27 +31,60 @@ def generate(experiment: Experiment, results: Results) -> None:
         experiment.check(sampled.samples)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: {error}") from error
-    times = np.arange(experiment.last_step + 1, dtype=float) * experiment.constrained_system.sampling_time
-    truths = {name: (times, truth(times)) for name, truth in experiment.truths.items()}
-    write_samples(results, sampled, truths)
+    times = np.arange(experiment.verification.last_step + 1, dtype=float) * experiment.plant.sampling_time
+    write_samples(results, sampled, {name: (times, truth(times)) for name, truth in experiment.truths.items()})
 
 
 def sampled_by(experiment: Experiment) -> Sampled:
-    """The samples of an experiment. Raises InputError and ValueError for sources that do not hold them."""
-    match experiment:
-        case TrackingExperiment():
-            return collect(experiment)
-        case ScalarExperiment(samples=SampleFile() as source):
-            return Sampled((STATE,), (_read_csv(source, experiment.system.sampling_time),))
-        case ScalarExperiment(samples=SampleDraw() as draw):
-            return Sampled((STATE,), (experiment.drawn(draw, draw.seed),))
-    raise TypeError(f"no samples of a {type(experiment).__name__}")
+    """Return the samples of every source, in the order of the flat outputs.
+
+    Raises InputError where a recording cannot be read, and ValueError where its samples cannot be used.
+    """
+    plant = experiment.plant
+    learned: dict[str, Samples] = {}
+    held_out: dict[str, Samples] = {}
+    for name, source in experiment.sources.items():
+        if isinstance(source, Drawn):
+            times = source.steps.times(plant.sampling_time)
+            learned[name] = draw(GROUND_TRUTHS[source.ground_truth], times, source.noise_std, source.seed)
+            continue
+        signal = _read_csv(source, plant.sampling_time) if isinstance(source, CsvColumn) else _read_mcap(source)
+        learned[name], later = _excerpt(signal, source.excerpt)
+        if later:
+            held_out[name] = later
+    names, samples = sampled_signals(plant, learned)
+    return Sampled(names, samples, tuple(held_out), tuple(held_out.values()))
 
 
-def _read_csv(source: SampleFile, sampling_time: float) -> Samples:
-    columns = read_columns(source.file)
-    times, values = (column(source.file, columns, name) for name in (source.time_column, source.value_column))
-    try:
-        return Samples(times if source.time_unit == "seconds" else times * sampling_time, values)
-    except ValueError as error:
-        raise InputError(f"{source.file}: {error}") from error
+def _read_csv(source: CsvColumn, sampling_time: float) -> Signal:
+    column = Column(source.value_column, _scale(source), source.noise_column)
+    layout = CsvLayout(source.separator, source.decimal, source.encoding, skip=source.skip, missing=source.missing)
+    counts_steps = source.time_unit == STEPS
+    unit = "s" if counts_steps else source.time_unit
+    signal = read_csv(source.csv, source.time_column, unit, {_SIGNAL: column}, layout, source.repairs)[_SIGNAL]
+    return Signal(signal.times * sampling_time, signal.values, signal.noise_std) if counts_steps else signal
+
+
+def _read_mcap(source: McapField) -> Signal:
+    field = Field(source.topic, source.field, _scale(source), noise_std=source.noise_field)
+    return read_mcap(source.mcap, {_SIGNAL: field}, source.repairs)[_SIGNAL]
+
+
+def _scale(source: CsvColumn | McapField) -> float:
+    return source.excerpt.scale if source.excerpt else 1.0
+
+
+def _excerpt(signal: Signal, wanted: Excerpt | None) -> tuple[Samples, Samples | None]:
+    """Return the samples to learn from and those that follow. Times of both count from the start of the excerpt."""
+    if wanted is None:
+        return signal.samples(), None
+    learned = signal.select(wanted.start, wanted.end)
+    learned = learned.every(wanted.every) if wanted.every else learned
+    level = float(np.median(learned.values)) if wanted.level == "median" else wanted.level
+    later = None
+    if wanted.held_out:
+        following = signal.select(wanted.end, wanted.end + wanted.held_out)
+        after = following.times > wanted.end
+        later = Samples(following.times[after] - wanted.start, following.values[after] - level)
+    samples = learned.samples()
+    return Samples(samples.times - wanted.start, samples.values - level, samples.relative_noise), later

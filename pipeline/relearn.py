@@ -6,6 +6,7 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.control import Relearning
+from pipeline.published.ground_truth import draw
 from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
 from trackable.certificates.certified import Certified, learn_certified
@@ -68,11 +69,9 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
 
     def learner(samples: tuple[Samples, ...]) -> LearningResult:
         space = experiment.search_space(samples)
-        return learn_certified(
-            samples, experiment.learned_prior, experiment.constrained_system, space, experiment.goal(samples)
-        )
+        return learn_certified(samples, experiment.learned_prior, experiment.plant, space, experiment.goal(samples))
 
-    sampling_time = experiment.constrained_system.sampling_time
+    sampling_time = experiment.plant.sampling_time
     begin, end = (round(max(float(s.times[-1]) for s in parts) / sampling_time) for parts in (sampled.samples, stream))
     known = sampled.samples
     if wanted.first is not None:
@@ -103,13 +102,10 @@ def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tup
 
 
 def _drawn(experiment: Experiment, wanted: Relearning, name: str) -> Samples | None:
-    stream = wanted.stream
-    if stream is None or name not in experiment.truths:
+    stream, truth = wanted.stream, experiment.truths.get(name)
+    if stream is None or truth is None:
         return None
-    steps = np.arange(stream.steps.first, stream.steps.last + 1, stream.steps.every, dtype=float)
-    times = steps * experiment.constrained_system.sampling_time
-    noise = stream.noise_std * np.random.default_rng(stream.seed).standard_normal(times.size)
-    return Samples(times, experiment.truths[name](times) + noise)
+    return draw(truth, stream.steps.times(experiment.plant.sampling_time), stream.noise_std, stream.seed)
 
 
 def _joined(first: Samples, later: Samples | None) -> Samples:

@@ -1,4 +1,4 @@
-"""The artifacts of a folder, and the rows for each pair of them."""
+"""Find the artifacts of a folder, and compare each with its counterpart."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ RESULTS, NOTEBOOKS = Path("data/results"), Path("notebooks")
 
 @dataclass(frozen=True)
 class Kind:
-    """How files of a kind are read, and what parts two of them have; `divided` ones are one row for each part."""
+    """How files of a kind are read and divided into parts. A `divided` file has one row for each part."""
 
     read: Callable[[Path], Any]
     parts: Callable[[Any, Any], Iterable[Part]]
@@ -49,9 +49,10 @@ _ANY = Kind(_bytes(bytes), _hash_parts)
 
 
 def artifacts(root: Path) -> dict[str, Path]:
-    """The artifacts below a folder by name: `example1/metrics.json`, `notebooks/example1.ipynb`.
+    """Return the artifacts below a folder by name: `example1/metrics.json`, `notebooks/example1.ipynb`.
 
-    The folder is a project's, or just its results. Hidden files, wall clocks and records of the environment are none.
+    The folder is that of a project, or of its results alone. Hidden files, wall clocks and records of the environment
+    are no artifacts.
     """
     results = results_folder(root)
     named = {path.relative_to(results).as_posix(): path for path in _files(results)}
@@ -61,12 +62,12 @@ def artifacts(root: Path) -> dict[str, Path]:
 
 
 def results_folder(root: Path) -> Path:
-    """Where the results of a project are, or else the folder itself."""
+    """Return the results folder of a project, or the folder itself where it is no project."""
     return root / RESULTS if (root / RESULTS).is_dir() else root
 
 
 _NO_ARTIFACTS = {TIMINGS, ENVIRONMENT}
-"""How long fits took on one machine, and what they were made with, which is compared by itself."""
+"""Durations on one machine are not compared, and the environment is compared by itself."""
 
 
 def _files(folder: Path) -> Iterator[Path]:
@@ -77,7 +78,7 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def artifact_rows(name: str, base: Path | None, new: Path | None, tolerances: Tolerances) -> list[Row]:
-    """The rows of one artifact, whose file may be missing on one side."""
+    """Return the rows of one artifact, whose file may be missing on one side."""
     if base is None or new is None:
         return [Row(name, "", "", Status.EXTRA if base is None else Status.MISSING)]
     kind = KINDS.get(Path(name).suffix, _ANY)

@@ -1,4 +1,4 @@
-"""Whether each certificate is about a reference that was learned: one for another reference proves nothing here."""
+"""Check that each certificate is about a reference that was learned: one for another reference proves nothing here."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -12,7 +12,7 @@ _FIT = "fit.mcap"
 
 
 def certificate_rows(artifacts: tuple[Mapping[str, Path], Mapping[str, Path]]) -> Iterator[Row]:
-    """A row for each certificate that belongs to no reference of its experiment's fit, in BASE or NEW."""
+    """Yield a row for each certificate that belongs to no reference of its experiment's fit, in BASE or NEW."""
     for name in {**artifacts[0], **artifacts[1]}:
         complaints = [
             f"in {label}, {complaint}"
@@ -24,10 +24,13 @@ def certificate_rows(artifacts: tuple[Mapping[str, Path], Mapping[str, Path]]) -
 
 
 def _complaint(name: str, side: Mapping[str, Path]) -> str | None:
-    """Why a file is a certificate for another reference; None where it is not, or is no certificate."""
-    about = _certified(side[name])
-    if about is None:
+    """Say what is wrong about the reference of a certificate; None where nothing is, or the file is no certificate."""
+    certificate = _certificate(side[name])
+    if certificate is None:
         return None
+    if not isinstance(certificate.get("reference"), dict):
+        return "the certificate names no reference: it is of an earlier version, or damaged"
+    about = json_leaves(certificate["reference"])
     fit = f"{name.split('/', maxsplit=1)[0]}/{_FIT}"
     try:
         learned = _learned(side[fit]) if fit in side else {}
@@ -49,21 +52,21 @@ def _complaint(name: str, side: Mapping[str, Path]) -> str | None:
     )
 
 
-def _certified(path: Path) -> Leaves | None:
-    """The numbers of the reference, its system and its bounds, that a certificate is about."""
+def _certificate(path: Path) -> dict[object, object] | None:
+    """Return the content of a certificate; None where a file is none, or cannot be read, which its own row says."""
     if path.suffix != ".json":
         return None
     try:
         match read_json(path.read_bytes()):
-            case {"format": "trackable certificate", "reference": dict(reference)}:
-                return json_leaves(reference)
+            case {"format": "trackable certificate", **rest}:
+                return rest
     except UnreadableError:
-        pass  # the row of the file itself says so
+        pass
     return None
 
 
 def _learned(fit: Path) -> dict[str, Leaves]:
-    """The same numbers for each learned reference, by method."""
+    """Return the values of each learned reference, by method."""
     found = {}
     for name, data in read_recording(fit).attachments.items():
         match read_json(data):
@@ -73,7 +76,7 @@ def _learned(fit: Path) -> dict[str, Leaves]:
 
 
 def _apart(certified: Leaves, learned: Leaves) -> list[str]:
-    """The places at which the two differ: a proof is about these very numbers, to the last bit."""
+    """Return the places at which the two differ: a proof is about exactly these numbers, to the last bit."""
     places = {**certified, **learned}
     return [place for place in places if _value(certified, place) != _value(learned, place)]
 

@@ -1,4 +1,4 @@
-"""The paper's claims: what is said where, and which of our values has to agree."""
+"""Read the claims: what the paper says where, and which of our values has to agree."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +15,7 @@ CLAIMS = Path("claims.yaml")
 
 
 class Condition(Fields):
-    """What a number has to be, strictly; `{}` is any number."""
+    """Strict bounds for a number, or its value; `{}` admits any number."""
 
     above: float | None = None
     below: float | None = None
@@ -30,10 +30,10 @@ class Condition(Fields):
 
 
 class Locator(Fields):
-    """Where a value stands: a path in a JSON file, or a column of a table or of a log's topic, and one of its rows.
+    """The place of a value: a path in a JSON file, or one row of a column of a CSV table or of a log's topic.
 
-    Of the rows that meet every condition of `where` (by column; a row without a number there meets none), `pick` takes
-    the first, the last, or that with the largest or smallest value.
+    `where` has a condition for each column that it names; a row without a number there does not meet it. Among the rows
+    that meet all conditions, `pick` takes the first, the last, or the one with the largest or smallest value.
     """
 
     file: str
@@ -52,7 +52,7 @@ class Locator(Fields):
         return self
 
     def __str__(self) -> str:
-        """The value in a few words."""
+        """Name the place in a few words."""
         place = (self.path,) if self.path else (self.topic, self.column, f"({self.pick})")
         return " ".join(part for part in (Path(self.file).name, *place) if part)
 
@@ -67,8 +67,8 @@ class Printed(Fields):
 class Claim(Fields):
     """A statement, its `source`, the value that it is about, and one expectation.
 
-    The value `equals` a number (null: there is none), or is the `printed` one, give or take `within`; or it is
-    `at_least`, or `at_most`, a number or another value of the same results.
+    The value `equals` a number (null: there must be no value) or the `printed` number, up to `within`; or it is
+    `at_least` or `at_most` a number or another value of the same results.
     """
 
     claim: str
@@ -88,7 +88,7 @@ class Claim(Fields):
 
     @property
     def expected(self) -> str:
-        """The expectation in a few characters."""
+        """State the expectation in a few characters."""
         for sign, limit in (("≥", self.at_least), ("≤", self.at_most)):
             if limit is not None:
                 return f"{sign} {limit}" if isinstance(limit, Locator) else f"{sign} {limit:g}"
@@ -97,7 +97,7 @@ class Claim(Fields):
         return f"{shown} ± {self.within:g}" if self.within else shown
 
     def admits(self, value: Found, look_up: Callable[[Locator], Found]) -> bool:
-        """Whether a value is as expected, where `look_up` finds the other values of its results. NaN never is."""
+        """Return whether a value is as expected; NaN never is. `look_up` finds other values of the same results."""
         limits = [look_up(limit) if isinstance(limit, Locator) else limit for limit in (self.at_least, self.at_most)]
         if not _is_number(value):
             return value is None and self._number() is None and limits == [None, None]
@@ -123,11 +123,11 @@ def _is_number(value: Found) -> TypeGuard[int | float]:
 
 
 class Claims(Fields):
-    """All that is claimed, in the order of the report."""
+    """All claims, in the order of the report."""
 
     claims: Annotated[tuple[Claim, ...], BeforeValidator(lambda written: tuple(written or ()))]
 
 
 def load_claims(path: Path = CLAIMS) -> Claims:
-    """The claims of a YAML file. Raises InputError."""
+    """Read the claims of a YAML file. Raises InputError."""
     return validated(Claims, read_yaml(path), path)

@@ -8,7 +8,7 @@ import click
 FILE = click.Path(dir_okay=False, path_type=Path)
 
 
-@click.command("compare", short_help="What moved between two sets of results, and which claims broke.")
+@click.command("compare", short_help="Compare two sets of results, and check the claims.")
 @click.argument("base")
 @click.argument("new", default=".")
 @click.option(
@@ -18,7 +18,9 @@ FILE = click.Path(dir_okay=False, path_type=Path)
 @click.option("--json", "json_file", type=FILE, help="Also write everything as JSON.")
 @click.option("--markdown", "markdown_file", type=FILE, help="Also write a report for a pull request.")
 @click.option(
-    "--pictures", type=click.Path(file_okay=False, path_type=Path), help="Also draw figures that differ here."
+    "--pictures",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Also draw the figures that differ into this folder.",
 )
 @click.option("--all", "list_all", is_flag=True, help="List identical artifacts too.")
 @click.pass_context
@@ -33,10 +35,11 @@ def compare(
     pictures: Path | None,
     list_all: bool,
 ) -> None:
-    """What moved from BASE to NEW, by how much and where, and which of the paper's claims hold in each.
+    """Say what moved from BASE to NEW, by how much and where, and which of the paper's claims hold in each.
 
-    BASE and NEW are folders (a project's, or just its results) or git revisions; NEW is this project where it is left
-    out. Exit codes: 0 all within tolerance, and no claim fails in NEW; 1 otherwise; 2 something is not usable.
+    BASE and NEW are git revisions or folders, each of a project or of its results alone. If NEW is left out, it is this
+    project. Exit codes: 0 all artifacts are within tolerance and all claims hold in NEW; 1 otherwise; 2 something is
+    not usable.
     """
     # Imported late, like the stages: `--help` should wait for nothing.
     from pipeline.compare.claims import load_claims  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""The comparison itself."""
+"""Compare two folders: artifacts, certificates, claims, environments."""
 
 from pathlib import Path
 
@@ -20,10 +20,10 @@ def compare(
     base_name: str | None = None,
     new_name: str | None = None,
 ) -> Comparison:
-    """What moved from `base` to `new`, two folders: a project's, or just its results.
+    """Return what moved from the folder `base` to the folder `new`, each of a project or of its results alone.
 
-    Notebooks are compared where both are a project's. The names are those that a report shows. Raises InputError where
-    a folder holds no results, or a claim refers to a printed number that does not exist.
+    Notebooks are compared if both sides have them. `base_name` and `new_name` are what a report shows. Raises
+    InputError where a folder holds no results, or a claim refers to a printed number that does not exist.
     """
     sides = artifacts(base), artifacts(new)
     for root, name, found in zip((base, new), (base_name, new_name), sides, strict=True):

@@ -1,4 +1,4 @@
-"""What a comparison says, as plain data: it is rendered elsewhere."""
+"""The result of a comparison as plain data; `reports` renders it."""
 
 import math
 from collections import Counter
@@ -10,7 +10,7 @@ from pipeline.compare.tolerances import Rule
 
 
 class Absent(Enum):
-    """The value of a place that one side does not have."""
+    """Stands for the value at a place that one side does not have."""
 
     ABSENT = "absent"
 
@@ -22,7 +22,7 @@ Found = Value | Absent
 
 
 class Status(Enum):
-    """What became of an artifact, or of one topic and field of it."""
+    """The outcome for an artifact, or for one topic and field of it."""
 
     IDENTICAL = "identical"
     WITHIN = "within tolerance"
@@ -33,7 +33,7 @@ class Status(Enum):
 
 @dataclass(frozen=True)
 class Difference:
-    """Two values at one place, and the rule that judges them. Nothing but two equal values is no difference."""
+    """Two different values at one place, and the rule that judges them."""
 
     place: str
     base: Found
@@ -42,20 +42,20 @@ class Difference:
 
     @property
     def absolute(self) -> float | None:
-        """|new − base|; None where one of them is no finite number."""
+        """Return |new − base|; None where one of them is not a finite number."""
         if _finite(self.base) and _finite(self.new):
             return abs(float(self.new) - float(self.base))  # type: ignore[arg-type]
         return None
 
     @property
     def relative(self) -> float | None:
-        """The absolute difference as a share of |base|; None where there is no such number."""
+        """Return |new − base| / |base|; None where `base` is zero or one of them is not a finite number."""
         absolute = self.absolute
         return None if absolute is None or self.base == 0 else absolute / abs(float(self.base))  # type: ignore[arg-type]
 
     @cached_property
     def excess(self) -> float:
-        """The difference as a multiple of what the rule allows; infinite where no rule could allow it."""
+        """Return the difference as a multiple of what the rule allows; infinite where no rule can allow it."""
         if self.absolute is None:
             return math.inf
         allowed = self.rule.allowed(float(self.base))  # type: ignore[arg-type]
@@ -68,10 +68,10 @@ def _finite(value: Found) -> bool:
 
 @dataclass(frozen=True)
 class Row:
-    """One artifact; of a log, one topic and field of it.
+    """The outcome for one artifact, or for one topic and field of a log.
 
-    `worst` holds the differences farthest beyond their tolerances (or nearest to them), worst first; `differing` counts
-    all differences, `beyond` those that no tolerance covers, `compared` all values looked at (0 where none had to be).
+    `worst` holds the largest differences, as multiples of their tolerances, in falling order. `compared` counts the
+    values that were looked at (0 where the bytes agree), `differing` the differences, `beyond` those beyond tolerance.
     """
 
     artifact: str
@@ -93,7 +93,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a claim holds for one side; `found` is the value it is about, `reason` says why there is none."""
+    """Whether a claim holds on one side. `found` is the value that it is about; `reason` says why there is none."""
 
     holds: bool
     found: Found
@@ -102,7 +102,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class JudgedClaim:
-    """A claim with its source, what it expects, and the verdicts on both sides."""
+    """A claim with its source, its expectation, and the verdicts on both sides."""
 
     text: str
     source: str
@@ -113,7 +113,7 @@ class JudgedClaim:
 
 @dataclass(frozen=True)
 class Version:
-    """One part of the environment; None where a side does not say."""
+    """One entry of the environment; None where a side does not record it."""
 
     name: str
     base: str | None
@@ -126,7 +126,7 @@ class Version:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Everything that can be said about `new` against `base` (both as they were named by whoever asked)."""
+    """Everything that a comparison says; `base` and `new` are the names of the two sides."""
 
     base: str
     new: str
@@ -142,6 +142,6 @@ class Comparison:
 
     @property
     def within(self) -> bool:
-        """Every artifact is there, within its tolerance, and no claim fails in `new`."""
+        """Whether all artifacts are there and within tolerance, and all claims hold in `new`."""
         good = {Status.IDENTICAL, Status.WITHIN}
         return all(row.status in good for row in self.rows) and all(claim.new.holds for claim in self.claims)

@@ -1,4 +1,4 @@
-"""What BASE and NEW stand for: a folder, or a revision of the repository, laid out in a folder for a while."""
+"""Find BASE and NEW: a folder, or a revision of the repository, which is laid out in a temporary folder."""
 
 import subprocess
 import tarfile
@@ -17,9 +17,9 @@ _WANTED = (RESULTS.as_posix(), NOTEBOOKS.as_posix(), LOCK)
 
 @contextmanager
 def laid_out(name: str, repository: Path = Path()) -> Iterator[Path]:
-    """A folder with the artifacts of `name`: itself where it is one, else those of that revision of `repository`.
+    """Yield a folder with the artifacts of `name`: that folder itself, or those of that revision of `repository`.
 
-    Raises InputError where it is neither.
+    Raises InputError where `name` is neither.
     """
     if Path(name).is_dir():
         yield Path(name)

@@ -1,4 +1,4 @@
-"""How far values may move before a comparison says DIFFERENT: rules by artifact, topic and field."""
+"""Rules by artifact, topic and field: how far values may move before a comparison says DIFFERENT."""
 
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
@@ -22,10 +22,10 @@ EVERYTHING: Patterns = ("*",)
 
 
 class Rule(Fields):
-    """What may happen to values whose artifact, topic and field match one pattern each.
+    """How far values may move if their artifact, topic and field each match one of the rule's patterns.
 
-    Either a number may move by `absolute`, or by `relative` times its size in BASE, whichever allows more; or, with
-    `ignore`, the values are not compared at all. What is no number has to stay as it is under any other rule.
+    A number may move by the larger of `absolute` and `relative` times its size in BASE; any other value has to stay as
+    it is. With `ignore`, values are not compared at all.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Rule(Fields):
         return _any(artifact, self.artifact) and _any(topic, self.topic) and _any(field, self.field)
 
     def allowed(self, base: float) -> float:
-        """How far a number that is `base` may move."""
+        """Return how far a number may move that is `base` in BASE."""
         return max(self.absolute, self.relative * abs(base))
 
     def __str__(self) -> str:
@@ -58,7 +58,7 @@ class Rule(Fields):
 
 
 class Tolerances(Fields):
-    """Rules, of which the first that matches decides; the last one matches everything."""
+    """Rules in their order: the first that matches decides, and the last one matches everything."""
 
     rules: Annotated[tuple[Rule, ...], BeforeValidator(_listed)]
 
@@ -70,7 +70,7 @@ class Tolerances(Fields):
         return self
 
     def rule(self, artifact: str, topic: str, field: str) -> Rule:
-        """The rule that decides about a field."""
+        """Return the rule that decides about a field."""
         return _first(self, artifact, topic, field)
 
 
@@ -84,5 +84,5 @@ def _any(name: str, patterns: Iterable[str]) -> bool:
 
 
 def load_tolerances(path: Path = TOLERANCES) -> Tolerances:
-    """The rules of a YAML file. Raises InputError."""
+    """Read the rules of a YAML file. Raises InputError."""
     return validated(Tolerances, read_yaml(path), path)

@@ -1,4 +1,4 @@
-"""Whether the results in a folder bear a claim out."""
+"""Decide whether a claim holds for the results in a folder."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,11 +17,11 @@ Columns = Mapping[str, Sequence[float]]
 
 
 class _NoValueError(Exception):
-    """What a locator leads to is not there; the message says what is missing."""
+    """There is no value where a locator points; the message says what is missing."""
 
 
 def judge_claim(claim: Claim, base: Path, new: Path) -> JudgedClaim:
-    """The verdicts for both folders. InputError where the claim itself cannot be understood."""
+    """Return the verdicts for both folders. Raises InputError where the claim refers to an unknown printed number."""
     verdicts = [_verdict(claim, results_folder(root)) for root in (base, new)]
     return JudgedClaim(claim.claim, claim.source, claim.expected, *verdicts)
 
@@ -35,7 +35,7 @@ def _verdict(claim: Claim, results: Path) -> Verdict:
 
 
 def _value(locator: Locator, results: Path) -> Value:
-    """What stands there; _NoValueError says why there is nothing."""
+    """Return the value at a place. Raises _NoValueError with the reason where there is none."""
     try:
         return _read(locator, results / locator.file)
     except FileNotFoundError:

@@ -1,16 +1,6 @@
 """params.yaml → frozen, validated experiments. Everything is checked here, once, before anything is computed."""
 
 from pipeline.experiments.load import PARAMS, load_experiment, load_experiments
-from pipeline.experiments.model import AsymptoticExperiment, Experiment, PeriodicExperiment, ScalarExperiment
-from pipeline.experiments.tracking import TrackingExperiment
+from pipeline.experiments.model import Experiment
 
-__all__ = [
-    "PARAMS",
-    "AsymptoticExperiment",
-    "Experiment",
-    "PeriodicExperiment",
-    "ScalarExperiment",
-    "TrackingExperiment",
-    "load_experiment",
-    "load_experiments",
-]
+__all__ = ["PARAMS", "Experiment", "load_experiment", "load_experiments"]

@@ -9,7 +9,7 @@ from pipeline.storage.yaml_file import Fields
 
 
 class Stream(Fields):
-    """Further samples of the ground truth, as they arrive: drawn like `SampleDraw`."""
+    """Further samples of the ground truth, as they arrive: drawn as those of `Drawn` are."""
 
     steps: Steps
     noise_std: PositiveFloat

@@ -3,18 +3,12 @@
 from pathlib import Path
 from typing import Any
 
-from pipeline.experiments.model import AsymptoticExperiment, Experiment, PeriodicExperiment
+from pipeline.experiments.model import Experiment
 from pipeline.experiments.names import refused_names
-from pipeline.experiments.tracking import TrackingExperiment
 from pipeline.storage.yaml_file import read_yaml, validated
 from trackable.errors import InputError
 
 PARAMS = Path("params.yaml")
-KINDS: dict[str, type[Experiment]] = {
-    "asymptotic": AsymptoticExperiment,
-    "periodic": PeriodicExperiment,
-    "tracking": TrackingExperiment,
-}
 
 
 def load_experiments(path: Path = PARAMS) -> dict[str, Experiment]:
@@ -43,10 +37,4 @@ def _entries(path: Path) -> dict[str, Any]:
 def _experiment(path: Path, name: str, fields: object) -> Experiment:
     if not isinstance(fields, dict):
         raise InputError(f"{path}: experiments.{name}: expected a mapping, got {fields!r}")
-    where = f"{path}: experiments.{name}"
-    if "kind" not in fields:
-        raise InputError(f"{where}.kind: is missing; there are {', '.join(KINDS)}")
-    kind = KINDS.get(fields["kind"]) if isinstance(fields["kind"], str) else None
-    if kind is None:
-        raise InputError(f"{where}.kind: expected one of {', '.join(KINDS)}, got {fields['kind']!r}")
-    return validated(kind, {**fields, "name": name}, path, "experiments", name)
+    return validated(Experiment, {**fields, "name": name}, path, "experiments", name)

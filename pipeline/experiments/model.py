@@ -1,204 +1,169 @@
-"""Experiments on scalar systems, one class for each kind of reference, and what their fields mean to mathematics."""
+"""The one form of an experiment, and what its fields mean to mathematics."""
 
-from abc import abstractmethod
-from collections.abc import Mapping
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated
 
-import numpy as np
-from pydantic import BeforeValidator, field_validator, model_validator
+from pydantic import BeforeValidator, model_validator
 
+from pipeline.experiments.claim import ALL_PHASES, ClaimField, goal_for, refusal
 from pipeline.experiments.control import Control
-from pipeline.experiments.fields import (
-    Algorithm1,
-    IntervalField,
-    Periodic,
-    PriorFields,
-    ProjectPath,
-    SampleDraw,
-    SampleFile,
-    Search,
-    System,
-    Verification,
-    which_samples,
-)
+from pipeline.experiments.fields import PriorFields, Published, Search, StudyFields, Verification, as_tuple
+from pipeline.experiments.plants import ModelField, SetField
+from pipeline.experiments.priors import joint_prior, search_intervals
+from pipeline.experiments.sources import Drawn, Source, SourceField
+from pipeline.methods import CERTIFIED, METHODS, UNCONSTRAINED, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.storage.yaml_file import Fields
-from trackable.certificates.goal import Goal, for_all_times
+from trackable.certificates.goal import Goal
+from trackable.certificates.prove import common_period
 from trackable.gp.joint import JointPrior
-from trackable.gp.prior import NOISE, Prior
 from trackable.gp.samples import Samples
-from trackable.learning.methods import period_of
-from trackable.learning.published.scalar import Scalar, scalar
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.sets.interval import Interval
+from trackable.systems.sampling import stencils_by_name
 
-STATE = "state"
-"""What is sampled of a scalar system."""
+
+def _by_name(written: object) -> object:
+    if not isinstance(written, dict) or not written:
+        raise ValueError("expected a mapping from the name of what is sampled")
+    return written
+
+
+def _names(written: object) -> object:
+    return frozenset(written) if isinstance(written, list) else written
+
+
+def _methods(written: object) -> object:
+    if not isinstance(written, list) or not written:
+        raise ValueError("expected a list of methods")
+    if unknown := [name for name in written if name not in METHODS]:
+        raise ValueError(f"there is no method {unknown[0]!r}; there are {', '.join(METHODS)}")
+    if len(set(written)) < len(written):
+        raise ValueError(f"expected each method once, got {', '.join(written)}")
+    # The loop is closed on both, and the summary compares them.
+    if missing := [method.name for method in (UNCONSTRAINED, CERTIFIED) if method.name not in written]:
+        raise ValueError(f"expected {' and '.join(missing)} among them, got {', '.join(written)}")
+    return as_tuple(written)
 
 
 class Experiment(Fields):
-    """What every entry of params.yaml has, validated, and what the stages ask of it."""
+    """A system, its sets, samples, a prior, a claim, and the methods by which references are learned.
 
-    kind: str
+    `samples` and `prior` are by the names of sampled states, one for each flat output; hyperparameters in `shared` are
+    the same for all of them. `algorithm1` and `periodic` are for the methods that need them.
+    """
+
     name: str
     title: str
+    system: ModelField
+    state_set: SetField
+    input_set: SetField
+    samples: Annotated[dict[str, SourceField], BeforeValidator(_by_name)]
+    prior: Annotated[dict[str, PriorFields], BeforeValidator(_by_name)]
+    shared: Annotated[frozenset[str], BeforeValidator(_names)] = frozenset()
+    claim: ClaimField
+    methods: Annotated[tuple[str, ...], BeforeValidator(_methods)]
     search: Search
-    control: Control = Control()
-
-    @property
-    @abstractmethod
-    def constrained_system(self) -> ConstrainedSystem:
-        """The system with its sets."""
-
-    @property
-    @abstractmethod
-    def learned_prior(self) -> JointPrior:
-        """The prior, with what is known of it fixed."""
-
-    @property
-    @abstractmethod
-    def truths(self) -> Mapping[str, GroundTruth]:
-        """The signals behind the samples, by what is sampled, where they are known."""
-
-    @property
-    @abstractmethod
-    def bounds(self) -> dict[str, Interval]:
-        """Where hyperparameters are sought, for those of which that is written."""
-
-    @property
-    @abstractmethod
-    def last_step(self) -> int:
-        """Up to which step references are looked at."""
-
-    @property
-    @abstractmethod
-    def instants_per_step(self) -> int:
-        """At how many times in each sampling interval."""
-
-    def search_space(self, samples: tuple[Samples, ...]) -> SearchSpace:
-        """Where the learned hyperparameters are looked for: as written, or from the scales of the samples."""
-        return SearchSpace.around(samples, self.learned_prior, self.bounds, self.search.starts)
-
-    def goal(self, samples: tuple[Samples, ...]) -> Goal:
-        """What a certified reference has to be proved for."""
-        return for_all_times(samples, self.learned_prior, self.constrained_system)
-
-    def check(self, samples: tuple[Samples, ...]) -> None:
-        """Raise ValueError where the samples leave something open that the parameters cannot know."""
-
-
-class ScalarExperiment(Experiment):
-    """One state, one input: what the paper's methods are for."""
-
-    ground_truth: str | None = None
-    samples: Annotated[SampleFile | SampleDraw, BeforeValidator(which_samples)]
-    system: System
-    state_set: IntervalField
-    input_set: IntervalField
-    prior: PriorFields
     verification: Verification
-
-    @field_validator("ground_truth")
-    @classmethod
-    def _known(cls, value: str | None) -> str | None:
-        if value is not None and value not in GROUND_TRUTHS:
-            raise ValueError(f"expected one of {', '.join(GROUND_TRUTHS)}")
-        return value
+    control: Control = Control()
+    algorithm1: Algorithm1 | None = None
+    periodic: Periodic | None = None
+    study: StudyFields | None = None
+    published: Published = Published()
 
     @model_validator(mode="after")
-    def _consistent(self) -> "ScalarExperiment":
-        _ = self.constrained_system, self.learned_prior  # raise what the mathematics would refuse
-        if isinstance(self.samples, SampleDraw) and self.ground_truth is None:
-            raise ValueError("samples are drawn from the ground truth, but ground_truth is not given")
+    def _consistent(self) -> "Experiment":
+        if mistakes := list(self._mistakes()):
+            raise ValueError("; ".join(mistakes))
         return self
 
-    @property
-    def constrained_system(self) -> ConstrainedSystem:
-        s = self.system
-        return scalar(s.a, s.b, s.c, state_set=self.state_set, input_set=self.input_set, sampling_time=s.sampling_time)
-
-    @property
-    def plant(self) -> Scalar:
-        """The system as the paper's methods take it."""
-        return Scalar.of(self.constrained_system)
-
-    @property
-    def truths(self) -> Mapping[str, GroundTruth]:
-        return {STATE: GROUND_TRUTHS[self.ground_truth]} if self.ground_truth else {}
-
-    @property
-    def last_step(self) -> int:
-        return self.verification.last_step
-
-    @property
-    def instants_per_step(self) -> int:
-        return self.verification.instants_per_step
-
-    @property
-    def learned_prior(self) -> JointPrior:
-        noise, choice = self.prior.noise_std, self.prior.kernel
-        fixed = choice.fixed | ({NOISE} if noise.bounds is None else set())
-        return JointPrior((Prior(choice.kernel, noise.value, self.prior.mean, frozenset(fixed)),))
-
-    @property
-    def bounds(self) -> dict[str, Interval]:
-        noise = self.prior.noise_std.bounds
-        return {**self.prior.kernel.bounds, **({NOISE: noise} if noise else {})}
-
-    def drawn(self, draw: SampleDraw, seed: int) -> Samples:
-        """The samples that a seed gives."""
-        steps = np.arange(draw.steps.first, draw.steps.last + 1, draw.steps.every, dtype=float)
-        times = steps * self.system.sampling_time
-        noise = draw.noise_std * np.random.default_rng(seed).standard_normal(times.size)
-        return Samples(times, GROUND_TRUTHS[self.ground_truth or ""](times) + noise)
-
-
-class AsymptoticExperiment(ScalarExperiment):
-    """A reference that becomes constant: Algorithm 1."""
-
-    kind: Literal["asymptotic"]
-    algorithm1: Algorithm1
-    published_prediction: ProjectPath | None = None
-
-    @model_validator(mode="after")
-    def _verified_to_the_end(self) -> "AsymptoticExperiment":
-        if self.verification.last_step < self.algorithm1.last_step:
-            raise ValueError(
+    def _mistakes(self) -> Iterator[str]:
+        """Yield one sentence for each field that does not fit the others."""
+        if self.samples.keys() != self.prior.keys():
+            names = f"{', '.join(self.samples)} and {', '.join(self.prior)}"
+            yield f"samples and prior must have the same names, got {names}"
+            return
+        try:
+            plant, prior = self.plant, self.learned_prior
+        except (TypeError, ValueError) as error:  # what the mathematics refuses
+            yield str(error)
+            return
+        if reason := refusal(self.claim, prior):
+            yield f"claim: {reason}"
+        for method in self.learned_by:
+            if missing := [block for block in method.needs if getattr(self, block) is None]:
+                yield f"{' and '.join(missing)}: is missing, but the method {method.name} needs it"
+            try:
+                method.check(plant, prior)
+            except (TypeError, ValueError) as error:
+                yield f"methods: {method.name}: {error}"
+        if self.algorithm1 and self.verification.last_step < self.algorithm1.last_step:
+            yield (
                 f"verification.last_step must not lie before algorithm1.last_step = {self.algorithm1.last_step}, "
                 f"got {self.verification.last_step}"
             )
-        return self
+        yield from self._mistakes_of_the_study()
 
+    def _mistakes_of_the_study(self) -> Iterator[str]:
+        if self.study is None:
+            return
+        if self.periodic is None:
+            yield "study: compares periodic programs, but the block periodic is missing"
+        if self.study.draws and not all(isinstance(source, Drawn) for source in self.samples.values()):
+            yield "study.draws: compares seeds, but the samples are not drawn"
 
-class PeriodicExperiment(ScalarExperiment):
-    """A periodic reference: the paper's (6) and (9), and the exact form."""
+    @property
+    def plant(self) -> ConstrainedSystem:
+        """The system with its sets."""
+        return ConstrainedSystem(self.system.discrete, self.state_set.polytope, self.input_set.polytope)
 
-    kind: Literal["periodic"]
-    periodic: Periodic
-    published_derivative: ProjectPath | None = None
-    published_growth_rates: ProjectPath | None = None
+    @property
+    def sources(self) -> dict[str, Source]:
+        """Where samples come from, in the order of the flat outputs."""
+        return {name: self.samples[name] for name in stencils_by_name(self.plant, self.samples)}
 
-    @model_validator(mode="after")
-    def _has_a_period(self) -> "PeriodicExperiment":
-        try:
-            period_of([self.prior.kernel.kernel])
-        except TypeError as error:
-            raise ValueError(f"prior.kernel: {error}") from None
-        if self.periodic.draws and not isinstance(self.samples, SampleDraw):
-            raise ValueError("periodic.draws compares seeds, but the samples are not drawn")
-        return self
+    @property
+    def learned_prior(self) -> JointPrior:
+        """The prior of the flat outputs."""
+        return joint_prior(self.prior, self.shared, self.plant)
+
+    @property
+    def truths(self) -> Mapping[str, GroundTruth]:
+        """The signals behind the samples, by name of what is sampled, where they are known."""
+        known = {name: source.ground_truth for name, source in self.sources.items()}
+        return {name: GROUND_TRUTHS[truth] for name, truth in known.items() if truth is not None}
+
+    @property
+    def learned_by(self) -> tuple[Method, ...]:
+        """The methods, in the order in which the experiment names them."""
+        return tuple(METHODS[name] for name in self.methods)
+
+    def search_space(self, samples: tuple[Samples, ...]) -> SearchSpace:
+        """Return where hyperparameters are learned: in the given intervals, or in those that suit the samples."""
+        prior = self.learned_prior
+        return SearchSpace.around(samples, prior, search_intervals(self.prior, prior), self.search.starts)
+
+    def goal(self, samples: tuple[Samples, ...]) -> Goal:
+        """Return what a certified reference has to be proved for."""
+        return goal_for(self.claim, samples, self.learned_prior, self.plant)
+
+    def task(self, samples: tuple[Samples, ...]) -> Task:
+        """Return what methods learn from."""
+        parameters = Parameters(algorithm1=self.algorithm1, periodic=self.periodic)
+        space, goal = self.search_space(samples), self.goal(samples)
+        return Task(samples, self.learned_prior, self.plant, space, goal, parameters)
 
     def check(self, samples: tuple[Samples, ...]) -> None:
-        space, prior = self.search_space(samples), self.learned_prior
-        longest = (
-            space.bounds["period"].upper
-            if "period" in space.bounds
-            else period_of([part.kernel for part in prior.parts])
-        )
-        for name, last_step in (("periodic", self.periodic.last_step), ("verification", self.verification.last_step)):
-            if last_step * self.system.sampling_time < longest * (1 - 1e-12):
+        """Raise ValueError where steps do not last the longest period that may be learned from these samples."""
+        if self.claim != ALL_PHASES:
+            return
+        space, t_s = self.search_space(samples), self.plant.sampling_time
+        known = common_period(self.learned_prior.parts[0].kernel)
+        longest = space.bounds["period"].upper if "period" in space.bounds else known or 0.0
+        blocks = {"periodic": self.periodic, "verification": self.verification}
+        for name, last_step in ((name, block.last_step) for name, block in blocks.items() if block):
+            if last_step * t_s < longest * (1 - 1e-12):
                 raise ValueError(
-                    f"{name}.last_step = {last_step} steps last {last_step * self.system.sampling_time:g} s, and have "
-                    f"to last at least one period, which may be as long as {longest:g} s"
+                    f"{name}.last_step = {last_step} steps last {last_step * t_s:g} s, and have to last at least one "
+                    f"period, which may be as long as {longest:g} s"
                 )

@@ -1,4 +1,4 @@
-"""Systems and sets of several states and inputs, as written in params.yaml."""
+"""Systems and sets as written in params.yaml."""
 
 from typing import Annotated, Any
 
@@ -41,8 +41,8 @@ class LinearModel(Fields):
     B: Matrix
     c: Vector | None = None
     continuous: bool = False
-    states: Names
-    inputs: Names
+    states: Names = ()
+    inputs: Names = ()
     sampling_time: PositiveFloat
 
     @property
@@ -93,6 +93,10 @@ class SetFields(Fields):
             raise ValueError("expected lower with upper, and H with h")
         if self.lower is None and self.H is None:
             raise ValueError("expected lower and upper, H and h, or all four")
+        try:
+            _ = self.polytope
+        except ValueError as error:
+            raise ValueError(str(error).removeprefix("set: ")) from error
         return self
 
     @property

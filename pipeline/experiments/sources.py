@@ -1,20 +1,23 @@
-"""Where the samples of one name come from, as written in params.yaml: drawn, or recorded in a CSV or MCAP file."""
+"""Where the samples of one name come from, as written in params.yaml: a ground truth, a CSV file or an MCAP file."""
 
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
-from pipeline.experiments.fields import ProjectPath, Steps, as_tuple
+from pipeline.experiments.fields import GroundTruthName, ProjectPath, Steps, as_tuple
 from pipeline.storage.yaml_file import Fields
 from trackable.errors import InputError
 from trackable.recordings import CLOCKS, REPAIRS, DateTimes
 from trackable.recordings.csv_files.table import MISSING
 
+STEPS = "steps"
+"""The time unit of stamps that count sampling steps."""
+
 
 class Drawn(Fields):
     """Drawn from a ground truth at `steps`, with independent normal noise from NumPy's default generator."""
 
-    ground_truth: str
+    ground_truth: GroundTruthName
     steps: Steps
     noise_std: PositiveFloat
     seed: NonNegativeInt
@@ -50,13 +53,13 @@ def _known_repairs(written: object) -> object:
 
 def _known_clock(written: object) -> object:
     match written:
-        case str() if written in CLOCKS:
+        case str() if written in CLOCKS or written == STEPS:
             return written
         case {"date_format": str(form), "zone": str(zone), **rest} if not rest:
             return _dates(form, zone)
         case {"date_format": str(form), **rest} if not rest:
             return _dates(form)
-    raise ValueError(f"expected one of {', '.join(CLOCKS)}, or {{date_format: ..., zone: ...}}")
+    raise ValueError(f"expected one of {STEPS}, {', '.join(CLOCKS)}, or {{date_format: ..., zone: ...}}")
 
 
 def _dates(form: str, zone: str = "Z") -> DateTimes:
@@ -72,8 +75,9 @@ Repairs = Annotated[tuple[str, ...], BeforeValidator(_known_repairs)]
 class CsvColumn(Fields):
     """A column of a CSV file over its time column, see trackable.recordings.read_csv; `repairs` in their order.
 
-    `time_unit` is a name, or the `date_format` (and the `zone`) in which stamps are written; lines in `skip` are left
-    out, and cells that are one of `missing` have no value.
+    `time_unit` is a name, `steps` where stamps count sampling steps, or the `date_format` (and the `zone`) in which
+    stamps are written; lines in `skip` are left out, and cells that are one of `missing` have no value. Without an
+    `excerpt` all samples are learned from. Errors are computed where the `ground_truth` is known.
     """
 
     csv: ProjectPath
@@ -87,7 +91,8 @@ class CsvColumn(Fields):
     skip: Annotated[tuple[PositiveInt, ...], BeforeValidator(as_tuple)] = ()
     missing: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] = MISSING
     repairs: Repairs = ()
-    excerpt: Excerpt
+    excerpt: Excerpt | None = None
+    ground_truth: GroundTruthName | None = None
 
 
 class McapField(Fields):
@@ -98,20 +103,21 @@ class McapField(Fields):
     field: str
     noise_field: str | None = None
     repairs: Repairs = ()
-    excerpt: Excerpt
+    excerpt: Excerpt | None = None
+    ground_truth: GroundTruthName | None = None
 
 
 Source = Drawn | CsvColumn | McapField
 
 
 def which_source(written: object) -> object:
-    """A source, by what is written. ValueError for none."""
+    """Return the source that the keys tell. Raises ValueError where they tell none."""
     if not isinstance(written, dict):
-        raise ValueError("expected a mapping with one of `ground_truth`, `csv`, `mcap`")
-    for key, source in (("ground_truth", Drawn), ("csv", CsvColumn), ("mcap", McapField)):
+        raise ValueError("expected a mapping with one of `csv`, `mcap`, `ground_truth`")
+    for key, source in (("csv", CsvColumn), ("mcap", McapField), ("ground_truth", Drawn)):
         if key in written:
             return source.model_validate(written)
-    raise ValueError("expected one of `ground_truth` (drawn), `csv`, `mcap` (recorded)")
+    raise ValueError("expected one of `csv`, `mcap` (recorded), `ground_truth` (drawn)")
 
 
 SourceField = Annotated[Source, BeforeValidator(which_source)]

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.samples import Samples
 
 
 def setpoint_change(t: Array) -> Array:
@@ -38,3 +39,9 @@ GROUND_TRUTHS: dict[str, GroundTruth] = {
     "docking_x": docking_x,
     "docking_y": docking_y,
 }
+
+
+def draw(truth: GroundTruth, times: Array, noise_std: float, seed: int) -> Samples:
+    """Return samples at `times` [s] with independent normal noise from NumPy's default generator."""
+    noise = noise_std * np.random.default_rng(seed).standard_normal(times.size)
+    return Samples(times, truth(times) + noise)

@@ -9,7 +9,8 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize_scalar
 
 from trackable.arrays import Array
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import coefficients, interval_sets
+from trackable.systems.constrained import ConstrainedSystem
 
 _PRINTED = Path("data/paper/printed_numbers.csv")
 
@@ -37,11 +38,10 @@ def period_of_curve(times: Array, values: Array, between: tuple[float, float], h
     return float(best.x), float(best.fun)
 
 
-def states_behind(plant: Scalar, lower: Array, upper: Array) -> tuple[Array, Array]:
+def states_behind(plant: ConstrainedSystem, lower: Array, upper: Array) -> tuple[Array, Array]:
     """Smallest and largest state that growth rates [1/s] were made for: Assumption 5, solved for x (a < 1, b > 0)."""
-    a, b, c, t_s = plant.a, plant.b, plant.c, plant.sampling_time
-    slowest, fastest = plant.input_set.lower, plant.input_set.upper
-    return (b * slowest + c - t_s * lower) / (1 - a), (b * fastest + c - t_s * upper) / (1 - a)
+    (a, b, c), (_, inputs), t_s = coefficients(plant), interval_sets(plant), plant.sampling_time
+    return (b * inputs.lower + c - t_s * lower) / (1 - a), (b * inputs.upper + c - t_s * upper) / (1 - a)
 
 
 def reach_in_intervals(times: Array, derivative: Array, edges: Array) -> Array:

@@ -16,7 +16,7 @@ from trackable.errors import InputError
 from trackable.files import to_json
 from trackable.gp.joint import JointPosterior
 from trackable.learning.learned import LearnedReference, Trace
-from trackable.learning.published.scalar import Scalar, ScalarReference
+from trackable.learning.published.scalar import is_scalar, reachable_tube
 from trackable.learning.study import Study
 from trackable.systems.margins import MarginProfile
 
@@ -128,8 +128,8 @@ def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series
     for name, functional in zip(plant.system.states, plant.flatness.states, strict=True):
         curves[f"{name}_std"] = np.sqrt(posterior.variance_of(functional.rounded, times, plant.sampling_time))
     curves |= {name: inputs[:, i] for i, name in enumerate(plant.system.inputs)}
-    if Scalar.describes(plant):
-        curves["successor_lower"], curves["successor_upper"] = ScalarReference.of(reference).tube(times)
+    if is_scalar(plant):
+        curves["successor_lower"], curves["successor_upper"] = reachable_tube(reference, times)
     return Series(f"/references/{learned.method}", times, curves)
 
 

@@ -29,6 +29,11 @@ class Results:
         return self.folder / "metrics.json"
 
     @property
+    def summary(self) -> Path:
+        """The few numbers that tell the experiment: the metric that DVC shows."""
+        return self.folder / "summary.json"
+
+    @property
     def control(self) -> Path:
         return self.folder / "control.json"
 

@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.drawings.loops import drawings
 from pipeline.experiments import load_experiment
-from pipeline.figures_control import drawings
 from pipeline.storage.archive import Fitted, write_fit
 from pipeline.storage.loops import ClosedLoops, read_loops, table_of_loops, table_of_offers
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
+from tests.pipeline.params import PARAMS
 from tests.pipeline.stages import call, written
-from tests.project import ROOT
 from trackable.control.initial_states import initial_states
 from trackable.control.scaling import scaled_controller
 from trackable.learning.learned import LearnedReference
@@ -21,7 +21,6 @@ from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.search import best_solution
 from trackable.plots import svg
 
-PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 SHORT = PARAMS.replace(
     "      steps: 10000\n", "      steps: 120\n      logged: 100\n      horizons: [2, 20]\n"
 ).replace("last: 120, every: 10}, noise_std: 0.02, seed: 7", "last: 80, every: 10}, noise_std: 0.02, seed: 7")
@@ -66,7 +65,7 @@ def metrics(finished) -> dict:
 @pytest.fixture(scope="module")
 def closed(finished) -> ClosedLoops:
     experiment = load_experiment("example1", finished / "params.yaml")
-    return read_loops(Results("example1", finished / "results"), experiment.constrained_system)
+    return read_loops(Results("example1", finished / "results"), experiment.plant)
 
 
 def test_the_metrics_say_what_happened(metrics):

@@ -1,96 +1,30 @@
-"""Every way to write params.yaml wrongly ends in one sentence that names the field and what came."""
+"""params.yaml in its one form: what it means, and what stops every entry of it."""
 
-import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pipeline.experiments import PARAMS, load_experiment, load_experiments
+from pipeline.generate import sampled_by
+from pipeline.methods import METHODS
+from tests.pipeline.params import PARAMS as WRITTEN
+from tests.pipeline.params import changed, written_to
 from trackable.errors import InputError
 from trackable.gp.kernels.base import Product
 from trackable.gp.prior import NOISE
 
-WRITTEN = PARAMS.read_text(encoding="utf-8")
 
-KNOWN_NOISE = "kernel: {type: squared_exponential}\n      noise_std: 0.01"
-
-# What is replaced, by what, and the field and the value that the sentence has to name.
-WRONG = [
-    ("a: 0.9", "a: true", r"system\.a: .*True"),
-    ("a: 0.9", "a: fast", r"system\.a: .*'fast'"),
-    ("a: 0.9", "aa: 0.9", r"system\.aa: is not a known field"),
-    (
-        "b: 0.5",
-        "b: 0",
-        "system: must be controllable, .*: its inputs reach 0 of 1 dimensions, and none of them ever changes state",
-    ),
-    ("sampling_time: 0.01", "sampling_time: -0.01", r"system\.sampling_time: expected greater than 0, got -0\.01"),
-    ("sampling_time: 0.01", "sampling_time: .nan", r"system\.sampling_time: .*nan"),
-    ("sampling_time: 0.01", "sampling_time: .inf", r"system\.sampling_time: .*inf"),
-    ("input_set: [-0.5, 0.5]", "input_set: [0.5, -0.5]", r"input_set: expected lower < upper, got \[0\.5, -0\.5\]"),
-    ("input_set: [-0.5, 0.5]", "input_set: [0.5, 0.5]", r"input_set: expected lower < upper, got \[0\.5, 0\.5\]"),
-    ("input_set: [-0.5, 0.5]", "input_set: 0.5", r"input_set: expected \[lower, upper\], two numbers, got 0\.5"),
-    ("input_set: [-0.5, 0.5]", "input_set: [-.inf, 0.5]", r"input_set: .*inf"),
-    (KNOWN_NOISE, KNOWN_NOISE.replace("0.01", "-0.01"), r"prior\.noise_std: expected a positive number .*got -0\.01"),
-    (KNOWN_NOISE, KNOWN_NOISE.replace("noise_std", "noise"), r"prior\.noise: is not a known field"),
-    (
-        KNOWN_NOISE,
-        KNOWN_NOISE.replace("0.01", "[0.2, 0.1]"),
-        r"prior\.noise_std: .*0 < lower < upper.*got \[0\.2, 0\.1\]",
-    ),
-    ("{type: squared_exponential}", "{type: gaussian}", r"prior\.kernel: type: expected one of .*got 'gaussian'"),
-    ("{type: squared_exponential}", "squared_exponential", r"prior\.kernel: expected a mapping with a `type`"),
-    ("{type: squared_exponential}", "{type: matern32, length: 1}", r"prior\.kernel: length: not a field"),
-    ("{type: squared_exponential}", "{type: matern32, lengthscale: 0}", r"kernel: lengthscale: .*got 0"),
-    ("{type: squared_exponential}", "{type: sum, left: {type: matern32}}", r"kernel: right\."),
-    ("mean: 0.0", "mean: zero", r"prior\.mean: .*'zero'"),
-    ("starts: 8", "starts: 0", r"search\.starts: expected greater than 0, got 0"),
-    ("starts: 8", "starts: 2.5", r"search\.starts: .*2\.5"),
-    ("first_step: 70", "first_step: 700", r"algorithm1: expected first_step ≤ last_step, got 700 and 300"),
-    ("verification: {last_step: 300", "verification: {last_step: 30", r"verification\.last_step .*got 30"),
-    ("instants_per_step: 100", "instants_per_step: 10", r"verification\.instants_per_step: .*100, got 10"),
-    ("time_unit: steps", "time_unit: hours", r"samples\.time_unit: expected 'seconds' or 'steps', got 'hours'"),
-    ("time_column: k", "times: k", r"samples\.times: is not a known field"),
-    ("ground_truth: setpoint_change", "ground_truth: step", r"ground_truth: expected one of .*got 'step'"),
-    ("title:", "titel:", r"titel: is not a known field"),
-    ("  example1:\n", "  first:\n", r"there is no experiment 'example1'; there are first"),
-    ("experiments:", "experiment:", r"expected `experiments:`"),
-    ("  example1:\n", "  example1: [\n", r"is not YAML"),
-]
-
-
-@pytest.mark.parametrize(("right", "wrong", "sentence"), WRONG, ids=[wrong.strip() for _, wrong, _ in WRONG])
-def test_a_wrong_parameter_is_one_sentence(right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
-    assert right in WRITTEN
-    path = tmp_path / "params.yaml"
-    path.write_text(WRITTEN.replace(right, wrong), encoding="utf-8")
-    with pytest.raises(InputError) as raised:
-        load_experiment("example1", path)
-    message = str(raised.value)
-    assert re.search(sentence, message), message
-    assert message.startswith(str(path))
-    assert "\n" not in message
-
-
-@pytest.mark.parametrize(
-    ("right", "wrong", "sentence"),
-    [
-        ("seed: 3", "seed: -2", r"samples\.seed: .*got -2"),
-        ("noise_std: 0.02", "noise_std: 0", r"samples\.noise_std: .*got 0"),
-        ("{first: 0, last: 60, every: 5}", "{first: 70, last: 60, every: 5}", r"samples\.steps: expected first ≤ last"),
-        ("every: 5", "every: 0", r"samples\.steps\.every: .*got 0"),
-    ],
-)
-def test_a_wrong_draw_is_one_sentence(right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
-    path = tmp_path / "params.yaml"
-    path.write_text(WRITTEN.replace(right, wrong), encoding="utf-8")
-    with pytest.raises(InputError, match=sentence):
-        load_experiment("example1-resampled", path)
+def test_every_entry_is_an_experiment() -> None:
+    """Between them they use every method but one, which is for periods that are known."""
+    experiments = load_experiments(PARAMS)
+    assert list(experiments) == ["example1", "example1-resampled", "example2", "robot-axis", "vehicle", "tank"]
+    assert {name for experiment in experiments.values() for name in experiment.methods} == METHODS.keys() - {"sampled"}
+    assert [experiment.claim for experiment in experiments.values()].count("all_phases") == 1
 
 
 def test_a_mistake_in_one_experiment_does_not_stop_another(tmp_path: Path) -> None:
-    path = tmp_path / "params.yaml"
-    path.write_text(WRITTEN.replace("seed: 3", "seed: -2"), encoding="utf-8")
+    path = written_to(tmp_path, changed("example1-resampled", ("seed: 3", "seed: -2")))
     assert load_experiment("example1", path).name == "example1"
     with pytest.raises(InputError):
         load_experiments(path)
@@ -108,10 +42,8 @@ def test_missing_and_unreadable_files(tmp_path: Path) -> None:
 def test_numbers_are_known_and_intervals_are_learned(tmp_path: Path) -> None:
     right = "{type: matern52, signal_std: 1, lengthscale: [3, 9]}"
     kernel = f"{{type: product, left: {{type: periodic, period: 2}}, right: {right}}}"
-    path = tmp_path / "params.yaml"
-    path.write_text(WRITTEN.replace("{type: squared_exponential}", kernel), encoding="utf-8")
-    experiment = load_experiment("example1", path)
-    (prior,) = experiment.learned_prior.parts
+    path = written_to(tmp_path, changed("example1", ("{type: squared_exponential}", kernel)))
+    (prior,) = load_experiment("example1", path).learned_prior.parts
     assert isinstance(prior.kernel, Product)
     assert prior.fixed == {"left.period", "right.signal_std", NOISE}
     assert prior.learned == ("left.signal_std", "left.lengthscale", "right.lengthscale")
@@ -120,11 +52,30 @@ def test_numbers_are_known_and_intervals_are_learned(tmp_path: Path) -> None:
 
 
 def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
-    path = tmp_path / "params.yaml"
-    text = WRITTEN.replace("a: 0.9", "aa: 0.9").replace("c: 0.0", "cc: 0.0")
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=r"system.aa: is not a known field; .*system.a: is missing"):
+    path = written_to(tmp_path, changed("example1", ("A: [[0.9]]", "AA: [[0.9]]"), ("B: [[0.5]]", "B: [[x]]")))
+    with pytest.raises(InputError, match=r"system.AA: is not a known field; .*system.A: is missing; .*system.B: exp"):
         load_experiments(path)
+
+
+def test_all_fields_that_do_not_fit_are_said_at_once(tmp_path: Path) -> None:
+    text = changed(
+        "example1",
+        ("claim: all_times", "claim: all_phases"),
+        ("    algorithm1: {first_step: 70, last_step: 300}\n", ""),
+        ("published:", "study: {draws: 3}\n    published:"),
+    )
+    with pytest.raises(InputError) as raised:
+        load_experiment("example1", written_to(tmp_path, text))
+    message = str(raised.value)
+    assert "\n" not in message
+    for sentence in (
+        "claim: all_phases needs periodic kernels of one period, got SquaredExponential",
+        "algorithm1: is missing, but the method as_published needs it",
+        "algorithm1: is missing, but the method sound needs it",
+        "study: compares periodic programs, but the block periodic is missing",
+        "study.draws: compares seeds, but the samples are not drawn",
+    ):
+        assert sentence in message
 
 
 NAMES = [
@@ -145,8 +96,7 @@ NAMES = [
 def test_a_name_that_the_project_cannot_carry_stops_every_experiment(name: str, sentence: str, tmp_path: Path) -> None:
     """It would stop `dvc repro` for all of them."""
     assert "  tank:\n" in WRITTEN
-    path = tmp_path / "params.yaml"
-    path.write_text(WRITTEN.replace("  tank:\n", f"  {name}:\n"), encoding="utf-8")
+    path = written_to(tmp_path, WRITTEN.replace("  tank:\n", f"  {name}:\n"))
     with pytest.raises(InputError, match=sentence) as raised:
         load_experiment("example1", path)
     assert str(raised.value).startswith(f"{path}: experiments: ")
@@ -155,6 +105,46 @@ def test_a_name_that_the_project_cannot_carry_stops_every_experiment(name: str, 
 
 @pytest.mark.parametrize("name", ["tank2", "2-tanks", "'7'", "Tank_A"])
 def test_other_names_are_fine(name: str, tmp_path: Path) -> None:
-    path = tmp_path / "params.yaml"
-    path.write_text(WRITTEN.replace("  tank:\n", f"  {name}:\n"), encoding="utf-8")
+    path = written_to(tmp_path, WRITTEN.replace("  tank:\n", f"  {name}:\n"))
     assert load_experiment(name.strip("'"), path).title.startswith("A tank")
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (WRITTEN.replace("  example1:\n", "  first:\n"), r"there is no experiment 'example1'; there are first"),
+        (WRITTEN.replace("experiments:", "experiment:"), r"expected `experiments:`"),
+        (WRITTEN.replace("  example1:\n", "  example1: [\n"), r"is not YAML"),
+    ],
+)
+def test_a_file_without_the_experiment_is_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
+    path = written_to(tmp_path, text)
+    with pytest.raises(InputError, match=sentence) as raised:
+        load_experiment("example1", path)
+    assert str(raised.value).startswith(str(path))
+    assert "\n" not in str(raised.value)
+
+
+def test_the_chosen_seed_is_one_of_the_draws() -> None:
+    samples = sampled_by(load_experiment("example2")).only
+    assert samples.times.shape == (21,)
+    assert samples.times[-1] == 4.0
+    again = np.random.default_rng(4).normal(0.0, 0.3, 21)
+    truth = np.sin(2 * samples.times) + 0.5 * np.sin(4 * samples.times + 1)
+    np.testing.assert_allclose(samples.values - truth, again, atol=1e-14)
+
+
+@pytest.mark.parametrize("field", ["periodic: {last_step: 400", "verification: {last_step: 400"])
+def test_every_period_that_is_allowed_has_to_be_covered(field: str, tmp_path: Path) -> None:
+    path = written_to(tmp_path, changed("example2", (field, field.replace("400", "399"))))
+    experiment = load_experiment("example2", path)
+    with pytest.raises(ValueError, match=r"last_step = 399 steps last 3\.99 s, .* as long as 4 s"):
+        experiment.check(sampled_by(experiment).samples)
+
+
+def test_stamps_may_count_steps() -> None:
+    """The published samples stand at steps 0, 10, … 60 of 0.01 s, and nothing is held out of them."""
+    sampled = sampled_by(load_experiment("example1"))
+    assert sampled.only.times.tolist() == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
+    assert sampled.only.values[0] == -0.99306
+    assert sampled.held_out == ()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.published.paper import period_of_curve, reach_in_intervals, states_behind
-from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.published.scalar import growth_rates, scalar
 from trackable.systems.sets.interval import Interval
 
 TIMES = np.linspace(0, 4, 401)
@@ -21,8 +21,8 @@ def test_the_period_of_a_sum_of_harmonics(period):
 
 def test_growth_rates_tell_the_states_they_were_made_for():
     sets = {"state_set": Interval(-2, 2), "input_set": Interval(-3, 1.4)}
-    plant = Scalar.of(scalar(0.9, 0.1, 0.02, **sets, sampling_time=0.01))
-    low, high = plant.growth_rates(Interval(-0.7, 1.1))
+    plant = scalar(0.9, 0.1, 0.02, **sets, sampling_time=0.01)
+    low, high = growth_rates(plant, Interval(-0.7, 1.1))
     lowest, highest = states_behind(plant, np.array([low]), np.array([high]))
     assert (lowest.item(), highest.item()) == pytest.approx((-0.7, 1.1), abs=1e-12)
 

@@ -35,5 +35,5 @@ def test_the_entry_in_the_guide_is_an_experiment(tmp_path: Path) -> None:
     (block,) = re.findall(r"```yaml\n(.*?)```", "".join(cells[-1]["source"]), re.DOTALL)
     (tmp_path / "params.yaml").write_text(f"experiments:\n{block}", encoding="utf-8")
     experiment = load_experiment("axis", tmp_path / "params.yaml")
-    assert experiment.constrained_system.system.states == ("position", "velocity")
-    assert experiment.constrained_system.sampling_time == 0.01
+    assert experiment.plant.system.states == ("position", "velocity")
+    assert experiment.plant.sampling_time == 0.01

@@ -11,14 +11,16 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.storage.results import Results
+from tests.pipeline.params import PARAMS, changed, written_to
 from tests.pipeline.stages import STAGES, call, drawn_here, moved, run, run_all, run_here, written
 from tests.project import ROOT
 
-PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
-SHORT = (
-    PARAMS.replace("algorithm1: {first_step: 70", "algorithm1: {first_step: 128")
-    .replace("      steps: 10000\n", "      steps: 200\n      horizons: [2, 20]\n")
-    .replace("steps: {first: 70, last: 120, every: 10}", "steps: {first: 70, last: 80, every: 10}")
+SHORT = changed(
+    "example1",
+    ("algorithm1: {first_step: 70", "algorithm1: {first_step: 128"),
+    ("      steps: 10000\n", "      steps: 200\n      horizons: [2, 20]\n"),
+    ("steps: {first: 70, last: 120, every: 10}", "steps: {first: 70, last: 80, every: 10}"),
 )
 
 
@@ -26,7 +28,7 @@ SHORT = (
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Example 1 from samples to figures, begun at k̄ = 128 to save time: the optimum is the same."""
     folder = tmp_path_factory.mktemp("finished")
-    (folder / "params.yaml").write_text(SHORT, encoding="utf-8")
+    written_to(folder, SHORT)
     for stage in STAGES:
         done = run(stage, folder)
         assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
@@ -34,17 +36,25 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_stages_leave_what_they_promise(finished: Path) -> None:
-    figures = {
-        f"example1/figures/{n}.svg" for n in ("tube", "asymptotic", "convergence", "prediction", "landscape", "margins")
-    }
-    figures |= {
-        f"example1/figures/{n}.svg" for n in ("closed-loop", "cost", "infeasibility", "feasible-set", "relearning")
-    }
-    logs = ("samples", "fit", "verification", "control")
-    others = {f"example1/{name}.mcap" for name in logs}
-    others |= {f"example1/{name}.json" for name in ("metrics", "control", "environment")} | {"example1/iterations.csv"}
-    proofs = {f"example1/certificates/{n}.json" for n in ("as_published", "sound", "certified")}
-    assert written(finished).keys() == figures | others | proofs
+    figures = ["tube", "asymptotic", "convergence", "prediction", "landscape", "margins"]
+    figures += ["closed-loop", "cost", "infeasibility", "feasible-set", "relearning"]
+    files = ["samples.mcap", "fit.mcap", "iterations.csv", "environment.json", "verification.mcap", "metrics.json"]
+    files += ["summary.json", "control.mcap", "control.json"]
+    files += [f"figures/{name}.svg" for name in figures]
+    files += [f"certificates/{name}.json" for name in ("as_published", "sound", "certified")]
+    assert written(finished).keys() == {f"example1/{name}" for name in files}
+
+
+def test_the_summary_tells_the_experiment(finished: Path) -> None:
+    results = Results("example1", finished / "results")
+    metrics, summary = (json.loads(path.read_text()) for path in (results.metrics, results.summary))
+    assert len(summary) == 7
+    for method in ("unconstrained", "certified"):
+        assert summary[f"l_{method}"] == metrics[method]["nlml"]
+        assert summary[f"rmse_{method}"] == metrics[method]["rmse"]
+        margins = metrics[method]["worst_state_margin"] / 2.05, metrics[method]["worst_input_margin"] / 1.0
+        assert summary[f"worst_relative_margin_{method}"] == pytest.approx(min(margins), rel=1e-12)
+    assert summary["price_of_guarantee"] == summary["l_certified"] - summary["l_unconstrained"] > 0.1
 
 
 def test_metrics_hold_the_published_numbers(finished: Path) -> None:
@@ -79,7 +89,7 @@ def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> 
 
     Of the figures those of loops, and one more: tests/test_plots.py draws the others twice.
     """
-    (tmp_path / "params.yaml").write_text(SHORT, encoding="utf-8")
+    written_to(tmp_path, SHORT)
     done = run_all(tmp_path, stages=STAGES[:-1], PYTHONHASHSEED="7", OPENBLAS_NUM_THREADS="2")
     assert done.returncode == 0, done.stderr
     before = written(finished)
@@ -92,17 +102,17 @@ def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> 
 
 def test_rounding_moves_results_within_tolerance_only(finished: Path, tmp_path: Path) -> None:
     """Other BLAS kernels, where there are others, and noise that is larger by a rounding error."""
-    text = SHORT.replace("noise_std: 0.01\n", f"noise_std: {0.01 * (1 + 1e-14)!r}\n")
-    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+    text = changed("example1", ("noise_std: 0.01}", f"noise_std: {0.01 * (1 + 1e-14)!r}}}"), text=SHORT)
+    written_to(tmp_path, text)
     done = run_all(tmp_path, stages=("generate", "fit", "verify"), OPENBLAS_CORETYPE="Prescott")
     assert done.returncode == 0, done.stderr
     assert moved(finished, tmp_path) == []
 
 
 REFUSED: Mapping[str, tuple[str, str, str]] = {
-    "wrong type": ("a: 0.9", "a: fast", "system.a"),
-    "empty interval": ("input_set: [-0.5, 0.5]", "input_set: [0.5, 0.5]", "input_set"),
-    "no such file": ("file: data/paper/example1_samples.csv", "file: none.csv", "none.csv"),
+    "wrong type": ("A: [[0.9]]", "A: fast", "system.A"),
+    "empty interval": ("{lower: [-0.5], upper: [0.5]}", "{lower: [0.5], upper: [0.5]}", "input_set"),
+    "no such file": ("csv: data/paper/example1_samples.csv", "csv: none.csv", "none.csv"),
     "no such column": ("value_column: y", "value_column: z", "'z'"),
 }
 
@@ -112,7 +122,7 @@ def test_unusable_parameters_leave_earlier_results(
     right: str, wrong: str, names: str, finished: Path, tmp_path: Path
 ) -> None:
     before = written(finished)
-    (tmp_path / "params.yaml").write_text(SHORT.replace(right, wrong), encoding="utf-8")
+    written_to(tmp_path, changed("example1", (right, wrong), text=SHORT))
     (tmp_path / "results").symlink_to(finished / "results")
     done = run_here("generate", tmp_path)
     assert done.returncode == 2
@@ -122,10 +132,10 @@ def test_unusable_parameters_leave_earlier_results(
 
 
 BAD_SAMPLES = {
-    "not finite": ("k,y\n0,1\n10,nan\n20,0\n", "line 3"),
+    "not finite": ("k,y\n0,1\n10,inf\n20,0\n", "line 3"),
     "not a number": ("k,y\n0,1\n10,high\n20,0\n", "'high'"),
-    "duplicate times": ("k,y\n0,1\n10,0\n10,0\n", "repeats"),
-    "unsorted times": ("k,y\n0,1\n20,0\n10,0\n", "lies before"),
+    "duplicate times": ("k,y\n0,1\n10,0\n10,0\n", "line 4: 'signal' has a second value"),
+    "unsorted times": ("k,y\n0,1\n20,0\n10,0\n", "line 4: times must not decrease"),
     "too few": ("k,y\n0,1\n", "at least as many"),
     "none": ("k,y\n", "no rows"),
     "negative times": ("k,y\n-5,1\n10,0\n20,0\n", "negative"),
@@ -137,7 +147,7 @@ BAD_SAMPLES = {
 def test_unusable_samples_are_one_sentence(text: str, names: str, tmp_path: Path) -> None:
     (tmp_path / "samples.csv").write_text(text)
     params = SHORT.replace("data/paper/example1_samples.csv", str(tmp_path / "samples.csv"))
-    (tmp_path / "params.yaml").write_text(params, encoding="utf-8")
+    written_to(tmp_path, params)
     done = run_here("generate", tmp_path)
     assert done.returncode == 2, done.stderr
     assert names in done.stderr
@@ -146,8 +156,8 @@ def test_unusable_samples_are_one_sentence(text: str, names: str, tmp_path: Path
 
 
 def test_an_infeasible_problem_says_by_how_much_where_and_why(tmp_path: Path) -> None:
-    params = SHORT.replace("state_set: [-2.0, 0.05]", "state_set: [-0.9, -0.5]")
-    (tmp_path / "params.yaml").write_text(params, encoding="utf-8")
+    params = changed("example1", ("{lower: [-2.0], upper: [0.05]}", "{lower: [-0.9], upper: [-0.5]}"), text=SHORT)
+    written_to(tmp_path, params)
     assert run_here("generate", tmp_path).returncode == 0
     done = run_here("fit", tmp_path)
     assert done.returncode == 1
@@ -157,8 +167,8 @@ def test_an_infeasible_problem_says_by_how_much_where_and_why(tmp_path: Path) ->
 
 
 def test_a_loop_that_does_not_end_says_why(tmp_path: Path) -> None:
-    params = SHORT.replace("first_step: 128, last_step: 300", "first_step: 128, last_step: 129", 1)
-    (tmp_path / "params.yaml").write_text(params, encoding="utf-8")
+    params = changed("example1", ("first_step: 128, last_step: 300", "first_step: 128, last_step: 129"), text=SHORT)
+    written_to(tmp_path, params)
     assert run_here("generate", tmp_path).returncode == 0
     done = run_here("fit", tmp_path)
     assert done.returncode == 1
@@ -167,7 +177,7 @@ def test_a_loop_that_does_not_end_says_why(tmp_path: Path) -> None:
 
 
 def test_a_damaged_or_missing_log_is_one_sentence_that_names_it(finished: Path, tmp_path: Path) -> None:
-    (tmp_path / "params.yaml").write_text(SHORT, encoding="utf-8")
+    written_to(tmp_path, SHORT)
     done = run_here("fit", tmp_path)
     assert done.returncode == 2
     assert "samples.mcap: not there yet" in done.stderr
@@ -182,7 +192,7 @@ def test_a_damaged_or_missing_log_is_one_sentence_that_names_it(finished: Path, 
 
 
 def test_a_killed_stage_leaves_earlier_results(finished: Path, tmp_path: Path) -> None:
-    (tmp_path / "params.yaml").write_text(PARAMS, encoding="utf-8")
+    written_to(tmp_path, PARAMS)
     (tmp_path / "results/example1").mkdir(parents=True)
     for name in ("samples.mcap", "fit.mcap", "iterations.csv"):
         (tmp_path / "results/example1" / name).write_bytes((finished / "results/example1" / name).read_bytes())

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from pipeline import figures_periodic
+from pipeline.drawings import references
 from pipeline.experiments import load_experiment
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
+from tests.pipeline.params import changed, written_to
 from tests.pipeline.stages import STAGES, moved, written
 from tests.pipeline.stages import run_all as run_all_stages
 from tests.pipeline.stages import run_here as run_stage_here
@@ -19,22 +20,20 @@ from trackable.codec import dumps
 
 run_all, run_here = (partial(f, experiment="example2") for f in (run_all_stages, run_stage_here))
 METHODS = ("unconstrained", "grid", "intervals", "exact")
-SHORT = (
-    (ROOT / "params.yaml")
-    .read_text(encoding="utf-8")
-    .replace("conservatism: [4, 8, 16, 32, 64, 128, 256]", "conservatism: [4, 8]")
-    .replace("draws: 30", "draws: 2")
-    .replace("steps: 10000, shown: 400", "steps: 150, shown: 100, horizons: [2, 20]")
-    .replace("search: {starts: 16}", "search: {starts: 12}")
+SHORT = changed(
+    "example2",
+    ("conservatism: [4, 8, 16, 32, 64, 128, 256], draws: 30", "conservatism: [4, 8], draws: 2"),
+    ("steps: 10000, shown: 400", "steps: 150, shown: 100, horizons: [2, 20]"),
+    ("search: {starts: 16}", "search: {starts: 12}"),
 )
-ONE_START = SHORT.replace("starts: 12", "starts: 1")
-WITHOUT_STUDY = SHORT.replace("draws: 2", "draws: 0").replace("conservatism: [4, 8]", "conservatism: []")
+ONE_START = changed("example2", ("starts: 12", "starts: 1"), text=SHORT)
+WITHOUT_STUDY = changed("example2", ("    study: {conservatism: [4, 8], draws: 2}\n", ""), text=SHORT)
 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("finished")
-    (folder / "params.yaml").write_text(SHORT, encoding="utf-8")
+    written_to(folder, SHORT)
     done = run_all(folder)
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
     return folder
@@ -52,6 +51,7 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
         "verification.mcap",
         "metrics.json",
         "environment.json",
+        "summary.json",
     }
     files |= {f"certificates/{method}.json" for method in ("intervals", "exact", "certified")}
     assert written(finished).keys() == {f"example2/{name}" for name in files}
@@ -62,7 +62,7 @@ def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> 
 
     Loops and figures depend on nothing that they do not in Example 1, where they are closed and drawn twice.
     """
-    (tmp_path / "params.yaml").write_text(SHORT, encoding="utf-8")
+    written_to(tmp_path, SHORT)
     done = run_all(tmp_path, stages=STAGES[:3], PYTHONHASHSEED="7", OPENBLAS_NUM_THREADS="2")
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
     again, before = written(tmp_path), written(finished)
@@ -72,8 +72,8 @@ def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> 
 
 def test_rounding_moves_results_within_tolerance_only(finished: Path, tmp_path: Path) -> None:
     """Other BLAS kernels, where there are others, and samples whose noise is larger by a few rounding errors."""
-    text = WITHOUT_STUDY.replace("noise_std: 0.3\n", f"noise_std: {0.3 * (1 + 1e-14)!r}\n")
-    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+    text = changed("example2", ("noise_std: 0.3\n", f"noise_std: {0.3 * (1 + 1e-14)!r}\n"), text=WITHOUT_STUDY)
+    written_to(tmp_path, text)
     done = run_all(tmp_path, stages=("generate", "fit", "verify"), OPENBLAS_CORETYPE="Prescott")
     assert done.returncode == 0, done.stderr
     assert [row for row in moved(finished, tmp_path) if row.topic != "attachment study.json"] == []
@@ -118,8 +118,8 @@ def test_the_committed_rounds_end_feasible() -> None:
 
 
 def test_a_grid_shorter_than_a_period_is_refused(tmp_path: Path) -> None:
-    text = SHORT.replace("periodic:\n      last_step: 400", "periodic:\n      last_step: 300")
-    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+    text = changed("example2", ("periodic: {last_step: 400", "periodic: {last_step: 300"), text=SHORT)
+    written_to(tmp_path, text)
     done = run_here("generate", tmp_path)
     assert done.returncode == 2
     assert "have to last at least one period" in done.stderr
@@ -127,8 +127,8 @@ def test_a_grid_shorter_than_a_period_is_refused(tmp_path: Path) -> None:
 
 
 def test_an_infeasible_problem_ends_as_in_example_1(tmp_path: Path) -> None:
-    text = ONE_START.replace("state_set: [-2.0, 2.0]", "state_set: [3.0, 4.0]")
-    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+    text = changed("example2", ("{lower: [-2.0], upper: [2.0]}", "{lower: [3.0], upper: [4.0]}"), text=ONE_START)
+    written_to(tmp_path, text)
     assert run_here("generate", tmp_path).returncode == 0
     done = run_here("fit", tmp_path)
     assert done.returncode == 1
@@ -137,10 +137,15 @@ def test_an_infeasible_problem_ends_as_in_example_1(tmp_path: Path) -> None:
     assert not (tmp_path / "results/example2/fit.mcap").exists()
 
 
-def test_a_period_of_whole_steps_adds_the_sampled_problem(tmp_path: Path) -> None:
-    text = WITHOUT_STUDY.replace("starts: 12", "starts: 1")
-    text = text.replace("kernel: {type: periodic}", "kernel: {type: periodic, period: 3.14}")
-    (tmp_path / "params.yaml").write_text(text, encoding="utf-8")
+def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> None:
+    text = changed(
+        "example2",
+        ("starts: 12", "starts: 1"),
+        ("kernel: {type: periodic}", "kernel: {type: periodic, period: 3.14}"),
+        ("exact, certified]", "exact, sampled, certified]"),
+        text=WITHOUT_STUDY,
+    )
+    written_to(tmp_path, text)
     for stage in ("generate", "fit", "verify"):
         done = run_here(stage, tmp_path)
         assert done.returncode == 0, done.stderr
@@ -149,6 +154,7 @@ def test_a_period_of_whole_steps_adds_the_sampled_problem(tmp_path: Path) -> Non
     assert tuple(metrics) == (*METHODS, "sampled", "certified")
     assert metrics["sampled"]["first_violated_step"] is None
     assert metrics["sampled"]["nlml"] <= metrics["exact"]["nlml"] + 1e-6
-    drawings = figures_periodic.drawings(load_experiment("example2", tmp_path / "params.yaml"), results)
-    for axes in drawings["margins"]().axes:
+    experiment = load_experiment("example2", tmp_path / "params.yaml")
+    drawn = references.drawings(experiment, results, read_fit(results))
+    for axes in drawn["margins"]().axes:
         assert any("sampled" in text.get_text() for text in axes.get_legend().get_texts())

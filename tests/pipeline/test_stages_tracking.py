@@ -1,21 +1,21 @@
 """Experiments on systems with several states: from the command line, on recordings, and wrongly written."""
 
 import json
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pipeline.collect import collect
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
 from pipeline.compare.model import Status
 from pipeline.compare.tolerances import load_tolerances
-from pipeline.experiments import TrackingExperiment, load_experiment
+from pipeline.experiments import Experiment, load_experiment
+from pipeline.generate import sampled_by
 from pipeline.published.record import record
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.results import Results
+from tests.pipeline.params import PARAMS
 from tests.pipeline.stages import run_all
 from tests.project import ROOT
 from trackable.checker import Proved, check
@@ -24,7 +24,6 @@ from trackable.plots import svg, tracking
 from trackable.systems.margins import margin_profile
 from trackable.systems.reference import Reference
 
-PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 # Loops as long as the figures show: `make compare` runs them for as long as they are committed.
 SHORT = (
     PARAMS.replace(
@@ -87,14 +86,12 @@ def test_recordings_are_those_of_their_code(tmp_path: Path) -> None:
         assert path.read_bytes() == (ROOT / "data/recordings" / path.name).read_bytes(), path.name
 
 
-def axis() -> TrackingExperiment:
-    experiment = load_experiment("robot-axis")
-    assert isinstance(experiment, TrackingExperiment)
-    return experiment
+def axis() -> Experiment:
+    return load_experiment("robot-axis")
 
 
 def test_what_is_learned_of_a_recording_and_what_is_held_out() -> None:
-    sampled = collect(axis())
+    sampled = sampled_by(axis())
     (learned,), (later,) = sampled.samples, sampled.held_out
     assert (sampled.names, sampled.held_out_names) == (("position",), ("position",))
     assert learned.times[0] >= 0
@@ -129,45 +126,6 @@ def _held_out_rmse(fitted: Fitted, reference: Reference) -> float:
     return float(np.sqrt(np.mean((reference.state_at(later.times)[..., 0] - later.values) ** 2)))
 
 
-WRONG = [
-    ("vehicle", "states: [x, y, vx, vy]", "states: [x, y, vx]", "4 states and 2 inputs need as many different names"),
-    ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", "system.A: expected a matrix: a list of rows of numbers, all"),
-    ("vehicle", "upper: [0.2, 2.0, 1.2, 1.2]", "upper: [0.2, 2.0, 1.2]", "as many lower as upper bounds are needed"),
-    ("vehicle", "h: [1.2, 1.2, 1.2, 1.2]", "h: [1.2, -1.3, 1.2, 1.2]", "set: must have an interior"),
-    ("vehicle", "    state_set:  # beside", "    state_sets:  # beside", "vehicle.state_sets: is not a known field"),
-    ("vehicle", "ground_truth: docking_x", "ground_truth: docking", "samples.x.ground_truth: expected one of setpoint"),
-    ("vehicle", "      x: {mean: 0.0", "      vx: {mean: 0.0", "samples and prior must have the same names, got x, y"),
-    ("vehicle", "seed: 1", "sead: 1", "samples.x.sead: is not a known field"),
-    ("robot-axis", "time_unit: ms", "time_unit: fortnights", "samples.position.time_unit: expected one of s, ms"),
-    (
-        "robot-axis",
-        "time_unit: ms",
-        "time_unit: {date_format: '%H:%M'}",
-        "clock: expected a format with day, month, year",
-    ),
-    ("robot-axis", "time_unit: ms", "time_unit: {date_format: '%c', zon: Z}", "or {date_format: ..., zone: ...}"),
-    ("robot-axis", "[drop_zero_rows,", "[guess,", "there is no repair 'guess'; there are drop_rows_without_time"),
-    ("robot-axis", "{start: 0.0, end: 30.0", "{start: 40.0, end: 30.0", "expected start < end, got 40.0 and 30.0"),
-    ("robot-axis", "B: [[0], [1]]", "B: [[0], [0]]", "system: must be controllable"),
-    ("tank", "model: tank", "model: reactor", "there is no model 'reactor'; there are tank"),
-    ("tank", "mcap: data", "bag: data", "expected one of `ground_truth` (drawn), `csv`, `mcap` (recorded)"),
-]
-
-
-@pytest.mark.parametrize(("name", "right", "wrong", "sentence"), WRONG, ids=[f"{w[0]}: {w[2]}" for w in WRONG])
-def test_a_wrong_parameter_is_one_sentence(name: str, right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
-    start = PARAMS.index(f"  {name}:")
-    assert right in PARAMS[start:]
-    path = tmp_path / "params.yaml"
-    path.write_text(PARAMS[:start] + PARAMS[start:].replace(right, wrong, 1), encoding="utf-8")
-    with pytest.raises(InputError) as raised:
-        load_experiment(name, path)
-    message = str(raised.value)
-    assert re.search(re.escape(sentence), message), message
-    assert message.startswith(f"{path}: experiments.{name}")
-    assert "\n" not in message
-
-
 def test_a_recording_with_german_dates_lost_values_and_a_line_of_units(tmp_path: Path) -> None:
     """The same motion as the guide's, written otherwise."""
     seconds, values = np.arange(40) * 0.05, 80 * np.cos(np.arange(40) * 0.05)
@@ -187,8 +145,7 @@ def test_a_recording_with_german_dates_lost_values_and_a_line_of_units(tmp_path:
         written = written.replace(old, new)
     (tmp_path / "params.yaml").write_text(written, encoding="utf-8")
     experiment = load_experiment("robot-axis", tmp_path / "params.yaml")
-    assert isinstance(experiment, TrackingExperiment)
-    samples = collect(experiment).only
+    samples = sampled_by(experiment).only
     np.testing.assert_allclose(samples.times, np.delete(seconds, 7), atol=1e-12)
     np.testing.assert_allclose(samples.values, np.delete(values, 7), atol=5e-4)
 
@@ -207,9 +164,8 @@ def test_a_recording_that_is_not_as_written_is_refused(right: str, wrong: str, s
     assert right in PARAMS
     path.write_text(PARAMS.replace(right, wrong), encoding="utf-8")
     experiment = load_experiment("robot-axis", path)
-    assert isinstance(experiment, TrackingExperiment)
     with pytest.raises(InputError, match=sentence):
-        collect(experiment)
+        sampled_by(experiment)
 
 
 def redundant() -> str:

@@ -1,4 +1,4 @@
-"""JSON documents and CSV tables as values at places."""
+"""Read JSON documents and CSV tables as values at places."""
 
 import csv
 import json
@@ -13,7 +13,7 @@ from pipeline.compare.model import Value
 
 
 def read_json(data: bytes) -> object:
-    """What the JSON says. NaN and infinities are read: a comparison has to say where they are."""
+    """Read JSON with NaN and infinities: a comparison has to say where they are. Raises UnreadableError."""
     try:
         content: object = json.loads(data.decode())
     except (ValueError, RecursionError) as error:
@@ -22,12 +22,12 @@ def read_json(data: bytes) -> object:
 
 
 def json_leaves(content: object) -> Leaves:
-    """Every value by its path, as in `sound.tail.start` or `weights[3]`."""
+    """Return every value by its path: `sound.tail.start`, `weights[3]`."""
     return {path: Leaf(path, value) for path, value in _walk(content, "")}
 
 
 def told_leaves(content: object) -> Leaves:
-    """The same; of a sentence the words, and each of its numbers, as in `proof` and `proof, number 1`."""
+    """Return the same, with sentences taken apart: the words are at `proof`, its numbers at `proof, number 1` …"""
     leaves: dict[str, Leaf] = {}
     for path, leaf in json_leaves(content).items():
         sentence = isinstance(leaf.value, str) and " " in leaf.value
@@ -50,7 +50,7 @@ def _walk(content: object, path: str) -> Iterator[tuple[str, Value]]:
 
 
 def json_parts(base: object, new: object) -> list[Part]:
-    """One part, whose places are paths."""
+    """Return one part, whose places are paths."""
     leaves = told_leaves(base), told_leaves(new)
     reordered = list(leaves[0]) != list(leaves[1]) and leaves[0].keys() == leaves[1].keys()
     return [Part("", "", *leaves, notes=("keys in another order",) if reordered else ())]
@@ -58,14 +58,14 @@ def json_parts(base: object, new: object) -> list[Part]:
 
 @dataclass(frozen=True)
 class CsvTable:
-    """A header and rows of text, as long as the header."""
+    """A header, and rows of text that have its length."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
 
 def read_csv(data: bytes) -> CsvTable:
-    """A table with a header of distinct names."""
+    """Read a table. Raises UnreadableError where the header repeats a name, or a row has another length."""
     try:
         lines = [tuple(row) for row in csv.reader(StringIO(data.decode(), newline=""), strict=True)]
     except (UnicodeDecodeError, csv.Error) as error:
@@ -79,7 +79,10 @@ def read_csv(data: bytes) -> CsvTable:
 
 
 def csv_parts(base: CsvTable, new: CsvTable) -> list[Part]:
-    """One part, whose places are column and row; rows are paired by the first column where that names each once."""
+    """Return one part, whose places are column and row.
+
+    Rows are paired by their first cells where these are distinct, and otherwise by their numbers.
+    """
     keys = _keys(base), _keys(new)
     moved = []
     if sorted(base.columns) == sorted(new.columns) and base.columns != new.columns:
@@ -96,7 +99,7 @@ def csv_parts(base: CsvTable, new: CsvTable) -> list[Part]:
 
 
 def _keys(table: CsvTable) -> Sequence[str]:
-    """A name for each row from its first cell; none where two rows would have the same."""
+    """Name each row by its first cell; return no names where two rows would have the same."""
     first = [row[0] for row in table.rows]
     return [f"{table.columns[0]} = {cell}" for cell in first] if len(set(first)) == len(first) else []
 
@@ -106,7 +109,7 @@ def _numbers(table: CsvTable) -> Sequence[str]:
 
 
 def _reordered(base: Sequence[str], new: Sequence[str]) -> str | None:
-    """Where rows that both sides have come in another order."""
+    """Say where rows that both sides have come in another order; None where they do not."""
     shared = set(base) & set(new)
     order = [key for key in base if key in shared], [key for key in new if key in shared]
     first = next((pair for pair in zip(*order, strict=True) if pair[0] != pair[1]), None)
@@ -122,7 +125,7 @@ def _table_leaves(table: CsvTable, keys: Sequence[str]) -> Leaves:
 
 
 def _cell(text: str) -> Value:
-    """A number where the cell is one, nothing where it is empty."""
+    """Return a number where the cell holds one, None where it is empty."""
     if not text:
         return None
     try:
@@ -133,7 +136,7 @@ def _cell(text: str) -> Value:
 
 
 def numbers_of(table: CsvTable) -> dict[str, list[float]]:
-    """The cells by column; NaN where a cell is no number."""
+    """Return the cells by column; NaN where a cell is not a number."""
     columns = {name: [_cell(row[i]) for row in table.rows] for i, name in enumerate(table.columns)}
     return {
         name: [float(cell) if isinstance(cell, int | float) else math.nan for cell in cells]

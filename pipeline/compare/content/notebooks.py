@@ -1,4 +1,4 @@
-"""Executed notebooks as values at places: their sources, and the text, numbers and pictures of their outputs."""
+"""Read executed notebooks as values at places: sources, and the text, numbers and pictures of outputs."""
 
 from base64 import b64decode
 from binascii import Error as Base64Error
@@ -21,14 +21,14 @@ _PNG = "image/png"
 
 @dataclass(frozen=True)
 class Cell:
-    """Its source, and the media type and content of each output: pictures as bytes, all else as text or JSON."""
+    """A source, and for each output its media type and content: pictures as bytes, everything else as text or JSON."""
 
     source: str
     outputs: tuple[tuple[str, Any], ...]
 
 
 def read_notebook(data: bytes) -> list[Cell]:
-    """The cells of a notebook of format 4, without counters and identifiers."""
+    """Read the cells of a notebook of format 4, without counters and identifiers. Raises UnreadableError."""
     content = read_json(data)
     try:
         cells: list[dict[str, Any]] = content["cells"]  # type: ignore[index]
@@ -41,7 +41,7 @@ def read_notebook(data: bytes) -> list[Cell]:
 
 
 def notebook_parts(base: list[Cell], new: list[Cell]) -> list[Part]:
-    """One part, whose places are cells, outputs and lines; cells are paired by their sources."""
+    """Return one part, whose places are cells, outputs and lines; cells are paired by their sources."""
     sides: tuple[dict[str, Leaf], dict[str, Leaf]] = ({}, {})
     for i, j in _paired([cell.source for cell in base], [cell.source for cell in new]):
         cells = None if i is None else base[i], None if j is None else new[j]
@@ -69,7 +69,7 @@ def _outputs(output: dict[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _paired(base: list[str], new: list[str]) -> Iterator[tuple[int | None, int | None]]:
-    """Which cell belongs to which: those that read the same, and those between them one by one."""
+    """Pair cells with equal sources, and those between them in their order."""
     for _, i, i_end, j, j_end in SequenceMatcher(None, base, new, autojunk=False).get_opcodes():
         for k in range(max(i_end - i, j_end - j)):
             yield i + k if i + k < i_end else None, j + k if j + k < j_end else None
@@ -110,6 +110,6 @@ def _output_leaves(place: str, content: Any) -> dict[str, Leaf]:
 
 
 def _text_leaves(place: str, text: str) -> Iterator[tuple[str, Leaf]]:
-    """The words and the numbers of each line."""
+    """Yield the words and the numbers of each line."""
     for i, line in enumerate(text.splitlines(), start=1):
         yield from prose_leaves(f"{place}, line {i}", line, TEXT, NUMBERS)

@@ -1,4 +1,4 @@
-"""Paths of vector graphics: their numbers, and how far two of them lie apart as outlines."""
+"""Read paths of vector graphics, and measure how far two outlines are apart."""
 
 import re
 
@@ -12,16 +12,16 @@ _POINTS = {"M": 1, "L": 1, "Q": 2, "C": 3, "z": 0, "Z": 0}
 
 
 def split_path(text: str) -> tuple[str, list[float]]:
-    """The letters of a path, and its numbers. Numbers within a letter's text (as in 1e5) are no letters."""
+    """Return the letters of a path and its numbers; the e of 1e5 belongs to a number."""
     tokens = _TOKEN.findall(text)
     return "".join(t for t in tokens if t.isalpha()), [float(t) for t in tokens if not t.isalpha()]
 
 
 def distance(base: str, new: str) -> float | None:
-    """How far apart two paths lie: the largest distance of a vertex of one to the other, wherever they begin or break.
+    """Return the largest distance from a vertex of one path to the other path, in the paths' units.
 
-    Curves count as the polygons of their control points. In the paths' units; None where one of them has no line, or
-    letters other than the above.
+    It does not depend on where paths begin or break. Curves count as the polygons of their control points. None where
+    a path has no line, or letters other than those above.
     """
     first, second = _segments(base), _segments(new)
     if first is None or second is None:
@@ -30,7 +30,7 @@ def distance(base: str, new: str) -> float | None:
 
 
 def _segments(path: str) -> Array | None:
-    """The straight pieces of a path, of shape (n, 2 ends, 2)."""
+    """Return the straight pieces of a path, shape (n, 2 ends, 2)."""
     letters, numbers = split_path(path)
     if not set(letters) <= _POINTS.keys() or 2 * sum(_POINTS[letter] for letter in letters) != len(numbers):
         return None
@@ -52,7 +52,7 @@ def _segments(path: str) -> Array | None:
 
 
 def _one_way(of: Array, to: Array) -> float:
-    """The largest distance of an end of a piece in `of` to the nearest piece in `to`."""
+    """Return the largest distance from an end of a piece of `of` to the nearest piece of `to`."""
     start, along = to[:, 0], to[:, 1] - to[:, 0]
     length = np.maximum(np.sum(along**2, axis=1), np.finfo(float).tiny)
     worst = 0.0

@@ -1,4 +1,4 @@
-"""PNG pictures as values at places: their size, and the pixels that differ."""
+"""Read PNG pictures as values at places: their size, and the pixels that differ most."""
 
 from io import BytesIO
 
@@ -17,7 +17,7 @@ Picture = npt.NDArray[np.uint8]
 
 
 def read_picture(data: bytes) -> Picture:
-    """Rows, columns, channels."""
+    """Read a picture, shape (rows, columns, 4 channels). Raises UnreadableError."""
     try:
         with Image.open(BytesIO(data)) as image:
             return np.asarray(image.convert("RGBA"))
@@ -26,12 +26,15 @@ def read_picture(data: bytes) -> Picture:
 
 
 def picture_parts(base: Picture, new: Picture) -> list[Part]:
-    """One part, whose places are pixels."""
+    """Return one part, whose places are pixels."""
     return [Part("", "", *picture_leaves(base, new))]
 
 
 def picture_leaves(base: Picture, new: Picture, place: str = "") -> tuple[Leaves, Leaves]:
-    """Both sides' sizes; where these agree, for each channel the pixel that differs most. Places begin with `place`."""
+    """Return the sizes of both, and for each channel the pixel that differs most where sizes agree.
+
+    Places begin with `place`.
+    """
     sides: tuple[dict[str, Leaf], dict[str, Leaf]] = ({}, {})
     for side, picture in zip(sides, (base, new), strict=True):
         side[f"{place}size"] = Leaf(SIZE, f"{picture.shape[1]} × {picture.shape[0]}")

@@ -1,4 +1,4 @@
-"""Logs as values at places: a part for each topic and field, each attachment, and what is said about the log itself."""
+"""Read logs as values at places: a part for each topic and field, for each attachment, and for the metadata."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -10,7 +10,7 @@ from pipeline.storage.logs import TIME, Log, LogError, Series, read_log
 
 
 def read_recording(path: Path) -> Log:
-    """The log, of which every bit is accounted for."""
+    """Read a log and check every bit of it. Raises UnreadableError."""
     try:
         return read_log(path)
     except LogError as error:
@@ -18,7 +18,7 @@ def read_recording(path: Path) -> Log:
 
 
 def recording_parts(base: Log, new: Log) -> Iterator[Part]:
-    """Topics in the order of `base`; a topic that one side lacks is one part, whatever its fields."""
+    """Yield the parts in the order of `base`; a topic that one side lacks is one part, whatever its fields."""
     series = {s.topic: s for s in base.series}, {s.topic: s for s in new.series}
     for topic in {**series[0], **series[1]}:
         if topic in series[0] and topic in series[1]:
@@ -49,14 +49,14 @@ def _series_parts(base: Series, new: Series) -> Iterator[Part]:
 
 
 def _by_number(series: Series) -> list[str]:
-    """Samples named by their time, and by their number where several have the same."""
+    """Name samples by their time, and also by their number where several have the same time."""
     times = series.times.tolist()
     often = Counter(times)
     return [f"t = {t!r} s" + (f", sample {i}" if often[t] > 1 else "") for i, t in enumerate(times)]
 
 
 def _by_time(series: Series) -> list[str]:
-    """Samples named by their time in whole nanoseconds, so that rounding pairs none wrongly."""
+    """Name samples by their time in whole nanoseconds: rounding cannot pair them wrongly."""
     seen: Counter[int] = Counter()
     places = []
     for t in series.times.tolist():
@@ -73,7 +73,7 @@ def _attachment(log: Log, name: str) -> Leaves | None:
 
 
 def _about(log: Log) -> Leaves:
-    """Metadata records, and units."""
+    """Return metadata records and units."""
     return json_leaves(
         {**_plain(log.metadata), "unit": {series.topic: dict(series.units) for series in log.series if series.units}}
     )

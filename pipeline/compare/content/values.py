@@ -1,4 +1,4 @@
-"""What artifacts are made of for a comparison: values at places; and the judgement on two such collections."""
+"""Values at places, which artifacts are made of for a comparison, and the judgement on two collections of them."""
 
 import math
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ _SHOWN = 5
 
 
 class UnreadableError(Exception):
-    """An artifact is not what its name promises; the message says why, without naming the file."""
+    """An artifact is not of the format that its name promises; the message says why, without naming the file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,14 +23,14 @@ class Leaf:
 
 
 Leaves = Mapping[str, Leaf]
-"""Values by place, in the order in which they are found."""
+"""Values by place, in the order of the artifact."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """What one row of a comparison is about, on both sides; None where a side does not have it.
+    """The values of one row of a comparison on both sides; None where a side does not have them.
 
-    `notes` are remarks for the reader; `moved` says why the row differs even where every single value agrees.
+    `notes` are remarks for the reader; `moved` says why the row differs although every single value agrees.
     """
 
     topic: str
@@ -42,7 +42,7 @@ class Part:
 
 
 def judge(artifact: str, part: Part, tolerances: Tolerances) -> Row:
-    """The row of a part."""
+    """Judge a part by the tolerances, and return its row."""
     if part.base is None or part.new is None:
         status = Status.EXTRA if part.base is None else Status.MISSING
         return Row(artifact, part.topic, part.field, status, notes=part.notes)
@@ -78,7 +78,7 @@ def _status(beyond: bool, differs: bool) -> Status:
 
 
 def _pairs(base: Leaves, new: Leaves) -> list[tuple[str, Found, Found, str]]:
-    """Place, both values, and field; places that only `new` has come last."""
+    """Return place, both values and field; places that only `new` has come last."""
     shared = [
         (place, leaf.value, new[place].value if place in new else ABSENT, leaf.field) for place, leaf in base.items()
     ]

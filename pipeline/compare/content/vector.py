@@ -1,4 +1,4 @@
-"""SVG figures as values at places: elements by their identifiers, coordinates as numbers, colours and text as text."""
+"""Read SVG figures as values at places: elements by identifier, coordinates as numbers, colours and text as text."""
 
 import re
 from collections import Counter
@@ -25,14 +25,17 @@ _MUCH = 0.5  # [units of the figure]: two paths whose points differ by more are 
 
 @dataclass(frozen=True)
 class Drawing:
-    """Values by place; the paths also as they are written."""
+    """Values by place, and paths as they are written."""
 
     leaves: Leaves
     paths: dict[str, str]
 
 
 def read_drawing(data: bytes) -> Drawing:
-    """The drawing in an SVG file, with its comments: there matplotlib writes the text that it draws as outlines."""
+    """Read an SVG file with its comments, in which matplotlib writes the text that it draws as outlines.
+
+    Raises UnreadableError.
+    """
     try:
         text = _renamed(data.decode())
         parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
@@ -44,7 +47,7 @@ def read_drawing(data: bytes) -> Drawing:
 
 
 def drawing_parts(base: Drawing, new: Drawing) -> list[Part]:
-    """One part, whose places are elements and what differs about them."""
+    """Return one part, whose places are elements and their properties."""
     leaves: tuple[dict[str, Leaf], dict[str, Leaf]] = ({**base.leaves}, {**new.leaves})
     for place, path in base.paths.items():
         other = new.paths.get(place, path)
@@ -58,7 +61,7 @@ def drawing_parts(base: Drawing, new: Drawing) -> list[Part]:
 
 
 def _path_leaves(base: str, new: str) -> tuple[dict[str, Leaf], dict[str, Leaf]]:
-    """Numbers point by point; where letters or numbers are far from each other, how far the outlines are apart."""
+    """Return coordinates, or the distance between the outlines where letters differ or coordinates are far apart."""
     (letters, numbers), (other_letters, other_numbers) = split_path(base), split_path(new)
     alike = letters == other_letters and len(numbers) == len(other_numbers)
     far = not alike or any(abs(a - b) > _MUCH for a, b in zip(numbers, other_numbers, strict=True))

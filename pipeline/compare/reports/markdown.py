@@ -1,4 +1,4 @@
-"""A comparison as Markdown, for a comment on a pull request."""
+"""Write a comparison as Markdown, for a comment on a pull request."""
 
 from collections.abc import Iterable, Sequence
 
@@ -19,7 +19,7 @@ _MOST = 60  # rows; a comment of more than 65,536 characters is refused by the b
 
 
 def to_markdown(comparison: Comparison) -> str:
-    """The verdict, what is not identical, the claims and the environment; the parts that seldom matter folded."""
+    """Return the verdict, what is not identical, the claims and the environment; what seldom matters is folded."""
     rows = remarkable(comparison)
     bad = beyond(comparison)
     fine = [row for row in rows if row.status is Status.WITHIN]
@@ -79,7 +79,7 @@ def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def _cell(text: str) -> str:
-    """Text in which nothing means anything to Markdown or HTML."""
+    """Escape what has a meaning in Markdown or HTML."""
     for character in "\\`*_|[]":
         text = text.replace(character, f"\\{character}")
     return " ".join(text.replace("&", "&amp;").replace("<", "&lt;").split())

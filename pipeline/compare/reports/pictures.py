@@ -1,4 +1,4 @@
-"""Figures that differ, as pictures: BASE, NEW, and where they differ, side by side."""
+"""Draw the figures that differ: BASE, NEW, and their difference, side by side."""
 
 from base64 import b64encode
 from html import escape
@@ -15,7 +15,7 @@ _WIDTH, _HEADING, _GAP = 480.0, 24.0, 12.0
 
 
 def write_pictures(comparison: Comparison, base: Path, new: Path, folder: Path) -> list[Path]:
-    """One SVG for each figure that is DIFFERENT, and an index.html with what differs in them.
+    """Write one SVG for each figure that is DIFFERENT, and an index.html that says what differs in them.
 
     The third panel is black where both agree: the viewer subtracts, no picture is computed here. Raises OSError.
     """
@@ -34,7 +34,7 @@ def write_pictures(comparison: Comparison, base: Path, new: Path, folder: Path) 
 
 
 def side_by_side(base: Path, new: Path) -> str:
-    """One SVG that holds both figures and their difference."""
+    """Return one SVG that holds both figures and their difference."""
     links = [f"data:{_MEDIA[path.suffix]};base64,{b64encode(path.read_bytes()).decode()}" for path in (base, new)]
     height = _WIDTH * _aspect(base)
     places = [i * (_WIDTH + _GAP) for i in range(3)]
@@ -57,7 +57,7 @@ def side_by_side(base: Path, new: Path) -> str:
 
 
 def _aspect(path: Path) -> float:
-    """Height by width."""
+    """Return height divided by width."""
     if path.suffix == ".png":
         header = path.read_bytes()[16:24]
         return int.from_bytes(header[4:]) / max(int.from_bytes(header[:4]), 1)

@@ -1,4 +1,4 @@
-"""A comparison as JSON, for programs."""
+"""Write a comparison as JSON, for programs."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from trackable.files import to_json
 
 
 def to_record(comparison: Comparison) -> bytes:
-    """Everything that the comparison holds. A value that is absent has no key; NaN and infinities are text."""
+    """Return everything that the comparison holds. An absent value has no key; NaN and infinities are text."""
     return to_json(
         {
             "base": comparison.base,

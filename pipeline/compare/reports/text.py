@@ -1,4 +1,4 @@
-"""A comparison as text for a terminal."""
+"""Write a comparison as text for a terminal."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
@@ -42,7 +42,7 @@ def _difference(difference: Difference) -> Iterator[str]:
 
 
 def _claims(claims: Sequence[JudgedClaim]) -> Iterator[str]:
-    """A table: what is expected, what both sides have, and last what has no fixed width: the claim and its source."""
+    """Yield a table; the claim and its source are the last column, since they have no fixed width."""
     if not claims:
         return
     rows = [("expected", "BASE", "NEW", "claim [source]")]

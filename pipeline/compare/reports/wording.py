@@ -1,4 +1,4 @@
-"""How values, rows and verdicts are put in words, whatever the format of the report."""
+"""Put values, rows and verdicts in words, for reports of every format."""
 
 from pipeline.compare.model import Absent, Comparison, Difference, Found, JudgedClaim, Row, Status, Verdict
 
@@ -6,7 +6,7 @@ _LONG = 48
 
 
 def shown(value: Found) -> str:
-    """A value with all its digits; long text cut."""
+    """Show a value with all its digits; long text is cut."""
     if isinstance(value, Absent):
         return "absent"
     text = "null" if value is None else repr(value)
@@ -14,7 +14,7 @@ def shown(value: Found) -> str:
 
 
 def differing_text(base: Found, new: Found) -> tuple[str, str]:
-    """Two values; of two long texts that which differs, so that cutting hides nothing."""
+    """Show two values; long texts are cut such that the first difference is seen."""
     if isinstance(base, str) and isinstance(new, str) and max(len(base), len(new)) > _LONG - 2:
         start = next((i for i, (a, b) in enumerate(zip(base, new, strict=False)) if a != b), min(len(base), len(new)))
         start = max(0, start - 8)
@@ -23,19 +23,19 @@ def differing_text(base: Found, new: Found) -> tuple[str, str]:
 
 
 def size(difference: Difference | None) -> tuple[str, str]:
-    """Absolute and relative difference; a dash where there is none."""
+    """Show the absolute and the relative difference; a dash where there is none."""
     absolute, relative = (difference.absolute, difference.relative) if difference else (None, None)
     return "–" if absolute is None else f"{absolute:.2g}", "–" if relative is None else f"{relative:.2g}"
 
 
 def allowed(difference: Difference) -> str:
-    """How far the values may be apart, and the rule that says so; what is no number has to stay."""
+    """Show how far the values may be apart, and the rule that says so."""
     rule = difference.rule
     return f"no change ({rule.name})" if difference.absolute is None else str(rule)
 
 
 def extent(row: Row) -> str:
-    """How much of a row differs."""
+    """Say how many values of a row differ."""
     if not row.differing:
         return ""
     of = f"{row.differing} of {row.compared} values differ"
@@ -43,14 +43,14 @@ def extent(row: Row) -> str:
 
 
 def verdict(found: Verdict) -> str:
-    """Pass or fail, with the value or what is in its place."""
+    """Say pass or fail, with the value or the reason why there is none."""
     word = "pass" if found.holds else "FAIL"
     value = f"{found.found:.10g}" if isinstance(found.found, float) else shown(found.found)
     return f"{word}: {found.reason or value}"
 
 
 def closing(comparison: Comparison) -> str:
-    """One line with all counts."""
+    """Return one line with all counts."""
     rows = ", ".join(f"{number} {status.value}" for status, number in comparison.counts.items())
     claims = comparison.claims
     held = [sum(side.holds for side in sides) for sides in zip(*((c.base, c.new) for c in claims), strict=True)]
@@ -59,7 +59,7 @@ def closing(comparison: Comparison) -> str:
 
 
 def remarkable(comparison: Comparison) -> list[Row]:
-    """The rows that are not identical, the worst first."""
+    """Return the rows that are not identical, the worst first."""
     order = (Status.DIFFERENT, Status.MISSING, Status.EXTRA, Status.WITHIN)
     return sorted((r for r in comparison.rows if r.status in order), key=lambda row: order.index(row.status))
 
@@ -75,5 +75,5 @@ def everything(comparison: Comparison) -> tuple[Row, ...]:
 
 
 def failing(claims: tuple[JudgedClaim, ...]) -> list[JudgedClaim]:
-    """The claims that do not hold on both sides."""
+    """Return the claims that fail on one side or both."""
     return [claim for claim in claims if not (claim.base.holds and claim.new.holds)]

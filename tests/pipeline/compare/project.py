@@ -15,6 +15,7 @@ from pipeline.compare.tolerances import load_tolerances
 from pipeline.storage.logs import Log, Series, read_log, write_log
 from tests.project import ROOT
 
+RESULTS = Path("data/results/example1")
 TOLERANCES = load_tolerances(ROOT / "tolerances.yaml")
 CLAIMS = Claims.model_validate(
     {

@@ -12,7 +12,7 @@ from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import is_scalar
 from trackable.systems.flat.functional import Functional
 from trackable.systems.reference import Reference
 
@@ -36,7 +36,7 @@ def _mean(signal: KernelSum):
 def _quantity(reference: Reference, name: str, means, t, number):
     """Of a scalar system by its own formulas, of others as what it says it looks at; in any arithmetic."""
     plant = reference.plant
-    if Scalar.describes(plant) and plant.flatness.states[0].weights == ((1,),):
+    if is_scalar(plant) and plant.flatness.states[0].weights == ((1,),):
         if name == reference.quantities[0].name:
             return means[0](t)
         a, b, c = (number(v) for v in (plant.system.A.item(), plant.system.B.item(), plant.system.c.item()))

@@ -10,7 +10,7 @@ from mpmath import mp
 
 from tests.trackable.certificates.nonlinear import as_read, bounded
 from tests.trackable.gp.instances import formula
-from tests.trackable.systems.formulas.test_expression import many_digits
+from tests.trackable.systems.formulas.random_expressions import many_digits
 from tests.trackable.systems.nonlinear_instances import T_S
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tests.trackable.systems.instances import with_sets
+from tests.trackable.systems.instances import bounded
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.matern import Matern32, Matern52
@@ -16,8 +16,9 @@ from trackable.gp.samples import Samples
 from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
 from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.published.scalar import scalar, state_and_input
 from trackable.learning.space import SearchSpace
+from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.interval import Interval
 
 _KERNELS: tuple[Kernel, ...] = (
@@ -35,20 +36,20 @@ class Instance:
 
     samples: Samples
     prior: Prior
-    plant: Scalar
+    plant: ConstrainedSystem
     last: int
 
     @property
     def problem(self) -> ConstrainedProblem:
-        t_s = self.plant.sampling_time
+        t_s, (state, entry) = self.plant.sampling_time, state_and_input(self.plant)
         prior = JointPrior((self.prior,))
         return ConstrainedProblem(
             (self.samples,),
             prior,
             SearchSpace.around((self.samples,), prior),
             (
-                Constraint(self.plant.state, Steps(0, self.last, t_s)),
-                Constraint(self.plant.input, Steps(0, self.last - 1, t_s)),
+                Constraint(state, Steps(0, self.last, t_s)),
+                Constraint(entry, Steps(0, self.last - 1, t_s)),
             ),
         )
 
@@ -66,7 +67,7 @@ def tight(seed: int) -> Instance:
     a, b = [(0.9, 0.5), (0.95, -0.3), (1.05, 0.4), (1.0, -0.25), (-0.2, 1.5)][seed % 5]
     reach = rng.uniform(0.3, 0.7) if seed % 5 == 4 else rng.uniform(0.1, 0.4)
     states, inputs = Interval(-rng.uniform(0.1, 0.3), 1.2), Interval(-reach, 1.2 * reach)
-    plant = Scalar.of(scalar(a, b, state_set=states, input_set=inputs, sampling_time=0.02))
+    plant = scalar(a, b, state_set=states, input_set=inputs, sampling_time=0.02)
     fixed = frozenset(name for name in _FIXED if name in {**kernel.hyperparameters, "noise_std": 0})
     return Instance(samples, Prior(kernel, 0.03, fixed=fixed), plant, 100)
 
@@ -80,8 +81,8 @@ def instance(seed: int) -> Instance:
     def most_of(values: np.ndarray) -> Interval:
         return Interval(0.9 * min(float(np.min(values)), -0.02), 0.9 * max(float(np.max(values)), 0.02))
 
-    sets = [most_of(quantity((plain.mean,), times)) for quantity in (case.plant.state, case.plant.input)]
-    return replace(case, plant=with_sets(case.plant, *sets))
+    states, inputs = (most_of(quantity((plain.mean,), times)) for quantity in state_and_input(case.plant))
+    return replace(case, plant=bounded(case.plant, state_set=states, input_set=inputs))
 
 
 def wild(seed: int) -> Instance:

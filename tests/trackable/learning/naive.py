@@ -9,6 +9,7 @@ from scipy.optimize import minimize
 from tests.trackable.learning.instances import Instance
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
+from trackable.learning.published.scalar import coefficients, interval_sets
 
 NOWHERE = 1e12
 
@@ -28,13 +29,14 @@ def states_and_inputs(instance: Instance, prior: Prior) -> tuple[np.ndarray, np.
     t = np.arange(instance.last + 1) * plant.sampling_time
     cross = prior.kernel(t[:, None] - samples.times)
     x = prior.mean + cross @ np.linalg.inv(gram) @ (samples.values - prior.mean)
-    return x, (x[1:] - plant.a * x[:-1] - plant.c) / plant.b
+    a, b, c = coefficients(plant)
+    return x, (x[1:] - a * x[:-1] - c) / b
 
 
 def margins(instance: Instance, prior: Prior) -> np.ndarray:
     """Distances to all bounds, as parts of their widths."""
     x, u = states_and_inputs(instance, prior)
-    X, U = instance.plant.state_set, instance.plant.input_set
+    X, U = interval_sets(instance.plant)
     parts = [(x - X.lower) / X.width, (X.upper - x) / X.width, (u - U.lower) / U.width, (U.upper - u) / U.width]
     return np.concatenate(parts)
 

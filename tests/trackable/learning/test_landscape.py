@@ -11,13 +11,14 @@ from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
 from trackable.learning.landscape import landscape
 from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.published.scalar import scalar, state_and_input
 from trackable.learning.space import SearchSpace
 from trackable.systems.sets.interval import Interval
 
-PLANT = Scalar.of(scalar(0.9, 0.5, state_set=Interval(-2, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01))
+PLANT = scalar(0.9, 0.5, state_set=Interval(-2, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01)
+STATE, INPUT = state_and_input(PLANT)
 SAMPLES = Samples(np.arange(7) / 10, np.array([-1.0, -0.4, -0.05, 0.0, 0.0, 0.0, 0.0]))
-CONSTRAINTS = (Constraint(PLANT.state, Steps(0, 130, 0.01)), Constraint(PLANT.input, Steps(0, 129, 0.01)))
+CONSTRAINTS = (Constraint(STATE, Steps(0, 130, 0.01)), Constraint(INPUT, Steps(0, 129, 0.01)))
 
 
 def problem(fixed: frozenset[str] = frozenset({"noise_std"}), noise_std: float = 0.01) -> ConstrainedProblem:

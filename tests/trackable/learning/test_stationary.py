@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from pipeline.experiments import PeriodicExperiment
-from pipeline.experiments.load import load_experiment
+from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
 from tests.project import ROOT
 from tests.trackable.learning.searches import followed
@@ -47,9 +46,9 @@ def ends(monkeypatch: pytest.MonkeyPatch) -> Ends:
 
 def test_multipliers_exist(ends: Ends) -> None:
     experiment = load_experiment("example2", ROOT / "params.yaml")
-    assert isinstance(experiment, PeriodicExperiment)
     (samples,), prior = sampled_by(experiment).samples, experiment.learned_prior
-    system, space = experiment.constrained_system, experiment.search_space((samples,))
+    assert experiment.periodic
+    system, space = experiment.plant, experiment.search_space((samples,))
     problem = ConstrainedProblem((samples,), prior, space, all_phases(system, experiment.periodic.backoff))
     outcome = followed(problem, screened(problem, 4))
     assert isinstance(outcome, Solution)

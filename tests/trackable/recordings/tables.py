@@ -11,8 +11,8 @@ from trackable.recordings import (
     Repair,
     Rows,
 )
+from trackable.recordings.from_rows import recording_from_rows
 from trackable.recordings.origin import Origin
-from trackable.recordings.settle import recorded
 
 NAN = float("nan")
 
@@ -29,7 +29,7 @@ def rows(stamps: Sequence[str | None], noise: Sequence[float] | None = None, **v
 
 
 def record(table: Rows, *repairs: Repair, absolute: bool = False, origin: Origin = None) -> Recording:
-    return recorded([table], absolute, repairs, origin)
+    return recording_from_rows([table], absolute, repairs, origin)
 
 
 def content(recording: Recording) -> dict[str, list[tuple[float, float]]]:

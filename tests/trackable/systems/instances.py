@@ -9,7 +9,7 @@ from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
-from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.published.scalar import scalar
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.interval import Interval
@@ -41,7 +41,6 @@ PLANTS: dict[str, ConstrainedSystem] = {
     name: ConstrainedSystem(system, interval_box(Interval(-2.0, 1.5)), interval_box(Interval(-0.4, 0.7)))
     for name, system in SYSTEMS.items()
 }
-SCALARS: dict[str, Scalar] = {name: Scalar.of(plant) for name, plant in PLANTS.items()}
 
 SIGNAL = KernelSum(SquaredExponential(1.0, 0.3), 0.2, np.array([0.0, 0.4, 0.9]), np.array([0.5, -0.8, 0.3]))
 
@@ -64,12 +63,6 @@ plants = st.builds(
     input_set=intervals(),
     sampling_time=st.floats(1e-3, 2),
 )
-
-
-def with_sets(plant: Scalar, state_set: Interval, input_set: Interval) -> Scalar:
-    """The same system in other sets."""
-    t_s = plant.sampling_time
-    return Scalar.of(scalar(plant.a, plant.b, plant.c, state_set=state_set, input_set=input_set, sampling_time=t_s))
 
 
 def controllable(seed: int, states: int = 4, inputs: int = 2) -> LinearSystem:

@@ -10,6 +10,7 @@ from tests.trackable.gp.instances import formula
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
@@ -137,3 +138,13 @@ def exactly(instance: Instance, reference: Reference, t) -> dict:
     now, later = (signals_exactly(reference, s) for s in (mp.mpf(t), mp.mpf(t) + mp.mpf(T_S)))
     names = [*instance.states, *instance.inputs]
     return dict(zip(names, [*now, *instance.inputs_exactly(now, later)], strict=True))
+
+
+LINEAR = LinearSystem(
+    np.array([[0.9, 0.1], [-0.2, 1.0]]), np.array([[0.5, 0.1], [0.0, -2.0]]), np.array([0.1, 0.0]), sampling_time=T_S
+)
+
+
+def as_formulas(system: LinearSystem) -> Nonlinear:
+    """The same system, written as formulas."""
+    return Nonlinear.of(lambda x, u: system.A @ x + system.B @ u + system.c, system.states, system.inputs, T_S)

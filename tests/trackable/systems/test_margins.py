@@ -5,7 +5,7 @@ import pytest
 
 from tests.trackable.gp.instances import over
 from tests.trackable.systems.instances import PLANTS, SIGNAL, bounded
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import coefficients, interval_sets
 from trackable.systems.definition import smallest_defect
 from trackable.systems.margins import margin_profile
 from trackable.systems.reference import Reference
@@ -36,8 +36,8 @@ def test_margin_profile_against_a_loop(plant, which):
 @over(PLANTS, "plant")
 def test_smallest_defect_is_what_the_input_bound_is_broken_by(plant):
     """|b| times the worst violation of U, or zero: no other input does better."""
-    for input_set in (Scalar.of(plant).input_set, Interval(-10.0, 10.0)):
+    for input_set in (interval_sets(plant)[1], Interval(-10.0, 10.0)):
         reference = Reference((SIGNAL,), bounded(plant, input_set=input_set))
         margins = input_set.margin(reference.input(np.arange(41)))
-        expected = abs(Scalar.of(plant).b) * max(0.0, -float(np.min(margins)))
+        expected = abs(coefficients(plant)[1]) * max(0.0, -float(np.min(margins)))
         assert smallest_defect(reference, 40) == pytest.approx(expected, abs=1e-6)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from tests.trackable.systems.nonlinear_instances import INSTANCES, T_S, exactly, moving
+from tests.trackable.systems.nonlinear_instances import INSTANCES, LINEAR, T_S, as_formulas, exactly, moving
 from trackable.checker.formulas.affine import inputs_of
 from trackable.checker.formulas.formula import text
 from trackable.checker.reading.formulas import a_formula
@@ -18,14 +18,13 @@ from trackable.gp.samples import Samples
 from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Window
 from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import growth_rates
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.definition import smallest_defect
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.formulas.nested_lists import to_lists
-from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
@@ -76,15 +75,6 @@ def test_the_checker_finds_the_same_formulas(name):
 @pytest.mark.parametrize("name", INSTANCES)
 def test_admissible_inputs_exist_by_a_convex_program_that_solves_nothing(name):
     assert smallest_defect(moving(INSTANCES[name], size=0.02), 20) < 1e-6
-
-
-LINEAR = LinearSystem(
-    np.array([[0.9, 0.1], [-0.2, 1.0]]), np.array([[0.5, 0.1], [0.0, -2.0]]), np.array([0.1, 0.0]), sampling_time=T_S
-)
-
-
-def as_formulas(system: LinearSystem) -> Nonlinear:
-    return Nonlinear.of(lambda x, u: system.A @ x + system.B @ u + system.c, system.states, system.inputs, T_S)
 
 
 def both(state_set: Polytope, input_set: Polytope) -> tuple[ConstrainedSystem, ConstrainedSystem]:
@@ -235,7 +225,7 @@ def test_sets_have_to_fit():
 
 def test_only_linear_systems_have_growth_rates():
     with pytest.raises(ValueError, match="only a linear system has growth rates, got a nonlinear one"):
-        Scalar.of(INSTANCES["tank"].plant)
+        growth_rates(INSTANCES["tank"].plant, Interval(0.5, 1.0))
 
 
 def test_four_inputs_may_lead_four_states_where_few_are_coupled():

@@ -25,9 +25,7 @@ def grid(
     The paper's closing remark prefers this to (9). Where the period is no multiple of T_s it proves nothing for k > k̄.
     Raises TypeError for kernels without a period and ValueError for systems that are not scalar.
     """
-    state, entry = state_and_input(plant)
-    states, inputs = Steps(0, last_step, plant.sampling_time), Steps(0, last_step - 1, plant.sampling_time)
-    return _learned(samples, prior, space, (Constraint(state, states), Constraint(entry, inputs)))
+    return _learned(samples, prior, space, on_grid(plant, last_step))
 
 
 def intervals(
@@ -60,6 +58,13 @@ def sampled(
     """
     once = Steps(0, steps_of_period(prior, plant) - 1, plant.sampling_time)
     return _learned(samples, prior, space, tuple(Constraint(q, once) for q in state_and_input(plant)))
+
+
+def on_grid(plant: ConstrainedSystem, last_step: int) -> tuple[Constraint, Constraint]:
+    """The state at steps 0 … k̄ and the input at the steps before k̄ = `last_step`. ValueError as `grid`."""
+    state, entry = state_and_input(plant)
+    states, inputs = Steps(0, last_step, plant.sampling_time), Steps(0, last_step - 1, plant.sampling_time)
+    return Constraint(state, states), Constraint(entry, inputs)
 
 
 def steps_of_period(prior: JointPrior, plant: ConstrainedSystem) -> int:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackable.gp.signal import KernelSum
-from trackable.learning.published.scalar import coefficients, equilibrium_input, state_and_input
+from trackable.learning.published.scalar import coefficients, equilibrium_input, interval_sets
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.interval import Interval
 
@@ -30,8 +30,8 @@ class Tail:
 
     def keeps_states(self, plant: ConstrainedSystem) -> bool:
         """Line 7: every later state lies in X."""
-        state, _ = state_and_input(plant)
-        return state.bounds.contains(self.states)
+        state_set, _ = interval_sets(plant)
+        return state_set.contains(self.states)
 
     def keeps_rates(self, rates: tuple[float, float]) -> bool:
         """Line 9, both signs: every later step stays in the inner approximation [τ_low, τ_high] T_s of the tube."""

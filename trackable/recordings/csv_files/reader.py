@@ -14,11 +14,11 @@ from trackable.recordings.clocks import Clock, clock_named
 from trackable.recordings.csv_files.table import PLAIN, CsvLayout, CsvTable, read_table
 from trackable.recordings.dates import DateTimes
 from trackable.recordings.decimals import check_scale, parse, scaled
+from trackable.recordings.from_rows import recording_from_rows
 from trackable.recordings.origin import Origin, checked_origin
 from trackable.recordings.recording import Recording
 from trackable.recordings.repairs import Repair, chosen_repairs
 from trackable.recordings.rows import Rows
-from trackable.recordings.settle import recorded
 
 _T = TypeVar("_T")
 
@@ -95,7 +95,7 @@ def read_csv(
             if column.noise_std is not None
         },
     )
-    return recorded([rows], clock.absolute, chosen, zero)
+    return recording_from_rows([rows], clock.absolute, chosen, zero)
 
 
 def _column(signal: str, wanted: object) -> Column:

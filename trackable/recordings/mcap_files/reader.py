@@ -11,6 +11,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.errors import InputError
 from trackable.recordings.decimals import check_scale, exact, scaled
+from trackable.recordings.from_rows import recording_from_rows
 from trackable.recordings.mcap_files.fields import find, leaves
 from trackable.recordings.mcap_files.message_times import LOG_TIME, MessageTime
 from trackable.recordings.mcap_files.messages import Received, read_messages
@@ -18,7 +19,6 @@ from trackable.recordings.origin import Origin, checked_origin
 from trackable.recordings.recording import Recording
 from trackable.recordings.repairs import Repair, chosen_repairs
 from trackable.recordings.rows import Rows
-from trackable.recordings.settle import recorded
 
 _T = TypeVar("_T")
 
@@ -82,7 +82,7 @@ def read_mcap(
     for name, wanted in signals.items():
         groups.setdefault((wanted.topic, wanted.time), {})[name] = wanted
     tables = [_rows(path, messages[topic], topic, time, fields) for (topic, time), fields in groups.items()]
-    found = recorded(tables, absolute.pop(), chosen, zero)
+    found = recording_from_rows(tables, absolute.pop(), chosen, zero)
     return replace(found, signals={name: found[name] for name in signals})
 
 

@@ -9,7 +9,7 @@ from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning.constraint import Constraint
 from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.published.scalar import interval_sets, scalar
 from trackable.learning.space import SearchSpace
 from trackable.systems.sets.interval import Interval
 
@@ -25,7 +25,7 @@ _SAMPLES = _table("example1_samples.csv")
 PUBLISHED = _table("example1_prediction.csv")
 
 SYSTEM = scalar(0.9, 0.5, state_set=Interval(-2.0, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01)
-PLANT = Scalar.of(SYSTEM)
+STATE_SET, INPUT_SET = interval_sets(SYSTEM)
 SAMPLES = Samples(_SAMPLES["k"] * 0.01, _SAMPLES["y"])
 PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.01),))
 SPACE = SearchSpace.around((SAMPLES,), PRIOR)

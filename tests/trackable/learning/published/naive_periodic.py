@@ -1,8 +1,8 @@
 """The exact form of the periodic problem by brute force: formulas written out, dense phases, random starts.
 
 Run as `python -m tests.trackable.learning.published.naive_periodic` it prints the table that test_periodic_random.py
-compares with; this
-takes minutes. Of the library it uses the local optimiser only: neither kernels, exchange, screening nor starts.
+compares with; this takes minutes. Of the library it uses the local optimiser only: neither kernels, exchange, screening
+nor starts.
 """
 
 import math
@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from tests.trackable.learning.published.periodic_instances import SEEDS, Instance, instance
 from trackable.learning import sqp
-from trackable.learning.published.scalar import Scalar
+from trackable.learning.published.scalar import coefficients, interval_sets
 
 NOWHERE = 1e9
 COARSE, FINE = 100, 6000
@@ -21,7 +21,7 @@ STARTS, POLISHED = 120, 8
 
 class Brute:
     def __init__(self, case: Instance) -> None:
-        (self.samples,), (self.prior,), self.plant = case.samples, case.prior.parts, Scalar.of(case.plant)
+        (self.samples,), (self.prior,), self.plant = case.samples, case.prior.parts, case.plant
         self.y = self.samples.values - self.prior.mean
         self.low, self.high = case.space.log_lower, case.space.log_upper
 
@@ -49,8 +49,8 @@ class Brute:
             return self.prior.mean + self.kernel(z, at[:, None] - self.samples.times) @ weights
 
         x, successor = mean(t), mean(t + plant.sampling_time)
-        u = (successor - plant.a * x - plant.c) / plant.b
-        X, U = plant.state_set, plant.input_set
+        (a, b, c), (X, U) = coefficients(plant), interval_sets(plant)
+        u = (successor - a * x - c) / b
         parts = [(x - X.lower) / X.width, (X.upper - x) / X.width, (u - U.lower) / U.width, (U.upper - u) / U.width]
         return np.array(parts)
 

@@ -9,7 +9,7 @@ from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
-from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.published.scalar import scalar, state_and_input
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.interval import Interval
@@ -38,7 +38,7 @@ def instance(seed: int) -> Instance:
     prior = Prior(Periodic(1.0, 1.0, period), float(rng.uniform(0.05, 0.2)))
     system, sampling_time = _SYSTEMS[seed % 5], float(rng.choice([0.01, 0.05, 0.1]))
     wide = Interval(-99, 99)
-    loose = Scalar.of(scalar(*system, state_set=wide, input_set=wide, sampling_time=sampling_time))
+    loose = scalar(*system, state_set=wide, input_set=wide, sampling_time=sampling_time)
     theta = {"signal_std": float(np.std(samples.values)), "lengthscale": 0.8, "period": period}
     plain = Posterior(prior.with_hyperparameters(theta), samples)
 
@@ -46,7 +46,7 @@ def instance(seed: int) -> Instance:
         return Interval(part * min(float(np.min(values)), -0.02), part * max(float(np.max(values)), 0.02))
 
     phases = np.linspace(0, period, 400)
-    sets = [part_of(q((plain.mean,), phases), rng.uniform(0.6, 1.2)) for q in (loose.state, loose.input)]
+    sets = [part_of(q((plain.mean,), phases), rng.uniform(0.6, 1.2)) for q in state_and_input(loose)]
     plant = scalar(*system, state_set=sets[0], input_set=sets[1], sampling_time=sampling_time)
     bounds = {"lengthscale": Interval(0.2, 10.0)}
     joint = JointPrior((prior,))

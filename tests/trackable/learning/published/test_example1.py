@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tests.trackable.learning.published import example1
-from tests.trackable.learning.published.example1 import PLANT, PUBLISHED, STEPS, SYSTEM
+from tests.trackable.learning.published.example1 import INPUT_SET, PUBLISHED, STATE_SET, STEPS, SYSTEM
 from trackable.learning.problem import Solution
 from trackable.learning.published.algorithm1 import SOUND, Run, algorithm1
-from trackable.learning.published.scalar import ScalarReference
+from trackable.learning.published.scalar import reachable_tube, successor_set
 from trackable.systems.reference import Reference
 
 IDENTIFIED = 5e-7 + 1e-6
@@ -19,13 +19,12 @@ def theta(solution: Solution) -> list[float]:
     return [values["signal_std"], values["lengthscale"]]
 
 
-def reference(solution: Solution) -> ScalarReference:
-    return ScalarReference.of(Reference(solution.posterior.signals, SYSTEM))
+def reference(solution: Solution) -> Reference:
+    return Reference(solution.posterior.signals, SYSTEM)
 
 
 def states(solution: Solution):
-    learned = reference(solution)
-    return learned.state(learned.instants(STEPS))
+    return reference(solution).state(STEPS)[:, 0]
 
 
 def first(run: Run, holds) -> int:
@@ -53,26 +52,26 @@ def test_published_means(unconstrained, run):
 
 def test_published_tube_is_the_successor_set_of_the_constrained_mean(as_published):
     learned = reference(as_published.outcome)
-    low, high = learned.tube(learned.instants(STEPS))
+    low, high = reachable_tube(learned, learned.instants(STEPS))
     np.testing.assert_allclose(low, PUBLISHED["successor_lower"], atol=6e-5)
     np.testing.assert_allclose(high, PUBLISHED["successor_upper"], atol=6e-5)
 
 
 def test_the_unconstrained_mean_leaves_the_state_set_but_never_the_tube(unconstrained):
     x = states(unconstrained)
-    np.testing.assert_array_equal(STEPS[PLANT.state_set.margin(x) < 0], np.arange(77, 106))
+    np.testing.assert_array_equal(STEPS[STATE_SET.margin(x) < 0], np.arange(77, 106))
     assert (int(np.argmax(x)), float(np.max(x))) == (90, pytest.approx(0.0917, abs=5e-5))
-    low, high = PLANT.successor_set(x[:-1])
+    low, high = successor_set(SYSTEM, x[:-1])
     assert np.all((low < x[1:]) & (x[1:] < high))
 
 
 def test_the_constrained_mean_touches_the_state_bound_at_one_step_only(run):
     learned = reference(run.outcome)
-    times = learned.instants(np.arange(1000))
-    margins = PLANT.state_set.margin(learned.state(times))
+    steps = np.arange(1000)
+    margins = STATE_SET.margin(learned.state(steps))
     assert np.all(margins >= 0)
     assert np.count_nonzero(margins < 1e-7) == 1
-    assert np.all(PLANT.input_set.margin(learned.input(times)) > 0)
+    assert np.all(INPUT_SET.margin(learned.input(steps)) > 0)
 
 
 def test_as_published_ends_at_130(as_published):
@@ -112,16 +111,14 @@ def test_every_iteration_keeps_what_it_constrains(name, state_lag, input_lag, re
     for iteration in request.getfixturevalue(name).iterations:
         learned = reference(iteration.solution)
         k = iteration.k_bar
-        assert np.all(PLANT.state_set.margin(learned.state(learned.instants(np.arange(k - state_lag + 1)))) >= 0)
-        assert np.all(PLANT.input_set.margin(learned.input(learned.instants(np.arange(k - input_lag + 1)))) >= 0)
+        assert np.all(STATE_SET.margin(learned.state(np.arange(k - state_lag + 1))) >= 0)
+        assert np.all(INPUT_SET.margin(learned.input(np.arange(k - input_lag + 1))) >= 0)
 
 
 def test_the_published_reading_leaves_the_next_step_unproved(as_published, sound):
     """At k̄ = 77 it has not seen step 77 yet; the sound reading has."""
     at = {name: next(i for i in run.iterations if i.k_bar == 77) for name, run in (("p", as_published), ("s", sound))}
-    assert (
-        PLANT.state_set.margin(states(at["p"].solution))[77] < 0 <= PLANT.state_set.margin(states(at["s"].solution))[77]
-    )
+    assert STATE_SET.margin(states(at["p"].solution))[77] < 0 <= STATE_SET.margin(states(at["s"].solution))[77]
 
 
 def test_objective_never_falls_as_constraints_are_added(run, unconstrained):
@@ -130,9 +127,10 @@ def test_objective_never_falls_as_constraints_are_added(run, unconstrained):
 
 
 def test_an_iteration_that_changes_nothing_fits_nothing(run):
-    for before, after in zip(run.iterations, run.iterations[1:], strict=False):
-        if after.solution.posterior is before.solution.posterior:
-            assert after.solution.fits == 0
+    pairs = zip(run.iterations, run.iterations[1:], strict=False)
+    unchanged = [after for before, after in pairs if after.solution.posterior is before.solution.posterior]
+    assert len(unchanged) >= 30
+    assert all(after.solution.fits == 0 for after in unchanged)
     assert run.outcome.fits == 0  # the bound was met long before the tail was
 
 
@@ -140,11 +138,11 @@ def test_sound_bounds_hold_ever_after(sound):
     last = sound.iterations[-1]
     learned = reference(last.solution)
     later = last.tail.start + np.linspace(0, 10, 5001)
-    x, u = learned.state(later), learned.input(later)
+    x, u = learned.state_at(later), learned.input_at(later)
     assert np.all(np.abs(x) <= last.tail.mean_bound)
-    assert PLANT.state_set.contains(last.tail.states)
-    assert PLANT.input_set.contains(last.tail.inputs(SYSTEM))
-    assert np.all(PLANT.input_set.margin(u) > 0)
+    assert STATE_SET.contains(last.tail.states)
+    assert INPUT_SET.contains(last.tail.inputs(SYSTEM))
+    assert np.all(INPUT_SET.margin(u) > 0)
 
 
 def test_giving_up_says_which_test_failed():

@@ -16,19 +16,17 @@ from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
-from trackable.learning.constraint import Constraint
-from trackable.learning.index_set import Steps
 from trackable.learning.methods import all_phases, exact, unconstrained
 from trackable.learning.problem import ConstrainedProblem, Infeasible, Solution
 from trackable.learning.published.growth import GrowthRates, interval_growth_rates
-from trackable.learning.published.periodic import grid, intervals, sampled
-from trackable.learning.published.scalar import Scalar, scalar
+from trackable.learning.published.periodic import grid, intervals, on_grid, sampled
+from trackable.learning.published.scalar import coefficients, growth_rates, interval_sets, scalar
 from trackable.learning.screening import screened
 from trackable.learning.space import SearchSpace
 from trackable.systems.sets.interval import Interval
 
 SYSTEM = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0, 1.4), sampling_time=0.01)
-PLANT = Scalar.of(SYSTEM)
+STATE_SET, INPUT_SET = interval_sets(SYSTEM)
 TIMES = np.arange(0, 401, 20) * 0.01
 SAMPLES = Samples(TIMES, two_harmonics(TIMES) + 0.3 * np.random.default_rng(4).standard_normal(TIMES.size))
 SINGLE = Prior(Periodic(1.0, 1.0, 3.0), 0.1)
@@ -63,7 +61,7 @@ def margins(outcome: Solution, phases: int = 20_000) -> tuple[float, float]:
     (mean,) = outcome.posterior.signals
     x, after = mean(t), mean(t + 0.01)
     u = (after - 0.9 * x) / 0.1
-    return float(np.min(PLANT.state_set.margin(x))), float(np.min(PLANT.input_set.margin(u)))
+    return float(np.min(STATE_SET.margin(x))), float(np.min(INPUT_SET.margin(u)))
 
 
 def test_the_exact_form_keeps_every_phase(found):
@@ -87,15 +85,17 @@ def test_the_grid_holds_at_its_instants_and_breaks_between_them(found):
     posterior = found["grid"].posterior
     k = np.arange(0, 4000)
     x = posterior.signals[0](k * 0.01)
-    inputs = PLANT.input_set.margin((x[1:] - 0.9 * x[:-1]) / 0.1)
+    inputs = INPUT_SET.margin((x[1:] - 0.9 * x[:-1]) / 0.1)
     assert np.min(inputs[:400]) >= 0
     assert np.min(inputs) < -1e-5, "a later instant meets a phase that the grid has not"
     assert margins(found["grid"])[1] == pytest.approx(-4.57e-4, abs=1e-5)
 
 
 def test_numbers_of_the_trial_in_the_notes_are_a_local_minimum():
-    on_grid = Constraint(PLANT.state, Steps(0, 400, 0.01)), Constraint(PLANT.input, Steps(0, 399, 0.01))
-    for constraints, objective, period in ((on_grid, 121.25, 3.07), (all_phases(SYSTEM), 121.28, 3.0654)):
+    for constraints, objective, period in (
+        (on_grid(SYSTEM, 400), 121.25, 3.07),
+        (all_phases(SYSTEM), 121.28, 3.0654),
+    ):
         problem = ConstrainedProblem((SAMPLES,), PRIOR, SPACE, constraints)
         outcome = followed(problem, [np.log([1, 1, 3.07])])
         assert outcome.objective == pytest.approx(objective, abs=0.005)
@@ -124,7 +124,7 @@ def test_growth_rates_of_every_interval_contain_the_derivative(found):
         for i in range(count):
             t = np.linspace(edges[i], edges[i + 1], 400)
             x, rate = signal(t), signal.derivative(t)
-            low, high = PLANT.growth_rates(Interval(float(np.min(x)), float(np.max(x))))
+            low, high = growth_rates(SYSTEM, Interval(float(np.min(x)), float(np.max(x))))
             assert (lower[i], upper[i]) == pytest.approx((low, high), abs=1e-3)
             assert low - 1e-3 <= np.min(rate)
             assert np.max(rate) <= high + 1e-3
@@ -134,16 +134,16 @@ def test_growth_rates_of_every_interval_contain_the_derivative(found):
 def test_the_worst_pair_is_the_worst_of_a_dense_grid_of_pairs(seed):
     """Also for systems with a > 1, b < 0 or a < 0."""
     case = instance(seed)
-    posterior, plant = JointPosterior(case.prior, case.samples), Scalar.of(case.plant)
+    posterior, (_, inputs) = JointPosterior(case.prior, case.samples), interval_sets(case.plant)
     (signal,) = posterior.signals
     edges = np.linspace(0, 2, 5)
     constraint = GrowthRates(case.plant, tuple(edges.tolist()))
-    a, b, t_s = plant.a, plant.b, plant.sampling_time
+    (a, b, _), t_s = coefficients(case.plant), case.plant.sampling_time
     dense = []
     for i in range(4):
         t = np.linspace(edges[i], edges[i + 1], 500)
         values = (t_s * signal.derivative(t)[:, None] + (1 - a) * signal(t)) / b
-        dense.append(np.min(plant.input_set.margin(values)) / plant.input_set.width)
+        dense.append(np.min(inputs.margin(values)) / inputs.width)
     places, found = constraint.closest(posterior)
     assert places.shape == (8, 2)
     assert np.min(found) == pytest.approx(min(dense), abs=1e-3)
@@ -172,8 +172,8 @@ def test_a_known_period_of_whole_steps_needs_its_instants_only():
     on_instants, everywhere = (method((SAMPLES,), known, SYSTEM, space) for method in (sampled, exact))
     assert on_instants.objective <= everywhere.objective + 1e-6
     x = on_instants.posterior.signals[0](np.arange(3000) * 0.01)
-    assert np.min(PLANT.input_set.margin((x[1:] - 0.9 * x[:-1]) / 0.1)) >= -1e-9
-    assert np.min(PLANT.state_set.margin(x)) >= -1e-9
+    assert np.min(INPUT_SET.margin((x[1:] - 0.9 * x[:-1]) / 0.1)) >= -1e-9
+    assert np.min(STATE_SET.margin(x)) >= -1e-9
 
 
 @pytest.mark.parametrize("period", [3.145, 0.001, np.pi])

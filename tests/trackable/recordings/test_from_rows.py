@@ -14,7 +14,7 @@ from trackable.recordings import (
     drop_zero_rows,
     sort_rows,
 )
-from trackable.recordings.settle import recorded
+from trackable.recordings.from_rows import recording_from_rows
 
 REFUSALS: dict[str, tuple[Rows, tuple[Repair, ...], str]] = {
     "no time": (
@@ -121,7 +121,7 @@ def test_the_first_sample_as_origin(absolute: bool) -> None:
 
 def test_several_tables_have_one_origin() -> None:
     other = Rows("b", ["message 1"], [Decimal("1699999999")], {"y": np.array([7.0])})
-    recording = recorded([rows(EPOCH, x=[1, 2, 3]), other], True, (), None)
+    recording = recording_from_rows([rows(EPOCH, x=[1, 2, 3]), other], True, (), None)
     assert recording.origin == 1699999999_000000000
     assert recording["y"].times.tolist() == [0.0]
     assert recording["x"].times.tolist() == [1.000000001, 1.100000001, 1.300000002]

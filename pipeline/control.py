@@ -8,6 +8,7 @@ from dataclasses import replace
 from tqdm import tqdm
 
 from pipeline.experiments import Experiment
+from pipeline.methods import CERTIFIED, UNCONSTRAINED
 from pipeline.relearn import relearn
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.loops import ClosedLoops, write_loops
@@ -24,12 +25,12 @@ from trackable.control.simulation import apply_fallback_for, simulate
 from trackable.errors import InputError
 from trackable.files import from_json, write_json
 
-CERTIFIED, UNCONSTRAINED, INTERPOLATED = "certified", "unconstrained", "interpolated"
+INTERPOLATED = "interpolated"
 
 
 def control(experiment: Experiment, results: Results) -> None:
     """Write the closed loops on every reference, and their metrics. InputError where there can be no controller."""
-    fitted, wanted, plant = read_fit(results), experiment.control, experiment.constrained_system
+    fitted, wanted, plant = read_fit(results), experiment.control, experiment.plant
     try:
         controller = scaled_controller(plant, wanted.horizon, wanted.input_weight)
     except ValueError as error:
@@ -40,12 +41,12 @@ def control(experiment: Experiment, results: Results) -> None:
     seconds: dict[str, float] = {}
     for name, reference in references.items():
         courses[name], found = {}, {}
-        for start, loop, taken in _loops(experiment, controller, references[CERTIFIED], reference, name):
+        for start, loop, taken in _loops(experiment, controller, references[CERTIFIED.name], reference, name):
             courses[name][start], found[start] = LoopTrajectory.of(loop).until(wanted.logged), loop_metrics(loop, plant)
             seconds[f"{name}, {start}: seconds per step"] = round(taken / max(1, len(loop.inputs)), 7)
         metrics[name] = {"first_untrackable_step": first_untrackable_step(reference, plant, wanted.steps), **found}
     online = relearn(experiment, fitted.sampled, controller)
-    feasible = feasible_over_time(controller, references[CERTIFIED], wanted.horizons, wanted.shown)
+    feasible = feasible_over_time(controller, references[CERTIFIED.name], wanted.horizons, wanted.shown)
     closed = ClosedLoops(courses, feasible)
     if online:
         metrics["online"] = {**loop_metrics(online.loop, plant), "offers": online.records}
@@ -58,8 +59,9 @@ def control(experiment: Experiment, results: Results) -> None:
 def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
     """What is followed: the certified reference, the unconstrained mean, and the samples themselves where they say
     where to be."""
-    certified = fitted.learned[CERTIFIED].reference
-    found: dict[str, TrackedReference] = {CERTIFIED: certified, UNCONSTRAINED: fitted.learned[UNCONSTRAINED].reference}
+    certified = fitted.learned[CERTIFIED.name].reference
+    unconstrained = fitted.learned[UNCONSTRAINED.name].reference
+    found: dict[str, TrackedReference] = {CERTIFIED.name: certified, UNCONSTRAINED.name: unconstrained}
     with suppress(ValueError):  # samples of changes only
         found[INTERPOLATED] = InterpolatedReference(fitted.sampled.samples, certified.plant)
     return found

@@ -16,21 +16,21 @@ from trackable.recordings.rows import Rows
 from trackable.recordings.signal import Signal
 
 
-def recorded(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:
+def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:
     """Return the signals of one or more tables or topics, with times [s] since `origin` [ns].
 
     "first" is the first sample of all signals. None is the same if the stamps are `absolute`, otherwise the file's own
     zero. InputError, with the place: something is wrong that no chosen repair mends, or a signal has no value.
     """
-    settled = [_settled(rows, repairs) for rows in tables]
+    repaired = [_repaired(rows, repairs) for rows in tables]
     if origin is None:
         origin = "first" if absolute else 0
-    zero = min(_first(rows) for rows, _ in settled) if origin == "first" else origin
-    signals = {name: _signal(rows, name, zero) for rows, _ in settled for name in rows.values}
-    return Recording(signals, zero, tuple(cleaning for _, cleaning in settled), absolute)
+    zero = min(_first(rows) for rows, _ in repaired) if origin == "first" else origin
+    signals = {name: _signal(rows, name, zero) for rows, _ in repaired for name in rows.values}
+    return Recording(signals, zero, tuple(cleaning for _, cleaning in repaired), absolute)
 
 
-def _settled(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Cleaning]:
+def _repaired(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Cleaning]:
     count = len(rows)
     findings = [*_missing(rows)]
     for repair in repairs:

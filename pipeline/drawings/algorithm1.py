@@ -1,0 +1,106 @@
+"""Figures of what Algorithm 1 learned."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from pipeline.experiments import Experiment
+from pipeline.methods import AS_PUBLISHED, SOUND, methods_in_figures
+from pipeline.storage.archive import Fitted
+from pipeline.storage.tables import read_columns
+from trackable import plots
+from trackable.gp.joint import JointPrior
+from trackable.learning.landscape import Landscape, landscape
+from trackable.learning.problem import ConstrainedProblem
+from trackable.learning.published.algorithm1 import SOUND as SOUND_READING
+from trackable.learning.published.scalar import interval_sets
+from trackable.learning.space import SearchSpace
+from trackable.systems.reference import Reference
+
+_STEPS_OF_TUBE = 12
+_GRID_POINTS = 56
+# The landscape spans these factors around the learned hyperparameters: an overview, and a closer view.
+_OVERVIEW, _CLOSER = 8.0, 1.25
+
+
+def applies_to(fitted: Fitted) -> bool:
+    """Return whether there is a trace of Algorithm 1 in the reading that its proof supports."""
+    return SOUND.name in fitted.traces
+
+
+def drawings(experiment: Experiment, fitted: Fitted) -> dict[str, Callable[[], Figure]]:
+    """Return the figures by name; none without a trace."""
+    if not applies_to(fitted):
+        return {}
+    sound = fitted.learned[SOUND.name]
+    final_step, plant = sound.final_step or 0, experiment.plant
+    references = _references(fitted)
+    (prior,) = sound.prior.parts
+    last_sample = round(float(fitted.sampled.only.times[-1]) / plant.sampling_time)
+    by_name: dict[str, Callable[[], Figure]] = {
+        "tube": lambda: plots.tube(references[SOUND.name], np.arange(_STEPS_OF_TUBE, dtype=float)),
+        "asymptotic": lambda: plots.asymptotic(
+            references[SOUND.name], fitted.sampled.only, last_sample, final_step, round(1.5 * final_step)
+        ),
+        "prediction": lambda: _prediction(experiment, fitted, final_step),
+    }
+    if AS_PUBLISHED.name in fitted.traces:
+        trace = fitted.traces[AS_PUBLISHED.name]
+        by_name["convergence"] = lambda: plots.convergence(trace, interval_sets(plant)[0], prior.mean)
+    if len(prior.kernel.hyperparameters.keys() & sound.prior.learned) == 2:
+        by_name["landscape"] = lambda: plots.landscape(
+            landscapes(experiment, fitted), fitted.traces[SOUND.name], references
+        )
+    return by_name
+
+
+def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:
+    """Return the likelihood and the constraints of the sound reading's last iteration, around what was learned."""
+    learned = fitted.learned[SOUND.name]
+    (own,) = learned.prior.parts
+    kernel = [name for name in own.kernel.hyperparameters if name in own.learned]
+    # Where the noise is learned too, the landscape is cut at its learned value.
+    prior = replace(own, fixed=frozenset(own.hyperparameters.keys() - set(kernel)))
+    space = experiment.search_space(fitted.sampled.samples)
+    problem = ConstrainedProblem(
+        fitted.sampled.samples,
+        JointPrior((prior,)),
+        SearchSpace({name: bounds for name, bounds in space.bounds.items() if name in kernel}),
+        SOUND_READING.constraints(experiment.plant, learned.final_step or 0),
+    )
+    first, second = (prior.hyperparameters[name] for name in kernel)
+    grids = []
+    for factor in (_OVERVIEW, _CLOSER):
+        spread = np.geomspace(1 / factor, factor, _GRID_POINTS)
+        grids.append(landscape(problem, first * spread, second * spread))
+    return grids
+
+
+def _references(fitted: Fitted) -> dict[str, Reference]:
+    shown = methods_in_figures(fitted.learned)
+    return {method.name: fitted.learned[method.name].reference for method in shown}
+
+
+def _prediction(experiment: Experiment, fitted: Fitted, final_step: int) -> Figure:
+    steps = np.arange(round(1.5 * final_step) + 1, dtype=float)
+    times = steps * experiment.plant.sampling_time
+    truth = next((truth(times) for truth in experiment.truths.values()), None)
+    return plots.prediction(
+        fitted.sampled.only,
+        _references(fitted),
+        SOUND.name,
+        steps,
+        true_reference=truth,
+        published=_published(experiment),
+        final_step=final_step,
+    )
+
+
+def _published(experiment: Experiment) -> plots.Published | None:
+    if experiment.published.prediction is None:
+        return None
+    columns = read_columns(experiment.published.prediction)
+    means = {name: columns[f"mean_{name}"] for name in ("unconstrained", "constrained")}
+    return plots.Published(columns["k"], means, columns["successor_lower"], columns["successor_upper"])

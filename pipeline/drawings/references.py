@@ -1,0 +1,39 @@
+"""Figures of references whatever they were learned by."""
+
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from pipeline.drawings import algorithm1, periodic
+from pipeline.experiments import Experiment
+from pipeline.methods import methods_in_figures
+from pipeline.storage.archive import Fitted, read_margins
+from pipeline.storage.results import Results
+from trackable import plots
+
+_POINTS = 1501
+
+
+def drawings(experiment: Experiment, results: Results, fitted: Fitted) -> dict[str, Callable[[], Figure]]:
+    """Return the figures by name: margins, and states and inputs over time where no figure of the paper shows them."""
+    by_name: dict[str, Callable[[], Figure]] = {"margins": lambda: _margins(results, fitted)}
+    if not (algorithm1.applies_to(fitted) or periodic.applies_to(fitted)):
+        by_name["tracking"] = lambda: _tracking(experiment, fitted)
+    return by_name
+
+
+def _margins(results: Results, fitted: Fitted) -> Figure:
+    by_method = read_margins(results, fitted.learned)
+    return plots.margins({method.name: by_method[method.name] for method in methods_in_figures(by_method)})
+
+
+def _tracking(experiment: Experiment, fitted: Fitted) -> Figure:
+    times = np.linspace(0, experiment.verification.last_step * experiment.plant.sampling_time, _POINTS)
+    held_out, truths = fitted.sampled.held_out_by_name, experiment.truths
+    observed = {
+        name: plots.Observed(samples, held_out.get(name), truths[name](times) if name in truths else None)
+        for name, samples in fitted.sampled.by_name.items()
+    }
+    shown = {method.name: fitted.learned[method.name].reference for method in methods_in_figures(fitted.learned)}
+    return plots.tracking(shown, observed, times)

@@ -1,0 +1,44 @@
+"""Algorithm 1 of the paper, for asymptotically constant references of scalar systems, in two readings."""
+
+from collections.abc import Callable
+from functools import partial
+
+from pipeline.methods.model import Failed, Fit, Task
+from trackable.gp.joint import JointPrior
+from trackable.learning.learned import Trace
+from trackable.learning.problem import Solution
+from trackable.learning.published.algorithm1 import Reading, algorithm1
+from trackable.learning.published.scalar import state_and_input
+from trackable.systems.constrained import ConstrainedSystem
+
+_TABLE = ("k_bar", "mean_bound", "growth_lower", "growth_upper", "derivative_bound")
+
+
+def learn_by(reading: Reading) -> Callable[[Task], Fit | Failed]:
+    """Return the method that runs Algorithm 1 in this reading."""
+    return partial(_learn, reading)
+
+
+def check(plant: ConstrainedSystem, prior: JointPrior) -> None:
+    """Raise ValueError for a system that is not scalar."""
+    state_and_input(plant)
+
+
+def _learn(reading: Reading, task: Task) -> Fit | Failed:
+    steps = task.parameters.algorithm1
+    assert steps, "the experiment was checked for what its methods need"
+    run = algorithm1(
+        task.samples,
+        task.prior,
+        task.plant,
+        task.space,
+        reading,
+        steps.first_step,
+        steps.last_step,
+        on_iteration=lambda k_bar: task.on_fit(),
+    )
+    if not isinstance(run.outcome, Solution):
+        return Failed(run.explanation)
+    trace = Trace.of(run.iterations)
+    table = {name: values for name, values in trace.columns().items() if name in {*trace.hyperparameters, *_TABLE}}
+    return Fit(run.outcome, final_step=run.final_step, trace=trace, iterations=table)

@@ -1,0 +1,43 @@
+"""Methods for every system and claim: without constraints, and with a proof."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pipeline.methods.model import Failed, Fit, Task
+from trackable.arrays import Array
+from trackable.certificates.certified import Attempt, Certified, learn_certified
+from trackable.learning import methods
+from trackable.learning.problem import Solution
+
+
+def unconstrained(task: Task) -> Fit | Failed:
+    """Maximise the likelihood, and constrain nothing."""
+    found = methods.unconstrained(task.samples, task.prior, task.plant, task.space)
+    task.on_fit()
+    if not isinstance(found, Solution):
+        return Failed(found.explanation)
+    return Fit(found, found.fits)
+
+
+def certified(task: Task) -> Fit | Failed:
+    """Learn with a proof of the experiment's claim."""
+    attempts: list[Attempt] = []
+
+    def on_attempt(attempt: Attempt) -> None:
+        attempts.append(attempt)
+        task.on_fit()
+
+    found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, on_attempt)
+    if not isinstance(found, Certified):
+        return Failed(found.explanation)
+    return Fit(found.solution, found.solution.fits, iterations=_columns(attempts))
+
+
+def _columns(attempts: list[Attempt]) -> Mapping[str, Array]:
+    return {
+        "round": np.arange(1.0, len(attempts) + 1),
+        "backoff": np.array([attempt.backoff for attempt in attempts]),
+        "objective": np.array([attempt.objective for attempt in attempts]),
+        "proved": np.array([float(attempt.proved) for attempt in attempts]),
+    }

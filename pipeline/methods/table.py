@@ -1,0 +1,40 @@
+"""The table of methods, in the order in which figures show them."""
+
+from collections.abc import Collection
+
+from pipeline.methods import algorithm1, anytime, periodic
+from pipeline.methods.model import Claims, Method
+from trackable.learning.published.algorithm1 import AS_PUBLISHED as PUBLISHED_READING
+from trackable.learning.published.algorithm1 import SOUND as SOUND_READING
+
+UNCONSTRAINED = Method("unconstrained", anytime.unconstrained, Claims.NOTHING)
+AS_PUBLISHED = Method(
+    PUBLISHED_READING.name,
+    algorithm1.learn_by(PUBLISHED_READING),
+    Claims.SAMPLED_INSTANTS,
+    needs=("algorithm1",),
+    check=algorithm1.check,
+)
+SOUND = Method(
+    SOUND_READING.name,
+    algorithm1.learn_by(SOUND_READING),
+    Claims.SAMPLED_INSTANTS,
+    needs=("algorithm1",),
+    check=algorithm1.check,
+)
+EXACT = Method("exact", periodic.exact, Claims.CLAIM, must_be_proved=True, needs=("periodic",), check=periodic.check)
+INTERVALS = Method("intervals", periodic.intervals, Claims.CLAIM, needs=("periodic",), check=periodic.check)
+# The instants of the grid are those of the first steps only: later ones fall on other phases.
+GRID = Method("grid", periodic.grid, Claims.NOTHING, needs=("periodic",), check=periodic.check, has_own_curve=False)
+# All instants that ever occur; of the times between them nothing is claimed.
+SAMPLED = Method("sampled", periodic.sampled, Claims.NOTHING, check=periodic.check_whole_steps, has_own_curve=False)
+CERTIFIED = Method("certified", anytime.certified, Claims.CLAIM, must_be_proved=True, looks_like=EXACT.name)
+
+METHODS = {
+    method.name: method for method in (UNCONSTRAINED, AS_PUBLISHED, SOUND, EXACT, INTERVALS, GRID, SAMPLED, CERTIFIED)
+}
+
+
+def methods_in_figures(learned: Collection[str]) -> list[Method]:
+    """Return those of the `learned` references that figures show, in the order of the table."""
+    return [method for name, method in METHODS.items() if name in learned and method.looks_like not in learned]

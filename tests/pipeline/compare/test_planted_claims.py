@@ -1,0 +1,50 @@
+"""Claims that fail, and that lead to nothing."""
+
+from pathlib import Path
+
+from pipeline.compare.claims import Claims
+from pipeline.compare.comparison import compare
+from pipeline.compare.model import ABSENT
+from tests.pipeline.compare.project import (
+    RESULTS,
+    TOLERANCES,
+    compared,
+    edit_json,
+    edit_text,
+    moved,
+)
+
+
+def test_a_failed_claim(base: Path, new: Path) -> None:
+    edit_json(new / RESULTS / "metrics.json", lambda m: m["sound"].update(worst_state_margin_at_steps=-1e-9))
+    comparison = compared(base, new)
+    assert not moved(comparison), "the margin moved within its tolerance"
+    failed = [claim for claim in comparison.claims if not claim.new.holds]
+    assert [(claim.text, claim.base.holds, claim.new.found) for claim in failed] == [
+        ("the state keeps its bounds", True, -1e-9)
+    ]
+    assert not comparison.within
+
+
+def test_claims_about_tables_and_logs(base: Path, new: Path) -> None:
+    edit_text(new / RESULTS / "iterations.csv", "81,0.7", "81,")
+    (new / RESULTS / "fit.mcap").unlink()
+    verdicts = [claim.new for claim in compared(base, new).claims]
+    assert [verdict.holds for verdict in verdicts] == [True, False, False]
+    assert (verdicts[1].found, verdicts[2].found) == (82, ABSENT)
+    assert verdicts[2].reason == "example1/fit.mcap is not there"
+
+
+def test_claims_may_be_about_two_values_of_the_same_results(base: Path, new: Path) -> None:
+    """The mean's last value against the table's last bound: 0.9 and 0.4."""
+    mean = {"file": "example1/fit.mcap", "topic": "/references/sound", "column": "mean"}
+    bound = {"file": "example1/iterations.csv", "column": "bound"}
+    entry = {"claim": "the mean is above its bound", "source": "own", "value": mean, "at_least": bound}
+    claims = Claims.model_validate({"claims": [entry]})
+    edit_text(new / RESULTS / "iterations.csv", "83,0.4", "83,0.95")
+    (judged,) = compare(base, new, TOLERANCES, claims).claims
+    assert (judged.base.holds, judged.new.holds) == (True, False)
+    assert judged.expected == "≥ iterations.csv bound (last)"
+    (new / RESULTS / "iterations.csv").unlink()
+    (judged,) = compare(base, new, TOLERANCES, claims).claims
+    assert (judged.new.holds, judged.new.reason) == (False, "example1/iterations.csv is not there")

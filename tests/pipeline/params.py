@@ -1,0 +1,26 @@
+"""Variants of params.yaml: its text with some places of one entry changed."""
+
+import re
+from pathlib import Path
+
+from tests.project import ROOT
+
+PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
+
+
+def changed(entry: str, *changes: tuple[str, str], text: str = PARAMS) -> str:
+    """Replace in one entry; what is replaced must stand there exactly once."""
+    found = re.search(rf"^  {entry}:\n(?:(?:    .*)?\n)*", text, re.MULTILINE)
+    assert found, entry
+    block = found[0]
+    for old, new in changes:
+        assert block.count(old) == 1, f"{entry}: {old!r} stands there {block.count(old)} times"
+        block = block.replace(old, new)
+    return text[: found.start()] + block + text[found.end() :]
+
+
+def written_to(folder: Path, text: str) -> Path:
+    """Write params.yaml into a folder and return its path."""
+    path = folder / "params.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path

@@ -1,0 +1,162 @@
+"""Every way to write params.yaml wrongly ends in one sentence that names the field and what came."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from pipeline.experiments import load_experiment
+from tests.pipeline.params import changed, written_to
+from trackable.errors import InputError
+
+NOISE = "kernel: {type: squared_exponential}, noise_std: 0.01"
+QUASI = "{type: product, left: {type: periodic}, right: {type: squared_exponential, signal_std: 1}}"
+KERNEL = "{type: squared_exponential}"
+LISTED = "[unconstrained, certified]"
+
+# The entry, what is replaced, by what, and a pattern of the sentence: field, expectation, and what came.
+WRONG = [
+    ("example1", "A: [[0.9]]", "A: [[true]]", r"system\.A: expected a matrix.*True"),
+    ("example1", "A: [[0.9]]", "A: fast", r"system\.A: .*'fast'"),
+    ("example1", "A: [[0.9]]", "a: 0.9", r"system\.a: is not a known field"),
+    (
+        "example1",
+        "B: [[0.5]]",
+        "B: [[0]]",
+        r"must be controllable, .*reach 0 of 1 dimensions.*none of them ever changes",
+    ),
+    ("example1", "sampling_time: 0.01", "sampling_time: -0.01", r"sampling_time: expected greater than 0, got -0\.01"),
+    ("example1", "sampling_time: 0.01", "sampling_time: .nan", r"system\.sampling_time: .*nan"),
+    ("example1", "sampling_time: 0.01", "sampling_time: .inf", r"system\.sampling_time: .*inf"),
+    ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: [0.5], upper: [-0.5]}", r"input_set: must have an interior"),
+    ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: [0.5], upper: [0.5]}", r"input_set: must have an interior"),
+    ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: 0.5}", r"input_set\.lower: expected a list of numbers"),
+    ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: [0.5]}", r"input_set: expected lower with upper"),
+    ("example1", NOISE, NOISE.replace("0.01", "-0.01"), r"prior\.state\.noise_std: expected a positive .*got -0\.01"),
+    ("example1", NOISE, NOISE.replace("noise_std", "noise"), r"prior\.state\.noise: is not a known field"),
+    ("example1", NOISE, NOISE.replace("0.01", "[0.2, 0.1]"), r"noise_std: .*0 < lower < upper.*got \[0\.2, 0\.1\]"),
+    ("example1", KERNEL, "{type: gaussian}", r"prior\.state\.kernel: type: expected one of .*got 'gaussian'"),
+    ("example1", KERNEL, "squared_exponential", r"prior\.state\.kernel: expected a mapping with a `type`"),
+    ("example1", KERNEL, "{type: matern32, length: 1}", r"prior\.state\.kernel: length: not a field"),
+    ("example1", KERNEL, "{type: matern32, lengthscale: 0}", r"kernel: lengthscale: .*got 0"),
+    ("example1", KERNEL, "{type: sum, left: {type: matern32}}", r"kernel: right\."),
+    ("example1", "mean: 0.0", "mean: zero", r"prior\.state\.mean: .*'zero'"),
+    ("example1", "starts: 8", "starts: 0", r"search\.starts: expected greater than 0, got 0"),
+    ("example1", "starts: 8", "starts: 2.5", r"search\.starts: .*2\.5"),
+    ("example1", "first_step: 70", "first_step: 700", r"algorithm1: expected first_step ≤ last_step, got 700 and 300"),
+    ("example1", "verification: {last_step: 300", "verification: {last_step: 30", r"verification\.last_step .*got 30"),
+    (
+        "example1",
+        "instants_per_step: 100",
+        "instants_per_step: 0",
+        r"instants_per_step: expected greater than 0",
+    ),
+    (
+        "example1",
+        "time_unit: steps",
+        "time_unit: moons",
+        r"state\.time_unit: expected one of steps, .*'moons'",
+    ),
+    ("example1", "time_column: k", "times: k", r"samples\.state\.times: is not a known field"),
+    (
+        "example1",
+        "ground_truth: setpoint_change",
+        "ground_truth: step",
+        r"ground_truth: expected one of .*'step'",
+    ),
+    ("example1", "title:", "titel:", r"titel: is not a known field"),
+    ("example1", "claim: all_times", "kind: asymptotic", r"kind: is not a known field; .*claim: is missing"),
+    ("example1-resampled", "seed: 3", "seed: -2", r"samples\.state\.seed: .*got -2"),
+    ("example1-resampled", "noise_std: 0.02", "noise_std: 0", r"samples\.state\.noise_std: .*got 0"),
+    ("example1-resampled", "{first: 0, last: 60, every: 5}", "{first: 9, last: 6, every: 5}", r"steps: .*first ≤ last"),
+    ("example1-resampled", "every: 5", "every: 0", r"samples\.state\.steps\.every: .*got 0"),
+    ("example2", "claim: all_phases", "claim: all_times", r"claim: all_times needs kernels that decay, got Periodic"),
+    ("example2", "{type: periodic}", QUASI, r"claim: all_phases needs periodic kernels of one period, got Product"),
+    (
+        "example2",
+        "{type: periodic}",
+        QUASI,
+        r"methods: exact: a guarantee for all .* kernel, got Product",
+    ),
+    ("example2", "{type: periodic}", "{type: matern52}", r"methods: grid: .* needs a periodic kernel, got Matern52"),
+    ("example2", "intervals: 16", "intervals: 0", r"periodic\.intervals: expected greater than 0, got 0"),
+    ("example2", "backoff: 1.0e-7", "backoff: 0", r"periodic\.backoff: .*got 0"),
+    ("example2", "backoff: 1.0e-7", "backoff: 0.5", r"periodic\.backoff: .*got 0\.5"),
+    ("example2", "[4, 8, 16, 32, 64, 128, 256]", "[4, 0]", r"study\.conservatism\.1: .*got 0"),
+    ("example2", "[4, 8, 16, 32, 64, 128, 256]", "4", r"study\.conservatism: .*got 4"),
+    ("example2", "draws: 30", "draws: -1", r"study\.draws: .*got -1"),
+    ("example2", "exact, certified]", "exact, certified, sampled]", r"methods: sampled: the period is learned"),
+    ("vehicle", "states: [x, y, vx, vy]", "states: [x, y, vx]", r"4 states and 2 inputs need as many different names"),
+    ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", r"system\.A: expected a matrix: a list of rows of numbers, all"),
+    ("vehicle", "upper: [0.2, 2.0, 1.2, 1.2]", "upper: [0.2, 2.0, 1.2]", r"as many lower as upper bounds are needed"),
+    ("vehicle", "h: [1.2, 1.2, 1.2, 1.2]", "h: [1.2, -1.3, 1.2, 1.2]", r"input_set: must have an interior"),
+    ("vehicle", "    state_set:  # beside", "    state_sets:  # beside", r"vehicle\.state_sets: is not a known field"),
+    (
+        "vehicle",
+        "ground_truth: docking_x",
+        "ground_truth: docking",
+        r"samples\.x\.ground_truth: expected one of setpoint",
+    ),
+    ("vehicle", "      x: {mean: 0.0", "      vx: {mean: 0.0", r"samples and prior must have the same names, got x, y"),
+    ("vehicle", "seed: 1", "sead: 1", r"samples\.x\.sead: is not a known field"),
+    (
+        "robot-axis",
+        "time_unit: ms",
+        "time_unit: {date_format: '%H:%M'}",
+        r"clock: expected a format with day, month, y",
+    ),
+    (
+        "robot-axis",
+        "time_unit: ms",
+        "time_unit: {date_format: '%c', zon: Z}",
+        r"or \{date_format: \.\.\., zone: \.\.\.\}",
+    ),
+    ("robot-axis", "[drop_zero_rows,", "[guess,", r"there is no repair 'guess'; there are drop_rows_without_time"),
+    ("robot-axis", "{start: 0.0, end: 30.0", "{start: 40.0, end: 30.0", r"expected start < end, got 40\.0 and 30\.0"),
+    ("robot-axis", "B: [[0], [1]]", "B: [[0], [0]]", r"must be controllable"),
+    ("tank", "model: tank", "model: reactor", r"there is no model 'reactor'; there are tank"),
+    ("tank", "mcap: data", "bag: data", r"expected one of `csv`, `mcap` \(recorded\), `ground_truth` \(drawn\)"),
+    ("tank", "    claim: all_times\n", "", r"tank\.claim: is missing"),
+    (
+        "tank",
+        "claim: all_times",
+        "claim: always",
+        r"claim: expected all_times, all_phases or \{window: \[start, end\]\}",
+    ),
+    ("tank", "claim: all_times", "claim: {window: [9, 4]}", r"claim: window: expected start < end, got 9 and 4"),
+    (
+        "tank",
+        LISTED,
+        "[unconstrained, certified, best]",
+        r"methods: there is no method 'best'; there are unconstrained,",
+    ),
+    ("tank", LISTED, "[certified]", r"methods: expected unconstrained among them, got certified"),
+    ("tank", LISTED, "[unconstrained, certified, certified]", r"methods: expected each method once"),
+    ("tank", LISTED, "[unconstrained, certified, sound]", r"algorithm1: is missing, but the method sound needs it"),
+    ("tank", LISTED, "[unconstrained, certified, grid]", r"methods: grid: only a linear system has growth rates"),
+    ("tank", LISTED, "certified", r"methods: expected a list of methods, got 'certified'"),
+]
+
+
+@pytest.mark.parametrize(("name", "right", "wrong", "sentence"), WRONG, ids=[f"{w[0]}: {w[2]}" for w in WRONG])
+def test_a_wrong_parameter_is_one_sentence(name: str, right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
+    path = written_to(tmp_path, changed(name, (right, wrong)))
+    with pytest.raises(InputError) as raised:
+        load_experiment(name, path)
+    message = str(raised.value)
+    assert re.search(sentence, message), message
+    assert message.startswith(f"{path}: experiments.{name}")
+    assert "\n" not in message
+
+
+def test_draws_need_a_draw(tmp_path: Path) -> None:
+    source = "csv: data/paper/example1_samples.csv, time_column: k, time_unit: steps, value_column: y"
+    drawn = """
+        ground_truth: two_harmonics
+        steps: {first: 0, last: 400, every: 20}
+        noise_std: 0.3
+        seed: 4
+"""
+    path = written_to(tmp_path, changed("example2", (f"state:{drawn}", f"state: {{{source}}}\n")))
+    with pytest.raises(InputError, match="compares seeds, but the samples are not drawn"):
+        load_experiment("example2", path)
