@@ -3,6 +3,7 @@
 # make test    set up everything, then run the tests
 # make lint    formatting, lint, import rules, types
 # make force   run every stage again in place, whether or not anything changed
+# make checker  write checker.pyz: the certificate checker as one file for a machine with nothing but Python
 # make status  whether the committed results are those of the committed code
 # make lab     Jupyter on the notebooks
 # make bench   measure against other software, in an environment of its own (minutes; on a machine that is idle)
@@ -12,7 +13,7 @@ PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test lint force status lab bench lock
+.PHONY: install repro test lint force checker status lab bench lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -31,6 +32,9 @@ lint: .venv/installed
 
 force: .venv/installed
 	dvc repro --force
+
+checker: .venv/installed
+	python -m trackable.checker.bundle checker.pyz
 
 status: .venv/installed
 	dvc status
