@@ -62,7 +62,7 @@ def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:
     (own,) = learned.prior.parts
     kernel = [name for name in own.kernel.hyperparameters if name in own.learned]
     # Where the noise is learned too, the landscape is cut at its learned value.
-    prior = replace(own, fixed=frozenset(own.hyperparameters.keys() - set(kernel)))
+    prior = replace(own, noise_std=float(own.noise_std))
     space = experiment.search_space(fitted.sampled.samples)
     problem = ConstrainedProblem(
         fitted.sampled.samples,
@@ -102,5 +102,5 @@ def _published(experiment: Experiment) -> plots.Published | None:
     if experiment.published.prediction is None:
         return None
     columns = read_columns(experiment.published.prediction)
-    names = ("k", "mean_unconstrained", "mean_constrained", "successor_lower", "successor_upper")
-    return plots.Published(**{name: columns[name] for name in names})
+    means = {name: columns[f"mean_{name}"] for name in ("unconstrained", "constrained")}
+    return plots.Published(columns["k"], means, columns["successor_lower"], columns["successor_upper"])

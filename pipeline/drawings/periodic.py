@@ -82,5 +82,6 @@ def _growth(experiment: Experiment, fitted: Fitted) -> dict[str, plots.GrowthInt
 
 def _conservatism(fitted: Fitted) -> Figure:
     assert fitted.study, "drawn only where there is one"
-    exact, free = (fitted.learned[method.name].objective for method in (EXACT, UNCONSTRAINED))
-    return plots.conservatism(fitted.study.conservatism, exact, free)
+    labels = {UNCONSTRAINED.name: UNCONSTRAINED.name, EXACT.name: "exact form, all phases"}
+    levels = {label: fitted.learned[name].objective for name, label in labels.items()}
+    return plots.conservatism(fitted.study.conservatism, levels)

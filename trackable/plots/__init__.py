@@ -1,10 +1,11 @@
-"""Figures: the mathematics' dataclasses in, a matplotlib Figure out. The only place that knows matplotlib."""
+"""Figures: functions from the library's dataclasses to a matplotlib Figure. Only this package imports matplotlib."""
 
-from trackable.plots.closed_loop import closed_loop, costs, infeasibility, relearned
+from trackable.plots.closed_loop import closed_loop, costs
 from trackable.plots.convergence import convergence
 from trackable.plots.feasible import feasible_intervals, feasible_polygons
 from trackable.plots.illustrations import asymptotic, tube
 from trackable.plots.landscape import landscape
+from trackable.plots.loop_events import infeasibility, relearned
 from trackable.plots.margins import margins
 from trackable.plots.periodic import GrowthIntervals, conservatism, growth_intervals, periodic_prediction
 from trackable.plots.prediction import Published, prediction

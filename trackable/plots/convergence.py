@@ -1,4 +1,4 @@
-"""The paper's Fig. 4: Algorithm 1, iteration by iteration."""
+"""Fig. 4 of the paper: Algorithm 1, iteration by iteration."""
 
 from typing import Any, Final
 
@@ -20,7 +20,7 @@ _ZOOMED: Final = 11
 
 @styled
 def convergence(trace: Trace, state_set: Interval, prior_mean: float) -> Figure:
-    """Hyperparameters and bounds at each iteration of Algorithm 1, and where each of its tests first holds."""
+    """Draw hyperparameters and bounds at each iteration of Algorithm 1; mark where each of its tests first holds."""
     count = len(trace.hyperparameters)
     figure = Figure(figsize=(PAGE, max(3.8, 1.3 * count)))
     grid = figure.add_gridspec(2 * count, 2)
@@ -38,8 +38,8 @@ def convergence(trace: Trace, state_set: Interval, prior_mean: float) -> Figure:
     return figure
 
 
-def _mean_bound(axes: Axes, trace: Trace, room: float) -> None:
-    """m̄ against the distance from the prior mean to the nearer bound of X: the state test wants it below."""
+def _mean_bound(axes: Axes, trace: Trace, margin: float) -> None:
+    """Draw m̄ and the `margin` of the prior mean in X: the state test holds where m̄ is smaller."""
     axes.plot(trace.k_bar, trace.mean_bound, color=BLUE)
     axes.set_ylabel(r"bound $\bar{m}$ on $|m^+ - m|$ [–]")
     axes.set_ylim(bottom=0)
@@ -48,19 +48,19 @@ def _mean_bound(axes: Axes, trace: Trace, room: float) -> None:
     zoom = axes.inset_axes((0.56, 0.42, 0.44, 0.58))
     last = trace.k_bar[-_ZOOMED:]
     zoom.plot(last, trace.mean_bound[-_ZOOMED:], color=BLUE, marker="o", markersize=2)
-    zoom.axhline(room, **_LIMIT)
+    zoom.axhline(margin, **_LIMIT)
     zoom.tick_params(labelsize=6)
     zoom.xaxis.set_major_locator(MaxNLocator(3, integer=True))
     zoom.set_xlim(last[0] - 0.5, last[-1] + 0.5)
     zoom.set_ylim(bottom=0)
-    direct_label(zoom, last[0], 0.95 * room, r"room in $\mathcal{X}$", va="top")
+    direct_label(zoom, last[0], 0.95 * margin, r"room in $\mathcal{X}$", va="top")
 
 
 def _derivative_bound(axes: Axes, trace: Trace) -> None:
-    """±ṁ̄ against the growth rates between which every later step has to stay."""
+    """Draw ±ṁ̄, and the growth rates between which it has to lie."""
     k, low, high, bound = trace.k_bar, trace.growth_lower, trace.growth_upper, trace.derivative_bound
-    leaves_room = (low < 0) & (high > 0)
-    axes.fill_between(k, low, high, where=leaves_room, facecolor=FAINT, edgecolor="none")
+    is_possible = (low < 0) & (high > 0)
+    axes.fill_between(k, low, high, where=is_possible, facecolor=FAINT, edgecolor="none")
     for rate, name, va in ((low, r"$\underline{\tau}$", "top"), (high, r"$\overline{\tau}$", "bottom")):
         axes.plot(k, rate, **_LIMIT)
         _name_last(axes, k, rate, name, va)
@@ -68,7 +68,7 @@ def _derivative_bound(axes: Axes, trace: Trace) -> None:
         axes.plot(k, sign * bound, color=BLUE)
     _name_first(axes, k, bound, r"$\pm\bar{\dot{m}}$ ")
     axes.set_ylabel("rates [1/s]")
-    _mark(axes, trace, leaves_room, r"$\underline{\tau} < 0 < \overline{\tau}$", "left", (0.5, 1))
+    _mark(axes, trace, is_possible, r"$\underline{\tau} < 0 < \overline{\tau}$", "left", (0.5, 1))
     _mark(axes, trace, trace.keeps_rates > 0, "rate test", "left", (0, 0.5))
 
 
@@ -86,11 +86,11 @@ def _name_first(axes: Axes, k: Array, values: Array, name: str) -> None:
 def _mark(
     axes: Axes, trace: Trace, holds: npt.NDArray[np.bool_], test: str, side: str, span: tuple[float, float]
 ) -> None:
-    """A line at the first iteration at which a test holds; its name at its outer end, aligned `side`."""
+    """Draw a line at the first iteration at which a test holds, with the name of the test at its outer end."""
     if np.any(holds):
         first = trace.k_bar[np.argmax(holds)]
         axes.axvline(first, *span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
         height, va = (1.0, "top") if span[0] > 0 else (0.04, "bottom")
         where = axes.get_xaxis_transform()
-        words = f" {test} \n $\\bar{{k}}$ = {first:g} "
-        direct_label(axes, first, height, words, ha=side, va=va, transform=where, linespacing=1.5)
+        label = f" {test} \n $\\bar{{k}}$ = {first:g} "
+        direct_label(axes, first, height, label, ha=side, va=va, transform=where, linespacing=1.5)

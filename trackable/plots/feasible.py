@@ -1,4 +1,4 @@
-"""From where a controller can start, for several horizons."""
+"""The feasible set of a controller, for several horizons."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -9,14 +9,14 @@ from matplotlib.figure import Figure
 
 from trackable.arrays import Array
 from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.plots.closed_loop import STARTS
+from trackable.plots.panels import INITIAL_STATE_STYLES
 from trackable.plots.style import BLUE, COLUMN, GREEN, INK, NAVY, ORANGE, PAGE, PURPLE, step_label, styled
 from trackable.systems.constrained import ConstrainedSystem
 
 Columns = Mapping[str, Array]
 
-# From the shortest horizon to the longest: wider bands lie below, and their edges differ in dashes too.
-_EDGES: Final[tuple[dict[str, Any], ...]] = (
+# From the shortest horizon to the longest. Wider bands lie below, and their edges differ in dashes too.
+_EDGE_STYLES: Final[tuple[dict[str, Any], ...]] = (
     {"color": NAVY, "linestyle": "-"},
     {"color": ORANGE, "linestyle": (0, (5, 1.4))},
     {"color": GREEN, "linestyle": (0, (5, 1.4, 1.2, 1.4))},
@@ -27,17 +27,17 @@ _FILL: Final = 0.12
 
 
 @styled
-def feasible_intervals(feasible: Mapping[int, Columns], course: LoopTrajectory, plant: ConstrainedSystem) -> Figure:
-    """Of one state: the interval from which each horizon has a plan, over the step, around the reference."""
+def feasible_intervals(feasible: Mapping[int, Columns], trajectory: LoopTrajectory, plant: ConstrainedSystem) -> Figure:
+    """Draw the feasible interval of each horizon over the steps, for systems of one state, and the reference."""
     figure = Figure(figsize=(PAGE, 2.9))
     axes = figure.subplots()
-    for (horizon, columns), looks in _widest_first(feasible):
+    for (horizon, columns), style in _widest_first(feasible):
         k, low, high = columns["step"], columns["lower"], columns["upper"]
-        axes.fill_between(k, low, high, facecolor=looks["color"], alpha=_FILL, edgecolor="none", zorder=1)
-        axes.plot(k, low, **looks, label=rf"$N$ = {horizon}", zorder=3)
-        axes.plot(k, high, **looks, zorder=3)
+        axes.fill_between(k, low, high, facecolor=style["color"], alpha=_FILL, edgecolor="none", zorder=1)
+        axes.plot(k, low, **style, label=rf"$N$ = {horizon}", zorder=3)
+        axes.plot(k, high, **style, zorder=3)
     last = max(columns["step"][-1] for columns in feasible.values())
-    part = course.until(int(last))
+    part = trajectory.until(int(last))
     axes.plot(part.steps, part.reference_states[:, 0], color=INK, linewidth=0.7, zorder=4, label="reference")
     for bound in (plant.state_set.lower[0], plant.state_set.upper[0]):
         axes.axhline(bound / plant.state_set.rows[0, 0], color=INK, linewidth=0.8, zorder=2.5)
@@ -48,23 +48,23 @@ def feasible_intervals(feasible: Mapping[int, Columns], course: LoopTrajectory, 
 
 @styled
 def feasible_polygons(
-    feasible: Mapping[int, Columns], courses: Mapping[str, LoopTrajectory], plant: ConstrainedSystem
+    feasible: Mapping[int, Columns], by_initial_state: Mapping[str, LoopTrajectory], plant: ConstrainedSystem
 ) -> Figure:
-    """Of two states: the polygon from which each horizon has a plan at step 0, and the loops' first steps."""
+    """Draw the feasible polygon of each horizon at step 0, for systems of two states, and the loops' first steps."""
     first, second = plant.system.states
     figure = Figure(figsize=(1.4 * COLUMN, 3.6))
     axes = figure.subplots()
-    for (horizon, columns), looks in _widest_first(feasible):
+    for (horizon, columns), style in _widest_first(feasible):
         corners = np.column_stack([columns[first], columns[second]])
-        axes.fill(*corners.T, facecolor=looks["color"], alpha=_FILL, edgecolor="none", zorder=1)
-        axes.plot(*np.vstack([corners, corners[:1]]).T, **looks, label=rf"$N$ = {horizon}", zorder=3)
+        axes.fill(*corners.T, facecolor=style["color"], alpha=_FILL, edgecolor="none", zorder=1)
+        axes.plot(*np.vstack([corners, corners[:1]]).T, **style, label=rf"$N$ = {horizon}", zorder=3)
     everything = np.vstack([np.column_stack([c[first], c[second]]) for c in feasible.values()])
-    for start, course in courses.items():
-        x = course.until(max(feasible)).states
-        axes.plot(x[:, 0], x[:, 1], **STARTS[start] | {"color": INK, "linewidth": 1.0})
+    for initial_state, trajectory in by_initial_state.items():
+        x = trajectory.until(max(feasible)).states
+        axes.plot(x[:, 0], x[:, 1], **INITIAL_STATE_STYLES[initial_state] | {"color": INK, "linewidth": 1.0})
         axes.plot(*x[0], "o", color=INK, zorder=5)
-    room = 0.06 * np.ptp(everything, axis=0)
-    (left, bottom), (right, top) = everything.min(axis=0) - room, everything.max(axis=0) + room
+    padding = 0.06 * np.ptp(everything, axis=0)
+    (left, bottom), (right, top) = everything.min(axis=0) - padding, everything.max(axis=0) + padding
     axes.set(xlabel=first, ylabel=second, xlim=(left, right), ylim=(bottom, top))
     _legend(figure, axes, 3)
     return figure
@@ -72,11 +72,11 @@ def feasible_polygons(
 
 def _widest_first(feasible: Mapping[int, Columns]) -> list[tuple[tuple[int, Columns], dict[str, Any]]]:
     ordered = sorted(feasible.items())
-    return list(zip(ordered, (_EDGES * len(ordered))[: len(ordered)], strict=True))[::-1]
+    return list(zip(ordered, (_EDGE_STYLES * len(ordered))[: len(ordered)], strict=True))[::-1]
 
 
 def _legend(figure: Figure, axes: Axes, columns: int = 6) -> None:
-    """Horizons from the shortest on, then the rest."""
+    """Write a legend of the horizons, the shortest first, and then of the rest."""
     handles, labels = axes.get_legend_handles_labels()
     horizons = sum(label.startswith("$N$") for label in labels)
     order = [*range(horizons)[::-1], *range(horizons, len(labels))]

@@ -1,4 +1,4 @@
-"""The paper's Figs. 2 and 3: what a reachable tube is, and what an asymptotically constant reference is."""
+"""Figs. 2 and 3 of the paper: a reachable tube, and an asymptotically constant reference."""
 
 from typing import Any
 
@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from trackable.arrays import Array
 from trackable.gp.samples import Samples
-from trackable.learning.published.scalar import interval_sets, reachable_tube
 from trackable.learning.published.tail import tail
+from trackable.plots.scalar import input_at_steps, input_interval, state_at_steps, state_interval, tube_after_steps
 from trackable.plots.style import (
     BLUE,
     COLUMN,
@@ -30,7 +30,7 @@ from trackable.systems.reference import Reference
 
 @styled
 def tube(reference: Reference, steps: Array) -> Figure:
-    """Reference states at consecutive `steps` k, what each can reach by the next, and the inputs that are used."""
+    """Draw a scalar reference at consecutive `steps` k: the states, the tube in reach from each, and the inputs."""
     figure = Figure(figsize=(COLUMN, 3.5))
     states, inputs = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1])
     _fans(states, reference, steps)
@@ -47,22 +47,21 @@ def tube(reference: Reference, steps: Array) -> Figure:
 
 
 def _fans(axes: Axes, reference: Reference, steps: Array) -> None:
-    t = reference.instants(steps)
-    x, (low, high) = reference.state(steps)[:, 0], reachable_tube(reference, t)
+    x, (low, high) = state_at_steps(reference, steps), tube_after_steps(reference, steps)
     fans = [[(k, y), (k + 1, bottom), (k + 1, top)] for k, y, bottom, top in zip(steps, x, low, high, strict=True)]
     ends = [[(k + 1, bottom), (k + 1, top)] for k, bottom, top in zip(steps, low, high, strict=True)]
     axes.add_collection(PolyCollection(fans, facecolors=FAINT, edgecolors="none"))
     label = r"$\mathcal{T}_{k+1}$, in reach from $x_\mathrm{r}(k)$"
     axes.add_collection(LineCollection(ends, colors=GREY, linewidths=1.6, label=label))
     with_next = np.append(steps, steps[-1] + 1)
-    x = reference.state(with_next)[:, 0]
+    x = state_at_steps(reference, with_next)
     axes.plot(with_next, x, color=BLUE, marker="o", linewidth=0.9, label=r"reference $x_\mathrm{r}(k)$")
     axes.autoscale_view()
-    state_bounds(axes, interval_sets(reference.plant)[0], side="left")
+    state_bounds(axes, state_interval(reference), side="left")
 
 
 def _inputs(axes: Axes, reference: Reference, steps: Array) -> None:
-    (_, bounds), u = interval_sets(reference.plant), reference.input(steps)[:, 0]
+    bounds, u = input_interval(reference), input_at_steps(reference, steps)
     axes.axhspan(bounds.lower, bounds.upper, facecolor=FAINT, edgecolor="none", label=r"input set $\mathcal{U}$")
     axes.hlines([bounds.lower, bounds.upper], steps[0] - 0.4, steps[-1] + 1.4, colors=INK, linewidths=0.8)
     edges, label = np.append(steps, steps[-1] + 1), r"its input $u_\mathrm{r}(k)$"
@@ -74,15 +73,15 @@ def _inputs(axes: Axes, reference: Reference, steps: Array) -> None:
 
 @styled
 def asymptotic(reference: Reference, samples: Samples, transient_step: int, final_step: int, last_step: int) -> Figure:
-    """An asymptotically constant reference up to `last_step`, and the bound m ± m̄ from where it only narrows.
+    """Draw an asymptotically constant scalar reference up to `last_step`, and the bound m ± m̄ where it is decreasing.
 
-    The signal behind the samples varies until `transient_step`; from `final_step` k̄ on the bound lies inside X.
+    The signal that is sampled varies until `transient_step`; from `final_step` k̄ on the bound lies inside X.
     """
     figure = Figure(figsize=(COLUMN, 2.5))
     axes = figure.subplots()
     plant = reference.plant
     k = np.linspace(0, last_step, 10 * last_step + 1)
-    x = reference.state(k)[:, 0]
+    x = state_at_steps(reference, k)
     low, high = float(min(x.min(), samples.values.min())), float(max(x.max(), samples.values.max()))
     bottom, top = low - 0.1 * (high - low), high + 0.4 * (high - low)
     axes.set(xlim=(-1, last_step), ylim=(bottom, top))
@@ -92,21 +91,21 @@ def asymptotic(reference: Reference, samples: Samples, transient_step: int, fina
     axes.plot(samples.times / plant.sampling_time, samples.values, **SAMPLE)
     axes.axvline(final_step, color=GREY, linewidth=0.8, linestyle=":")
     axes.set(xlabel=step_label(plant.sampling_time), ylabel=r"state $x$ [–]")
-    state_bounds(axes, interval_sets(plant)[0])
+    state_bounds(axes, state_interval(reference))
     figure.legend(loc="outside upper center", ncols=3)
-    side = "right" if transient_step > last_step / 4 else "left"  # in the grey where it is wide enough
+    side = "right" if transient_step > last_step / 4 else "left"  # within the grey band if it is wide enough
     direct_label(axes, transient_step, bottom, " transient ", ha=side, va="bottom")
     direct_label(axes, final_step, bottom, rf" $\bar{{k}}$ = {final_step}", va="bottom")
     return figure
 
 
 def _envelope(axes: Axes, reference: Reference, k: Array) -> None:
-    """m ± m̄(t) from where all samples lie further back than ζ; the axes cut off what is too wide for them."""
+    """Draw m ± m̄(t) from where all samples lie further back than ζ, within the limits of the axes."""
     (signal,) = reference.signals
     tails = [(step, found) for step, t in zip(k, reference.instants(k), strict=True) if (found := tail(signal, t))]
     if not tails:
         return
     steps, reach = np.array([(step, bounds.mean_bound) for step, bounds in tails]).T
-    looks: dict[str, Any] = {"facecolor": FAINT, "edgecolor": ORANGE, "linestyle": (0, (4, 1.5)), "linewidth": 1.0}
+    style: dict[str, Any] = {"facecolor": FAINT, "edgecolor": ORANGE, "linestyle": (0, (4, 1.5)), "linewidth": 1.0}
     ends = signal.mean - reach, signal.mean + reach
-    axes.fill_between(steps, *ends, zorder=1, label=r"bound $m \pm \bar{m}(t)$", **looks)
+    axes.fill_between(steps, *ends, zorder=1, label=r"bound $m \pm \bar{m}(t)$", **style)

@@ -1,4 +1,4 @@
-"""The likelihood over two hyperparameters, and where the constraints let one go."""
+"""The likelihood over two hyperparameters, and the set where all constraints hold."""
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
@@ -14,7 +14,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 from trackable.arrays import Array
 from trackable.learning.landscape import Landscape
 from trackable.learning.learned import Trace
-from trackable.plots.style import FAINT, GREY, INK, PAGE, SYMBOLS, reference_looks, styled
+from trackable.plots.style import FAINT, GREY, INK, PAGE, SYMBOLS, reference_styles, styled
 from trackable.systems.reference import Reference
 
 # Contours of l − min l, each about three times the one before.
@@ -24,8 +24,8 @@ _KEYS: Final = (
     Patch(facecolor=FAINT, edgecolor=INK, linewidth=1.6, label="all constraints hold"),
     Line2D([], [], color=GREY, linewidth=0.6, label=r"$l(\theta) - \min l$"),
 )
-# One look for each position, nested, so that optima that coincide all show.
-_OPTIMA: Final[tuple[dict[str, Any], ...]] = (
+# One marker for each position, nested, so that optima that coincide are all visible.
+_OPTIMUM_MARKERS: Final[tuple[dict[str, Any], ...]] = (
     {"marker": "D", "markersize": 4.5},
     {"marker": "s", "markersize": 4.5},
     {"marker": "o", "markersize": 8.5, "markerfacecolor": "none", "markeredgewidth": 1.4},
@@ -34,9 +34,9 @@ _OPTIMA: Final[tuple[dict[str, Any], ...]] = (
 
 @styled
 def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str, Reference]) -> Figure:
-    """Objective and feasible set on each grid (an overview, a closer look), Algorithm 1's path and the optima found.
+    """Draw objective and feasible set on each grid, the iterations of Algorithm 1, and the optimum of each reference.
 
-    The grids span the first two hyperparameters of the trace; others, if learned too, are not shown.
+    The grids span the first two hyperparameters of the trace. Others, if learned too, are not shown.
     """
     figure = Figure(figsize=(PAGE, 4.0))
     lowest = min(float(np.nanmin(panel.objective)) for panel in panels)
@@ -58,7 +58,7 @@ def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str
 
 
 def _contours(axes: Axes, panel: Landscape, lowest: float) -> None:
-    """Contours of l above its lowest value; the feasible set shaded, its boundary drawn."""
+    """Draw contours of l above its lowest value, and the feasible set shaded with its boundary."""
     grid = panel.theta1, panel.theta2
     axes.contourf(*grid, panel.margin, levels=[0, np.inf], colors=[FAINT], zorder=1)
     axes.contour(*grid, panel.margin, levels=[0], colors=[INK], linewidths=1.6, zorder=3)
@@ -67,19 +67,19 @@ def _contours(axes: Axes, panel: Landscape, lowest: float) -> None:
 
 
 def _optima(axes: Axes, references: Mapping[str, Reference], names: Sequence[str]) -> None:
-    for (name, looks), shape in zip(reference_looks(references).items(), cycle(_OPTIMA)):
+    for (name, style), marker in zip(reference_styles(references).items(), cycle(_OPTIMUM_MARKERS)):
         theta = references[name].signals[0].kernel.hyperparameters
-        label = f"optimum, {looks['label']}"
-        axes.plot(*(theta[n] for n in names), linestyle="none", color=looks["color"], zorder=5, label=label, **shape)
+        label = f"optimum, {style['label']}"
+        axes.plot(*(theta[n] for n in names), linestyle="none", color=style["color"], zorder=5, label=label, **marker)
 
 
 def _name_ends(axes: Axes, path: Array, k_bar: Array) -> None:
-    """The first and the last iteration, beside the path."""
-    looks: dict[str, Any] = {
+    """Write k̄ beside the first and the last iteration."""
+    style: dict[str, Any] = {
         "fontsize": 7,
         "zorder": 6,
         "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.5},
     }
     for i, offset, ha, va in ((0, (-7, 0), "right", "center"), (-1, (0, 9), "center", "bottom")):
         name = rf"$\bar{{k}}$ = {k_bar[i]:g}"
-        axes.annotate(name, (path[0, i], path[1, i]), offset, textcoords="offset points", ha=ha, va=va, **looks)
+        axes.annotate(name, (path[0, i], path[1, i]), offset, textcoords="offset points", ha=ha, va=va, **style)

@@ -1,4 +1,4 @@
-"""The paper's Figs. 6 and 7, and what its program (9) costs."""
+"""Figs. 6 and 7 of the paper, and the price of its program (9)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,16 +11,17 @@ from matplotlib.ticker import NullFormatter, NullLocator
 
 from trackable.arrays import Array
 from trackable.gp.samples import Samples
-from trackable.learning.published.scalar import interval_sets
 from trackable.learning.study import Conservatism
-from trackable.plots.prediction import reachable
+from trackable.plots.prediction import draw_tube
+from trackable.plots.scalar import input_at_steps, input_interval, state_at_steps, state_interval
 from trackable.plots.style import (
     COLUMN,
     FAINT,
     INK,
     PAGE,
     SAMPLE,
-    reference_looks,
+    legend_above,
+    reference_styles,
     state_bounds,
     step_label,
     styled,
@@ -33,7 +34,10 @@ _EDGE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 1}
 
 @dataclass(frozen=True)
 class GrowthIntervals:
-    """Derivatives [1/s] over times [s] by name, and the growth rates [1/s] of η intervals between `edges` [s]."""
+    """Derivatives [1/s] over `times` [s] by their labels; growth rates [1/s] on the η intervals between `edges` [s].
+
+    `lower` and `upper` have shape (η,), `edges` (η + 1,).
+    """
 
     times: Array
     derivatives: Mapping[str, Array]
@@ -51,22 +55,24 @@ def periodic_prediction(
     first_steps: int,
     true_reference: Array | None = None,
 ) -> Figure:
-    """References at `steps` with the tube of the one named `tube_of`; beside, the first steps, and those which no
-    admissible input makes."""
+    """Draw scalar references by their labels at `steps`, and the reachable tube of the one `tube_of` names.
+
+    Dots mark steps that need an inadmissible input. A second panel shows the first `first_steps` steps.
+    `true_reference` is the signal that is sampled, at `steps`.
+    """
     figure = Figure(figsize=(PAGE, 3.3))
     panels = figure.subplots(1, 2, width_ratios=[1.8, 1])
     plant = references[tube_of].plant
-    state_set, _ = interval_sets(plant)
-    looks = reference_looks(references)
+    styles, state_set = reference_styles(references), state_interval(references[tube_of])
     for axes, last in zip(panels, (steps[-1], first_steps), strict=True):
         shown = steps[steps <= last]
-        reachable(axes, references[tube_of], shown)
+        draw_tube(axes, references[tube_of], shown)
         if true_reference is not None:
             axes.plot(shown, true_reference[: len(shown)], color=INK, linewidth=0.8, zorder=2.9, label="true reference")
         for name, reference in references.items():
-            axes.plot(shown, reference.state(shown)[:, 0], **looks[name])
+            axes.plot(shown, state_at_steps(reference, shown), **styles[name])
         for name, reference in references.items():
-            _impossible_steps(axes, reference, shown, looks[name]["color"])
+            _mark_inadmissible(axes, reference, shown, styles[name]["color"])
         inside = samples.times <= last * plant.sampling_time * (1 + 1e-9)
         axes.plot(samples.times[inside] / plant.sampling_time, samples.values[inside], **SAMPLE)
         axes.set(xlabel=step_label(plant.sampling_time), xlim=(-0.01 * last, last))
@@ -84,25 +90,23 @@ def periodic_prediction(
     return figure
 
 
-def _impossible_steps(axes: Axes, reference: Reference, steps: Array, color: str) -> None:
-    """A dot at each state from which no admissible input leads to the next."""
-    _, input_set = interval_sets(reference.plant)
-    broken = input_set.margin(reference.input(steps)[:, 0]) < 0
-    if np.any(broken):
+def _mark_inadmissible(axes: Axes, reference: Reference, steps: Array, color: str) -> None:
+    """Draw a dot at each state from which no admissible input leads to the next."""
+    inadmissible = input_interval(reference).margin(input_at_steps(reference, steps)) < 0
+    if np.any(inadmissible):
+        x = state_at_steps(reference, steps[inadmissible])
         label = "steps that no input makes"
-        axes.plot(
-            steps[broken], reference.state(steps[broken])[:, 0], ".", color=color, markersize=4, zorder=3.6, label=label
-        )
+        axes.plot(steps[inadmissible], x, ".", color=color, markersize=4, zorder=3.6, label=label)
 
 
 @styled
 def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
-    """For each titled panel the derivatives, and the growth rates that they should keep to, constant on intervals."""
+    """Draw derivatives and the growth rates that bound them, constant on intervals, in one panel for each title."""
     figure = Figure(figsize=(PAGE, 4.0))
     for axes, (title, shown) in zip(
         figure.subplots(1, len(panels), sharey=True, squeeze=False)[0], panels.items(), strict=True
     ):
-        looks = reference_looks(shown.derivatives)
+        styles = reference_styles(shown.derivatives)
         axes.fill_between(
             np.repeat(shown.edges, 2)[1:-1],
             np.repeat(shown.lower, 2),
@@ -113,39 +117,32 @@ def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
         for rate in (shown.lower, shown.upper):
             axes.stairs(rate, shown.edges, baseline=None, **_EDGE)
         for name, values in shown.derivatives.items():
-            axes.plot(shown.times, values, **looks[name])
+            axes.plot(shown.times, values, **styles[name])
         axes.set(title=title, xlabel="time $t$ [s]", xlim=(shown.edges[0], shown.edges[-1]))
         if axes.get_subplotspec().is_first_col():
             axes.set_ylabel(r"derivative $\dot{m}^+$ [1/s]")
-    figure.legend(*_once(figure), loc="outside upper center", ncols=5)
+    legend_above(figure, columns=5)
     return figure
 
 
-def _once(figure: Figure) -> tuple[list[Any], list[str]]:
-    """Handles and labels of all panels, each label once."""
-    found = {
-        label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-    }
-    return list(found.values()), list(found)
-
-
 @styled
-def conservatism(found: Conservatism, exact: float, unconstrained: float) -> Figure:
-    """The optimum of the paper's program (9) over its number of intervals, above that of the exact form."""
+def conservatism(found: Conservatism, levels: Mapping[str, float]) -> Figure:
+    """Draw the optimum of the paper's program (9) over its number of intervals, and the optima of other methods.
+
+    `levels` are these optima by their labels, in the order of the figures that show the methods' references, before
+    program (9).
+    """
     figure = Figure(figsize=(COLUMN, 2.6))
     axes = figure.subplots()
     counts = found.counts
-    looks = reference_looks(("unconstrained", "exact", "intervals"))
-    axes.plot(counts, found.objectives, color=looks["intervals"]["color"], marker="o", linewidth=1.6, zorder=3)
+    *styles, program = reference_styles((*levels, "program (9)")).values()
+    axes.plot(counts, found.objectives, color=program["color"], marker="o", linewidth=1.6, zorder=3)
     axes.set_xscale("log", base=2)
     axes.set_xlim(counts[0] / 1.3, counts[-1] * 1.3)
-    for level, method, name in (
-        (exact, "exact", "exact form, all phases"),
-        (unconstrained, "unconstrained", "unconstrained"),
-    ):
-        axes.axhline(level, **looks[method] | {"label": None})
+    for (label, level), style in reversed([*zip(levels.items(), styles, strict=True)]):
+        axes.axhline(level, **style | {"label": None})
         axes.annotate(
-            f"{name}: {level:.2f}",
+            f"{label}: {level:.2f}",
             (0, level),
             (4, 3),
             xycoords=axes.get_yaxis_transform(),

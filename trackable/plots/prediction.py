@@ -1,7 +1,8 @@
-"""The paper's Fig. 5: several references against their bounds and against the published curves."""
+"""Fig. 5 of the paper: references with their bounds, a reachable tube, and the published curves."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import cycle
 from math import ceil
 from typing import Any, Final
 
@@ -11,7 +12,7 @@ from matplotlib.figure import Figure
 
 from trackable.arrays import Array
 from trackable.gp.samples import Samples
-from trackable.learning.published.scalar import interval_sets, reachable_tube
+from trackable.plots.scalar import state_at_steps, state_interval, tube_after_steps
 from trackable.plots.style import (
     FAINT,
     INK,
@@ -19,25 +20,27 @@ from trackable.plots.style import (
     PALE,
     SAMPLE,
     direct_label,
-    reference_looks,
+    reference_styles,
     state_bounds,
     step_label,
     styled,
 )
 from trackable.systems.reference import Reference
 
-# A panel carries about this many marks of a published curve, so that the line beneath stays visible.
-_MARKS: Final = 16
-_MARK: Final[dict[str, Any]] = {"linestyle": "none", "color": INK, "markerfacecolor": "white", "markeredgewidth": 0.7}
+# Number of markers of a published curve in a panel, approximately: the line below them stays visible.
+_MARKERS: Final = 16
+_MARKER: Final[dict[str, Any]] = {"linestyle": "none", "color": INK, "markerfacecolor": "white", "markeredgewidth": 0.7}
 
 
 @dataclass(frozen=True)
 class Published:
-    """Published curves over steps `k`; the successor set of step k stands at index k."""
+    """Published curves over steps `k`: posterior means by their labels, and the ends of the reachable tube.
+
+    Index k of the ends holds the tube at step k + 1: the states in reach from step k.
+    """
 
     k: Array
-    mean_unconstrained: Array
-    mean_constrained: Array
+    means: Mapping[str, Array]
     successor_lower: Array
     successor_upper: Array
 
@@ -53,21 +56,21 @@ def prediction(
     published: Published | None = None,
     final_step: int | None = None,
 ) -> Figure:
-    """References at consecutive `steps` with the reachable tube of the one named `tube_of`; beside, where one leaves X.
+    """Draw scalar references by their labels at consecutive `steps`, and the reachable tube of the one `tube_of` names.
 
-    `true_reference` is the signal behind the samples, at `steps`; `final_step` k̄ is the last constrained step.
+    A second panel shows where a reference leaves X, if one does for a short time. `true_reference` is the signal that
+    is sampled, at `steps`; `final_step` k̄ is the last constrained step.
     """
     figure = Figure(figsize=(PAGE, 3.3))
     windows = [(float(steps[0] - 0.01 * np.ptp(steps)), float(steps[-1])), *_excursion(references.values(), steps)]
     panels = figure.subplots(1, len(windows), squeeze=False, width_ratios=[1.8, 1][: len(windows)])[0]
     plant = references[tube_of].plant
-    state_set, _ = interval_sets(plant)
     for axes, (first, last) in zip(panels, windows, strict=True):
         _curves(axes, references, steps, true_reference)
-        reachable(axes, references[tube_of], steps)
+        draw_tube(axes, references[tube_of], steps)
         axes.plot(samples.times / plant.sampling_time, samples.values, **SAMPLE)
         if published:
-            _published(axes, published, max(1, round((last - first) / _MARKS)))
+            _published(axes, published, max(1, round((last - first) / _MARKERS)))
         if final_step is not None:
             axes.axvline(final_step, color=INK, linewidth=0.8, linestyle=":", zorder=2)
         axes.set(xlabel=step_label(plant.sampling_time), xlim=(first, last))
@@ -76,7 +79,7 @@ def prediction(
             axes.set_title(r"where a reference leaves $\mathcal{X}$")
             bottom, top = axes.get_ylim()
             panels[0].indicate_inset((first, bottom, last - first, top - bottom), edgecolor=INK, linewidth=0.6, alpha=1)
-        state_bounds(axes, state_set, side="right" if axes is panels[0] else None)
+        state_bounds(axes, state_interval(references[tube_of]), side="right" if axes is panels[0] else None)
     panels[0].set_ylabel(r"state $x$ [–]")
     if final_step is not None:
         label = rf" $\bar{{k}}$ = {final_step}"
@@ -87,8 +90,8 @@ def prediction(
 
 
 def _excursion(references: Iterable[Reference], steps: Array) -> list[tuple[float, float]]:
-    """From where to where some reference is outside X, and a little more; nothing where that is never, or all over."""
-    outside = [interval_sets(r.plant)[0].margin(r.state(steps)[:, 0]) < 0 for r in references]
+    """Return the steps between which a reference is outside X, and a few around; none where that is never or often."""
+    outside = [state_interval(r).margin(state_at_steps(r, steps)) < 0 for r in references]
     leaving = steps[np.any(outside, axis=0)]
     if leaving.size == 0 or np.ptp(leaving) > np.ptp(steps) / 3:
         return []
@@ -96,10 +99,9 @@ def _excursion(references: Iterable[Reference], steps: Array) -> list[tuple[floa
     return [(float(max(steps[0], leaving[0] - around)), float(min(steps[-1], leaving[-1] + around)))]
 
 
-def reachable(axes: Axes, reference: Reference, steps: Array) -> None:
-    """What each state can reach, one step on: pale; and the part of it inside X: darker."""
-    low, high = reachable_tube(reference, reference.instants(steps))
-    states, _ = interval_sets(reference.plant)
+def draw_tube(axes: Axes, reference: Reference, steps: Array) -> None:
+    """Draw the reachable tube one step after each of the `steps`: pale, and the part inside X darker."""
+    (low, high), states = tube_after_steps(reference, steps), state_interval(reference)
     inside = np.maximum(low, states.lower), np.minimum(high, states.upper)
     axes.fill_between(steps + 1, low, high, facecolor=FAINT, edgecolor="none", label=r"tube $\mathcal{T}_k$")
     label = r"$\mathcal{T}_k \cap \mathcal{X}$"
@@ -107,23 +109,22 @@ def reachable(axes: Axes, reference: Reference, steps: Array) -> None:
 
 
 def _curves(axes: Axes, references: Mapping[str, Reference], steps: Array, true_reference: Array | None) -> None:
-    for looks, reference in zip(reference_looks(references).values(), references.values(), strict=True):
-        axes.plot(steps, reference.state(steps)[:, 0], **looks)
+    for style, reference in zip(reference_styles(references).values(), references.values(), strict=True):
+        axes.plot(steps, state_at_steps(reference, steps), **style)
     if true_reference is not None:
         axes.plot(steps, true_reference, color=INK, linewidth=0.8, zorder=2.9, label="true reference")
 
 
 def _published(axes: Axes, published: Published, every: int) -> None:
     some = slice(every // 2, None, every)
-    for name, mark in (("unconstrained", "s"), ("constrained", "o")):
-        curve = getattr(published, f"mean_{name}")
-        axes.plot(published.k[some], curve[some], mark, **_MARK, zorder=4, label=f"published, {name}")
-    ends_and_labels = ((published.successor_lower, "published, tube"), (published.successor_upper, None))
-    for ends, label in ends_and_labels:
-        axes.plot(published.k[some] + 1, ends[some], "_", color=INK, markersize=4, markeredgewidth=0.7, label=label)
+    for (label, mean), marker in zip(published.means.items(), cycle("so")):
+        axes.plot(published.k[some], mean[some], marker, **_MARKER, zorder=4, label=f"published, {label}")
+    style: dict[str, Any] = {"color": INK, "markersize": 4, "markeredgewidth": 0.7}
+    axes.plot(published.k[some] + 1, published.successor_lower[some], "_", **style, label="published, tube")
+    axes.plot(published.k[some] + 1, published.successor_upper[some], "_", **style)
 
 
 def _state_range(references: Iterable[Reference], steps: Array) -> tuple[float, float]:
-    x = np.array([r.state(steps) for r in references])
+    x = np.array([state_at_steps(r, steps) for r in references])
     around = 0.15 * float(np.ptp(x))
     return float(x.min()) - around, float(x.max()) + around

@@ -1,4 +1,4 @@
-"""How every figure looks, and how it becomes the same bytes each time."""
+"""The style of all figures, and their conversion to SVG: equal figures give equal bytes."""
 
 from collections.abc import Callable, Iterable
 from functools import wraps
@@ -16,10 +16,10 @@ from trackable.systems.sets.interval import Interval
 
 P = ParamSpec("P")
 
-# A user's own matplotlibrc must not show: start from matplotlib's defaults.
+# Start from matplotlib's defaults, so that a user's own matplotlibrc has no effect.
 SHEETS: Final = ["default", str(Path(__file__).with_name("trackable.mplstyle"))]
 
-# Ticks depend on the size of the axes, and that on the ticks' labels: the second layout starts from the first one.
+# Ticks depend on the size of the axes, and the size on the tick labels: a second layout starts from the first one.
 _LAYOUTS: Final = 2
 
 COLUMN: Final = 3.5
@@ -47,7 +47,7 @@ _REFERENCES: Final[tuple[dict[str, Any], ...]] = (
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw under the project's style, whatever the session's own is, and settle the layout once for all."""
+    """Draw with the project's style, whatever the style of the session is, and fix the layout."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -61,23 +61,24 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     return drawn
 
 
-def reference_looks(names: Iterable[str]) -> dict[str, dict[str, Any]]:
-    """The look of each reference, by its position: the same in every figure that names them in the same order."""
-    return {name: {**looks, "label": name.replace("_", " ")} for name, looks in zip(names, cycle(_REFERENCES))}
+def reference_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
+    """Return the style of each reference by its label. The style depends on the position only, so that figures which
+    show the same references in the same order draw them alike."""
+    return {label: {**style, "label": label.replace("_", " ")} for label, style in zip(labels, cycle(_REFERENCES))}
 
 
 def step_label(sampling_time: float) -> str:
-    """An axis of steps says how long one is."""
+    """Return the label of an axis of steps, with the length of a step."""
     return rf"step $k$   ($T_\mathrm{{s}}$ = {sampling_time:g} s)"
 
 
-def direct_label(axes: Axes, x: float, y: float, text: str, **looks: Any) -> None:
-    """A word beside what it names."""
-    axes.text(x, y, text, **{"fontsize": 7, "zorder": 6, **looks})
+def direct_label(axes: Axes, x: float, y: float, text: str, **style: Any) -> None:
+    """Write a word beside what it names."""
+    axes.text(x, y, text, **{"fontsize": 7, "zorder": 6, **style})
 
 
 def state_bounds(axes: Axes, states: Interval, side: str | None = "right") -> None:
-    """The bounds of X, as far as they lie in the present limits, named at the given side."""
+    """Draw the bounds of X that lie within the present limits; name them at the given side, if any."""
     bottom, top = axes.get_ylim()
     for bound in (states.lower, states.upper):
         if bottom < bound < top:
@@ -87,14 +88,22 @@ def state_bounds(axes: Axes, states: Interval, side: str | None = "right") -> No
 
 
 def _name_bound(axes: Axes, y: float, side: str, name: str) -> None:
-    looks: dict[str, Any] = {"fontsize": 7, "ha": side, "zorder": 6}
+    style: dict[str, Any] = {"fontsize": 7, "ha": side, "zorder": 6}
     where = axes.get_yaxis_transform()
     x, indent = (1, -2) if side == "right" else (0, 3)
-    axes.annotate(name, (x, y), (indent, 1.5), xycoords=where, textcoords="offset points", **looks)
+    axes.annotate(name, (x, y), (indent, 1.5), xycoords=where, textcoords="offset points", **style)
+
+
+def legend_above(figure: Figure, columns: int | None = None) -> None:
+    """Write one legend for all panels above them, with each label once."""
+    found = {
+        label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(found.values(), found, loc="outside upper center", ncols=columns or len(found))
 
 
 def svg(figure: Figure) -> bytes:
-    """The figure as SVG, letters as paths; equal figures give equal bytes."""
+    """Return the figure as SVG, with letters as paths. Equal figures give equal bytes."""
     buffer = BytesIO()
     with matplotlib.style.context(SHEETS):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
@@ -102,5 +111,5 @@ def svg(figure: Figure) -> bytes:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write the figure as SVG. Raises OSError."""
+    """Write the figure as an SVG file. Raises OSError."""
     write_atomically(path, svg(figure))

@@ -118,15 +118,15 @@ class StepProblem:
         f = self.formulation
         errors, v = widest.states[1:] - self.window.states[1:], widest.inputs - self.window.inputs
         quantity, steps_ahead = self.slack.remaining(f.inequalities, errors, v).tightest
-        limit = f.plant.given_constraints[quantity]
+        constraint = f.plant.given_constraints[quantity]
         v_closest = self._solve(f.terminal_error, self.slack.widened(f.inequalities, TOLERANCE))
         closest = None if v_closest is None else self.plan(v_closest, Status.WIDENED)
         return Infeasible(
             k=self.k,
             widening=-widest.slack,
-            quantity=limit.name,
+            quantity=constraint.name,
             at_step=self.k + steps_ahead,
-            excess=-widest.slack * limit.bounds.width,
+            excess=-widest.slack * constraint.bounds.width,
             terminal_error=None if closest is None else closest.states[-1] - self.window.states[-1],
             fallback=(closest or widest).input,
         )
