@@ -1,5 +1,6 @@
 """Where the samples of one name come from, as written in params.yaml: a ground truth, a CSV file or an MCAP file."""
 
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
@@ -13,6 +14,9 @@ from trackable.recordings.csv_files.table import MISSING
 STEPS = "steps"
 """The time unit of stamps that count sampling steps."""
 
+GROUND_TRUTHS_FILE = Path("pipeline/published/ground_truth.py")
+"""What drawn samples come from."""
+
 
 class Drawn(Fields):
     """Drawn from a ground truth at `steps`, with independent normal noise from NumPy's default generator."""
@@ -21,6 +25,10 @@ class Drawn(Fields):
     steps: Steps
     noise_std: PositiveFloat
     seed: NonNegativeInt
+
+    @property
+    def file(self) -> None:
+        """There is no file: samples are drawn."""
 
 
 class Excerpt(Fields):
@@ -94,6 +102,11 @@ class CsvColumn(Fields):
     excerpt: Excerpt | None = None
     ground_truth: GroundTruthName | None = None
 
+    @property
+    def file(self) -> Path:
+        """The recording."""
+        return self.csv
+
 
 class McapField(Fields):
     """A field of the messages on a topic of an MCAP file, see trackable.recordings.read_mcap; timed by the log time."""
@@ -105,6 +118,11 @@ class McapField(Fields):
     repairs: Repairs = ()
     excerpt: Excerpt | None = None
     ground_truth: GroundTruthName | None = None
+
+    @property
+    def file(self) -> Path:
+        """The recording."""
+        return self.mcap
 
 
 Source = Drawn | CsvColumn | McapField

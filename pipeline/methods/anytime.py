@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.methods.model import Failed, Fit, Task
 from trackable.arrays import Array
-from trackable.certificates.certified import Certified, Round, learn_certified
+from trackable.certificates.certified import Attempt, Certified, learn_certified
 from trackable.learning import methods
 from trackable.learning.problem import Solution
 
@@ -22,22 +22,22 @@ def unconstrained(task: Task) -> Fit | Failed:
 
 def certified(task: Task) -> Fit | Failed:
     """Learn with a proof of the experiment's claim."""
-    rounds: list[Round] = []
+    attempts: list[Attempt] = []
 
-    def on_round(done: Round) -> None:
-        rounds.append(done)
+    def on_attempt(attempt: Attempt) -> None:
+        attempts.append(attempt)
         task.on_fit()
 
-    found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, on_round)
+    found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, on_attempt)
     if not isinstance(found, Certified):
         return Failed(found.explanation)
-    return Fit(found.solution, found.solution.fits, iterations=_columns(rounds))
+    return Fit(found.solution, found.solution.fits, iterations=_columns(attempts))
 
 
-def _columns(rounds: list[Round]) -> Mapping[str, Array]:
+def _columns(attempts: list[Attempt]) -> Mapping[str, Array]:
     return {
-        "round": np.arange(1.0, len(rounds) + 1),
-        "backoff": np.array([done.backoff for done in rounds]),
-        "objective": np.array([done.objective for done in rounds]),
-        "proved": np.array([float(done.proved) for done in rounds]),
+        "round": np.arange(1.0, len(attempts) + 1),
+        "backoff": np.array([attempt.backoff for attempt in attempts]),
+        "objective": np.array([attempt.objective for attempt in attempts]),
+        "proved": np.array([float(attempt.proved) for attempt in attempts]),
     }

@@ -34,6 +34,11 @@ class Results:
         return self.folder / "summary.json"
 
     @property
+    def margins(self) -> Path:
+        """The smallest margins over time, as a table for DVC's plots."""
+        return self.folder / "margins.csv"
+
+    @property
     def control(self) -> Path:
         return self.folder / "control.json"
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.storage.results import Results
+from pipeline.storage.tables import read_columns
 from tests.pipeline.params import PARAMS, changed, written_to
 from tests.pipeline.stages import STAGES, call, drawn_here, moved, run, run_all, run_here, written
 from tests.project import ROOT
@@ -39,7 +40,7 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
     figures = ["tube", "asymptotic", "convergence", "prediction", "landscape", "margins"]
     figures += ["closed-loop", "cost", "infeasibility", "feasible-set", "relearning"]
     files = ["samples.mcap", "fit.mcap", "iterations.csv", "environment.json", "verification.mcap", "metrics.json"]
-    files += ["summary.json", "control.mcap", "control.json"]
+    files += ["summary.json", "margins.csv", "control.mcap", "control.json"]
     files += [f"figures/{name}.svg" for name in figures]
     files += [f"certificates/{name}.json" for name in ("as_published", "sound", "certified")]
     assert written(finished).keys() == {f"example1/{name}" for name in files}
@@ -55,6 +56,15 @@ def test_the_summary_tells_the_experiment(finished: Path) -> None:
         margins = metrics[method]["worst_state_margin"] / 2.05, metrics[method]["worst_input_margin"] / 1.0
         assert summary[f"worst_relative_margin_{method}"] == pytest.approx(min(margins), rel=1e-12)
     assert summary["price_of_guarantee"] == summary["l_certified"] - summary["l_unconstrained"] > 0.1
+
+
+def test_the_table_of_margins_has_the_smallest_of_each_method(finished: Path) -> None:
+    results = Results("example1", finished / "results")
+    table, summary = read_columns(results.margins), json.loads(results.summary.read_text())
+    assert list(table) == ["time", "unconstrained", "as_published", "sound", "certified"]
+    assert (table["time"][0], len(table["time"])) == (0, 151)  # 301 sampling intervals, two in each row
+    for method in ("unconstrained", "certified"):
+        assert min(table[method]) == summary[f"worst_relative_margin_{method}"]
 
 
 def test_metrics_hold_the_published_numbers(finished: Path) -> None:
@@ -109,10 +119,15 @@ def test_rounding_moves_results_within_tolerance_only(finished: Path, tmp_path: 
     assert moved(finished, tmp_path) == []
 
 
+FROM_A_FILE = """samples_from: data/paper/example1_samples.csv
+    samples:
+      state:
+        csv: data/paper/example1_samples.csv
+"""
 REFUSED: Mapping[str, tuple[str, str, str]] = {
     "wrong type": ("A: [[0.9]]", "A: fast", "system.A"),
     "empty interval": ("{lower: [-0.5], upper: [0.5]}", "{lower: [0.5], upper: [0.5]}", "input_set"),
-    "no such file": ("csv: data/paper/example1_samples.csv", "csv: none.csv", "none.csv"),
+    "no such file": (FROM_A_FILE, FROM_A_FILE.replace("data/paper/example1_samples.csv", "none.csv"), "none.csv"),
     "no such column": ("value_column: y", "value_column: z", "'z'"),
 }
 

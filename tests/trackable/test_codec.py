@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from trackable.arrays import Array
 from trackable.codec import CodecError, decode, dumps, encode, loads
 from trackable.files import to_json
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.elementary import Elementary
@@ -79,12 +80,13 @@ VALUES = [
     GENERAL.plant.state_set,
     GENERAL.plant.input_set,
     Interval(-1.0, 2.0),
-    Prior(KERNEL, 0.1, fixed=frozenset({"noise_std", "right.shape", "left.right.period"})),
-    Prior(KERNEL, 0.1, fixed=frozenset()),
+    Prior(KERNEL, 0.1).as_learned({"left.left.signal_std", "right.lengthscale"}),
+    Prior(SquaredExponential(1.0, Learned(0.2, (1 / 3, 2.0))), Learned(0.3, (0.1, 0.2)), 1.0),
+    Prior(KERNEL, 0.1).as_learned(),
     Samples(np.array([0.1, 0.2]), np.array([-0.0, 1e-300])),
     Samples(np.array([0.1, 0.2]), np.array([-0.0, 1e-300]), np.array([1 / 3, 2.0]), Stencil((0.1, -1 / 3), 0.1, -0.0)),
     JointPrior(
-        (Prior(KERNEL, 0.1, fixed=frozenset()), Prior(SquaredExponential(0.1, 0.7), 0.1, fixed=frozenset())),
+        (Prior(KERNEL, 0.1).as_learned(), Prior(SquaredExponential(0.1, 0.7), 0.1).as_learned()),
         ("x", "y"),
         frozenset({"noise_std"}),
     ),
@@ -141,10 +143,16 @@ def test_writing_what_was_read_gives_the_same_bytes(value: object) -> None:
 
 @given(kernels, positive, any_float, st.data())
 def test_priors_return(kernel: Kernel, noise_std: float, mean: float, data: st.DataObject) -> None:
-    fixed = data.draw(st.sets(st.sampled_from([*kernel.hyperparameters, "noise_std"])))
-    prior = Prior(kernel, noise_std, mean, frozenset(fixed))
-    assert loads(Prior, dumps(prior)) == prior
-    assert encode(prior)["fixed"] == sorted(fixed)
+    learned = data.draw(st.sets(st.sampled_from([*kernel.hyperparameters, "noise_std"])))
+    interval = data.draw(st.none() | st.tuples(positive, positive))
+    prior = Prior(kernel, noise_std, mean).as_learned(learned)
+    if "noise_std" in learned:
+        prior = replace(prior, noise_std=Learned(noise_std, interval))
+    again = loads(Prior, dumps(prior))
+    assert again == prior
+    assert set(again.learned) == learned
+    intervals = [[v.interval for v in p.hyperparameters.values() if isinstance(v, Learned)] for p in (prior, again)]
+    assert intervals[0] == intervals[1]
 
 
 @given(st.builds(Stencil, st.lists(any_float).filter(any).map(tuple), any_float, any_float))
@@ -170,11 +178,14 @@ def test_samples_return() -> None:
 
 
 def test_what_the_json_looks_like() -> None:
-    assert encode(Prior(SquaredExponential(2.0, 0.1), 0.3)) == {
-        "kernel": {"type": "squared_exponential", "signal_std": 2.0, "lengthscale": 0.1},
-        "noise_std": 0.3,
+    assert encode(Prior(SquaredExponential(2.0, (0.5, 8.0)), Learned(0.3))) == {
+        "kernel": {
+            "type": "squared_exponential",
+            "signal_std": 2.0,
+            "lengthscale": {"learned": 2.0, "interval": [0.5, 8.0]},
+        },
+        "noise_std": {"learned": 0.3, "interval": None},
         "mean": 0.0,
-        "fixed": ["noise_std"],
     }
     assert encode(Stencil((1.0,), 0.5)) == {"weights": [1.0], "step": 0.5, "offset": 0.0}
     assert encode(REFERENCE)["signals"][0]["centres"] == [0.0, 0.1]
@@ -208,7 +219,7 @@ def edited(value: object, *path: str | int, to: Any) -> Any:
 
 
 SE = SquaredExponential(1.0, 2.0)
-PRIOR = Prior(SE, 0.1)
+PRIOR = Prior(SE.as_learned(), 0.1)
 SAMPLES = Samples(np.array([0.0, 1.0]), np.array([2.0, 3.0]))
 STENCIL = Stencil((1.0, -2.0), 0.5)
 
@@ -228,10 +239,23 @@ STENCIL = Stencil((1.0, -2.0), 0.5)
         (Interval, {"lower": 0.0, "upper": 2**53 + 1}, "exact in float64, got 9007199254740993 @ $.upper"),
         (Interval, {"lower": 2.0, "upper": 1.0}, "an interval needs finite bounds"),
         (Prior, edited(PRIOR, "mean", to=KeyError), "Prior lacks mean @ $"),
-        (Prior, edited(PRIOR, "fixed", to="noise_std"), "must be a list, got 'noise_std' @ $.fixed"),
-        (Prior, edited(PRIOR, "fixed", to=[1]), "must be of type str, got 1 @ $.fixed[0]"),
-        (Prior, edited(Prior(KERNEL, 0.1), "fixed", to=["right.shape", "noise_std"]), "@ $.fixed[0]"),
-        (Prior, edited(PRIOR, "fixed", to=["noise_std", "noise_std"]), "@ $.fixed"),
+        (
+            Prior,
+            edited(PRIOR, "noise_std", to={"learned": 0.1}),
+            "an object with learned and interval, got {'learned': 0",
+        ),
+        (
+            Prior,
+            edited(PRIOR, "noise_std", to={"learned": "1", "interval": None}),
+            "must be a number, got '1' @ $.noise",
+        ),
+        (
+            Prior,
+            edited(PRIOR, "noise_std", to={"learned": 1, "interval": [1]}),
+            "must be two numbers, got [1] @ $.noise",
+        ),
+        (Prior, edited(PRIOR, "noise_std", to={"learned": -1, "interval": None}), "noise_std must be a positive"),
+        (Prior, edited(PRIOR, "noise_std", to=None), "must be a number, got None @ $.noise_std"),
         (Prior, edited(PRIOR, "kernel", "type", to="Cosine"), "one of squared_exponential, matern32"),
         (Prior, edited(PRIOR, "kernel", "type", to=[]), "got [] @ $.kernel"),
         (Prior, edited(PRIOR, "kernel", "type", to=KeyError), "an object with a type"),

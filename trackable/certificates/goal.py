@@ -55,7 +55,7 @@ def has_period(prior: JointPrior) -> bool:
     """Whether all kernels have one period whatever is learned."""
     periods = {common_period(part.kernel) for part in prior.parts}
     names = [name for name in prior.hyperparameters if name.endswith("period")]
-    kept = all(name in prior.fixed for name in names)
+    kept = not {*names} & {*prior.learned}
     plain = names == ["period"] and all(isinstance(part.kernel, Periodic) for part in prior.parts)
     return len(periods) == 1 and None not in periods and (kept or plain)
 

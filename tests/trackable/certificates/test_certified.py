@@ -26,7 +26,7 @@ def test_the_back_off_is_small_and_its_cost_is_told(example):
     assert found.backoff <= 1e-6
     assert abs(found.cost) < 1e-3
     assert f"{found.backoff:.1g}" in found.explanation
-    assert found.rounds < 10
+    assert found.attempts < 10
 
 
 def test_a_problem_without_solution_has_none():

@@ -40,7 +40,7 @@ class Learning:
 def example1() -> Learning:
     table = np.genfromtxt(_PAPER / "example1_samples.csv", delimiter=",", names=True)
     plant = scalar(0.9, 0.5, state_set=Interval(-2.0, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01)
-    prior = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.01),))
+    prior = JointPrior((Prior(SquaredExponential(1.0, 1.0).as_learned(), noise_std=0.01),))
     return Learning((Samples(table["k"] * 0.01, table["y"]),), prior, plant)
 
 
@@ -48,7 +48,7 @@ def example2() -> Learning:
     t = np.arange(0, 401, 20) * 0.01
     noise = 0.3 * np.random.default_rng(4).standard_normal(t.size)
     plant = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0, 1.4), sampling_time=0.01)
-    prior = JointPrior((Prior(Periodic(1.0, 1.0, 3.0), noise_std=0.1),))
+    prior = JointPrior((Prior(Periodic(1.0, 1.0, 3.0).as_learned(), noise_std=0.1),))
     return Learning((Samples(t, two_harmonics(t) + noise),), prior, plant)
 
 

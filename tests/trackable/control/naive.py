@@ -1,4 +1,4 @@
-"""Naive second implementations of a controller's step: built at each step again, in states and inputs, not in errors."""
+"""Naive second implementations of a controller's step: built anew at each step, in states and inputs, not errors."""
 
 import cvxpy as cp
 import numpy as np

@@ -20,7 +20,7 @@ from trackable.learning.published.scalar import scalar
 from trackable.systems.sets.interval import Interval
 
 PLANT = instances.example1().plant
-PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02),))
+PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0).as_learned(), noise_std=0.02),))
 TIMES = np.arange(0.0, 3.01, 0.1)
 NOISE = 0.02 * np.random.default_rng(5).standard_normal(TIMES.size)
 STREAM = (Samples(TIMES, 0.6 * np.sin(2 * TIMES) - 0.5 + NOISE),)
@@ -90,8 +90,7 @@ def test_a_reference_within_the_controllers_tolerance_only_is_not_accepted(first
 
 def test_a_problem_without_solution_is_not_accepted():
     # The prior comes to rest at 5, which is outside the state set, and all its hyperparameters are known.
-    known = frozenset({"signal_std", "lengthscale", "noise_std"})
-    elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0, fixed=known),))
+    elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0),))
     failed = certified_learner(elsewhere, PLANT, starts=2)(receding_window(STREAM, 0.8, 8))
     assert isinstance(failed, NoSolution)
     update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
