@@ -6,7 +6,7 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-from tests.trackable.checker.test_redundancy import PLANE, in_the_plane
+from tests.trackable.checker.redundant import PLANE, in_the_plane
 from tests.trackable.control import instances, naive
 from trackable.control.controller import TOLERANCE, Controller
 from trackable.control.step.program import Program
