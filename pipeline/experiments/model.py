@@ -14,7 +14,6 @@ from pipeline.methods import CERTIFIED, METHODS, UNCONSTRAINED, Algorithm1, Meth
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.storage.yaml_file import Fields
 from trackable.certificates.goal import Goal
-from trackable.certificates.prove import common_period
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.prior import prior_for
@@ -168,7 +167,7 @@ class Experiment(Fields):
         if self.claim != ALL_PHASES:
             return
         space, t_s = self.search_space(samples), self.plant.sampling_time
-        known = common_period(self.learned_prior.parts[0].kernel)
+        known = self.learned_prior.parts[0].kernel.common_period
         longest = space.bounds["period"].upper if "period" in space.bounds else known or 0.0
         blocks = {"periodic": self.periodic, "verification": self.verification}
         for name, last_step in ((name, block.last_step) for name, block in blocks.items() if block):

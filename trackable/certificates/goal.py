@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Self
 
-from trackable.certificates.prove import Outcome, common_period, prove, prove_on_window, prove_while_settling
+from trackable.certificates.prove import Outcome, prove, prove_on_window, prove_while_settling
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.periodic import Periodic
@@ -53,7 +53,7 @@ def on_window(start: float, end: float) -> Goal:
 
 def has_period(prior: JointPrior) -> bool:
     """Whether all kernels have one period whatever is learned."""
-    periods = {common_period(part.kernel) for part in prior.parts}
+    periods = {part.kernel.common_period for part in prior.parts}
     names = [name for name in prior.hyperparameters if name.endswith("period")]
     kept = not {*names} & {*prior.learned}
     plain = names == ["period"] and all(isinstance(part.kernel, Periodic) for part in prior.parts)
@@ -61,6 +61,6 @@ def has_period(prior: JointPrior) -> bool:
 
 
 def _period(kernels: Sequence[Kernel]) -> float:
-    period = common_period(kernels[0])
+    period = kernels[0].common_period
     assert period is not None
     return period

@@ -83,6 +83,11 @@ class Kernel(ABC):
         return True
 
     @property
+    def common_period(self) -> float | None:
+        """The period [s] that all parts of κ have, as the same float64; None where there is none."""
+        return None
+
+    @property
     def vanishing_distance(self) -> float:
         """A distance [s] beyond which κ and its derivatives are zero in float64; infinite where there is none."""
         return math.inf
@@ -141,6 +146,11 @@ class _Pair(Kernel):
     @property
     def is_analytic(self) -> bool:
         return self.left.is_analytic and self.right.is_analytic
+
+    @property
+    def common_period(self) -> float | None:
+        period = self.left.common_period
+        return period if period == self.right.common_period else None
 
     @abstractmethod
     def jet(self, r: Array, order: int) -> Array: ...
