@@ -74,7 +74,7 @@ class Kernel(ABC):
 
     @property
     def period(self) -> float | None:
-        """The time [s] after which κ repeats; None for a kernel that does not."""
+        """The period [s] that all parts of κ have, as the same float64; None where there is none."""
         return None
 
     @property
