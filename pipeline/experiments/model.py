@@ -5,19 +5,18 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, model_validator
 
-from pipeline.experiments.claim import ALL_PHASES, ClaimField, goal_for, refusal
+from pipeline.experiments.claim import ClaimField
 from pipeline.experiments.control import Control
 from pipeline.experiments.fields import PriorFields, ProjectPath, Published, Search, StudyFields, Verification, as_tuple
 from pipeline.experiments.plants import ModelField, SetField
-from pipeline.experiments.priors import joint_prior, search_intervals
 from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
 from pipeline.methods import CERTIFIED, METHODS, UNCONSTRAINED, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.storage.yaml_file import Fields
-from trackable.certificates.goal import Goal
-from trackable.certificates.prove import common_period
+from trackable.certificates.goal import Goal, goal_for, refusal
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
+from trackable.learning.prior import prior_for
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sampling import stencils_by_name
@@ -136,7 +135,7 @@ class Experiment(Fields):
     @property
     def learned_prior(self) -> JointPrior:
         """The prior of the flat outputs."""
-        return joint_prior(self.prior, self.shared, self.plant)
+        return prior_for(self.plant, {name: fields.prior for name, fields in self.prior.items()}, self.shared)
 
     @property
     def truths(self) -> Mapping[str, GroundTruth]:
@@ -151,8 +150,7 @@ class Experiment(Fields):
 
     def search_space(self, samples: tuple[Samples, ...]) -> SearchSpace:
         """Return where hyperparameters are learned: in the given intervals, or in those that suit the samples."""
-        prior = self.learned_prior
-        return SearchSpace.around(samples, prior, search_intervals(self.prior, prior), self.search.starts)
+        return SearchSpace.around(samples, self.learned_prior, self.search.starts)
 
     def goal(self, samples: tuple[Samples, ...]) -> Goal:
         """Return what a certified reference has to be proved for."""
@@ -166,10 +164,10 @@ class Experiment(Fields):
 
     def check(self, samples: tuple[Samples, ...]) -> None:
         """Raise ValueError where steps do not last the longest period that may be learned from these samples."""
-        if self.claim != ALL_PHASES:
+        if self.claim != "all_phases":
             return
         space, t_s = self.search_space(samples), self.plant.sampling_time
-        known = common_period(self.learned_prior.parts[0].kernel)
+        known = self.learned_prior.parts[0].kernel.period
         longest = space.bounds["period"].upper if "period" in space.bounds else known or 0.0
         blocks = {"periodic": self.periodic, "verification": self.verification}
         for name, last_step in ((name, block.last_step) for name, block in blocks.items() if block):

@@ -6,18 +6,16 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from flint import arb, arb_poly, arb_series
+from flint import arb, arb_poly
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.balls.growth import on_disc
 from trackable.certificates.balls.models import Enclosure, Models
-from trackable.certificates.balls.series import has_periodic_part, is_analytic, taylor
 from trackable.certificates.exact import ExactFunctional, ExactQuantity, Look
-from trackable.gp.kernels.base import Kernel
+from trackable.certificates.kernels.base import Expansion
+from trackable.certificates.kernels.table import balls_of
 from trackable.systems.formulas.evaluation import evaluate
 from trackable.systems.formulas.expression import Variable
 
-_BEYOND_HALF = 1.01
 _REMEMBERED = 4096  # enclosures of looks: quantities are bisected alike
 _ROOM = 4
 """A checker that bounds what formulas miss a little more crudely still agrees."""
@@ -42,39 +40,14 @@ def remainder(functional: ExactFunctional, box: Box, terms: int) -> arb:
 
 @lru_cache(_REMEMBERED)
 def _missed(look: Look, box: Box, terms: int) -> arb:
-    """By Cauchy's estimate with |κ| ≤ M on |z − r| < ρ: Σ_(k ≥ terms) |κ⁽ᵏ⁾(r)| hᵏ/k! ≤ M (h/ρ)^terms / (1 − h/ρ).
-
-    If the kink of a Matérn kernel lies in the box, the branch of the box's middle is continued beyond it.
-    """
-    kernel = look.signal.kernel
+    """Σ_i |c_i| times what the Taylor polynomial of κ(t + s − t_i) leaves out."""
+    kernel = balls_of(look.signal.kernel)
     with ball_arithmetic(2):
         middle, half = _midpoint(box)
-        radius = arb(box.radius)
-        largest, continued = arb(0), arb(0)
-        for shift, c in look.summands:
-            r = middle + shift
-            largest += abs(c) * on_disc(kernel, r, radius)
-            if not (is_analytic(kernel) or _side(box, shift)):
-                # A middle of uncertain sign is next to the kink, or else nothing is known.
-                known = r > 0 or r < 0 or abs(r) < half / 1000
-                continued += abs(c) * (_oddness(kernel, half * _BEYOND_HALF, radius, terms) if known else arb.pos_inf())
-        return largest * _geometric_rest(half / radius, terms) + continued
-
-
-def _geometric_rest(ratio: arb, terms: int) -> arb:
-    """Σ_(k ≥ terms) ratioᵏ."""
-    return ratio**terms / (1 - ratio) if ratio < 1 else arb.pos_inf()
-
-
-def _oddness(kernel: Kernel, reach: arb, radius: arb, terms: int) -> arb:
-    """Bound of |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ reach: what continuing the branch κ₊ of r ≥ 0 beyond the kink costs.
-
-    Of (1 + x) e^(−x) the odd powers begin with x³, of Matérn 5/2 with x⁵.
-    """
-    rest = on_disc(kernel, arb(0), radius) * _geometric_rest(reach / radius, terms)
-    with ball_arithmetic(terms):
-        odd = taylor(kernel, arb_series([0, reach], prec=terms)).coeffs()[1::2]
-        return 2 * (sum((abs(coefficient) for coefficient in odd), arb(0)) + rest)
+        expansion = Expansion(half, arb(box.radius), terms)
+        return sum(
+            (abs(c) * kernel.missed(middle + shift, expansion, _side(box, shift)) for shift, c in look.summands), arb(0)
+        )
 
 
 def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
@@ -96,15 +69,12 @@ def _enclosure(functional: ExactFunctional, box: Box, terms: int) -> Enclosure:
 @lru_cache(_REMEMBERED)
 def _polynomial(look: Look, box: Box, terms: int) -> arb_poly:
     """Σ_i c_i κ(middle + h x + s − t_i), as so many terms of its Taylor series in x."""
+    kernel = balls_of(look.signal.kernel)
     with ball_arithmetic(terms):
         middle, half = _midpoint(box)
-        polynomial = arb_poly()
+        expansion, polynomial = Expansion(half, arb(box.radius), terms), arb_poly()
         for shift, c in look.summands:
-            r = middle + shift
-            # κ is even: differences are mirrored to the branch of r ≥ 0.
-            mirror = _side(box, shift) or (1 if r >= 0 else -1)
-            series = arb_series([mirror * r, mirror * half], prec=terms)
-            polynomial += arb_poly(taylor(look.signal.kernel, series).coeffs()) * c
+            polynomial += kernel.polynomial(middle + shift, expansion, _side(box, shift)) * c
         return polynomial
 
 
@@ -112,10 +82,10 @@ def best_radius(looks: Collection[Look], start: float, end: float, terms: int) -
     """A radius of discs [s] that makes remainders small in the box [start, end] [s]; any other is valid too."""
     half = (end - start) / 2
     with ball_arithmetic(2):
-        nearest = [(look.signal.kernel, _nearest(look, start + half)) for look in looks]
+        nearest = [(balls_of(look.signal.kernel), _nearest(look, start + half)) for look in looks]
         radii = [half * ratio for ratio in _RATIOS]
         bounds = [
-            sum((on_disc(kernel, r, arb(radius)) for kernel, r in nearest), arb(0)) * (arb(half) / arb(radius)) ** terms
+            sum((kernel.on_disc(r, arb(radius)) for kernel, r in nearest), arb(0)) * (arb(half) / arb(radius)) ** terms
             for radius in radii
         ]
         sizes = [float(bound.upper()) if bound.is_finite() else math.inf for bound in bounds]
@@ -124,7 +94,7 @@ def best_radius(looks: Collection[Look], start: float, end: float, terms: int) -
 
 def _nearest(look: Look, middle: float) -> arb:
     """How far the nearest centre is [s], about; of a repeating kernel some crest always is near."""
-    if has_periodic_part(look.signal.kernel):
+    if balls_of(look.signal.kernel).has_periodic_part:
         return arb(0)
     return arb(float(np.min(np.abs(middle + float(look.shift) - look.signal.centres))))
 

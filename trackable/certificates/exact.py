@@ -9,7 +9,7 @@ from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.balls.formulas import at_balls
-from trackable.certificates.balls.series import value
+from trackable.certificates.kernels.table import balls_of
 from trackable.gp.signal import KernelSum
 from trackable.systems.flat.functional import Functional
 from trackable.systems.formulas.expression import Expression
@@ -37,8 +37,8 @@ class Look:
     def at(self, t: arb) -> arb:
         """Enclosure of z(t + s) − m."""
         with ball_arithmetic():
-            kernel = self.signal.kernel
-            return sum((c * value(kernel, t + shift) for shift, c in self.summands), arb(0))
+            kernel = balls_of(self.signal.kernel)
+            return sum((c * kernel.value(t + shift) for shift, c in self.summands), arb(0))
 
 
 @dataclass(frozen=True)

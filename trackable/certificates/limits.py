@@ -8,14 +8,13 @@ from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.balls.formulas import UndefinedError, at_balls
-from trackable.certificates.balls.growth import beyond
 from trackable.certificates.exact import ExactQuantity, exact_quantities, rational
+from trackable.certificates.kernels.base import Decay
+from trackable.certificates.kernels.table import balls_of
 from trackable.gp.signal import KernelSum
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
-
-_Envelopes = list[tuple[arb, arb]]
 
 
 def limits_beyond(reference: Reference, start: arb) -> dict[str, tuple[arb, arb]]:
@@ -33,7 +32,7 @@ def limits_beyond(reference: Reference, start: arb) -> dict[str, tuple[arb, arb]
         return {q.name: _limits(q, e, envelopes) for q, e in zip(reference.quantities, exact, strict=True)}
 
 
-def _limits(quantity: Quantity, exact: ExactQuantity, envelopes: _Envelopes) -> tuple[arb, arb]:
+def _limits(quantity: Quantity, exact: ExactQuantity, envelopes: list[Decay]) -> tuple[arb, arb]:
     trajectory, step = quantity.trajectory, arb(quantity.trajectory.sampling_time)
     reaches = {
         name: sum((_reach(_looks(w), e, step) for w, e in zip(functional.weights, envelopes, strict=True)), arb(0))
@@ -75,7 +74,7 @@ def _weights(trajectory: Trajectory, around: dict[str, arb]) -> Iterator[_Weight
         yield _Weights(each, at_balls(shift, around) if shift is not None else arb(0))
 
 
-def _reach(weights: _Weights, envelope: tuple[arb, arb], step: arb) -> arb:
+def _reach(weights: _Weights, envelope: Decay, step: arb) -> arb:
     """Bound of |Σ_j w_j e(t + j T_s)|."""
     size, rate = envelope
     by_size = sum((abs(w) for w in weights.each), arb(0)) * size
@@ -83,11 +82,11 @@ def _reach(weights: _Weights, envelope: tuple[arb, arb], step: arb) -> arb:
     return by_rate.min(by_size)
 
 
-def _envelope(signal: KernelSum, start: arb) -> tuple[arb, arb]:
+def _envelope(signal: KernelSum, start: arb) -> Decay:
     """R and D."""
-    reach, rate = arb(0), arb(0)
+    kernel, size, slope = balls_of(signal.kernel), arb(0), arb(0)
     for t_i, c in zip(signal.centres.tolist(), signal.weights.tolist(), strict=True):
-        kappa, slope = beyond(signal.kernel, (start - arb(t_i)).max(arb(0)))
-        reach += abs(arb(c)) * kappa
-        rate += abs(arb(c)) * slope
-    return reach, rate
+        of_kernel = kernel.beyond((start - arb(t_i)).max(arb(0)))
+        size += abs(arb(c)) * of_kernel.size
+        slope += abs(arb(c)) * of_kernel.slope
+    return Decay(size, slope)

@@ -21,8 +21,7 @@ from trackable.certificates.rounding.references import (
 )
 from trackable.certificates.settled import earliest_settled, settled_margins
 from trackable.certificates.sketch import Sketch, sketch
-from trackable.gp.kernels.base import Kernel, Product, Sum
-from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.period import common_period
 from trackable.systems.reference import Reference
 
 Failure = Counterexample | Unproved
@@ -65,18 +64,9 @@ def prove_at_instants(reference: Reference) -> Outcome:
     return task.look_at_instants(int(np.ceil(start / step)))
 
 
-def common_period(kernel: Kernel) -> float | None:
-    """The period [s] that all parts of a kernel have, as the same float64; None where there is none."""
-    if isinstance(kernel, Sum | Product):
-        left, right = common_period(kernel.left), common_period(kernel.right)
-        return left if left == right else None
-    return kernel.period if isinstance(kernel, Periodic) else None
-
-
 def reference_period(reference: Reference) -> float | None:
     """The period [s] that all signals have; None where there is none."""
-    periods = {common_period(signal.kernel) for signal in reference.signals}
-    return periods.pop() if len(periods) == 1 else None
+    return common_period([signal.kernel for signal in reference.signals])
 
 
 def _span(reference: Reference) -> float:

@@ -5,6 +5,7 @@ Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the pro
 
 import json
 import sys
+from io import TextIOWrapper
 from pathlib import Path
 
 from trackable.checker import Failed, NotACertificate, Proved, check
@@ -70,7 +71,13 @@ def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return found
 
 
-if __name__ == "__main__":
+def run() -> None:
+    """Run the command line, and leave Python with its exit code."""
     for stream in (sys.stdout, sys.stderr):  # a bare Python may not write UTF-8 by itself
-        stream.reconfigure(encoding="utf-8")  # type: ignore[union-attr]
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(encoding="utf-8")
     sys.exit(main(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    run()

@@ -10,12 +10,9 @@ from collections.abc import Iterator
 from importlib import metadata, util
 from pathlib import Path
 
-_MAIN = """import sys
-from trackable.checker.__main__ import main
+_MAIN = """from trackable.checker.__main__ import run
 
-for stream in (sys.stdout, sys.stderr):
-    stream.reconfigure(encoding="utf-8")
-sys.exit(main(sys.argv[1:]))
+run()
 """
 _LEFT_OUT = {"tests", "__pycache__"}
 
@@ -59,4 +56,6 @@ def _license(distribution: str) -> bytes:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: python -m trackable.checker.bundle OUT")
     write_bundle(Path(sys.argv[1]))

@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.trackable.certificates import naive
 from tests.trackable.systems.instances import controllable
-from trackable.certificates.prove import common_period, reference_period
+from trackable.certificates.prove import reference_period
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
@@ -74,7 +74,7 @@ def case(seed: int, margin: float | None = None) -> Case:
     c, sampling_time = float(rng.choice([0.0, rng.normal()])), span * 10 ** rng.uniform(-3, 0)
     system = LinearSystem.scalar(a, b, c, sampling_time=sampling_time)
     plant = ConstrainedSystem(system, *_COORDINATES)
-    end = common_period(kernel) or 1.5 * span
+    end = kernel.period or 1.5 * span
     return _with_bounds(rng, Reference((signal,), plant), end, margin)
 
 

@@ -11,10 +11,9 @@ from tests.trackable.certificates import naive
 from tests.trackable.certificates.instances import case, general_case
 from tests.trackable.gp.instances import KERNELS, RADIAL, formula, over, time_scale
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above, float_below
-from trackable.certificates.balls.growth import beyond, on_disc
-from trackable.certificates.balls.series import taylor, value
 from trackable.certificates.enclosure import Box, best_radius, enclosure
 from trackable.certificates.exact import exact_quantities
+from trackable.certificates.kernels.table import balls_of
 from trackable.certificates.limits import limits_beyond
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.matern import Matern52
@@ -42,7 +41,7 @@ def test_values(kernel):
     rng = np.random.default_rng(0)
     with mp.workdps(naive.DIGITS), ball_arithmetic():
         for r in [0.0, *(rng.normal(size=30) * 3 * time_scale(kernel))]:
-            assert holds(value(kernel, arb(r)), formula(kernel)(mp.mpf(r)))
+            assert holds(balls_of(kernel).value(arb(r)), formula(kernel)(mp.mpf(r)))
 
 
 @over(KERNELS)
@@ -51,7 +50,7 @@ def test_taylor_coefficients(kernel):
     for r in rng.uniform(0.05, 3, 4) * time_scale(kernel):
         with mp.workdps(40), ball_arithmetic(5):
             expected = mp.taylor(formula(kernel), mp.mpf(r), 4)
-            coefficients = taylor(kernel, arb_series([arb(r), 1], prec=5)).coeffs()
+            coefficients = balls_of(kernel).taylor(arb_series([arb(r), 1], prec=5)).coeffs()
             for ball, number in zip(coefficients, expected, strict=True):
                 assert float(ball.mid()) == pytest.approx(float(number), rel=1e-9, abs=1e-12 * float(expected[0]))
 
@@ -68,7 +67,7 @@ def test_size_on_discs(kernel):
         continued = formula(kernel)
         size = abs(_entire(kernel, z) if "Matern" in type(kernel).__name__ else continued(z))
         with ball_arithmetic():
-            assert not on_disc(kernel, arb(r), arb(radius)) < arb(mp.nstr(size, 30)) * (1 - arb(10) ** -20)
+            assert not balls_of(kernel).on_disc(arb(r), arb(radius)) < arb(mp.nstr(size, 30)) * (1 - arb(10) ** -20)
 
 
 def _entire(kernel, z):
@@ -83,7 +82,7 @@ def test_bounds_beyond_a_distance(kernel, distance):
     distance *= time_scale(kernel)
     farther = distance + np.geomspace(1e-6, 20, 400) * time_scale(kernel)
     with ball_arithmetic(2):
-        size, rate = beyond(kernel, arb(distance))
+        size, rate = balls_of(kernel).beyond(arb(distance))
     jet = np.abs(kernel.jet(np.append(farther, distance), 1)).max(axis=1)
     assert jet[0] <= float_above(size) * (1 + 1e-12)
     assert jet[1] <= float_above(rate) * (1 + 1e-12)

@@ -11,6 +11,8 @@ from tests.trackable.certificates.references import certified, unconstrained
 from trackable.certificates import cover, enclosure, exact, prove, settled
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.cover import Cover
+from trackable.certificates.kernels.matern import Matern32Balls
+from trackable.certificates.kernels.squared_exponential import SquaredExponentialBalls
 from trackable.certificates.rounding import references as rounding
 from trackable.checker import Failed, Proved, check
 from trackable.codec.certificates import encode_certificate
@@ -83,14 +85,15 @@ def test_a_prover_that_forgets_the_remainder(monkeypatch, blind):
 
 
 def test_a_prover_with_a_wrong_kernel(monkeypatch, blind):
-    right = enclosure.taylor
-    monkeypatch.setattr(enclosure, "taylor", lambda kernel, r: right(replace(kernel, signal_std=0.5), r))
+    right = SquaredExponentialBalls.polynomial
+    half_as_large = lambda self, *arguments: right(replace(self, signal_std=0.5), *arguments)  # noqa: E731
+    monkeypatch.setattr(SquaredExponentialBalls, "polynomial", half_as_large)
     monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
     assert_caught(small(SquaredExponential(1.0, 0.3), state_set=(-0.4, 0.3)), "box")
 
 
 def test_a_prover_that_overlooks_kinks(monkeypatch, blind):
-    monkeypatch.setattr(enclosure, "is_analytic", lambda _: True)
+    monkeypatch.setattr(Matern32Balls, "is_analytic", True)
     assert_caught(small(Matern32(1.0, 0.3), state_set=(-0.71, 0.34)), "box")
 
 
@@ -128,7 +131,7 @@ def test_a_prover_that_forgets_rounding(monkeypatch):
 
 
 def test_a_prover_that_takes_any_length_scale_for_a_period(monkeypatch, blind):
-    monkeypatch.setattr(prove, "common_period", lambda _: 1.0)
+    monkeypatch.setattr(prove, "reference_period", lambda _: 1.0)
     assert_caught(small(SquaredExponential(1.0, 0.3)), "period")
 
 

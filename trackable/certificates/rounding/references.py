@@ -15,9 +15,8 @@ from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above
 from trackable.certificates.balls.formulas import UndefinedError
-from trackable.certificates.balls.growth import beyond
-from trackable.certificates.balls.series import has_periodic_part
 from trackable.certificates.exact import rational
+from trackable.certificates.kernels.table import balls_of
 from trackable.certificates.rounding.formulas import Rounded, RoundedArithmetic
 from trackable.certificates.rounding.signals import signal_error
 from trackable.gp.signal import KernelSum
@@ -150,7 +149,7 @@ def _uncancelled(row: Sequence[Fraction], functionals: list[Functional]) -> tupl
 
 def evaluated_until(signals: Iterable[KernelSum], window: float) -> float:
     """Up to when evaluation is claimed [s]: a thousand times the given window where the error grows with time."""
-    return 1e3 * window if any(has_periodic_part(signal.kernel) for signal in signals) else LATEST
+    return 1e3 * window if any(balls_of(signal.kernel).has_periodic_part for signal in signals) else LATEST
 
 
 def has_sane_numbers(reference: Reference) -> bool:
@@ -176,7 +175,7 @@ def _is_sane(signal: KernelSum) -> bool:
     hyperparameters = list(signal.kernel.hyperparameters.values())
     numbers = np.concatenate([[signal.mean], hyperparameters, signal.weights, signal.centres])
     with ball_arithmetic(2):
-        size = beyond(signal.kernel, arb(0))[0]
+        size = balls_of(signal.kernel).beyond(arb(0)).size
         return bool(
             np.all(np.abs(numbers) <= _LARGEST) and min(hyperparameters) >= _SMALLEST and size <= _LARGEST_KERNEL
         )

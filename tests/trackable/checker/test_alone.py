@@ -1,0 +1,101 @@
+"""The checker runs by itself: as one file on a bare Python, and as a folder beside mpmath."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import mpmath
+import pytest
+
+from tests.project import ROOT
+from tests.trackable.certificates.nonlinear import proved
+from tests.trackable.checker.instances import changed, scalar_certificate
+from tests.trackable.checker.redundant import in_the_plane
+from tests.trackable.checker.tight import VALID
+from trackable.checker.bundle import write_bundle
+from trackable.codec.certificates import encode_certificate
+
+KINDS = {
+    "scalar": scalar_certificate,
+    **{kind: (lambda make=make: encode_certificate(make())) for kind, make in VALID.items() if kind != "all_times"},
+    "nonlinear": lambda: encode_certificate(proved("tank")),
+    "redundant inputs": lambda: encode_certificate(in_the_plane()),
+}
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("alone") / "checker.pyz"
+    write_bundle(path)
+    return path
+
+
+def run(*arguments: str | Path, **options) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False, **options)
+
+
+def written(data: object, path: Path) -> Path:
+    path.write_text(json.dumps(data), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_file_checks_every_kind_on_a_bare_python(bundle, tmp_path, kind):
+    file = written(KINDS[kind](), tmp_path / "certificate.json")
+    found = run("-I", "-S", bundle, file, cwd=tmp_path, env={})
+    assert (found.returncode, found.stderr) == (0, "")
+    assert found.stdout.startswith("For all ")
+
+
+def test_exit_codes_and_words(bundle, tmp_path):
+    narrow = changed(scalar_certificate(), "reference.plant.state_set.upper.0", 0.1)
+    cases = {
+        "narrow": (json.dumps(narrow), 1, "failed: {}: the certificate does not prove its claim: box: the state"),
+        "none": ("{}", 2, "error: {}: is not a certificate: certificate.format must be"),
+        "old": (
+            json.dumps({"format": "trackable certificate", "version": 2}),
+            2,
+            "error: {}: is a certificate of version 2; this checker reads version 3",
+        ),
+        "text": ("no JSON", 2, "error: {}: is not a certificate: Expecting value"),
+        "twice": ('{"a": 1, "a": 1}', 2, "error: {}: is not a certificate: key 'a' appears twice"),
+        "nan": ('{"a": NaN}', 2, "error: {}: is not a certificate: NaN is no JSON number"),
+        "deep": ("[" * 100_000, 2, "error: {}: is not a certificate: JSON nested too deeply"),
+        "bytes": (None, 2, "error: {}: is not a certificate: 'utf-8' codec"),
+    }
+    for name, (text, code, words) in cases.items():
+        file = tmp_path / name
+        file.write_bytes(b"\xff" if text is None else text.encode())
+        found = run("-I", "-S", bundle, file)
+        assert (found.returncode, found.stdout) == (code, ""), name
+        assert found.stderr.startswith(words.format(file)), found.stderr
+    assert run("-I", "-S", bundle, tmp_path / "missing").returncode == 2
+    assert run("-I", "-S", bundle).returncode == 2
+
+
+def test_its_bytes_are_the_same_each_time_and_few(bundle, tmp_path):
+    write_bundle(tmp_path / "again.pyz")
+    assert (tmp_path / "again.pyz").read_bytes() == bundle.read_bytes()
+    assert bundle.stat().st_size < 1_000_000
+
+
+def test_its_folder_is_enough(tmp_path):
+    """Beside mpmath, with nothing else of the library and no other package."""
+    shutil.copytree(ROOT / "trackable/checker", tmp_path / "trackable/checker")
+    (tmp_path / "mpmath").symlink_to(Path(mpmath.__file__).parent)
+    file = written(scalar_certificate(), tmp_path / "certificate.json")
+    found = run("-S", "-m", "trackable.checker", file, cwd=tmp_path, env={"PYTHONPATH": str(tmp_path)})
+    assert (found.returncode, found.stderr) == (0, "")
+
+
+def test_the_library_says_the_same(tmp_path):
+    file = written(scalar_certificate(), tmp_path / "certificate.json")
+    alone, library = run("-m", "trackable.checker", file, cwd=ROOT), run("-m", "trackable", "check", file, cwd=ROOT)
+    assert (alone.returncode, alone.stdout) == (library.returncode, library.stdout)
+    narrow = written(changed(scalar_certificate(), "evaluation.errors.state", 1e-300), tmp_path / "narrow.json")
+    alone, library = run("-m", "trackable.checker", narrow, cwd=ROOT), run("-m", "trackable", "check", narrow, cwd=ROOT)
+    assert (alone.returncode, alone.stderr) == (library.returncode, library.stderr)
+    assert alone.returncode == 1

@@ -1,0 +1,82 @@
+"""Sums and products of kernels in ball arithmetic."""
+
+from dataclasses import dataclass
+
+from flint import arb, arb_series
+
+from trackable.certificates.kernels.base import Decay, KernelBalls, Sensitivity
+
+
+@dataclass(frozen=True)
+class CombinationBalls(KernelBalls):
+    """Two kernels, `left` and `right`."""
+
+    left: KernelBalls
+    right: KernelBalls
+
+    @property
+    def is_analytic(self) -> bool:
+        return self.left.is_analytic and self.right.is_analytic
+
+    @property
+    def has_periodic_part(self) -> bool:
+        return self.left.has_periodic_part or self.right.has_periodic_part
+
+
+class SumBalls(CombinationBalls):
+    """κ = κ₁ + κ₂."""
+
+    def taylor(self, r: arb_series) -> arb_series:
+        return self.left.taylor(r) + self.right.taylor(r)
+
+    def on_disc(self, r: arb, radius: arb) -> arb:
+        return self.left.on_disc(r, radius) + self.right.on_disc(r, radius)
+
+    def jump(self, r: arb, half: arb) -> arb:
+        return self.left.jump(r, half) + self.right.jump(r, half)
+
+    def beyond(self, distance: arb) -> Decay:
+        f, g = self.left.beyond(distance), self.right.beyond(distance)
+        return Decay(f.size + g.size, f.slope + g.slope)
+
+    def sensitivity(self, reach: arb) -> Sensitivity:
+        f, g = self.left.sensitivity(reach), self.right.sensitivity(reach)
+        size = f.size + g.size
+        return Sensitivity(
+            size, f.slope + g.slope, f.stretch + g.stretch, f.moment + g.moment, f.formula + g.formula + 2 * size
+        )
+
+
+class ProductBalls(CombinationBalls):
+    """κ = κ₁ κ₂."""
+
+    def taylor(self, r: arb_series) -> arb_series:
+        return self.left.taylor(r) * self.right.taylor(r)
+
+    def on_disc(self, r: arb, radius: arb) -> arb:
+        return self.left.on_disc(r, radius) * self.right.on_disc(r, radius)
+
+    def jump(self, r: arb, half: arb) -> arb:
+        # κ₁ κ₂ − b₁ b₂ = (κ₁ − b₁) κ₂ + b₁ (κ₂ − b₂) with the branches b at r
+        found, f, g = arb(0), self.left.jump(r, half), self.right.jump(r, half)
+        if not f.is_zero():
+            found += f * self.right.beyond(arb(0)).size
+        if not g.is_zero():
+            found += self.left.on_disc(r, half) * g
+        return found
+
+    def beyond(self, distance: arb) -> Decay:
+        f, g = self.left.beyond(distance), self.right.beyond(distance)
+        return Decay(f.size * g.size, f.slope * g.size + f.size * g.slope)
+
+    def sensitivity(self, reach: arb) -> Sensitivity:
+        f, g = self.left.sensitivity(reach), self.right.sensitivity(reach)
+        size = f.size * g.size
+        return Sensitivity(
+            size,
+            f.slope * g.size + f.size * g.slope,
+            # Of a factor that does not decay only what the other one leaves of it far out.
+            (f.stretch * g.size).min(f.slope * g.moment) + (f.size * g.stretch).min(f.moment * g.slope),
+            (f.moment * g.size).min(f.size * g.moment),
+            f.formula * g.size + f.size * g.formula + 2 * size,
+        )

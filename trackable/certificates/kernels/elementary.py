@@ -1,0 +1,61 @@
+"""Kernels with a standard deviation θ₁ and a length scale θ₂: what all of them share."""
+
+from abc import abstractmethod
+from dataclasses import dataclass
+
+from flint import arb, arb_series
+
+from trackable.certificates.kernels.base import Decay, KernelBalls, Sensitivity
+
+FORMULA = 40
+"""Roundings, in u θ₁², of one elementary kernel at a difference that is already rounded; κ ≤ θ₁²."""
+
+
+@dataclass(frozen=True)
+class ElementaryBalls(KernelBalls):
+    """κ(r) = θ₁² φ(r/θ₂, …) with its hyperparameters as exact numbers."""
+
+    signal_std: float
+    lengthscale: float
+
+    @property
+    def variance(self) -> arb:
+        """θ₁²."""
+        return arb(self.signal_std) ** 2
+
+    @property
+    def length(self) -> arb:
+        """θ₂."""
+        return arb(self.lengthscale)
+
+
+class RadialBalls(ElementaryBalls):
+    """A kernel that falls with the distance; its |κ̇| rises up to `steepest` and falls from there on."""
+
+    @property
+    @abstractmethod
+    def steepest(self) -> arb:
+        """The distance ζ [s] of the largest |κ̇|."""
+
+    def moment(self, reach: arb, size: arb) -> arb:
+        """Bound |r κ| for |r| ≤ reach, where |κ| ≤ size."""
+        return reach * size
+
+    def beyond(self, distance: arb) -> Decay:
+        slope = self.taylor(arb_series([distance.max(self.steepest), 1], prec=2))[1]
+        return Decay(self.value(distance), abs(slope))
+
+    def sensitivity(self, reach: arb) -> Sensitivity:
+        size, slope = self.beyond(arb(0))
+        # Of every radial kernel here |r κ̇| ≤ 2 θ₁².
+        return Sensitivity(size, slope, 2 * size, self.moment(reach, size), self.roundings * size)
+
+    @property
+    def roundings(self) -> arb:
+        """Roundings of the formula, in u θ₁²."""
+        return arb(FORMULA)
+
+
+def least_square(r: arb, radius: arb) -> arb:
+    """Bound Re z² from below on |z − r| ≤ radius: with z = x + iy, Re z² = x² − y² ≥ r²/2 − radius²."""
+    return r**2 / 2 - radius**2

@@ -1,0 +1,55 @@
+"""Matérn kernels in ball arithmetic: κ(r) = θ₁² P(x) e^(−x) for the branch of r ≥ 0."""
+
+from flint import arb, arb_series
+
+from trackable.certificates.kernels.elementary import RadialBalls
+
+
+class Matern32Balls(RadialBalls):
+    """P(x) = 1 + x with x = √3 r/θ₂."""
+
+    @property
+    def is_analytic(self) -> bool:
+        return False
+
+    def taylor(self, r: arb_series) -> arb_series:
+        x = r * (arb(3).sqrt() / self.length)
+        return (1 + x) * (-x).exp() * self.variance
+
+    def on_disc(self, r: arb, radius: arb) -> arb:
+        rate = arb(3).sqrt() / self.length
+        size = rate * (abs(r) + radius)
+        return self.variance * (1 + size) * (rate * (radius - abs(r))).exp()
+
+    @property
+    def steepest(self) -> arb:
+        return self.length / arb(3).sqrt()
+
+    def moment(self, reach: arb, size: arb) -> arb:
+        # x (1 + x) e^(−x) ≤ 0.85
+        return size * self.length / arb(3).sqrt() * arb(85) / 100
+
+
+class Matern52Balls(RadialBalls):
+    """P(x) = 1 + x + x²/3 with x = √5 r/θ₂."""
+
+    @property
+    def is_analytic(self) -> bool:
+        return False
+
+    def taylor(self, r: arb_series) -> arb_series:
+        x = r * (arb(5).sqrt() / self.length)
+        return (1 + x + x * x / 3) * (-x).exp() * self.variance
+
+    def on_disc(self, r: arb, radius: arb) -> arb:
+        rate = arb(5).sqrt() / self.length
+        size = rate * (abs(r) + radius)
+        return self.variance * (1 + size + size**2 / 3) * (rate * (radius - abs(r))).exp()
+
+    @property
+    def steepest(self) -> arb:
+        return self.length * (1 + arb(5).sqrt()) / (2 * arb(5).sqrt())
+
+    def moment(self, reach: arb, size: arb) -> arb:
+        # x (1 + x + x²/3) e^(−x) ≤ 1.18
+        return size * self.length / arb(5).sqrt() * arb(118) / 100

@@ -1,0 +1,42 @@
+"""κ(r) = θ₁² exp((cos ωr − 1)/θ₂²) with ω = 2π/θ₃ in ball arithmetic."""
+
+from dataclasses import dataclass
+
+from flint import arb, arb_series
+
+from trackable.certificates.kernels.base import Decay, Sensitivity
+from trackable.certificates.kernels.elementary import FORMULA, ElementaryBalls
+
+
+@dataclass(frozen=True)
+class PeriodicBalls(ElementaryBalls):
+    """κ(r) = θ₁² exp((cos ωr − 1)/θ₂²) with ω = 2π/θ₃, as 2 sin²(π r/θ₃) = 1 − cos ωr; it never decays."""
+
+    period: float
+
+    @property
+    def omega(self) -> arb:
+        """ω."""
+        return 2 * arb.pi() / arb(self.period)
+
+    @property
+    def has_periodic_part(self) -> bool:
+        return True
+
+    def taylor(self, r: arb_series) -> arb_series:
+        return (((r * self.omega).cos() - 1) / self.length**2).exp() * self.variance
+
+    def on_disc(self, r: arb, radius: arb) -> arb:
+        # Re cos(x + iy) = cos x cosh y.
+        cosine = (self.omega * (r + radius * arb(0, 1))).cos().upper()
+        if cosine > 0:
+            cosine *= (self.omega * radius).cosh()
+        return self.variance * ((cosine - 1) / self.length**2).exp()
+
+    def beyond(self, distance: arb) -> Decay:
+        # |κ̇| = κ ω |sin ωr|/θ₂², and √(2v) e^(−v/θ₂²) with v = 1 − cos ωr is largest at v = θ₂²/2.
+        return Decay(self.variance, self.variance * self.omega * (arb(-1) / 2).exp() / self.length)
+
+    def sensitivity(self, reach: arb) -> Sensitivity:
+        size, slope = self.beyond(arb(0))
+        return Sensitivity(size, slope, reach * slope, reach * size, FORMULA * size)

@@ -1,0 +1,24 @@
+"""κ(r) = θ₁² exp(−r²/(2 θ₂²)) in ball arithmetic."""
+
+from flint import arb, arb_series
+
+from trackable.certificates.kernels.elementary import RadialBalls, least_square
+
+
+class SquaredExponentialBalls(RadialBalls):
+    """κ(r) = θ₁² exp(−r²/(2 θ₂²))."""
+
+    def taylor(self, r: arb_series) -> arb_series:
+        s = r / self.length
+        return (s * s / -2).exp() * self.variance
+
+    def on_disc(self, r: arb, radius: arb) -> arb:
+        return self.variance * (-least_square(r, radius) / (2 * self.length**2)).exp()
+
+    @property
+    def steepest(self) -> arb:
+        return self.length
+
+    def moment(self, reach: arb, size: arb) -> arb:
+        # x e^(−x²/2) is largest at x = 1.
+        return size * self.length * (arb(-1) / 2).exp()
