@@ -1,12 +1,12 @@
 """From samples to a reference with a proof in one call, for notebooks and programs."""
 
 from collections.abc import Mapping
-from typing import Literal, TypeVar
+from typing import TypeVar
 
 from tqdm import tqdm
 
 from trackable.certificates.certified import Certified, learn_certified
-from trackable.certificates.goal import Goal, for_all_times, has_period, on_window
+from trackable.certificates.goal import Claim, Goal, goal_for
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.prior import Prior
@@ -18,8 +18,6 @@ from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sampling import default_sample, sampled_signals
 
 T = TypeVar("T")
-
-Claim = Literal["all_times", "all_phases"] | tuple[float, float]
 
 
 def learn_reference(
@@ -115,19 +113,14 @@ def _of(given: T | Mapping[str, T], name: str, what: str) -> T:
 
 
 def _goal(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
-    if isinstance(claim, tuple):
-        return on_window(*claim)
-    if claim not in ("all_times", "all_phases"):
+    if claim not in ("all_times", "all_phases") and not isinstance(claim, tuple):
         raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end), got {claim!r}")
-    names = ", ".join(type(part.kernel).__name__ for part in prior.parts)
-    if (claim == "all_phases") != has_period(prior):
-        wanted = "kernels must have one period" if claim == "all_phases" else "kernels must decay"
-        raise ValueError(f"kernel: for the claim {claim!r} {wanted}, got {names}")
+    goal = goal_for(claim, samples, prior, plant)
     means = [part.mean for part in prior.parts]
-    for quantity in plant.quantities:
+    for quantity in plant.quantities if claim in ("all_times", "all_phases") else ():
         if not quantity.bounds.strictly_contains(level := quantity.at_rest(means)):
             raise ValueError(
                 f"mean: must be an admissible equilibrium, but at rest there the {quantity.name} is {level:.4g}, not "
                 f"inside {quantity.bounds}: fading samples could not be followed for ever"
             )
-    return for_all_times(samples, prior, plant)
+    return goal

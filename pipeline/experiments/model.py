@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, model_validator
 
-from pipeline.experiments.claim import ALL_PHASES, ClaimField, goal_for, refusal
+from pipeline.experiments.claim import ClaimField
 from pipeline.experiments.control import Control
 from pipeline.experiments.fields import PriorFields, ProjectPath, Published, Search, StudyFields, Verification, as_tuple
 from pipeline.experiments.plants import ModelField, SetField
@@ -13,7 +13,7 @@ from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, Sour
 from pipeline.methods import CERTIFIED, METHODS, UNCONSTRAINED, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.storage.yaml_file import Fields
-from trackable.certificates.goal import Goal
+from trackable.certificates.goal import Goal, goal_for, refusal
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.prior import prior_for
@@ -164,10 +164,10 @@ class Experiment(Fields):
 
     def check(self, samples: tuple[Samples, ...]) -> None:
         """Raise ValueError where steps do not last the longest period that may be learned from these samples."""
-        if self.claim != ALL_PHASES:
+        if self.claim != "all_phases":
             return
         space, t_s = self.search_space(samples), self.plant.sampling_time
-        known = self.learned_prior.parts[0].kernel.common_period
+        known = self.learned_prior.parts[0].kernel.period
         longest = space.bounds["period"].upper if "period" in space.bounds else known or 0.0
         blocks = {"periodic": self.periodic, "verification": self.verification}
         for name, last_step in ((name, block.last_step) for name, block in blocks.items() if block):

@@ -267,8 +267,11 @@ def refusals() -> dict[str, tuple[dict[str, object], str]]:
         "no kernel for b": ({**on_cart, "kernel": {"a": KERNEL}}, "kernel: is missing for b, given for a"),
         "no noise for b": ({**on_cart, "noise_std": {"a": 0.1}}, "noise_std: is missing for b, given for a"),
         "no equilibrium": ({"mean": 0.5}, "mean: must be an admissible equilibrium, but at rest there the position is"),
-        "does not decay": ({"kernel": Periodic(period=1.0)}, "for the claim 'all_times' kernels must decay, got Per"),
-        "no period": ({"claim": "all_phases"}, "kernels must have one period, got SquaredExponential"),
+        "does not decay": ({"kernel": Periodic(period=1.0)}, "claim: all_times needs kernels that decay, got Per"),
+        "no period": (
+            {"claim": "all_phases"},
+            "claim: all_phases needs periodic kernels of one period, got Squared",
+        ),
         "no claim": ({"claim": "ever"}, "claim: expected 'all_times', 'all_phases' or (start, end), got 'ever'"),
         "noise": (
             {"noise_std": (2, 1)},

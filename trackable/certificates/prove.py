@@ -21,6 +21,7 @@ from trackable.certificates.rounding.references import (
 )
 from trackable.certificates.settled import earliest_settled, settled_margins
 from trackable.certificates.sketch import Sketch, sketch
+from trackable.gp.period import common_period
 from trackable.systems.reference import Reference
 
 Failure = Counterexample | Unproved
@@ -65,8 +66,7 @@ def prove_at_instants(reference: Reference) -> Outcome:
 
 def reference_period(reference: Reference) -> float | None:
     """The period [s] that all signals have; None where there is none."""
-    periods = {signal.kernel.common_period for signal in reference.signals}
-    return periods.pop() if len(periods) == 1 else None
+    return common_period([signal.kernel for signal in reference.signals])
 
 
 def _span(reference: Reference) -> float:

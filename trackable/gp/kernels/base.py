@@ -74,18 +74,13 @@ class Kernel(ABC):
 
     @property
     def period(self) -> float | None:
-        """The time [s] after which κ repeats; None for a kernel that does not."""
+        """The period [s] that all parts of κ have, as the same float64; None where there is none."""
         return None
 
     @property
     def is_analytic(self) -> bool:
         """Whether κ has derivatives of every order, at 0 too: then few points resolve it, and all its derivatives."""
         return True
-
-    @property
-    def common_period(self) -> float | None:
-        """The period [s] that all parts of κ have, as the same float64; None where there is none."""
-        return None
 
     @property
     def vanishing_distance(self) -> float:
@@ -146,11 +141,6 @@ class _Pair(Kernel):
     @property
     def is_analytic(self) -> bool:
         return self.left.is_analytic and self.right.is_analytic
-
-    @property
-    def common_period(self) -> float | None:
-        period = self.left.common_period
-        return period if period == self.right.common_period else None
 
     @abstractmethod
     def jet(self, r: Array, order: int) -> Array: ...

@@ -49,9 +49,5 @@ class Periodic(Elementary):
         return kappa, g
 
     @property
-    def common_period(self) -> float:
-        return self.period
-
-    @property
     def decay_distance(self) -> float:
         return math.inf
