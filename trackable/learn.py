@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from typing import TypeVar
 
-from tqdm import tqdm
-
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.goal import Claim, Goal, goal_for
 from trackable.gp.joint import JointPrior
@@ -65,6 +63,8 @@ def learn_reference(
         Where no reference was found, or none that is proved: the message says by how much, where and why.
 
     """
+    from tqdm import tqdm  # noqa: PLC0415  loading the library shall not take longer for a bar
+
     given = _given(samples, plant)
     names, seen = sampled_signals(plant, given)
     believed = {
