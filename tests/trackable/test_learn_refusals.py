@@ -42,7 +42,7 @@ def refusals() -> dict[str, tuple[dict[str, object], str]]:
         ),
         "no claim": (
             {"claim": "ever"},
-            "claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got 'ever'",
+            "'all_times', 'all_phases' or (start, end) in seconds, got 'ever'",
         ),
         "no end": ({"claim": (0.0, float("inf"))}, "or (start, end) in seconds, got (0.0, inf)"),
         "no start": ({"claim": (1.0,)}, "or (start, end) in seconds, got (1.0,)"),
