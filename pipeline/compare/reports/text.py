@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pipeline.compare.model import Comparison, Difference, JudgedClaim, Row, Status, Version
 from pipeline.compare.reports.wording import allowed, closing, differing_text, extent, remarkable, size, verdict
 
-
 _WIDEST = 24  # a reason why there is no value is longer, and moves the rest of its line
 
 
