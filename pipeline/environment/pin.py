@@ -8,10 +8,14 @@ when they are loaded; worker processes and the kernels of notebooks inherit it.
 import os
 import platform
 import sys
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 _KERNELS = {"OPENBLAS_CORETYPE": "Haswell"}
+_BEYOND_AVX2 = {"NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR"}
+_NAMED_SO_SINCE = (2, 4)
+"""The first NumPy that calls its groups of instructions by these names; an older one would complain about them."""
 
 
 def pin() -> None:
@@ -30,7 +34,7 @@ def pin() -> None:
 
 def kernels() -> dict[str, str]:
     """Return the variables that choose kernels for AVX2."""
-    return _KERNELS
+    return _KERNELS | (_BEYOND_AVX2 if _numpy_version() >= _NAMED_SO_SINCE else {})
 
 
 def has_avx2(processor: Path = Path("/proc/cpuinfo")) -> bool:
@@ -39,3 +43,10 @@ def has_avx2(processor: Path = Path("/proc/cpuinfo")) -> bool:
         return False
     flags = next((line for line in processor.read_text().splitlines() if line.startswith("flags")), "").split()
     return {"avx2", "fma"} <= {*flags}
+
+
+def _numpy_version() -> tuple[int, ...]:
+    try:
+        return tuple(int(number) for number in version("numpy").split(".")[:2])
+    except PackageNotFoundError:
+        return ()

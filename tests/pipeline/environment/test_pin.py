@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pipeline.environment.pin import has_avx2, kernels, pin
@@ -14,6 +15,7 @@ from tests.project import ROOT
 LOOK = """
 import json, os
 import pipeline
+from pipeline.environment.record import environment
 from threadpoolctl import threadpool_info
 import scipy.linalg
 libraries = [library for library in threadpool_info() if library["user_api"] == "blas"]
@@ -21,6 +23,7 @@ print(json.dumps({
     "kernels": sorted({library["architecture"] for library in libraries}),
     "threads": sorted({library["num_threads"] for library in libraries}),
     "libraries": len(libraries),
+    "instructions": environment()["NumPy's instructions"],
 }))
 """
 needs_avx2 = pytest.mark.skipif(not has_avx2(), reason="nothing is pinned on this processor")
@@ -44,12 +47,18 @@ def look(**chosen: str) -> dict[str, object]:
 @needs_avx2
 def test_a_new_process_takes_the_kernels_of_avx2_and_one_thread() -> None:
     found = look(OPENBLAS_NUM_THREADS="2")
-    assert found == {"kernels": ["Haswell"], "threads": [1], "libraries": 2}
+    assert found == {"kernels": ["Haswell"], "threads": [1], "libraries": 2, "instructions": "X86_V3"}
 
 
 @needs_avx2
 def test_kernels_that_somebody_names_stay() -> None:
     assert look(OPENBLAS_CORETYPE="Prescott")["kernels"] != ["Haswell"]
+
+
+@needs_avx2
+def test_the_names_of_instructions_are_those_of_this_numpy() -> None:
+    known = {name for names in np.show_config(mode="dicts")["SIMD Extensions"].values() for name in names}
+    assert {*kernels()["NPY_DISABLE_CPU_FEATURES"].split()} <= known
 
 
 @needs_avx2
