@@ -1,19 +1,19 @@
 # make install  the locked packages, into .venv (every other target does so first where it is missing)
-# make repro   run every stage of every experiment from nothing, in a copy, and compare: paper, committed results, ours
-# make test    set up everything, then run the tests
-# make lint    formatting, lint, import rules, types
-# make force   run every stage again in place, whether or not anything changed
-# make checker  write checker.pyz: the certificate checker as one file for a machine with nothing but Python
-# make status  whether the committed results are those of the committed code
-# make lab     Jupyter on the notebooks
-# make bench   measure against other software, in an environment of its own (minutes; on a machine that is idle)
-# make lock    pin the newest versions that pyproject.toml allows, with hashes
+# make repro    run every stage of every experiment from nothing, in a copy, and compare: paper, committed results, ours
+# make test     set up everything, then run the tests
+# make lint     formatting, lint, import rules, types
+# make force    run every stage again in place, whether or not anything changed
+# make status   whether the committed results are those of the committed code
+# make checker  write checker.pyz: checks a certificate on any Python, with nothing installed
+# make lab      Jupyter on the notebooks
+# make bench    measure against other software, in an environment of its own (minutes; on a machine that is idle)
+# make lock     pin the newest versions that pyproject.toml allows, with hashes
 
 PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test lint force checker status lab bench lock
+.PHONY: install repro test lint force status checker lab bench lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -33,12 +33,12 @@ lint: .venv/installed
 force: .venv/installed
 	dvc repro --force
 
-checker: .venv/installed
-	python -m trackable.checker.bundle checker.pyz
-
 status: .venv/installed
 	dvc status
 	@dvc status --quiet || { echo "results and code do not belong together: run 'dvc repro' and commit" >&2; exit 1; }
+
+checker: .venv/installed
+	python -m trackable.checker.bundle checker.pyz
 
 lab: .venv/installed
 	jupyter lab notebooks

@@ -39,7 +39,7 @@ def regular(n: int, step: float = 0.1) -> Samples:
     return wave(step * np.arange(n))
 
 
-PRIOR = JointPrior((Prior(SquaredExponential(1.0, 0.7), NOISE),))
+PRIOR = JointPrior((Prior(SquaredExponential(1.0, 0.7).as_learned(), NOISE),))
 
 
 _LOG_THETA = PRIOR.log_hyperparameters

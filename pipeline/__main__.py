@@ -72,7 +72,7 @@ def _check(file: Path) -> None:
 
     Exit codes: 0 what is proved; 1 the first box, tail or cover that fails; 2 FILE is not a certificate.
     """
-    from trackable.check import check_file  # noqa: PLC0415  as for the stages
+    from trackable.checking import check_file  # noqa: PLC0415  as for the stages
 
     click.echo(check_file(file))
 

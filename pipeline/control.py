@@ -1,4 +1,4 @@
-"""Stage 4: references → closed loops, what becomes of them, and references learned again on the way."""
+"""Stage 4: references → closed loops and their metrics, and references that are learned again while a loop runs."""
 
 import time
 from collections.abc import Iterator
@@ -29,7 +29,7 @@ INTERPOLATED = "interpolated"
 
 
 def control(experiment: Experiment, results: Results) -> None:
-    """Write the closed loops on every reference, and their metrics. InputError where there can be no controller."""
+    """Write the closed loops on every reference, and their metrics. Raises InputError where no controller exists."""
     fitted, wanted, plant = read_fit(results), experiment.control, experiment.plant
     try:
         controller = scaled_controller(plant, wanted.horizon, wanted.input_weight)
@@ -57,8 +57,10 @@ def control(experiment: Experiment, results: Results) -> None:
 
 
 def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
-    """What is followed: the certified reference, the unconstrained mean, and the samples themselves where they say
-    where to be."""
+    """Return what the controller follows: the certified reference, the unconstrained mean, and straight lines.
+
+    The lines connect the samples. There are none for samples that show only changes of a flat output.
+    """
     certified = fitted.learned[CERTIFIED.name].reference
     unconstrained = fitted.learned[UNCONSTRAINED.name].reference
     found: dict[str, TrackedReference] = {CERTIFIED.name: certified, UNCONSTRAINED.name: unconstrained}
@@ -70,7 +72,10 @@ def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
 def _loops(
     experiment: Experiment, controller: Controller, certified: TrackedReference, reference: TrackedReference, name: str
 ) -> Iterator[tuple[str, ClosedLoop, float]]:
-    """From each initial state: its name, the loop, and how long it took [s]. On the reference means on this one."""
+    """Yield the name of each initial state, the loop from there, and how long it took [s].
+
+    The initial state `on` lies on `reference`; the others are those of the certified reference.
+    """
     wanted = experiment.control
     states = initial_states(controller, certified) | {ON: reference.window(0, 1).states[0]}
     for start, state in tqdm(states.items(), desc=f"{experiment.name}: {name}", disable=None):
@@ -80,6 +85,6 @@ def _loops(
 
 
 def _note(results: Results, seconds: dict[str, float]) -> None:
-    """Beside the wall clocks of the fit, where there are some."""
+    """Add wall-clock times to those of the fit."""
     before = from_json(results.timings.read_bytes()) if results.timings.exists() else {}
     write_json(results.timings, {**(before if isinstance(before, dict) else {}), "control": seconds})

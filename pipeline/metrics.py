@@ -17,6 +17,7 @@ from trackable.systems.margins import MarginProfile, margin_profile
 from trackable.systems.reference import Reference
 
 _PERIODS = 100
+_ROWS = 300  # a plot shows no more
 
 
 def metrics_of(
@@ -67,6 +68,24 @@ def summary_of(
         **{f"worst_relative_margin_{name}": _relative(margins[name]) for name in (baseline, guaranteed)},
         **{f"rmse_{name}": _overall_error(metrics[name]) for name in (baseline, guaranteed)},
     }
+
+
+def margins_over_time(margins: Mapping[str, Sequence[MarginProfile]]) -> dict[str, Array]:
+    """Return `time` [s], and for each method the smallest margin of all quantities as a part of their bounds' widths.
+
+    A row is the smallest of as many sampling intervals as it takes to have at most 300 rows; NaN stands for a quantity
+    that is not defined.
+    """
+    profile = next(iter(margins.values()))[0]
+    count = len(profile.margins)
+    first = np.arange(0, count, -(-count // _ROWS))
+    times: Array = first.astype(float) * profile.quantity.trajectory.sampling_time
+    columns = {"time": times}
+    for method, profiles in margins.items():
+        relative = np.min([p.margins / p.quantity.bounds.width for p in profiles], axis=0)
+        smallest = np.minimum.reduceat(relative, first)
+        columns[method] = np.where(np.isfinite(smallest), smallest, np.nan)
+    return columns
 
 
 def _relative(profiles: Sequence[MarginProfile]) -> float:

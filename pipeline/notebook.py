@@ -1,4 +1,4 @@
-"""Stage 6: execute the experiment's notebook in place, so that what it shows cannot drift from what the code does."""
+"""Stage 6: execute the experiment's notebook in place, so that it always shows what the present code does."""
 
 import os
 from pathlib import Path
@@ -20,14 +20,15 @@ _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM
 
 
 def exists(name: str) -> bool:
-    """Whether there is a notebook of that name."""
+    """Return whether there is a notebook of that name."""
     return _path(name).exists()
 
 
 def notebook(name: str) -> None:
-    """Execute notebooks/<name>.ipynb; where there is none, a copy of the template for the experiment of that name.
+    """Execute notebooks/<name>.ipynb in place; where there is none, a copy of the template for that experiment.
 
-    The same code, results and packages give the same bytes: no clocks, cell numbers for identifiers, one kernel name.
+    The same code, results and packages give the same bytes: there are no times, identifiers are the numbers of cells,
+    and the kernel has a fixed name. Raises InputError where a cell fails; the notebook is then left as it was.
     """
     path = _path(name)
     source = _read(path if path.exists() else TEMPLATE, name)

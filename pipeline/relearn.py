@@ -1,4 +1,4 @@
-"""References learned again while the loop runs, from samples that are drawn or were held out."""
+"""Learn references again while the loop runs, from samples that are drawn or were held out."""
 
 from dataclasses import dataclass
 
@@ -27,14 +27,14 @@ _AFTERWARDS = 50
 
 @dataclass(frozen=True, eq=False)
 class Relearned:
-    """A loop along changing references, and what was offered to it."""
+    """A loop along changing references, and the references that were offered to it."""
 
     loop: ClosedLoop
     offers: tuple[ReferenceUpdate, ...]
 
     @property
     def columns(self) -> dict[str, Array]:
-        """What of them is a number, by step: `taken` is 1 or 0, a `widening` only where feasibility was the reason."""
+        """Return numbers of the offers: `step`, `taken` (1 or 0), and `widening` where feasibility was the reason."""
         return {
             "step": np.array([float(o.k) for o in self.offers]),
             "taken": np.array([float(o.accepted) for o in self.offers]),
@@ -43,7 +43,7 @@ class Relearned:
 
     @property
     def records(self) -> list[dict[str, object]]:
-        """The offers as they are logged."""
+        """Return the offers as control.json shows them."""
         return [
             {
                 "step": o.k,
@@ -57,10 +57,10 @@ class Relearned:
 
 
 def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) -> Relearned | None:
-    """The loop from the first certified reference on; None where nothing of the kind is wanted.
+    """Run the loop from the first certified reference on; return None where the experiment does not ask for it.
 
     Raises InputError where no samples arrive, and NoReferenceError where the first reference is not certified for all
-    time: only then is nothing lost by refusing an offer.
+    times. If it is, the loop loses nothing by refusing an offer.
     """
     wanted = experiment.control.online
     if wanted is None:
@@ -90,7 +90,7 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
 
 
 def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tuple[Samples, ...]:
-    """What was there, and what arrives after it, of every signal."""
+    """Return the first samples of every signal together with those that arrive later."""
     later = {name: _drawn(experiment, wanted, name) for name in sampled.names}
     later = {name: drawn or sampled.held_out_by_name.get(name) for name, drawn in later.items()}
     if missing := [name for name, samples in later.items() if samples is None]:

@@ -16,8 +16,9 @@ from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from trackable.arrays import Array
 from trackable.errors import NoReferenceError
 from trackable.gp.joint import JointPosterior
+from trackable.gp.period import period_of
 from trackable.gp.samples import Samples
-from trackable.learning.methods import all_phases, period_of, unconstrained
+from trackable.learning.methods import all_phases, unconstrained
 from trackable.learning.problem import NoSolution, Solution
 from trackable.learning.study import Conservatism, Draws, Study
 from trackable.systems.constrained import ConstrainedSystem

@@ -6,15 +6,16 @@ from tqdm import tqdm
 
 from pipeline.experiments import Experiment
 from pipeline.methods import CERTIFIED, METHODS, UNCONSTRAINED
-from pipeline.metrics import metrics_of, summary_of
+from pipeline.metrics import margins_over_time, metrics_of, summary_of
 from pipeline.storage.archive import read_fit, write_margins
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
+from pipeline.storage.tables import to_csv
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import Outcome
 from trackable.codec.certificates import encode_certificate
 from trackable.errors import NoReferenceError
-from trackable.files import write_json
+from trackable.files import write_json, write_text
 from trackable.systems.margins import MarginProfile, margin_profile
 from trackable.systems.reference import Reference
 
@@ -42,6 +43,7 @@ def verify(experiment: Experiment, results: Results) -> None:
         write_json(results.certificate(method), encode_certificate(certificate))
     for method in metrics.keys() - certificates.keys():
         results.certificate(method).unlink(missing_ok=True)  # of an earlier run: it is about another reference
+    write_text(results.margins, to_csv(margins_over_time(margins)))
     write_json(results.metrics, metrics)
     summary = summary_of(metrics, margins, baseline=UNCONSTRAINED.name, guaranteed=CERTIFIED.name)
     write_json(results.summary, summary)

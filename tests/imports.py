@@ -9,7 +9,10 @@ COMPUTED = "an import by a computed name"
 
 def imported(folder: Path) -> dict[str, set[str]]:
     """Return for each Python file below a folder, by its path there, the dotted names of all that it imports."""
-    return {path.relative_to(folder).as_posix(): set(_names(path)) for path in sorted(folder.rglob("*.py"))}
+    return {
+        path.relative_to(folder).as_posix(): set(names_in(ast.parse(path.read_text(encoding="utf-8"))))
+        for path in sorted(folder.rglob("*.py"))
+    }
 
 
 def roots(files: dict[str, set[str]]) -> set[str]:
@@ -17,9 +20,9 @@ def roots(files: dict[str, set[str]]) -> set[str]:
     return {name.split(".")[0] for names in files.values() for name in names}
 
 
-def _names(path: Path) -> Iterator[str]:
-    """Imports on any level: those within functions too, and those by `import_module` with a literal name."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+def names_in(tree: ast.AST) -> Iterator[str]:
+    """Yield imports on any level: those within functions too, and those by `import_module` with a literal name."""
+    for node in ast.walk(tree):
         match node:
             case ast.Import(names=names):
                 yield from (alias.name for alias in names)

@@ -1,38 +1,86 @@
 """Trackable: learn a reference from noisy samples, and guarantee that the controlled system can follow it.
 
-What a notebook or a program needs comes from here, each name loaded when it is first asked for.
+All that a notebook or a program needs is imported from here. A name is loaded when it is first used.
 """
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-_PUBLIC = {
-    "ConstrainedSystem": "trackable.systems.constrained",
-    "Controller": "trackable.control.controller",
-    "Infeasible": "trackable.control.step.result",
-    "LinearSystem": "trackable.systems.linear",
-    "Matern32": "trackable.gp.kernels.matern",
-    "Matern52": "trackable.gp.kernels.matern",
-    "NotTrackableError": "trackable.reference",
-    "Periodic": "trackable.gp.kernels.periodic",
-    "Plan": "trackable.control.step.result",
-    "Polytope": "trackable.systems.sets.polytope",
-    "Product": "trackable.gp.kernels.base",
-    "RationalQuadratic": "trackable.gp.kernels.rational_quadratic",
-    "Samples": "trackable.gp.samples",
-    "SquaredExponential": "trackable.gp.kernels.squared_exponential",
-    "Sum": "trackable.gp.kernels.base",
-    "TrackableReference": "trackable.reference",
-    "learn_reference": "trackable.learn",
-    "simulate": "trackable.control.simulation",
+if TYPE_CHECKING:
+    from trackable.checker import Failed as Failed
+    from trackable.checker import NotACertificate as NotACertificate
+    from trackable.checker import Proved as Proved
+    from trackable.checking import check as check
+    from trackable.control.controller import Controller as Controller
+    from trackable.control.simulation import simulate as simulate
+    from trackable.control.step.result import Infeasible as Infeasible
+    from trackable.control.step.result import Plan as Plan
+    from trackable.gp.kernels.base import Kernel as Kernel
+    from trackable.gp.kernels.base import Product as Product
+    from trackable.gp.kernels.base import Sum as Sum
+    from trackable.gp.kernels.matern import Matern32 as Matern32
+    from trackable.gp.kernels.matern import Matern52 as Matern52
+    from trackable.gp.kernels.periodic import Periodic as Periodic
+    from trackable.gp.kernels.rational_quadratic import RationalQuadratic as RationalQuadratic
+    from trackable.gp.kernels.squared_exponential import SquaredExponential as SquaredExponential
+    from trackable.gp.samples import Samples as Samples
+    from trackable.learn import learn_reference as learn_reference
+    from trackable.recordings.csv_files.reader import Column as Column
+    from trackable.recordings.csv_files.reader import read_csv as read_csv
+    from trackable.recordings.csv_files.table import CsvLayout as CsvLayout
+    from trackable.recordings.mcap_files.reader import Field as Field
+    from trackable.recordings.mcap_files.reader import read_mcap as read_mcap
+    from trackable.recordings.recording import Recording as Recording
+    from trackable.reference import NotTrackableError as NotTrackableError
+    from trackable.reference import TrackableReference as TrackableReference
+    from trackable.systems.constrained import ConstrainedSystem as ConstrainedSystem
+    from trackable.systems.linear import LinearSystem as LinearSystem
+    from trackable.systems.nonlinear import Nonlinear as Nonlinear
+    from trackable.systems.sets.polytope import Polytope as Polytope
+
+_MODULES = {
+    "Column": "recordings.csv_files.reader",
+    "ConstrainedSystem": "systems.constrained",
+    "Controller": "control.controller",
+    "CsvLayout": "recordings.csv_files.table",
+    "Failed": "checker",
+    "Field": "recordings.mcap_files.reader",
+    "Infeasible": "control.step.result",
+    "Kernel": "gp.kernels.base",
+    "LinearSystem": "systems.linear",
+    "Matern32": "gp.kernels.matern",
+    "Matern52": "gp.kernels.matern",
+    "Nonlinear": "systems.nonlinear",
+    "NotACertificate": "checker",
+    "NotTrackableError": "reference",
+    "Periodic": "gp.kernels.periodic",
+    "Plan": "control.step.result",
+    "Polytope": "systems.sets.polytope",
+    "Product": "gp.kernels.base",
+    "Proved": "checker",
+    "RationalQuadratic": "gp.kernels.rational_quadratic",
+    "Recording": "recordings.recording",
+    "Samples": "gp.samples",
+    "SquaredExponential": "gp.kernels.squared_exponential",
+    "Sum": "gp.kernels.base",
+    "TrackableReference": "reference",
+    "check": "checking",
+    "learn_reference": "learn",
+    "read_csv": "recordings.csv_files.reader",
+    "read_mcap": "recordings.mcap_files.reader",
+    "simulate": "control.simulation",
 }
-__all__ = [*_PUBLIC]  # noqa: PLE0604
+"""The module of each public name. A test compares this table with the imports above, which only type checkers see."""
+
+__all__ = [*_MODULES]  # noqa: PLE0604
 
 
 def __getattr__(name: str) -> Any:
-    if name in _PUBLIC:
-        return getattr(import_module(_PUBLIC[name]), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from trackable.check import check_file
+from trackable.checking import check_file
 from trackable.errors import InputError, NoReferenceError
 
 _FAILED, _UNUSABLE = 1, 2

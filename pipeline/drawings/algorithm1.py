@@ -62,7 +62,7 @@ def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:
     (own,) = learned.prior.parts
     kernel = [name for name in own.kernel.hyperparameters if name in own.learned]
     # Where the noise is learned too, the landscape is cut at its learned value.
-    prior = replace(own, fixed=frozenset(own.hyperparameters.keys() - set(kernel)))
+    prior = replace(own, noise_std=float(own.noise_std))
     space = experiment.search_space(fitted.sampled.samples)
     problem = ConstrainedProblem(
         fitted.sampled.samples,

@@ -1,4 +1,4 @@
-"""How the loop is closed on what was learned, as written in params.yaml."""
+"""How the control stage closes the loop, as written in params.yaml."""
 
 from typing import Annotated
 
@@ -9,7 +9,7 @@ from pipeline.storage.yaml_file import Fields
 
 
 class Stream(Fields):
-    """Further samples of the ground truth, as they arrive: drawn as those of `Drawn` are."""
+    """Later samples of the ground truth, drawn as those of `Drawn`."""
 
     steps: Steps
     noise_std: PositiveFloat
@@ -19,9 +19,9 @@ class Stream(Fields):
 class Relearning(Fields):
     """Samples arrive while the loop runs, and the reference is learned again from the last `window` of each signal.
 
-    The first reference is learned from those up to step `first`; left out, from all that the others are learned from.
-    The next ones come `every` so many steps, as long as there are new samples: at the end those of `stream`, or left
-    out, those held out.
+    The first reference is learned from the samples up to step `first`, or from all samples where `first` is left out.
+    Later ones are learned `every` so many steps while samples arrive. These are those of `stream`, or the held-out
+    samples where `stream` is left out.
     """
 
     first: PositiveInt | None = None
@@ -33,9 +33,9 @@ class Relearning(Fields):
 class Control(Fields):
     """Tracking MPC over `horizon` steps, for `steps` steps from each initial state.
 
-    The cost of an error is its square, in parts of the widths of the sets; that of an input counts `input_weight` times
-    as much. A loop goes on beyond `patience` infeasible steps, and then ends. Figures show the first `shown` steps, and
-    from where a controller can start with each of the `horizons`; logs hold the first `logged` ones.
+    The cost is the squared error relative to the widths of the sets, with the weight `input_weight` for inputs. A loop
+    ends after more than `patience` infeasible steps. Figures show the first `shown` steps, and logs hold the first
+    `logged` ones. Feasible sets are computed for each of the `horizons`.
     """
 
     horizon: PositiveInt = 20

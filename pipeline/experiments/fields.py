@@ -4,12 +4,14 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, NonNegativeInt, PositiveInt, model_validator
+from pydantic import AfterValidator, BeforeValidator, NonNegativeInt, PlainValidator, PositiveInt, model_validator
 
-from pipeline.experiments.kernel_choice import Hyperparameter, KernelChoice
+from pipeline.experiments.kernel_choice import parse_hyperparameter, parse_kernel
 from pipeline.published.ground_truth import GROUND_TRUTHS
 from pipeline.storage.yaml_file import Fields
 from trackable.arrays import Array
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.prior import Prior
 
 
 def as_tuple(written: object) -> object:
@@ -50,8 +52,13 @@ class PriorFields(Fields):
     """The prior mean, the kernel, and the noise; hyperparameters are known or learned."""
 
     mean: float
-    kernel: Annotated[KernelChoice, BeforeValidator(KernelChoice.parse)]
-    noise_std: Annotated[Hyperparameter, BeforeValidator(Hyperparameter.parse)]
+    kernel: Annotated[Kernel, PlainValidator(parse_kernel)]
+    noise_std: Annotated[float, PlainValidator(parse_hyperparameter)]
+
+    @property
+    def prior(self) -> Prior:
+        """The prior of what is sampled."""
+        return Prior(self.kernel, self.noise_std, self.mean)
 
 
 class Search(Fields):

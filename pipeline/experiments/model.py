@@ -5,18 +5,18 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, model_validator
 
-from pipeline.experiments.claim import ALL_PHASES, ClaimField, goal_for, refusal
+from pipeline.experiments.claim import ClaimField
 from pipeline.experiments.control import Control
-from pipeline.experiments.fields import PriorFields, Published, Search, StudyFields, Verification, as_tuple
+from pipeline.experiments.fields import PriorFields, ProjectPath, Published, Search, StudyFields, Verification, as_tuple
 from pipeline.experiments.plants import ModelField, SetField
-from pipeline.experiments.priors import joint_prior, search_intervals
-from pipeline.experiments.sources import Drawn, Source, SourceField
+from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
 from pipeline.methods import CERTIFIED, METHODS, UNCONSTRAINED, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.storage.yaml_file import Fields
-from trackable.certificates.goal import Goal
+from trackable.certificates.goal import Goal, goal_for, refusal
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
+from trackable.learning.prior import prior_for
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sampling import stencils_by_name
@@ -48,12 +48,14 @@ def _methods(written: object) -> object:
 class Experiment(Fields):
     """A system, its sets, samples, a prior, a claim, and the methods by which references are learned.
 
-    `samples` and `prior` are by the names of sampled states, one for each flat output; hyperparameters in `shared` are
-    the same for all of them. `algorithm1` and `periodic` are for the methods that need them.
+    `samples_from` is the file that the samples come from, or a folder above all their files: when it changes, DVC runs
+    the stages again. `samples` and `prior` are by the names of sampled states, one for each flat output; what `shared`
+    names is the same for all of them. `algorithm1` and `periodic` are for the methods that need them.
     """
 
     name: str
     title: str
+    samples_from: ProjectPath
     system: ModelField
     state_set: SetField
     input_set: SetField
@@ -87,6 +89,7 @@ class Experiment(Fields):
         except (TypeError, ValueError) as error:  # what the mathematics refuses
             yield str(error)
             return
+        yield from self._mistakes_of_origin()
         if reason := refusal(self.claim, prior):
             yield f"claim: {reason}"
         for method in self.learned_by:
@@ -102,6 +105,14 @@ class Experiment(Fields):
                 f"got {self.verification.last_step}"
             )
         yield from self._mistakes_of_the_study()
+
+    def _mistakes_of_origin(self) -> Iterator[str]:
+        files = {name: file for name, source in self.samples.items() if (file := source.file) is not None}
+        for name, file in files.items():
+            if not file.is_relative_to(self.samples_from):
+                yield f"samples_from: expected {file}, as for {name}, or a folder above it, got {self.samples_from}"
+        if not files and self.samples_from != GROUND_TRUTHS_FILE:
+            yield f"samples_from: all samples are drawn; expected {GROUND_TRUTHS_FILE}, got {self.samples_from}"
 
     def _mistakes_of_the_study(self) -> Iterator[str]:
         if self.study is None:
@@ -124,7 +135,7 @@ class Experiment(Fields):
     @property
     def learned_prior(self) -> JointPrior:
         """The prior of the flat outputs."""
-        return joint_prior(self.prior, self.shared, self.plant)
+        return prior_for(self.plant, {name: fields.prior for name, fields in self.prior.items()}, self.shared)
 
     @property
     def truths(self) -> Mapping[str, GroundTruth]:
@@ -139,8 +150,7 @@ class Experiment(Fields):
 
     def search_space(self, samples: tuple[Samples, ...]) -> SearchSpace:
         """Return where hyperparameters are learned: in the given intervals, or in those that suit the samples."""
-        prior = self.learned_prior
-        return SearchSpace.around(samples, prior, search_intervals(self.prior, prior), self.search.starts)
+        return SearchSpace.around(samples, self.learned_prior, self.search.starts)
 
     def goal(self, samples: tuple[Samples, ...]) -> Goal:
         """Return what a certified reference has to be proved for."""
@@ -154,10 +164,10 @@ class Experiment(Fields):
 
     def check(self, samples: tuple[Samples, ...]) -> None:
         """Raise ValueError where steps do not last the longest period that may be learned from these samples."""
-        if self.claim != ALL_PHASES:
+        if self.claim != "all_phases":
             return
         space, t_s = self.search_space(samples), self.plant.sampling_time
-        known = self.learned_prior.parts[0].kernel.common_period
+        known = self.learned_prior.parts[0].kernel.period
         longest = space.bounds["period"].upper if "period" in space.bounds else known or 0.0
         blocks = {"periodic": self.periodic, "verification": self.verification}
         for name, last_step in ((name, block.last_step) for name, block in blocks.items() if block):

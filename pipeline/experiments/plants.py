@@ -47,7 +47,7 @@ class LinearModel(Fields):
 
     @property
     def discrete(self) -> System:
-        """The discrete-time system. ValueError where shapes do not fit."""
+        """Return the discrete-time system. Raises ValueError where shapes do not fit."""
         A, B = np.array(self.A), np.array(self.B)
         c = np.zeros(len(A)) if self.c is None else np.array(self.c)
         if self.continuous:
@@ -63,14 +63,14 @@ class NamedModel(Fields):
 
     @property
     def discrete(self) -> System:
-        """The system. ValueError where there is none of that name."""
+        """Return the system. Raises ValueError where there is none of that name."""
         if self.model not in MODELS:
             raise ValueError(f"there is no model {self.model!r}; there are {', '.join(MODELS)}")
         return MODELS[self.model](self.sampling_time)
 
 
 def which_model(written: object) -> object:
-    """A linear model or one by name, by what is written. ValueError for neither."""
+    """Return a linear model, or one by name. Raises ValueError for anything else."""
     if not isinstance(written, dict):
         raise ValueError("expected a mapping with A and B, or with the name of a model")
     return (NamedModel if "model" in written else LinearModel).model_validate(written)
@@ -80,7 +80,7 @@ ModelField = Annotated[LinearModel | NamedModel, BeforeValidator(which_model)]
 
 
 class SetFields(Fields):
-    """A box (`lower`, `upper`), a polytope H x ≤ h, or what both have in common."""
+    """A box (`lower`, `upper`), a polytope H x ≤ h, or the intersection of both."""
 
     lower: Vector | None = None
     upper: Vector | None = None
@@ -101,7 +101,7 @@ class SetFields(Fields):
 
     @property
     def polytope(self) -> Polytope:
-        """The set. ValueError where it has no interior, or is not bounded."""
+        """Return the set. Raises ValueError where it has no interior, or is not bounded."""
         if self.H is None or self.h is None:
             return Polytope.box(np.array(self.lower), np.array(self.upper))
         rows, sides = np.array(self.H), np.array(self.h)

@@ -1,5 +1,6 @@
 """Where the samples of one name come from, as written in params.yaml: a ground truth, a CSV file or an MCAP file."""
 
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
@@ -13,6 +14,9 @@ from trackable.recordings.csv_files.table import MISSING
 STEPS = "steps"
 """The time unit of stamps that count sampling steps."""
 
+GROUND_TRUTHS_FILE = Path("pipeline/published/ground_truth.py")
+"""What drawn samples come from."""
+
 
 class Drawn(Fields):
     """Drawn from a ground truth at `steps`, with independent normal noise from NumPy's default generator."""
@@ -22,12 +26,17 @@ class Drawn(Fields):
     noise_std: PositiveFloat
     seed: NonNegativeInt
 
+    @property
+    def file(self) -> None:
+        """There is no file: samples are drawn."""
+
 
 class Excerpt(Fields):
-    """Which part of a recording is learned from, and which kept back to compare with.
+    """Which part of a recording references are learned from, and which part is held out to compare with.
 
-    Learned are samples from `start` to `end` [s], roughly `every` seconds apart; times count from `start`. Those of the
-    `held_out` seconds that follow are kept back. Values count from `level`, or from the median of those learned from.
+    References are learned from the samples between `start` and `end` [s], roughly `every` seconds apart (0: all). The
+    samples of the next `held_out` seconds are held out. Times count from `start`; values are multiplied by `scale`, and
+    count from `level`, or from the median of the samples that are learned from.
     """
 
     start: NonNegativeFloat = 0.0
@@ -73,11 +82,11 @@ Repairs = Annotated[tuple[str, ...], BeforeValidator(_known_repairs)]
 
 
 class CsvColumn(Fields):
-    """A column of a CSV file over its time column, see trackable.recordings.read_csv; `repairs` in their order.
+    """A column of a CSV file over its time column; see trackable.recordings.read_csv. `repairs` follow their order.
 
-    `time_unit` is a name, `steps` where stamps count sampling steps, or the `date_format` (and the `zone`) in which
-    stamps are written; lines in `skip` are left out, and cells that are one of `missing` have no value. Without an
-    `excerpt` all samples are learned from. Errors are computed where the `ground_truth` is known.
+    `time_unit` is a unit, `steps` where stamps count sampling steps, or the `date_format` (and `zone`) of the stamps.
+    The lines `skip` are left out; the cells `missing` have no value. Without an `excerpt` references are learned from
+    all samples. Where the `ground_truth` is known, errors are computed.
     """
 
     csv: ProjectPath
@@ -94,9 +103,14 @@ class CsvColumn(Fields):
     excerpt: Excerpt | None = None
     ground_truth: GroundTruthName | None = None
 
+    @property
+    def file(self) -> Path:
+        """The recording."""
+        return self.csv
+
 
 class McapField(Fields):
-    """A field of the messages on a topic of an MCAP file, see trackable.recordings.read_mcap; timed by the log time."""
+    """A field of the messages on a topic of an MCAP file, over their log time; see trackable.recordings.read_mcap."""
 
     mcap: ProjectPath
     topic: str
@@ -105,6 +119,11 @@ class McapField(Fields):
     repairs: Repairs = ()
     excerpt: Excerpt | None = None
     ground_truth: GroundTruthName | None = None
+
+    @property
+    def file(self) -> Path:
+        """The recording."""
+        return self.mcap
 
 
 Source = Drawn | CsvColumn | McapField

@@ -8,8 +8,8 @@ from pipeline.methods.model import Failed, Fit, Task
 from pipeline.methods.parameters import Periodic
 from trackable.arrays import Array
 from trackable.gp.joint import JointPrior
+from trackable.gp.period import period_of
 from trackable.learning import methods
-from trackable.learning.methods import period_of
 from trackable.learning.problem import NoSolution, Solution
 from trackable.learning.published import periodic
 from trackable.learning.published.periodic import steps_of_period

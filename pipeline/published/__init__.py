@@ -1,1 +1,1 @@
-"""What the paper published: samples, curves, printed numbers, and the signals behind drawn samples."""
+"""What the paper published, and what is simulated in its place: ground truths, named models and recordings."""

@@ -1,4 +1,4 @@
-"""The signals behind samples that are drawn: known to whoever draws them, never to the learner."""
+"""The signals behind samples that are drawn. The learner never sees them."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ from trackable.gp.samples import Samples
 
 def setpoint_change(t: Array) -> Array:
     """Example 1: r = sin(2π t) − 1 until 0.25 s, then 0 (with T_s = 0.01 s: sin(πk/50) − 1 for k < 25)."""
-    # Half a millisecond of slack lets k T_s = 0.25, rounded either way, count as reached.
+    # k T_s = 0.25 counts as reached however it is rounded: hence half a millisecond less.
     return np.asarray(np.where(t < 0.25 - 5e-4, np.sin(2 * np.pi * t) - 1, 0.0))
 
 
@@ -20,13 +20,13 @@ def two_harmonics(t: Array) -> Array:
 
 
 def docking_x(t: Array) -> Array:
-    """A vehicle that comes to rest at the origin in 5 s, from 3 m behind it: the way ahead [m]."""
+    """The position [m] of a vehicle that starts 3 m behind the origin and comes to rest there in 5 s."""
     left = 1 - np.clip(t / 5, 0, 1)
     return np.asarray(-3 * left**2 * (3 - 2 * left))
 
 
 def docking_y(t: Array) -> Array:
-    """The same vehicle, around something in its way: to the side [m]."""
+    """The position [m] to the side of the same vehicle, which drives around an obstacle."""
     return np.asarray(1.2 * np.sin(np.pi * np.clip(t / 5, 0, 1)) ** 2)
 
 

@@ -1,4 +1,4 @@
-"""Nonlinear systems by name, for params.yaml: each is a function in ordinary arithmetic."""
+"""Nonlinear systems by name, for params.yaml. Each is a function in ordinary arithmetic."""
 
 from collections.abc import Callable, Sequence
 from typing import Any

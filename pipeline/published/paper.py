@@ -1,4 +1,4 @@
-"""Numbers printed in the paper, from data/paper, and what can be read out of its printed curves."""
+"""Numbers printed in the paper, from data/paper, and numbers computed from its printed curves."""
 
 import csv
 from itertools import pairwise
@@ -16,15 +16,16 @@ _PRINTED = Path("data/paper/printed_numbers.csv")
 
 
 def printed_numbers(experiment: str) -> dict[str, float]:
-    """Quantity → printed value."""
+    """Return the printed values of an experiment by quantity."""
     with _PRINTED.open(newline="", encoding="utf-8") as file:
         return {row["quantity"]: float(row["value"]) for row in csv.DictReader(file) if row["experiment"] == experiment}
 
 
 def period_of_curve(times: Array, values: Array, between: tuple[float, float], harmonics: int) -> tuple[float, float]:
-    """The period [s] of the Fourier sum that fits a curve best, and the root mean square of what is left.
+    """Return the period [s] of the Fourier sum that fits a curve best, and the root mean square of the residual.
 
-    Times of shape (n,); entries without a value (NaN) are left out.
+    `times` [s] and `values` have shape (n,); entries without a value (NaN) are left out. The period is searched in
+    `between` [s]; the sum has a constant and `harmonics` harmonics.
     """
     known = np.isfinite(values)
     t, y = times[known], values[known]
@@ -39,13 +40,13 @@ def period_of_curve(times: Array, values: Array, between: tuple[float, float], h
 
 
 def states_behind(plant: ConstrainedSystem, lower: Array, upper: Array) -> tuple[Array, Array]:
-    """Smallest and largest state that growth rates [1/s] were made for: Assumption 5, solved for x (a < 1, b > 0)."""
+    """Return the smallest and largest states behind growth rates [1/s]: Assumption 5, solved for x (a < 1, b > 0)."""
     (a, b, c), (_, inputs), t_s = coefficients(plant), interval_sets(plant), plant.sampling_time
     return (b * inputs.lower + c - t_s * lower) / (1 - a), (b * inputs.upper + c - t_s * upper) / (1 - a)
 
 
 def reach_in_intervals(times: Array, derivative: Array, edges: Array) -> Array:
-    """max − min of a curve in each interval between `edges` [s], from its derivative at `times`: shape (η,)."""
+    """Return max − min of a curve in each interval between `edges` [s], from its derivative at `times`: shape (η,)."""
     curve = cumulative_trapezoid(np.nan_to_num(derivative), times, initial=0)
     inside = [(times >= a - 1e-9) & (times <= b + 1e-9) for a, b in pairwise(edges)]
     return np.array([np.ptp(curve[i]) for i in inside])

@@ -1,6 +1,6 @@
-"""Recordings as sensors would leave them, simulated: inputs of the experiments beyond the paper.
+"""Simulate recordings as sensors would write them: inputs of the experiments beyond the paper.
 
-Real ones of the same form can take their places: nothing but the name of the file changes in params.yaml.
+Real recordings of the same form can take their places: only the name of the file changes in params.yaml.
 """
 
 from pathlib import Path
@@ -23,7 +23,7 @@ def record(folder: Path = RECORDINGS) -> None:
 
 
 def axis(seed: int) -> str:
-    """The position [mm] of a machine axis that is moved by hand to its rest position, about every 60 ms [ms]."""
+    """Return the position [mm] of a machine axis that is moved by hand to its rest position, about every 60 ms [ms]."""
     rng = np.random.default_rng(seed)
     stamps = 60 * np.arange(36) + rng.integers(-9, 10, 36)
     stamps[0] = 0
@@ -34,11 +34,11 @@ def axis(seed: int) -> str:
 
 
 def breathing(seconds: float, seed: int) -> str:
-    """The height [mm] of a marker on the abdomen, about every 100 ms, as trackers write it down.
+    """Return the height [mm] of a marker on the abdomen, about every 100 ms, as a tracker writes it.
 
-    Respiratory motion after Lujan et al. (1999), rest + depth · cos²ⁿ(π t/τ − φ) with n = 3: long exhaled, shortly
-    inhaled; then a slow drift, noise, a resolution of 0.1 mm, and what comes with such files: decimal commas, repeated
-    stamps, rows out of order, and one where the marker was lost.
+    Respiratory motion after Lujan et al. (1999) is rest + depth · cos²ⁿ(π t/τ − φ); n = 3 makes exhaling long and
+    inhaling short. A slow drift, noise and a resolution of 0.1 mm are added, and the faults of such files: decimal
+    commas, a repeated stamp, two rows out of order, and a row where the marker was lost.
     """
     rng = np.random.default_rng(seed)
     ticks = np.arange(int(10 * seconds))
@@ -60,7 +60,7 @@ def breathing(seconds: float, seed: int) -> str:
 
 
 def tank(seconds: float, seed: int) -> Log:
-    """The level [m] of a tank that an operator moves from one setpoint to another, at uneven times, with noise."""
+    """Return the level [m] of a tank that an operator moves between two setpoints, at uneven times and with noise."""
     rng = np.random.default_rng(seed)
     times = np.cumsum(rng.uniform(2.0, 8.0, int(seconds / 5)))
     values = _level(times) + 0.01 * rng.standard_normal(times.size)
@@ -72,5 +72,5 @@ def tank(seconds: float, seed: int) -> Log:
 
 
 def _level(t: Array) -> Array:
-    """From 0.5 m to 1.2 m, in an S that begins at 40 s and takes about two minutes."""
+    """Return the level [m]: an S from 0.5 m to 1.2 m that begins at 40 s and takes about two minutes."""
     return np.asarray(0.5 + 0.7 / (1 + np.exp(-(t - 110.0) / 14.0)))

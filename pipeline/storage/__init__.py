@@ -1,1 +1,1 @@
-"""MCAP logs, JSON and CSV: what the stages write and read."""
+"""What stages write and read: MCAP logs, JSON, CSV and YAML."""

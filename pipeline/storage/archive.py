@@ -1,4 +1,4 @@
-"""What the stages leave for each other: the topics and attachments of an experiment's logs, written and read back."""
+"""Write and read the logs of an experiment's stages: their topics and attachments."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ _STUDY = "study.json"
 
 
 def write_samples(results: Results, sampled: Sampled, truths: Mapping[str, tuple[Array, Array]]) -> None:
-    """Samples, and by their names the ground truths as (times, values) where these are known."""
+    """Write the samples, and the known ground truths by name as (times [s], values)."""
     topics = {"samples": sampled.by_name, "held_out": sampled.held_out_by_name}
     series = [
         Series(f"/{topic}/{name}", samples.times, {"value": samples.values})
@@ -37,13 +37,13 @@ def write_samples(results: Results, sampled: Sampled, truths: Mapping[str, tuple
 
 
 def read_samples(results: Results) -> Sampled:
-    """The samples of the generate stage. InputError where it has not run, LogError where its log is damaged."""
+    """Read the samples. Raises InputError where the generate stage has not run, and LogError for a damaged log."""
     return loads(Sampled, read_stage(results, "samples").attachments[_SAMPLES])
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """What the fit stage hands on: learned references by method, traces of those that have one, and a study of them."""
+    """What the fit stage writes: references and traces by method, and the study if the experiment has one."""
 
     sampled: Sampled
     learned: Mapping[str, LearnedReference]
@@ -52,7 +52,7 @@ class Fitted:
 
 
 def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
-    """References and traces losslessly, and the references as curves at `times` [s] for viewers."""
+    """Write references and traces losslessly, and the references as curves at `times` [s] for viewers."""
     series = [
         *(
             _trace(name, trace, fitted.learned[name].reference.plant.sampling_time)
@@ -67,7 +67,7 @@ def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
 
 
 def read_fit(results: Results) -> Fitted:
-    """The inverse of `write_fit`. InputError where the stage has not run, LogError where its log is damaged."""
+    """Read what `write_fit` wrote. Raises InputError where the stage has not run, and LogError for a damaged log."""
     log = read_stage(results, "fit")
     attachments = dict(log.attachments)
     sampled = loads(Sampled, attachments.pop(_SAMPLES))
@@ -86,7 +86,7 @@ def write_margins(
     metrics: object,
     certificates: Mapping[str, Certificate],
 ) -> None:
-    """For each method and quantity: margins by sampling interval; the metrics and certificates as attachments."""
+    """Write margins of each method and quantity by sampling interval; metrics and certificates are attachments."""
     series = [
         Series(
             f"/margins/{method}/{profile.quantity.name}",
@@ -103,7 +103,7 @@ def write_margins(
 
 
 def read_margins(results: Results, learned: Mapping[str, LearnedReference]) -> dict[str, list[MarginProfile]]:
-    """The inverse of `write_margins`, for the references it was about. InputError and LogError as above."""
+    """Read what `write_margins` wrote, for the same references. Raises as `read_fit`."""
     topics = {series.topic: series.fields for series in read_stage(results, "verification").series}
     return {
         method: [
@@ -120,7 +120,7 @@ def _trace(name: str, trace: Trace, sampling_time: float) -> Series:
 
 
 def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series:
-    """States with their standard deviations, and inputs, over time; for scalar systems the tube at t + T_s too."""
+    """Return states, their standard deviations and inputs over time, and of scalar systems the tube at t + T_s."""
     reference, posterior = learned.reference, JointPosterior(learned.prior, sampled.samples)
     plant = reference.plant
     states, inputs = reference.state_at(times), reference.input_at(times)
@@ -134,13 +134,16 @@ def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series
 
 
 def write_stage(results: Results, stage: str, series: Sequence[Series], attachments: Mapping[str, bytes]) -> None:
-    """The log of a stage: one series a topic, and attachments of JSON."""
+    """Write the log of a stage: one series for each topic, and attachments of JSON."""
     log = Log(tuple(series), {"experiment": {"name": results.experiment, "written_by": stage}}, attachments)
     write_log(results.log(stage), log)
 
 
 def read_stage(results: Results, stage: str) -> Log:
-    """The inverse. InputError where the stage has not run, LogError where its log is damaged or another's."""
+    """Read the log of a stage.
+
+    Raises InputError where the stage has not run, and LogError where the log is damaged or of another stage.
+    """
     path = results.log(stage)
     if not path.exists():
         raise InputError(f"{path}: not there yet; run the stage that writes it first, or `dvc repro`")

@@ -17,17 +17,17 @@ class LogError(Exception):
 
 
 def write_log(path: Path, log: Log) -> None:
-    """The log as a file, whole or not at all; equal logs give equal bytes."""
+    """Write a log, the whole file or nothing; equal logs give equal bytes."""
     write_atomically(path, encode(log))
 
 
 def read_log(path: Path) -> Log:
-    """The log in a file, every float64 as it was written. OSError where there is no file to read.
+    """Read a log, every float64 as it was written. Raises OSError where the file cannot be read, and LogError.
 
-    Checksums do not cover an MCAP file wholly: an index or a header may be damaged unseen. So what was read is written
-    again, and the bytes are compared. Any bit that differs, anywhere, ends in one LogError that names the file. So does
-    a file from another program, or from a release of the library that lays files out in another way: such a file may
-    be sound, but is not one this pipeline wrote.
+    Checksums cover only parts of an MCAP file: nobody would see damage of an index or a header. So what was read is
+    written again, and the bytes are compared. One bit that differs is a LogError that names the file. Files of another
+    program, or of a release of the MCAP library with another layout, are refused likewise: they may be sound, but this
+    pipeline did not write them.
     """
     data = path.read_bytes()
     try:

@@ -1,4 +1,4 @@
-"""The log of the control stage, written and read back."""
+"""Write and read the log of the control stage, and show it as tables."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,8 +20,11 @@ _SCALARS = ("cost", "stage_cost", "slack")
 
 @dataclass(frozen=True, eq=False)
 class ClosedLoops:
-    """Courses by reference and by initial state; feasible states by horizon, as columns; the course along references
-    that are learned again, and the columns of what was `offered` on the way: `step`, `taken` (1 or 0), `widening`."""
+    """Closed loops of an experiment.
+
+    `courses` are by reference and by initial state. `feasible` states are columns by horizon. `online` is the loop
+    along references that are learned again; `offered` are the columns `step`, `taken` (1 or 0) and `widening` of these.
+    """
 
     courses: Mapping[str, Mapping[str, LoopTrajectory]]
     feasible: Mapping[int, Mapping[str, Array]]
@@ -30,7 +33,7 @@ class ClosedLoops:
 
 
 def write_loops(results: Results, plant: ConstrainedSystem, closed: ClosedLoops, metrics: object) -> None:
-    """Every course losslessly, and the metrics as an attachment."""
+    """Write every loop losslessly, and the metrics as an attachment."""
     series = [
         _series(f"/loops/{reference}/{start}", plant, course)
         for reference, by_start in closed.courses.items()
@@ -47,7 +50,7 @@ def write_loops(results: Results, plant: ConstrainedSystem, closed: ClosedLoops,
 
 
 def read_loops(results: Results, plant: ConstrainedSystem) -> ClosedLoops:
-    """The inverse of `write_loops`. InputError where the stage has not run, LogError where its log is damaged."""
+    """Read what `write_loops` wrote. Raises InputError where the stage has not run, and LogError for a damaged log."""
     topics = {series.topic: series for series in read_stage(results, STAGE).series}
     courses: dict[str, dict[str, LoopTrajectory]] = {}
     feasible: dict[int, dict[str, Array]] = {}
@@ -63,7 +66,7 @@ def read_loops(results: Results, plant: ConstrainedSystem) -> ClosedLoops:
 
 
 def table_of_loops(results: Results) -> Table:
-    """The metrics of every loop, for a notebook: by reference and initial state."""
+    """Return the metrics of every loop by reference and initial state, for a notebook."""
     metrics = from_json(results.control.read_bytes())
     assert isinstance(metrics, dict)
     by_loop = {
@@ -86,7 +89,7 @@ def table_of_loops(results: Results) -> Table:
 
 
 def table_of_offers(results: Results) -> Table:
-    """What became of every reference that was learned again."""
+    """Return, for every reference that was learned again, whether it was taken over, and why."""
     metrics = from_json(results.control.read_bytes())
     assert isinstance(metrics, dict)
     offers = metrics.get("online", {}).get("offers", [])
@@ -126,7 +129,7 @@ def _named(names: Sequence[str], suffix: str, values: Array) -> dict[str, Array]
 
 
 def _of_columns(topic: str, plant: ConstrainedSystem, columns: Mapping[str, Array]) -> Series:
-    """Columns over `step`."""
+    """Return columns over `step` as a series."""
     others = {name: values for name, values in columns.items() if name != "step"}
     return Series(topic, columns["step"] * plant.sampling_time, others)
 

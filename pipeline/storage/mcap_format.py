@@ -43,7 +43,7 @@ def encode(log: Log) -> bytes:
 
 
 def _register(writer: Writer, series: Series) -> int:
-    """The channel of a series, with its schema."""
+    """Register the channel of a series and its schema, and return the channel's number."""
     properties = {TIME: {"type": "number", "description": "s"}}
     for name in series.fields:
         unit = {"description": series.units[name]} if name in series.units else {}
@@ -58,7 +58,7 @@ def _register(writer: Writer, series: Series) -> int:
 
 
 def _messages(series: Series) -> Iterator[tuple[int, bytes]]:
-    """Time [ns] and content of each row."""
+    """Yield the time [ns] and the content of each row."""
     names = (TIME, *series.fields)
     columns = (series.times, *series.fields.values())
     for row in zip(*(column.tolist() for column in columns), strict=True):
@@ -96,7 +96,7 @@ def decode(data: bytes) -> Log:
 
 
 def _records(data: bytes) -> Iterator[McapRecord]:
-    """All records in the order of the file, the library's checksums checked on the way."""
+    """Yield all records in the order of the file, and check the library's checksums."""
     for record in StreamReader(BytesIO(data), emit_chunks=True, validate_crcs=True).records:
         if not isinstance(record, Chunk):
             yield record
@@ -120,7 +120,7 @@ def _series(channel: Channel, schemas: Mapping[int, Schema], messages: list[Mess
 
 
 def _properties(topic: str, schema: object) -> dict[str, str | None]:
-    """Each field that a schema allows, and its unit."""
+    """Return the unit of each field that a schema allows."""
     match schema:
         case {"properties": {"t": _, **_rest} as properties}:
             return {name: about.get("description") for name, about in properties.items() if isinstance(about, dict)}

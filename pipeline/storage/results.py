@@ -1,4 +1,4 @@
-"""Where the stages meet: the files of one experiment below data/results."""
+"""The files of one experiment below data/results: what one stage writes, the next one reads."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,7 +8,7 @@ TIMINGS, ENVIRONMENT = "timings.json", "environment.json"
 
 @dataclass(frozen=True)
 class Results:
-    """Paths of what the stages of `experiment` write, below `root`."""
+    """Paths of what the stages of an experiment write, below `root`."""
 
     experiment: str
     root: Path = Path("data/results")
@@ -34,12 +34,17 @@ class Results:
         return self.folder / "summary.json"
 
     @property
+    def margins(self) -> Path:
+        """The smallest margins over time, as a table for DVC's plots."""
+        return self.folder / "margins.csv"
+
+    @property
     def control(self) -> Path:
         return self.folder / "control.json"
 
     @property
     def timings(self) -> Path:
-        """Wall-clock times: of one machine and one moment, so neither committed nor compared."""
+        """Wall-clock times of one run on one machine: neither committed nor compared."""
         return self.folder / TIMINGS
 
     @property

@@ -1,4 +1,4 @@
-"""What the generate stage hands on: samples to learn from, and those kept back to see how far the learned goes."""
+"""What the generate stage writes: samples to learn from, and samples held out to compare with."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ from trackable.gp.samples import Samples
 
 @dataclass(frozen=True)
 class Sampled:
-    """`samples` by the `names` of what is sampled, in the order of the flat outputs; `held_out` follow them in time.
+    """`samples` of the states `names`, in the order of the flat outputs, and later samples `held_out` of some of them.
 
-    Nothing is held out of what has no entry there: names are those of `held_out_names`.
+    `held_out` has one entry for each of `held_out_names`.
     """
 
     names: tuple[str, ...]
@@ -19,7 +19,7 @@ class Sampled:
 
     @property
     def only(self) -> Samples:
-        """The samples of a scalar system."""
+        """Return the samples where there is one flat output; ValueError where there are several."""
         (samples,) = self.samples
         return samples
 

@@ -1,4 +1,4 @@
-"""Time series as stages hand them on: what a log holds, whatever the format of its file."""
+"""What a log holds, whatever the format of its file: time series, metadata and attachments."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,10 +16,11 @@ LATEST = 2**63 / 1e9
 
 @dataclass(frozen=True)
 class Series:
-    """One topic: `fields` over `times` [s], each of shape (n,), float64; NaN where a field has no value.
+    """A topic: `fields` over `times` [s], each of shape (n,), float64; NaN where a field has no value.
 
-    Times are finite, not negative and never decrease. A field is named by an identifier other than `t`, or by several
-    with dots between them; `units` says the unit of some or all. Raises ValueError naming topic, field and row.
+    Times are finite, not negative and never decrease. The name of a field is an identifier other than `t`, or several
+    identifiers with dots between them. `units` gives the units of some or all fields. Raises ValueError that names
+    topic, field and row.
     """
 
     topic: str
@@ -55,9 +56,10 @@ class Series:
 
 @dataclass(frozen=True)
 class Log:
-    """Series of distinct topics, `metadata` (record → key → text) and `attachments` (name → JSON, at least one).
+    """Series of different topics, `metadata` (record → key → text) and `attachments` (name → JSON, at least one).
 
-    The metadata record named as the library is the writer's own. Raises ValueError naming what breaks a rule.
+    The writer adds a metadata record of its own, with the name of the library. Raises ValueError that names what breaks
+    a rule.
     """
 
     series: tuple[Series, ...]

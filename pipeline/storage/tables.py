@@ -1,4 +1,4 @@
-"""Tables: numbers from CSV files, and a table that notebooks show."""
+"""Numbers from and to CSV files, and a table that notebooks show."""
 
 import csv
 import math
@@ -14,7 +14,10 @@ from trackable.files import unreadable
 
 
 def read_columns(path: Path) -> dict[str, Array]:
-    """The named columns of a CSV file of numbers; an empty cell is NaN. InputError names file, line and column."""
+    """Return the columns of a CSV file of numbers by name; an empty cell is NaN.
+
+    Raises InputError that names file, line and column.
+    """
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
@@ -30,17 +33,8 @@ def read_columns(path: Path) -> dict[str, Array]:
     }
 
 
-def column(path: Path, columns: dict[str, Array], name: str) -> Array:
-    """One column, every cell of it a finite number. InputError otherwise."""
-    if name not in columns:
-        raise InputError(f"{path}: there is no column {name!r}; there are {', '.join(columns)}")
-    if bad := np.flatnonzero(~np.isfinite(columns[name])).tolist():
-        raise InputError(f"{path}, line {bad[0] + 2}: expected a finite number in column {name!r}")
-    return columns[name]
-
-
 def to_csv(columns: Mapping[str, Array]) -> str:
-    """Named columns as CSV: numbers as the shortest text that reads back the same, nothing for NaN."""
+    """Return named columns as CSV. Numbers are the shortest text that reads back the same; NaN is an empty cell."""
     rows = zip(*columns.values(), strict=True)
     return "\n".join([",".join(columns), *(",".join(map(_csv_cell, row)) for row in rows)]) + "\n"
 

@@ -1,4 +1,4 @@
-"""Reading YAML files into models, and one sentence for whatever is wrong with one."""
+"""Read YAML files into models, and say in one sentence what is wrong with a file."""
 
 from pathlib import Path
 from typing import TypeVar
@@ -13,8 +13,7 @@ from trackable.files import read_bytes
 
 
 class Fields(BaseModel):
-    """A mapping in a YAML file, read strictly: no field is unknown, none converted, none changed later; numbers are
-    finite."""
+    """A mapping in a YAML file. Unknown fields are refused, values are not converted, and numbers are finite."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, arbitrary_types_allowed=True
@@ -25,7 +24,7 @@ M = TypeVar("M", bound=Fields)
 
 
 def read_yaml(path: Path) -> object:
-    """What the file says. Raises InputError."""
+    """Return what the file says. Raises InputError where it cannot be read, or is not YAML."""
     try:
         content: object = YAML(typ="safe", pure=True).load(read_bytes(path).decode())
     except UnicodeDecodeError as error:
@@ -36,12 +35,14 @@ def read_yaml(path: Path) -> object:
 
 
 def validated(model: type[M], content: object, path: Path, *entry: str) -> M:
-    """What stands at an entry of the file, or in all of it, as a `model`. Raises InputError with all complaints, each
-    after its place in the file."""
+    """Return the content of an entry of the file, or of the whole file, as a `model`.
+
+    Raises InputError that names all mistakes, each after its place in the file.
+    """
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        # A misspelt field is also a missing one: the misspelling is what helps.
+        # A misspelt field is also missing: the misspelling comes first, as it helps more.
         ordered = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
         placed = [(".".join(map(str, (*entry, *e["loc"]))), _complaint(e)) for e in ordered]
         said = "; ".join(f"{place}: {complaint}" if place else complaint for place, complaint in placed)
@@ -49,7 +50,7 @@ def validated(model: type[M], content: object, path: Path, *entry: str) -> M:
 
 
 def _complaint(error: ErrorDetails) -> str:
-    """What was expected, and what came."""
+    """Say what was expected, and what came instead."""
     match error["type"]:
         case "missing":
             return "is missing"

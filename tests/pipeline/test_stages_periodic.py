@@ -51,6 +51,7 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
         "verification.mcap",
         "metrics.json",
         "environment.json",
+        "margins.csv",
         "summary.json",
     }
     files |= {f"certificates/{method}.json" for method in ("intervals", "exact", "certified")}

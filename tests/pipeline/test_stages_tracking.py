@@ -135,6 +135,7 @@ def test_a_recording_with_german_dates_lost_values_and_a_line_of_units(tmp_path:
     (tmp_path / "axis.csv").write_text("\n".join(["stamp;z", "-;[mm]", *rows]), encoding="utf-8")
     written = PARAMS
     for old, new in (
+        ("samples_from: data/recordings/breathing.csv", f"samples_from: {tmp_path}"),
         ("csv: data/recordings/breathing.csv", f"csv: {tmp_path / 'axis.csv'}"),
         ("time_column: Timestamp", "time_column: stamp"),
         ("time_unit: ms", 'time_unit: {date_format: "%d.%m.%Y %H:%M:%S", zone: "+01:00"}'),

@@ -1,5 +1,5 @@
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from tests.trackable.codec_instances import GENERAL, KERNEL, PLANT, REFERENCE, S
 from trackable.arrays import Array
 from trackable.codec import decode, dumps, encode, loads
 from trackable.files import to_json
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.elementary import Elementary
@@ -56,12 +57,13 @@ VALUES = [
     GENERAL.plant.state_set,
     GENERAL.plant.input_set,
     Interval(-1.0, 2.0),
-    Prior(KERNEL, 0.1, fixed=frozenset({"noise_std", "right.shape", "left.right.period"})),
-    Prior(KERNEL, 0.1, fixed=frozenset()),
+    Prior(KERNEL, 0.1).as_learned({"left.left.signal_std", "right.lengthscale"}),
+    Prior(SquaredExponential(1.0, Learned(0.2, (1 / 3, 2.0))), Learned(0.3, (0.1, 0.2)), 1.0),
+    Prior(KERNEL, 0.1).as_learned(),
     Samples(np.array([0.1, 0.2]), np.array([-0.0, 1e-300])),
     Samples(np.array([0.1, 0.2]), np.array([-0.0, 1e-300]), np.array([1 / 3, 2.0]), Stencil((0.1, -1 / 3), 0.1, -0.0)),
     JointPrior(
-        (Prior(KERNEL, 0.1, fixed=frozenset()), Prior(SquaredExponential(0.1, 0.7), 0.1, fixed=frozenset())),
+        (Prior(KERNEL, 0.1).as_learned(), Prior(SquaredExponential(0.1, 0.7), 0.1).as_learned()),
         ("x", "y"),
         frozenset({"noise_std"}),
     ),
@@ -118,10 +120,16 @@ def test_writing_what_was_read_gives_the_same_bytes(value: object) -> None:
 
 @given(kernels, positive, any_float, st.data())
 def test_priors_return(kernel: Kernel, noise_std: float, mean: float, data: st.DataObject) -> None:
-    fixed = data.draw(st.sets(st.sampled_from([*kernel.hyperparameters, "noise_std"])))
-    prior = Prior(kernel, noise_std, mean, frozenset(fixed))
-    assert loads(Prior, dumps(prior)) == prior
-    assert encode(prior)["fixed"] == sorted(fixed)
+    learned = data.draw(st.sets(st.sampled_from([*kernel.hyperparameters, "noise_std"])))
+    interval = data.draw(st.none() | st.tuples(positive, positive))
+    prior = Prior(kernel, noise_std, mean).as_learned(learned)
+    if "noise_std" in learned:
+        prior = replace(prior, noise_std=Learned(noise_std, interval))
+    again = loads(Prior, dumps(prior))
+    assert again == prior
+    assert set(again.learned) == learned
+    intervals = [[v.interval for v in p.hyperparameters.values() if isinstance(v, Learned)] for p in (prior, again)]
+    assert intervals[0] == intervals[1]
 
 
 @given(st.builds(Stencil, st.lists(any_float).filter(any).map(tuple), any_float, any_float))
@@ -147,11 +155,14 @@ def test_samples_return() -> None:
 
 
 def test_what_the_json_looks_like() -> None:
-    assert encode(Prior(SquaredExponential(2.0, 0.1), 0.3)) == {
-        "kernel": {"type": "squared_exponential", "signal_std": 2.0, "lengthscale": 0.1},
-        "noise_std": 0.3,
+    assert encode(Prior(SquaredExponential(2.0, (0.5, 8.0)), Learned(0.3))) == {
+        "kernel": {
+            "type": "squared_exponential",
+            "signal_std": 2.0,
+            "lengthscale": {"learned": 2.0, "interval": [0.5, 8.0]},
+        },
+        "noise_std": {"learned": 0.3, "interval": None},
         "mean": 0.0,
-        "fixed": ["noise_std"],
     }
     assert encode(Stencil((1.0,), 0.5)) == {"weights": [1.0], "step": 0.5, "offset": 0.0}
     assert encode(REFERENCE)["signals"][0]["centres"] == [0.0, 0.1]

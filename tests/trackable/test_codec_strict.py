@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.trackable.codec_instances import GENERAL, KERNEL, PLANT, REFERENCE, SIGNAL, edited
+from tests.trackable.codec_instances import GENERAL, PLANT, REFERENCE, SIGNAL, edited
 from trackable.arrays import Array
 from trackable.codec import CodecError, decode, dumps, encode, loads
 from trackable.gp.joint import JointPrior
@@ -24,7 +24,7 @@ from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
 SE = SquaredExponential(1.0, 2.0)
-PRIOR = Prior(SE, 0.1)
+PRIOR = Prior(SE.as_learned(), 0.1)
 SAMPLES = Samples(np.array([0.0, 1.0]), np.array([2.0, 3.0]))
 STENCIL = Stencil((1.0, -2.0), 0.5)
 
@@ -44,10 +44,23 @@ STENCIL = Stencil((1.0, -2.0), 0.5)
         (Interval, {"lower": 0.0, "upper": 2**53 + 1}, "exact in float64, got 9007199254740993 @ $.upper"),
         (Interval, {"lower": 2.0, "upper": 1.0}, "an interval needs finite bounds"),
         (Prior, edited(PRIOR, "mean", to=KeyError), "Prior lacks mean @ $"),
-        (Prior, edited(PRIOR, "fixed", to="noise_std"), "must be a list, got 'noise_std' @ $.fixed"),
-        (Prior, edited(PRIOR, "fixed", to=[1]), "must be of type str, got 1 @ $.fixed[0]"),
-        (Prior, edited(Prior(KERNEL, 0.1), "fixed", to=["right.shape", "noise_std"]), "@ $.fixed[0]"),
-        (Prior, edited(PRIOR, "fixed", to=["noise_std", "noise_std"]), "@ $.fixed"),
+        (
+            Prior,
+            edited(PRIOR, "noise_std", to={"learned": 0.1}),
+            "an object with learned and interval, got {'learned': 0",
+        ),
+        (
+            Prior,
+            edited(PRIOR, "noise_std", to={"learned": "1", "interval": None}),
+            "must be a number, got '1' @ $.noise",
+        ),
+        (
+            Prior,
+            edited(PRIOR, "noise_std", to={"learned": 1, "interval": [1]}),
+            "must be two numbers, got [1] @ $.noise",
+        ),
+        (Prior, edited(PRIOR, "noise_std", to={"learned": -1, "interval": None}), "noise_std must be a positive"),
+        (Prior, edited(PRIOR, "noise_std", to=None), "must be a number, got None @ $.noise_std"),
         (Prior, edited(PRIOR, "kernel", "type", to="Cosine"), "one of squared_exponential, matern32"),
         (Prior, edited(PRIOR, "kernel", "type", to=[]), "got [] @ $.kernel"),
         (Prior, edited(PRIOR, "kernel", "type", to=KeyError), "an object with a type"),

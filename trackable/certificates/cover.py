@@ -1,4 +1,4 @@
-"""Boxes of time that together cover a window, each with an enclosure inside the bounds: guessed fast, then proved."""
+"""Cover a window with boxes of time, in each of which an enclosure of the quantity lies inside the bounds."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -35,9 +35,9 @@ class Hole:
 def cover(
     quantity: ExactQuantity, looks: Collection[Look], sketch: Sketch, start: float, end: float, reserve: float
 ) -> Cover | Hole:
-    """Boxes from `start` to `end` [s] in which the quantity stays inside its bounds, both drawn in by `reserve`.
+    """Return boxes from `start` to `end` [s] in which the quantity stays inside its bounds, both drawn in by `reserve`.
 
-    Discs are chosen for all of the `looks`, which other quantities take too: equal boxes are enclosed once for all.
+    Discs are chosen for all of the `looks`, so that quantities share boxes, and each look is enclosed once in a box.
     """
     with ball_arithmetic():
         lower, upper = arb(quantity.bounds.lower) + arb(reserve), arb(quantity.bounds.upper) - arb(reserve)
@@ -62,7 +62,7 @@ def cover(
 
 
 def _missed(quantity: ExactQuantity, box: Box, slopes: Mapping[str, float]) -> float:
-    """About what the enclosure's polynomial will miss: cheaply, to sort out boxes that are much too wide."""
+    """Estimate cheaply what the enclosure's polynomial will miss, to reject boxes that are much too wide."""
     missed = (float_above(remainder(functional, box, TERMS)) for functional in quantity.arguments.values())
     return sum(slope * rest for slope, rest in zip(slopes.values(), missed, strict=True))
 

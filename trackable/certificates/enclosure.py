@@ -1,4 +1,4 @@
-"""Enclosure of a quantity over a box of time: a Taylor polynomial about its middle, and a bound of what that misses."""
+"""Enclose a quantity over a box of time: a Taylor polynomial about its middle, and a bound of what that misses."""
 
 import math
 from collections.abc import Collection
@@ -33,7 +33,7 @@ class Box:
 
 
 def remainder(functional: ExactFunctional, box: Box, terms: int) -> arb:
-    """Bound of what a Taylor polynomial of so many terms leaves out in the box; infinite if the disc is small."""
+    """Bound what a Taylor polynomial of so many terms leaves out in the box; infinite if the disc is small."""
     with ball_arithmetic(2):
         return sum((abs(weight) * _missed(look, box, terms) for weight, look in functional.terms), arb(0))
 
@@ -51,7 +51,7 @@ def _missed(look: Look, box: Box, terms: int) -> arb:
 
 
 def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
-    """Polynomial with so many terms, and its remainder. UndefinedError where the quantity may not be defined."""
+    """Return a polynomial with so many terms, and its remainder. UndefinedError where q may not be defined."""
     arguments = {name: _enclosure(functional, box, terms) for name, functional in quantity.arguments.items()}
     if isinstance(quantity.formula, Variable):
         return arguments[quantity.formula.name]
@@ -79,7 +79,7 @@ def _polynomial(look: Look, box: Box, terms: int) -> arb_poly:
 
 
 def best_radius(looks: Collection[Look], start: float, end: float, terms: int) -> float:
-    """A radius of discs [s] that makes remainders small in the box [start, end] [s]; any other is valid too."""
+    """Return a radius of discs [s] that makes remainders small in the box [start, end] [s]; others are valid too."""
     half = (end - start) / 2
     with ball_arithmetic(2):
         nearest = [(balls_of(look.signal.kernel), _nearest(look, start + half)) for look in looks]
@@ -93,7 +93,7 @@ def best_radius(looks: Collection[Look], start: float, end: float, terms: int) -
 
 
 def _nearest(look: Look, middle: float) -> arb:
-    """How far the nearest centre is [s], about; of a repeating kernel some crest always is near."""
+    """Return about how far the nearest centre is [s]; zero for kernels that repeat, as some crest is always near."""
     if balls_of(look.signal.kernel).has_periodic_part:
         return arb(0)
     return arb(float(np.min(np.abs(middle + float(look.shift) - look.signal.centres))))
@@ -104,7 +104,7 @@ def _midpoint(box: Box) -> tuple[arb, arb]:
 
 
 def _side(box: Box, shift: arb) -> int:
-    """On which side of zero t + shift certainly stays for all t in the box: −1, 1, or 0 where on neither."""
+    """Return the sign that t + shift certainly has for all t in the box: −1, 1, or 0 where it may have both."""
     if arb(box.start) + shift >= 0:
         return 1
     return -1 if arb(box.end) + shift <= 0 else 0

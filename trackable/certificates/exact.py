@@ -1,4 +1,4 @@
-"""A reference's bounded quantities as exact real functions of time, defined by the stored numbers alone."""
+"""Bounded quantities of a reference as exact real functions of time, defined by the stored numbers alone."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from trackable.systems.sets.interval import Interval
 class Look:
     """z(t + s) − m = Σ_i c_i κ(t + s − t_i): a `signal` as it is `shift` s [s] later.
 
-    Quantities share the looks at their signals, so that what is enclosed of a look is enclosed once for all.
+    Quantities share the looks at their signals, so that each look is enclosed once for all of them.
     """
 
     signal: KernelSum
@@ -35,7 +35,7 @@ class Look:
             return [(self.shift - arb(t_i), arb(c)) for t_i, c in pairs]
 
     def at(self, t: arb) -> arb:
-        """Enclosure of z(t + s) − m."""
+        """Enclose z(t + s) − m."""
         with ball_arithmetic():
             kernel = balls_of(self.signal.kernel)
             return sum((c * kernel.value(t + shift) for shift, c in self.summands), arb(0))
@@ -52,7 +52,7 @@ class ExactFunctional:
     offset: arb
 
     def at(self, t: arb) -> arb:
-        """Enclosure of q(t)."""
+        """Enclose q(t)."""
         with ball_arithmetic():
             return self.offset + sum((weight * look.at(t) for weight, look in self.terms), arb(0))
 
@@ -72,19 +72,19 @@ class ExactQuantity:
         return tuple(look for functional in self.arguments.values() for _, look in functional.terms)
 
     def at(self, t: arb) -> arb:
-        """Enclosure of q(t). UndefinedError where it may not be defined."""
+        """Enclose q(t). UndefinedError where it may not be defined."""
         with ball_arithmetic():
             return at_balls(self.formula, {name: functional.at(t) for name, functional in self.arguments.items()})
 
     def margin_at(self, t: arb) -> arb:
-        """Enclosure of the distance to the nearer bound: certainly negative where a bound is certainly broken."""
+        """Enclose the distance to the nearer bound: certainly negative where a bound is certainly broken."""
         with ball_arithmetic():
             q = self.at(t)
             return (q - arb(self.bounds.lower)).min(arb(self.bounds.upper) - q)
 
 
 def exact_quantities(reference: Reference) -> tuple[ExactQuantity, ...]:
-    """Everything that is bounded."""
+    """Return everything that is bounded."""
     looks: dict[tuple[int, int], Look] = {}
     return tuple(
         ExactQuantity(
@@ -98,7 +98,7 @@ def exact_quantities(reference: Reference) -> tuple[ExactQuantity, ...]:
 
 
 def _exact(reference: Reference, functional: Functional, looks: dict[tuple[int, int], Look]) -> ExactFunctional:
-    """With the looks that there are already, and new ones added to them."""
+    """Return an exact functional, with the looks that are there already; new ones are added to them."""
     with ball_arithmetic():
         terms = []
         for c, weights in enumerate(functional.weights):
@@ -111,5 +111,5 @@ def _exact(reference: Reference, functional: Functional, looks: dict[tuple[int, 
 
 
 def rational(number: Fraction) -> arb:
-    """A ball around a rational number."""
+    """Return a ball around a rational number."""
     return arb(number.numerator) / arb(number.denominator)

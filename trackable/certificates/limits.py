@@ -1,4 +1,4 @@
-"""Where the bounded quantities of a reference stay for all later times, as its signals come to rest."""
+"""Bounds of a reference's quantities for all later times, as its signals come to rest."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,13 +18,14 @@ from trackable.systems.reference import Reference
 
 
 def limits_beyond(reference: Reference, start: arb) -> dict[str, tuple[arb, arb]]:
-    """Centre and reach of an interval that holds each quantity for all real t ≥ `start` [s]: an over-estimate, infinite
-    where a quantity may not be defined.
+    """Return centre and reach of an interval that contains each quantity for all real t ≥ `start` [s].
+
+    The reach is an over-estimate, and infinite where a quantity may not be defined.
 
     With e = z − m: |e(t)| ≤ R = Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i, where K_i and D_i bound |κ| and |κ̇| at all
-    distances from start − t_i on. So Σ_j w_j e(t + j T_s) is at most Σ_j |w_j| R; and since it is
-    Σ_j w_j e(t) + Σ_j w_j (e(t + j T_s) − e(t)), at most |Σ_j w_j| R + T_s Σ_j j |w_j| D. A formula of such functionals
-    differs from its value at rest by one of them: with its slopes, at some point on the way, for weights.
+    distances from start − t_i on. So Σ_j w_j e(t + j T_s) is at most Σ_j |w_j| R. As it equals
+    Σ_j w_j e(t) + Σ_j w_j (e(t + j T_s) − e(t)), it is also at most |Σ_j w_j| R + T_s Σ_j j |w_j| D. By the mean-value
+    theorem, a formula of such functionals differs from its value at rest by such a sum, whose weights are its slopes.
     """
     with ball_arithmetic(2):
         envelopes = [_envelope(signal, start) for signal in reference.signals]
@@ -63,7 +64,7 @@ def _looks(weights: tuple[Fraction, ...]) -> _Weights:
 
 
 def _weights(trajectory: Trajectory, around: dict[str, arb]) -> Iterator[_Weights]:
-    """Σ_a ∂q/∂q_a w_acj for each signal c, with slopes from everywhere around."""
+    """Yield Σ_a ∂q/∂q_a w_acj for each signal c, with slopes over the whole range of values."""
     slopes = {name: at_balls(s, around) for name, s in trajectory.derivatives.items() if s is not None}
     longest = max(len(w) for _, functional in trajectory.arguments for w in functional.weights)
     for c, shift in enumerate(trajectory.level_derivatives):
@@ -75,7 +76,7 @@ def _weights(trajectory: Trajectory, around: dict[str, arb]) -> Iterator[_Weight
 
 
 def _reach(weights: _Weights, envelope: Decay, step: arb) -> arb:
-    """Bound of |Σ_j w_j e(t + j T_s)|."""
+    """Bound |Σ_j w_j e(t + j T_s)|."""
     size, rate = envelope
     by_size = sum((abs(w) for w in weights.each), arb(0)) * size
     by_rate = abs(weights.sum) * size + step * sum((j * abs(w) for j, w in enumerate(weights.each)), arb(0)) * rate
@@ -83,7 +84,7 @@ def _reach(weights: _Weights, envelope: Decay, step: arb) -> arb:
 
 
 def _envelope(signal: KernelSum, start: arb) -> Decay:
-    """R and D."""
+    """Return R and D."""
     kernel, size, slope = balls_of(signal.kernel), arb(0), arb(0)
     for t_i, c in zip(signal.centres.tolist(), signal.weights.tolist(), strict=True):
         of_kernel = kernel.beyond((start - arb(t_i)).max(arb(0)))

@@ -1,4 +1,4 @@
-"""What is said when there is no proof. Failures are values, each with an explaining sentence."""
+"""Outcomes without a proof: failures are values, each with an explaining sentence."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from trackable.systems.sets.interval import Interval
 
 @dataclass(frozen=True)
 class Counterexample:
-    """A rigorous one: at `time` [s], or at exactly k T_s for a `step` k, bounds are broken by at least `violation`."""
+    """Bounds are certainly broken by at least `violation`, at `time` [s] or at exactly k T_s for a `step` k."""
 
     quantity: str
     bounds: Interval
@@ -23,9 +23,9 @@ class Counterexample:
 
 @dataclass(frozen=True)
 class Unproved:
-    """Nothing is shown to be broken, but nothing is proved either: `shortfall` (in the quantity's unit) is missing.
+    """Nothing is proved and no bound is shown to be broken: the margin lacks `shortfall`, in the unit of the quantity.
 
-    `box` [s] is where the proof of `quantity` fails; `reason` says what it would take.
+    The proof of `quantity` fails in `box` [s]; `reason` says why.
     """
 
     quantity: str

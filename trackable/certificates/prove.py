@@ -1,4 +1,4 @@
-"""A certificate, a rigorous counterexample, or what a proof would lack: the answer to every question asked here."""
+"""Prove that a reference keeps its bounds: the outcome is a certificate, a counterexample, or what is missing."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,6 +21,7 @@ from trackable.certificates.rounding.references import (
 )
 from trackable.certificates.settled import earliest_settled, settled_margins
 from trackable.certificates.sketch import Sketch, sketch
+from trackable.gp.period import common_period
 from trackable.systems.reference import Reference
 
 Failure = Counterexample | Unproved
@@ -30,32 +31,32 @@ _LATEST_STEP = 100_000
 
 
 def prove(reference: Reference) -> Outcome:
-    """Every real t ≥ 0: by one period where the kernel has one, by a cover and a decaying envelope otherwise."""
+    """Prove the bounds for all real t ≥ 0: over one period if there is one, else by boxes and a decaying envelope."""
     period = reference_period(reference)
     return prove_while_settling(reference) if period is None else prove_for_all_phases(reference, period)
 
 
 def prove_for_all_phases(reference: Reference, period: float) -> Outcome:
-    """Every real t, for a kernel with this period [s], to the bit (ValueError for others)."""
+    """Prove the bounds for all real t, by boxes over one `period` [s]. ValueError unless all kernels have this one."""
     if period != reference_period(reference):
         raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
     return _Task(reference, period).cover_window(AllPhases(period), 0.0, period)
 
 
 def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
-    """Every real t from `start` to `end` [s], and nothing else."""
+    """Prove the bounds for all real t from `start` to `end` [s], and for no other times."""
     return _Task(reference, max(abs(start), abs(end))).cover_window(OnWindow(start, end), start, end)
 
 
 def prove_while_settling(reference: Reference) -> Outcome:
-    """Every real t ≥ 0: boxes cover the time until the envelope of the kernel has decayed into the bounds."""
+    """Prove the bounds for all real t ≥ 0: boxes cover the time until the kernels' envelope lies inside the bounds."""
     task = _Task(reference, _span(reference))
     start = task.settled
     return task.never_settles if start is None else task.cover_window(AllTimes(start), 0.0, start)
 
 
 def prove_at_instants(reference: Reference) -> Outcome:
-    """Every sampled instant k T_s, k ≥ 0, of a reference that settles; between instants anything may happen."""
+    """Prove the bounds at all instants k T_s, k ≥ 0, of a reference that settles, and nothing between instants."""
     task = _Task(reference, _span(reference))
     start, step = task.settled, reference.plant.sampling_time
     if start is None or start / step > _LATEST_STEP:
@@ -64,9 +65,8 @@ def prove_at_instants(reference: Reference) -> Outcome:
 
 
 def reference_period(reference: Reference) -> float | None:
-    """The period [s] that all signals have; None where there is none."""
-    periods = {signal.kernel.common_period for signal in reference.signals}
-    return periods.pop() if len(periods) == 1 else None
+    """Return the period [s] that all signals have; None where there is none."""
+    return common_period([signal.kernel for signal in reference.signals])
 
 
 def _span(reference: Reference) -> float:
@@ -76,7 +76,7 @@ def _span(reference: Reference) -> float:
 
 @dataclass(frozen=True)
 class _Task:
-    """A reference, and a `window` [s] long, far beyond which it will be evaluated. ValueError: nothing is bounded."""
+    """A reference to prove, evaluated far beyond a `window` [s] too. Raises ValueError where nothing is bounded."""
 
     reference: Reference
     window: float
@@ -132,7 +132,7 @@ class _Task:
 
     @property
     def never_settles(self) -> Failure:
-        """Broken for sure far out, or only unproved there."""
+        """Return a counterexample far out, or that nothing is proved there."""
         if not has_sane_numbers(self.reference):
             return self._beyond_analysis
         if unbounded := [quantity for quantity in self.quantities if not np.isfinite(self.errors[quantity.name])]:
@@ -156,7 +156,7 @@ class _Task:
         return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _failure_at(self, quantity: ExactQuantity, t: arb, time: float, step: int | None = None) -> Failure | None:
-        """Whether one time, exactly t, already decides the question."""
+        """Return the failure that is certain from one time, exactly t; None where there is none."""
         reserve = self.errors[quantity.name]
         try:
             margin = quantity.margin_at(t)

@@ -1,4 +1,4 @@
-"""From when on the decay of the kernel keeps every bound for ever."""
+"""The time from which the decay of the kernels keeps every bound for ever."""
 
 import numpy as np
 from flint import arb
@@ -11,7 +11,7 @@ _DOUBLINGS, _BISECTIONS = 100, 8
 
 
 def settled_margins(reference: Reference, start: arb, reserve: dict[str, float]) -> dict[str, float]:
-    """Under-estimates of the margin of each quantity, reserve deducted, over all real t ≥ start: proved where ≥ 0."""
+    """Return under-estimates of each quantity's margin over all real t ≥ start, less its reserve: proved where ≥ 0."""
     margins = {}
     limits = limits_beyond(reference, start)
     with ball_arithmetic(2):
@@ -23,9 +23,9 @@ def settled_margins(reference: Reference, start: arb, reserve: dict[str, float])
 
 
 def earliest_settled(reference: Reference, reserve: dict[str, float]) -> float | None:
-    """About the earliest start [s] from which the envelope keeps every bound; None where it never comes to do so.
+    """Return a time [s] from which the envelope keeps every bound, nearly the earliest; None where there is none.
 
-    The envelope falls with its start, so that doubling finds such a time and bisection an early one.
+    The envelope falls with its start: doubling finds such a time, and bisection an early one.
     """
 
     def holds(start: float) -> bool:

@@ -1,4 +1,4 @@
-"""Margins as float64 sees them: they choose the boxes of a proof and the times to look at, they prove nothing."""
+"""Margins in float64: they choose the boxes of a proof and the times to look at, and prove nothing."""
 
 from dataclasses import dataclass
 
@@ -21,11 +21,11 @@ class Sketch:
     slopes: dict[str, Array]
 
     def smallest(self, start: float, end: float) -> float:
-        """The smallest margin seen in [start, end] or right beside it."""
+        """Return the smallest margin at times in [start, end] or right beside it."""
         return float(np.min(self.margins[self._within(start, end)]))
 
     def steepest(self, start: float, end: float) -> dict[str, float]:
-        """The largest |∂q/∂q_i| seen there."""
+        """Return the largest |∂q/∂q_i| at these times."""
         within = self._within(start, end)
         return {name: float(np.max(slopes[within])) for name, slopes in self.slopes.items()}
 
@@ -39,7 +39,7 @@ class Sketch:
 
 
 def sketch(reference: Reference, quantity: Quantity, start: float, end: float) -> Sketch:
-    """Margins on a regular grid, at their local minima, and at each centre: a short length scale shows nowhere else."""
+    """Return margins on a regular grid, at their local minima, and at each centre, where short length scales show."""
     signals, trajectory = reference.signals, quantity.trajectory
 
     def margin(t: Array) -> Array:

@@ -17,8 +17,10 @@ from cattrs import BaseValidationError, Converter, StructureHandlerNotFoundError
 from cattrs.cols import is_frozenset
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
 
+from trackable.codec.hyperparameters import read_hyperparameter, write_hyperparameter
 from trackable.codec.values import CodecError, read_array, read_float
 from trackable.files import from_json, to_json
+from trackable.gp.hyperparameter import Hyperparameter
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.registry import KERNELS, name_of
 from trackable.systems.constrained import System
@@ -175,6 +177,8 @@ def _converter() -> Converter:
         converter.register_structure_hook(cls, _read_exactly(cls))
     converter.register_structure_hook(float, read_float)
     converter.register_unstructure_hook(float, lambda value: float(value) if isinstance(value, float) else value)
+    converter.register_structure_hook(Hyperparameter, read_hyperparameter)
+    converter.register_unstructure_hook(Hyperparameter, write_hyperparameter)
     converter.register_structure_hook_func(_is_array, read_array)
     converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
     converter.register_structure_hook_func(is_frozenset, _read_set)

@@ -3,11 +3,12 @@
 import operator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import eigvalsh
+import scipy
 
-from trackable.arrays import Array
+from trackable.arrays import Array, ArrayLike
 from trackable.control.references import TrackedReference
 from trackable.control.step.formulation import Formulation
 from trackable.control.step.problem import TOLERANCE, StepProblem
@@ -33,6 +34,10 @@ class Controller:
     Q: Array
     R: Array
 
+    if TYPE_CHECKING:  # arrays are made of what is given
+
+        def __init__(self, plant: ConstrainedSystem, horizon: int, Q: ArrayLike, R: ArrayLike) -> None: ...
+
     def __post_init__(self) -> None:
         n, m = len(self.plant.system.states), len(self.plant.system.inputs)
         for name, size, least in (("Q", n, -1e-12), ("R", m, 1e-12)):
@@ -41,7 +46,7 @@ class Controller:
                 raise ValueError(
                     f"controller: {name} must be a symmetric matrix of shape ({size}, {size}), got {weight}"
                 )
-            values = eigvalsh(weight)
+            values = scipy.linalg.eigvalsh(weight)
             if not values[0] >= least * max(values[-1], 0.0) or not values[-1] > 0:
                 kind = "semidefinite and not zero" if least < 0 else "definite"
                 raise ValueError(f"controller: {name} must be positive {kind}, got eigenvalues {values.tolist()}")

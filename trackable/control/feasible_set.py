@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy
 
 from trackable.arrays import Array
 from trackable.control.controller import Controller
@@ -78,7 +78,7 @@ class _Projection:
 
     def support(self, direction: Array) -> Array | None:
         """Return a state of the set that is farthest in a direction; None where the set is empty."""
-        program = linprog(
+        program = scipy.optimize.linprog(
             np.concatenate([-direction, np.zeros(self.M.shape[1] - self.n)]),
             A_ub=self.M if len(self.M) else None,
             b_ub=self.b if len(self.M) else None,

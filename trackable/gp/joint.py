@@ -1,13 +1,14 @@
 """Several processes, each with samples of its own: learned together where something else ties them."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.hyperparameter import Learned, Scales, Search
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
@@ -19,8 +20,7 @@ class JointPrior:
     """Independent processes with `names`, one prior each; hyperparameters named in `shared` are the same for all.
 
     A hyperparameter is called `<process>.<name>`, but plainly `<name>` if it is shared or there is one process only.
-    Raises ValueError where names repeat, or what is shared is unknown, starts at different values or is fixed for some
-    only.
+    Raises ValueError where names repeat, where what is shared is unknown, and where it is not given alike for all.
     """
 
     parts: tuple[Prior, ...]
@@ -31,10 +31,10 @@ class JointPrior:
         if not self.parts or len(set(self.names)) != len(self.parts) or len(self.names) != len(self.parts):
             raise ValueError(f"prior: one name for each process is needed, got {self.names} for {len(self.parts)}")
         for name in sorted(self.shared):
-            having = [part for part in self.parts if name in part.hyperparameters]
-            if not having:
+            values = [part.hyperparameters[name] for part in self.parts if name in part.hyperparameters]
+            if not values:
                 raise ValueError(f"prior: {name} is shared, but no process has a hyperparameter of that name")
-            if len({(part.hyperparameters[name], name in part.fixed) for part in having}) > 1:
+            if len({(v, v.interval if isinstance(v, Learned) else ()) for v in values}) > 1:
                 raise ValueError(f"prior: {name} is shared, so that all processes must have the same {name}")
 
     @classmethod
@@ -51,10 +51,6 @@ class JointPrior:
             for name, value in part.hyperparameters.items()
         }
 
-    @property
-    def fixed(self) -> frozenset[str]:
-        return frozenset(self.hyperparameters) - frozenset(self.learned)
-
     @cached_property
     def learned(self) -> tuple[str, ...]:
         """Names of the hyperparameters that are learned, in the order of every gradient."""
@@ -66,17 +62,15 @@ class JointPrior:
         """ln θ of the learned ones, shape (p,)."""
         return np.log([self.hyperparameters[name] for name in self.learned])
 
-    def with_known(self, values: Mapping[str, float]) -> Self:
-        """The named hyperparameters at these values, and learned no longer. ValueError for unknown names."""
-        if unknown := values.keys() - self.hyperparameters.keys():
-            raise ValueError(
-                f"prior: {', '.join(sorted(unknown))} is no hyperparameter; there are {', '.join(self.hyperparameters)}"
-            )
-        parts = []
-        for process, part in self._named:
-            own = {n: values[called] for n in part.hyperparameters if (called := self.called(process, n)) in values}
-            parts.append(replace(part.with_hyperparameters(own), fixed=part.fixed | own.keys()))
-        return replace(self, parts=tuple(parts))
+    def search(self, name: str, scales: Sequence[Scales]) -> Search:
+        """Return where a learned hyperparameter is sought, from the scales of each process's samples.
+
+        Samples of the first process decide about a shared one.
+        """
+        place = self.learned.index(name)
+        process = next(i for i, places in enumerate(self.places) if place in places)
+        part = self.parts[process]
+        return part.search(part.learned[self.places[process].index(place)], scales[process])
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """The inverse of `log_hyperparameters`."""

@@ -1,13 +1,15 @@
 """What is believed before any sample, and which part of it is learned."""
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.hyperparameter import Hyperparameter, Learned, Scales, Search, at, learned, noise
 from trackable.gp.kernels.base import Kernel
 
 NOISE = "noise_std"
@@ -17,48 +19,54 @@ NOISE = "noise_std"
 class Prior:
     """A constant `mean` m, a `kernel` κ, and the standard deviation `noise_std` σ_n of independent noise on samples.
 
-    Every hyperparameter of the kernel is learned, and the noise is not, unless `fixed` (a set of names) says otherwise.
+    The kernel's hyperparameters and σ_n are known or learned, each as it is given. Raises ValueError for a mean that is
+    not finite.
     """
 
     kernel: Kernel
-    noise_std: float
+    noise_std: Hyperparameter = Hyperparameter(noise)
     mean: float = 0.0
-    fixed: frozenset[str] = field(default=frozenset({NOISE}))
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.noise_std) and self.noise_std > 0):
-            raise ValueError(f"prior: noise_std must be a positive finite number, got {self.noise_std!r}")
         if not math.isfinite(self.mean):
             raise ValueError(f"prior: mean must be finite, got {self.mean!r}")
-        if unknown := self.fixed - {NOISE} - self.kernel.hyperparameters.keys():
-            raise ValueError(
-                f"prior: fixed names no hyperparameter {', '.join(sorted(unknown))}; "
-                f"there are {', '.join(self.hyperparameters)}"
-            )
 
     @property
     def hyperparameters(self) -> dict[str, float]:
-        """All of them, fixed ones and the noise (last) included, in natural units."""
+        """All of them, known ones and the noise (last) included, in natural units."""
         return {**self.kernel.hyperparameters, NOISE: self.noise_std}
 
     @cached_property
     def learned(self) -> tuple[str, ...]:
         """Names of the hyperparameters that are learned, in the order of every gradient."""
-        return tuple(name for name in self.hyperparameters if name not in self.fixed)
+        return tuple(name for name, value in self.hyperparameters.items() if isinstance(value, Learned))
 
     @cached_property
     def places(self) -> list[int]:
-        """Where they stand among all."""
-        return [i for i, name in enumerate(self.hyperparameters) if name not in self.fixed]
+        """The places of the learned hyperparameters among all."""
+        return [i for i, value in enumerate(self.hyperparameters.values()) if isinstance(value, Learned)]
 
     @property
     def log_hyperparameters(self) -> Array:
         """ln θ of the learned ones, shape (p,)."""
         return np.log([self.hyperparameters[name] for name in self.learned])
 
-    def with_hyperparameters(self, values: dict[str, float]) -> Self:
+    def search(self, name: str, scales: Scales) -> Search:
+        """Return where a hyperparameter is sought: in its own interval, or in one that suits these `scales`."""
+        value = self.hyperparameters[name]
+        if isinstance(value, Learned) and value.interval:
+            return Search(value.interval)
+        return noise(scales) if name == NOISE else self.kernel.search(name, scales)
+
+    def as_learned(self, names: Collection[str] | None = None) -> Self:
+        """Return the same prior with all hyperparameters learned, or those that are named, from where they are now."""
+        noise_std = learned(self.noise_std) if names is None or NOISE in names else self.noise_std
+        return type(self)(self.kernel.as_learned(names), noise_std, self.mean)
+
+    def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
+        """Return the same prior with other values of those that are named; learned ones stay learned."""
         kernel = self.kernel.with_hyperparameters({name: v for name, v in values.items() if name != NOISE})
-        moved = type(self)(kernel, values.get(NOISE, self.noise_std), self.mean, self.fixed)
+        moved = type(self)(kernel, at(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
         # Names do not depend on the values; an optimiser would ask again at every step.
         vars(moved).update(learned=self.learned, places=self.places)
         return moved

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trackable.arrays import Array
+from trackable.arrays import Array, ArrayLike
 from trackable.gp.factors.chebyshev import Bases
 from trackable.gp.stencil import POINT, Stencil
 
@@ -26,6 +27,12 @@ class Samples:
     values: Array
     relative_noise: Array = field(default_factory=lambda: _UNIFORM)
     stencil: Stencil = POINT
+
+    if TYPE_CHECKING:  # arrays are made of what is given
+
+        def __init__(
+            self, times: ArrayLike, values: ArrayLike, relative_noise: ArrayLike = ..., stencil: Stencil = ...
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if self.relative_noise is _UNIFORM:

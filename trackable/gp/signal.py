@@ -8,6 +8,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.gp.factors.blocks import in_blocks
 from trackable.gp.factors.convolution import convolved
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.kernels.base import Kernel
 
 _LONG = 200  # centres
@@ -19,12 +20,17 @@ class KernelSum:
     """m⁺(t) = m + Σ_i c_i κ(t − t_i) with `mean` m, `centres` t_i [s] and `weights` c_i (shape (n,) both).
 
     This is all that a reference is made of: how the weights were found does not matter to any later claim about it.
+    Nor does it matter which hyperparameters were learned: all are plain numbers here.
     """
 
     kernel: Kernel
     mean: float
     centres: Array
     weights: Array
+
+    def __post_init__(self) -> None:
+        if any(isinstance(value, Learned) for value in self.kernel.hyperparameters.values()):
+            object.__setattr__(self, "kernel", self.kernel.as_known())
 
     def jet(self, t: Array, order: int) -> Array:
         """m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape)."""

@@ -12,7 +12,7 @@ from trackable.learning.problem import ConstrainedProblem, Infeasible
 _SAME_TIME = 1e-9
 
 Places = tuple[Array, ...]
-"""For each constraint of a problem, where it is asked."""
+"""One array of places for each constraint of a problem."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Candidate:
         return cls(log_theta, posterior, objective, minima)
 
     def everywhere(self, problem: ConstrainedProblem) -> "Candidate":
-        """Add the places that break a bound and that the first look did not see."""
+        """Add the places where a bound is broken that `closest` has left out."""
         added = [constraint.overlooked(self.posterior) for constraint in problem.constraints]
         minima = [
             (np.concatenate([places, more]), np.concatenate([margins, below]))

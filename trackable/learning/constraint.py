@@ -1,4 +1,4 @@
-"""Constraints of the learning problem: a quantity that has to stay in its bounds, and where it is asked."""
+"""Constraints of the learning problem: a quantity, its bounds, and the places at which it has to keep them."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ ROUNDING_BACKOFF = 1e-9
 
 
 class Bounded(ABC):
-    """A quantity that has to stay inside its bounds, drawn in by `backoff` (a part of their width), where it is asked.
+    """A quantity that has to stay inside its bounds, which are drawn in by `backoff` (a part of their width).
 
-    Where that is, one row of an array says: a time, or whatever else a subclass needs to know.
+    The places at which it has to do so are rows of an array: a time each, or what else a subclass needs.
     """
 
     quantity: Quantity
@@ -28,22 +28,22 @@ class Bounded(ABC):
     @property
     @abstractmethod
     def none(self) -> Array:
-        """No place at all, in the shape of places."""
+        """An array of no places."""
 
     @abstractmethod
     def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
-        """Places where the margin is locally smallest, and the relative margins (n,) there.
+        """Return the places of the margin's local minima, and the relative margins (n,) there.
 
-        Relative: a part of the bounds' width, negative where broken, 1/2 at the centre.
+        A relative margin is a part of the bounds' width: negative where they are broken, 1/2 at the centre.
         """
 
     def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
-        """Places where it is broken although `closest` did not look there, and the relative margins."""
+        """Return places where a bound is broken that `closest` has left out, and the relative margins."""
         return self.none, np.empty(0)
 
     @abstractmethod
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        """The quantity at n places and its ∂/∂ln θ: shapes (n,) and (p, n). NaN or infinite where it is not defined."""
+        """Return the quantity at n places and its ∂/∂ln θ: shapes (n,), (p, n); NaN or infinite where not defined."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ class Constraint(Bounded):
         return times, margin(times)
 
     def relative_margin(self, posterior: JointPosterior, t: Array) -> Array:
-        """Distance to the nearer bound as a part of the bounds' width: negative where broken, 1/2 at the centre."""
+        """Return the distance to the nearer bound at t [s] as a part of the bounds' width: negative where broken."""
         return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
 
     def _curvature(self, posterior: JointPosterior) -> float:
-        """A bound of |d²/dt²| of the relative margin [1/s²]; infinite for formulas, of which none is known."""
+        """Return a bound of |d²/dt²| of the relative margin [1/s²], an over-estimate; infinite for formulas."""
         if (functional := self.quantity.functional) is None:
             return np.inf
         moved = (float(np.sum(np.abs(w))) * posterior.signals[c].curvature for c, w in functional.rounded)
@@ -81,10 +81,10 @@ class Constraint(Bounded):
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
         trajectory = self.quantity.trajectory
-        looks = {name: _value_and_gradient(q, posterior, places) for name, q in trajectory.arguments}
-        values = {name: value for name, (value, _) in looks.items()}
+        arguments = {name: _value_and_gradient(q, posterior, places) for name, q in trajectory.arguments}
+        values = {name: value for name, (value, _) in arguments.items()}
         slopes = trajectory.slopes(values)
-        gradients = (slopes[name] * gradient for name, (_, gradient) in looks.items())
+        gradients = (slopes[name] * gradient for name, (_, gradient) in arguments.items())
         with np.errstate(invalid="ignore"):
             return trajectory.value(values), np.asarray(sum(gradients))
 

@@ -36,7 +36,7 @@ class _Path:
 
 @dataclass
 class Exchange:
-    """Lead starts to local minima, and keep the best one that keeps all bounds; `closest` breaks them least.
+    """Lead starts to local minima; keep the `best` that keeps all bounds, and the `closest`, which breaks them least.
 
     Starts are led `together`, with all places in one program, or one by one (`follow`), each with places of its own.
     `active` are the places in the program, `rounds` led to the best, `fits` counts the nonlinear programs.
@@ -60,8 +60,8 @@ class Exchange:
     def follow(self, start: Array) -> None:
         """Lead one start that is good already to the local minimum next to it, with places of its own.
 
-        The first program asks wherever the start is closest to its bounds. A start that is lost on the way tries once
-        more: it may stay in its basin if it knows from the beginning all places that it met.
+        The first program has the places where the start is closest to its bounds. A start that ends at no better
+        solution tries once more: it may stay in its basin if the first program has all places met so far.
         """
         try:
             places = merged(self._no_places, Candidate.at(self.problem, start).closest_places)
@@ -84,8 +84,8 @@ class Exchange:
                     self._keep(candidate)
                     break
 
-    def look_at(self, points: Iterable[Array]) -> None:
-        """Keep the best of some points, or the one that breaks the bounds least."""
+    def try_all(self, points: Iterable[Array]) -> None:
+        """Evaluate some points without improving them; keep the best, or the one that breaks the bounds least."""
         for point in points:
             if (candidate := self._judged(point)) and candidate.is_feasible:
                 self._keep(candidate)
@@ -95,7 +95,7 @@ class Exchange:
         return tuple(constraint.none for constraint in self.problem.constraints)
 
     def _followed(self, start: Array, places: Places) -> Places | None:
-        """The places met where the start is lost on the way; None where it is the best, or leads nowhere new at all."""
+        """Return the places met if a second try may help; None if the start led to a new best, or to nothing new."""
         best, end = self.best, _nearby(Program(self.problem, places), start)
         self.fits += 1
         if end is None or self._is_visited(end):
@@ -109,7 +109,7 @@ class Exchange:
         return met if paths else None
 
     def _exchanged(self, paths: Sequence[_Path], places: Places, step: Step) -> Places:
-        """Go on while paths meet places that their program did not know; return all places met."""
+        """Continue paths while they break bounds at places that their program did not have; return all places met."""
         for _ in range(_MAX_ROUNDS):
             if not paths:
                 break
@@ -120,7 +120,7 @@ class Exchange:
         return places
 
     def _onward(self, ends: Iterable[tuple[_Path, Array | None]], places: Places) -> tuple[list[_Path], Places]:
-        """The paths that may end better than the best once the program knows what they break, and these places too."""
+        """Judge the ends of paths; return the paths that break bounds and may become the best, and all places met."""
         onward, met, count = [], places, sum(map(len, places))
         for path, end in _distinct(ends):
             candidate = self._judged(end)
@@ -130,14 +130,14 @@ class Exchange:
             longer = _Path(end, (*path.rounds, done))
             if candidate.is_feasible:
                 self._keep(candidate, longer.rounds)
-            # What counts is what this program knew: another path may have brought the same places already.
+            # Compare with the places of this program: another path of this round may have met the same ones.
             elif (broken := candidate.broken(places)) is not None:
                 met = merged(met, broken)
                 onward.append(longer)
         return onward, met
 
     def _judged(self, point: Array) -> Candidate | None:
-        """Evaluate a point, everywhere if it may be the best; None where nothing can be factored."""
+        """Evaluate a point, on the whole index sets if it may be the best; None where K + σ_n² I has no factor."""
         try:
             candidate = Candidate.at(self.problem, point)
         except IllConditioned:
@@ -157,7 +157,7 @@ class Exchange:
         return self.best is not None and candidate.objective >= self.best.objective
 
     def _is_visited(self, end: Array) -> bool:
-        """Whether a path to what once was the best came by here: where it leads is known."""
+        """Whether a path to a former best passed here, so that it is known where this point leads."""
         return any(np.max(np.abs(end - other), initial=0.0) < _SAME_BASIN for other in self._visited)
 
 

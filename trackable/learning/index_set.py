@@ -1,4 +1,4 @@
-"""The times at which a constraint has to hold, and where on them it is closest to failing."""
+"""Index sets: the times at which a constraint has to hold, and the local minima of its margin there."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -9,29 +9,30 @@ import numpy.typing as npt
 
 from trackable.arrays import Array
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.period import period_of
 
-# A signal cannot turn much faster than its kernel's correlation time: this many looks at each are enough to see every
-# dip that refinement then follows to its bottom.
-_LOOKS_PER_CORRELATION_TIME = 12
-_FEWEST_LOOKS, _MOST_LOOKS = 64, 50_000
+# A signal cannot turn much faster than its kernel's correlation time: this many grid points in each find every dip,
+# which refinement then follows to its bottom.
+_POINTS_PER_CORRELATION_TIME = 12
+_FEWEST_POINTS, _MOST_POINTS = 64, 50_000
 _REFINEMENTS, _NARROWER = 4, 0.1
-_FEW_STEPS = 4096  # to look at all of them costs no more than to choose among them
-_PARTS = 16  # of the steps around a dip: at the ends of each there is a look
+_FEW_STEPS = 4096  # to evaluate all of them costs no more than to choose among them
+_PARTS = 16  # of the steps around a dip: the margin is evaluated at the ends of each
 
 
 class IndexSet(ABC):
-    """A set of times [s]; what it is may depend on the signals' kernels, whose period is learned."""
+    """A set of times [s]; it may depend on the signals' kernels, whose period is learned."""
 
     @abstractmethod
     def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
-        """Times of the set at which `margin` has its local minima, in increasing order."""
+        """Return the times of the set at which `margin` has its local minima, in increasing order."""
 
     def overlooked(
         self, margin: Callable[[Array], Array], kernels: Sequence[Kernel], curvature: Callable[[], float]
     ) -> Array:
-        """Local minima below zero where `local_minima` may have left some out: where a set holds times one by one.
+        """Return local minima below zero that `local_minima` may have left out; none for sets that are intervals.
 
-        The margin is the smaller one of some functions whose second derivatives are no larger than `curvature` [1/s²].
+        The margin is the smallest of some functions whose second derivatives are no larger than `curvature` [1/s²].
         """
         return np.empty(0)
 
@@ -40,8 +41,8 @@ class IndexSet(ABC):
 class Steps(IndexSet):
     """The instants k T_s for k = first … last.
 
-    Where they are many, local minima are found as those of a continuum are: by looks that are close enough to each
-    other, and closer ones around each dip.
+    Where they are many, local minima are found as those of an interval: on a grid of some of them, and on closer ones
+    around each dip.
     """
 
     first: int
@@ -49,12 +50,12 @@ class Steps(IndexSet):
     sampling_time: float
 
     def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
-        looks = self._looks(kernels)
-        dips = _dips(margin(looks * self.sampling_time))
-        if self._are_few(looks):
-            return np.asarray(looks[dips] * self.sampling_time)
-        at = looks[dips]
-        before, after = looks[np.maximum(dips - 1, 0)], looks[np.minimum(dips + 1, len(looks) - 1)]
+        grid = self._grid(kernels)
+        dips = _dips(margin(grid * self.sampling_time))
+        if self._are_few(grid):
+            return np.asarray(grid[dips] * self.sampling_time)
+        at = grid[dips]
+        before, after = grid[np.maximum(dips - 1, 0)], grid[np.minimum(dips + 1, len(grid) - 1)]
         while np.any(np.maximum(at - before, after - at) > 1):
             closer = np.rint(np.linspace(before, after, _PARTS + 1))
             lowest = np.argmin(margin(closer * self.sampling_time), axis=0)
@@ -66,11 +67,11 @@ class Steps(IndexSet):
     def overlooked(
         self, margin: Callable[[Array], Array], kernels: Sequence[Kernel], curvature: Callable[[], float]
     ) -> Array:
-        looks = self._looks(kernels)
-        if self._are_few(looks):
+        grid = self._grid(kernels)
+        if self._are_few(grid):
             return np.empty(0)
-        steps, values, most = [looks], [margin(looks * self.sampling_time)], curvature()
-        edges, at_edges = np.stack([looks[:-1], looks[1:]]), np.stack([values[0][:-1], values[0][1:]])
+        steps, values, most = [grid], [margin(grid * self.sampling_time)], curvature()
+        edges, at_edges = np.stack([grid[:-1], grid[1:]]), np.stack([values[0][:-1], values[0][1:]])
         while True:
             # Between two times that lie h apart a function is at most h²/8 times its curvature below the lower one.
             before, after = edges[:-1].ravel(), edges[1:].ravel()
@@ -92,16 +93,16 @@ class Steps(IndexSet):
     def _all(self) -> Array:
         return np.arange(self.first, self.last + 1, dtype=float)
 
-    def _looks(self, kernels: Sequence[Kernel]) -> Array:
-        """The steps to look at first: all, where they are few."""
+    def _grid(self, kernels: Sequence[Kernel]) -> Array:
+        """Return the steps of the first grid: all, where they are few."""
         count = self.last - self.first + 1
-        looks = _looks((count - 1) * self.sampling_time, kernels)
-        if count <= max(_FEW_STEPS, looks + 1):
+        intervals = _grid_intervals((count - 1) * self.sampling_time, kernels)
+        if count <= max(_FEW_STEPS, intervals + 1):
             return self._all
-        return np.unique(np.rint(np.linspace(self.first, self.last, looks + 1)))
+        return np.unique(np.rint(np.linspace(self.first, self.last, intervals + 1)))
 
-    def _are_few(self, looks: Array) -> bool:
-        return len(looks) == self.last - self.first + 1
+    def _are_few(self, grid: Array) -> bool:
+        return len(grid) == self.last - self.first + 1
 
 
 @dataclass(frozen=True)
@@ -117,20 +118,18 @@ class Window(IndexSet):
 
 @dataclass(frozen=True)
 class AllPhases(IndexSet):
-    """All real times of signals whose kernels are periodic: one common period as it is at the moment.
+    """All real times of signals whose kernels have one period: those of one period, with its present value.
 
-    A time found here stays a time of the set when the period moves.
+    A time found here stays a time of the set when the period changes. TypeError for kernels without a common one.
     """
 
-    period: Callable[[Sequence[Kernel]], float]
-
     def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
-        return _refined_minima(margin, 0.0, self.period(kernels), kernels)
+        return _refined_minima(margin, 0.0, period_of(kernels), kernels)
 
 
 def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, kernels: Sequence[Kernel]) -> Array:
-    """Local minima of a continuous margin: dips of a grid, each followed down by ever narrower parabolas."""
-    times = np.linspace(start, end, _looks(end - start, kernels) + 1)
+    """Return local minima of a continuous margin: dips of a grid, each refined by ever narrower parabolas."""
+    times = np.linspace(start, end, _grid_intervals(end - start, kernels) + 1)
     values, reach = margin(times), times[1] - times[0]
     dips = _dips(values)
     at = times[dips]
@@ -148,13 +147,13 @@ def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, 
     return np.asarray(np.unique(at))
 
 
-def _looks(length: float, kernels: Sequence[Kernel]) -> int:
-    """How many looks a stretch of time of this `length` [s] needs."""
-    looks = _LOOKS_PER_CORRELATION_TIME * length / min(kernel.correlation_time for kernel in kernels)
-    return int(np.clip(looks, _FEWEST_LOOKS, _MOST_LOOKS))
+def _grid_intervals(length: float, kernels: Sequence[Kernel]) -> int:
+    """Return the number of grid intervals for an interval of time of this `length` [s]."""
+    wanted = _POINTS_PER_CORRELATION_TIME * length / min(kernel.correlation_time for kernel in kernels)
+    return int(np.clip(wanted, _FEWEST_POINTS, _MOST_POINTS))
 
 
 def _dips(values: Array) -> npt.NDArray[np.intp]:
-    """Indices of the local minima of a sequence, ends included; a plateau counts once, by its first entry."""
+    """Return the indices of a sequence's local minima, ends included; a plateau counts once, by its first entry."""
     walled = np.concatenate([[np.inf], values, [np.inf]])
     return np.flatnonzero((walled[1:-1] < walled[:-2]) & (walled[1:-1] <= walled[2:]))

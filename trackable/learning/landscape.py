@@ -1,4 +1,4 @@
-"""The objective and the constraints over a grid of two hyperparameters."""
+"""Evaluate the objective and the constraints on a grid of two hyperparameters."""
 
 from dataclasses import dataclass
 

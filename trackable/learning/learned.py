@@ -1,4 +1,4 @@
-"""What a method hands on, and the trace of how Algorithm 1 got there."""
+"""A learned reference with the method that found it, and the iterations of Algorithm 1 as arrays."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -16,9 +16,11 @@ from trackable.systems.reference import Reference
 
 @dataclass(frozen=True)
 class LearnedReference:
-    """A reference with the name of the `method` that found it, the `prior` at the learned hyperparameters, the
-    `objective` l there, k̄ at the end of Algorithm 1 (`final_step`) and the number of nonlinear programs that were
-    solved (`fits`), None for methods without them."""
+    """A reference, the `method` that found it, the `prior` at the learned hyperparameters, and the `objective` l there.
+
+    `final_step` is k̄ at the end of Algorithm 1, `fits` the number of nonlinear programs that were solved; None for
+    methods without them.
+    """
 
     method: str
     prior: JointPrior
@@ -43,7 +45,10 @@ class LearnedReference:
 
 @dataclass(frozen=True)
 class Trace:
-    """Algorithm 1 as numbers, one entry for each iteration; bounds are NaN while the ζ-test fails, tests are 0 or 1."""
+    """The iterations of Algorithm 1, an entry for each. Bounds are NaN while the ζ-test fails; tests are 0 or 1.
+
+    `mean_bound` m̄ is in the unit of the state, `derivative_bound` and the growth rates are per second.
+    """
 
     k_bar: Array
     hyperparameters: dict[str, Array]
@@ -73,13 +78,13 @@ class Trace:
 
     @classmethod
     def from_columns(cls, columns: Mapping[str, Array]) -> Self:
-        """The inverse of `columns`: what is no field of a trace is a hyperparameter."""
+        """Invert `columns`: a column that is not a field of a trace is a hyperparameter."""
         own = {field.name for field in fields(cls)}
         hyperparameters = {name: values for name, values in columns.items() if name not in own}
         return cls(hyperparameters=hyperparameters, **{name: v for name, v in columns.items() if name in own})
 
     def columns(self) -> dict[str, Array]:
-        """Everything by name, in the order of a table."""
+        """Return all arrays by name, in the order of a table."""
         return {
             "k_bar": self.k_bar,
             **self.hyperparameters,

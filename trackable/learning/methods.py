@@ -1,10 +1,7 @@
 """Methods beside the paper's own, called alike: (samples, prior, plant, space, …) → Solution or NoSolution."""
 
-from collections.abc import Sequence
-
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.period import period_of
 from trackable.gp.samples import Samples
 from trackable.learning.constraint import ROUNDING_BACKOFF, Constraint
 from trackable.learning.index_set import AllPhases
@@ -40,20 +37,5 @@ def exact(
 
 
 def all_phases(plant: ConstrainedSystem, backoff: float = ROUNDING_BACKOFF) -> tuple[Constraint, ...]:
-    """Everything that is bounded, at every phase of the period, whatever the period becomes."""
-    return tuple(Constraint(quantity, AllPhases(period_of), backoff) for quantity in plant.quantities)
-
-
-def period_of(kernels: Sequence[Kernel]) -> float:
-    """The period [s] of some signals' kernels. TypeError where there is none: what happens in one stretch of time then
-    says nothing of the others, and no finite set of constraints gives a guarantee for all times."""
-    periods = set()
-    for kernel in kernels:
-        if not isinstance(kernel, Periodic):
-            raise TypeError(
-                f"a guarantee for all times from one period needs a periodic kernel, got {type(kernel).__name__}"
-            )
-        periods.add(kernel.period)
-    if len(periods) != 1:
-        raise TypeError(f"a guarantee for all times from one period needs one for all signals, got {sorted(periods)}")
-    return periods.pop()
+    """Return a constraint for each bounded quantity at all phases, whatever value the period takes."""
+    return tuple(Constraint(quantity, AllPhases(), backoff) for quantity in plant.quantities)

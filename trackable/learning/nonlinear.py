@@ -12,21 +12,21 @@ from trackable.learning.problem import ConstrainedProblem
 
 @dataclass(frozen=True)
 class Program:
-    """Each constraint of `problem` stands at given `places` only, one array for each constraint."""
+    """The `problem` with each constraint at given `places` only: one array for each constraint."""
 
     problem: ConstrainedProblem
     places: tuple[Array, ...]
 
     def minimise(self, start: Array, radius: float = sqp.FIRST_RADIUS) -> Array | None:
-        """ln θ of a local minimum from `start`; None where nothing can be evaluated there."""
+        """Return ln θ of a local minimum from `start`; None where the problem cannot be evaluated at `start`."""
         return self._run(start, weight=1.0, radius=radius)
 
     def minimise_violation(self, start: Array) -> Array | None:
-        """ln θ of a local minimum of the largest relative violation from `start`; None as above."""
+        """Return ln θ of a local minimum of the largest relative violation from `start`; None as above."""
         return self._run(start, weight=0.0)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
-        """Objective and slacks, with their derivatives, from one factor; None where one of them does not exist."""
+        """Return objective and slacks with their derivatives, from one factor; None where one does not exist."""
         posterior = self.problem.posterior(log_theta)
         try:
             value, gradient = posterior.negative_log_marginal_likelihood()

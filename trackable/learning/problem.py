@@ -1,4 +1,4 @@
-"""The constrained learning problem, its solution, and what is said when there is none."""
+"""The constrained learning problem, its solution, and the explanation where there is none."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
@@ -18,7 +18,8 @@ from trackable.systems.quantity import Quantity
 class ConstrainedProblem:
     """minimise l(θ) over the `space` of the prior's learned hyperparameters, subject to `constraints` on m⁺(·|θ).
 
-    One set of samples for each process of the prior. Raises ValueError for fewer samples than learned hyperparameters.
+    There is one set of samples for each process of the prior. Raises ValueError where samples, prior and space do not
+    fit together, and for fewer samples than learned hyperparameters.
     """
 
     samples: tuple[Samples, ...]
@@ -59,10 +60,10 @@ class Round:
 
 @dataclass(frozen=True)
 class Solution:
-    """Learned hyperparameters that satisfy every constraint wherever it is asked.
+    """Learned hyperparameters that satisfy every constraint on its whole index set.
 
-    `objective` is l there, `active` holds the places of each constraint that took part in the program, `fits` counts
-    the nonlinear programs that were solved, and `rounds` led from a start to this solution.
+    `objective` is l there, `active` holds the places of each constraint in the last program, `fits` counts the
+    nonlinear programs that were solved, and `rounds` are the rounds that led from a start to this solution.
     """
 
     posterior: JointPosterior
@@ -73,7 +74,7 @@ class Solution:
 
 
 class NoSolution(ABC):
-    """Why there is none."""
+    """Why there is no solution."""
 
     @property
     @abstractmethod
@@ -83,7 +84,7 @@ class NoSolution(ABC):
 
 @dataclass(frozen=True)
 class NothingFactored(NoSolution):
-    """K + σ_n² I has no Cholesky factor in float64 anywhere the search looked: nothing can be said of feasibility."""
+    """K + σ_n² I has no Cholesky factor in float64 at any point of the search: feasibility could not be examined."""
 
     prior: JointPrior
 
@@ -100,9 +101,9 @@ class NothingFactored(NoSolution):
 class Infeasible(NoSolution):
     """No point of the search space was found that satisfies the constraints; `best` came closest.
 
-    It breaks `quantity` at `time` [s] by `violation` (in the quantity's unit). `broken_at_rest` are the quantities that
-    the prior mean itself, held for ever, does not keep strictly inside their bounds: with none, fading signals are
-    feasible, and only the search space can stand in the way.
+    It breaks the bounds of `quantity` at `time` [s] by `violation` (in the quantity's unit). `broken_at_rest` are the
+    quantities that leave their bounds, or touch them, if the prior mean is held for ever. Without any, signals of small
+    amplitude are feasible, so that only the search space can be the reason.
     """
 
     best: JointPosterior

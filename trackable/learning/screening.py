@@ -1,8 +1,8 @@
-"""Where to start: a look at many length scales and periods, each at the amplitude that suits it best.
+"""Choose starts for periodic kernels: evaluate many length scales and periods, each at its best amplitude.
 
-The objective of a periodic kernel has a local minimum at nearly every period that samples do not exclude, so that a few
-starts find a few of them. But K = θ₁² C, and the eigenvalues of C serve all amplitudes θ₁: a look at a whole
-ray of amplitudes, bounds included, costs less than one step of an optimiser.
+The objective of a periodic kernel has a local minimum at nearly every period that samples do not exclude: a few starts
+find only a few of them. But K = θ₁² C, and the eigenvalues of C serve all amplitudes θ₁: to evaluate a whole ray of
+amplitudes, bounds included, costs less than one step of an optimiser.
 """
 
 from dataclasses import replace
@@ -17,29 +17,33 @@ from trackable.gp.spectrum import Spectrum
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.space import SearchSpace, amplitude
 
-_LOOKS = 1200
+_POINTS = 1200
 _AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0
 _PHASES = 24
 # Two starts have to differ by this much in ln θ (longer or shorter memory, another period), or one of them is enough.
 _APART = {"lengthscale": 0.3, "period": 0.03, NOISE: 0.3}
 
 
-def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
-    """ln θ of up to `keep` starts, the most promising first, for a problem with `Periodic` kernels (TypeError else).
+def can_screen(prior: JointPrior) -> bool:
+    """Whether all kernels are `Periodic`."""
+    return all(isinstance(part.kernel, Periodic) for part in prior.parts)
 
-    First come points that keep all bounds at a few phases, by objective; then others, by how much they break them. What
-    the constraints say about *where* bounds are to be kept is not looked at; and of several signals, which share
-    bounds, only the objective is.
+
+def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
+    """Return ln θ of up to `keep` starts, the most promising first. Raises TypeError for other kernels than `Periodic`.
+
+    First come points that keep all bounds at a few phases, sorted by objective; then others, sorted by violation.
+    Bounds are evaluated at phases of one period, whatever the index sets of the constraints are. Of several signals,
+    which share bounds, only the objective is evaluated.
     """
-    kernels = [part.kernel for part in problem.prior.parts]
-    if not all(isinstance(kernel, Periodic) for kernel in kernels):
-        names = ", ".join(type(kernel).__name__ for kernel in kernels)
+    if not can_screen(problem.prior):
+        names = ", ".join(type(part.kernel).__name__ for part in problem.prior.parts)
         raise TypeError(f"screening needs periodic kernels, got {names}")
     signals = _signals(problem)
-    looks = [_look(signals, point) for point in problem.space.points(_LOOKS)]
+    evaluated = [_evaluated(signals, point) for point in problem.space.points(_POINTS)]
     apart = np.array([_APART.get(name.rsplit(".", 1)[-1], np.inf) for name in problem.prior.learned])
     kept: list[Array] = []
-    for _, _, point in sorted(looks, key=lambda look: look[:2]):
+    for _, _, point in sorted(evaluated, key=lambda found: found[:2]):
         if len(kept) == keep:
             break
         if all(np.any(np.abs(point - other) > apart) for other in kept):
@@ -48,7 +52,7 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
 
 
 def _signals(problem: ConstrainedProblem) -> list[tuple[ConstrainedProblem, Array, list[int]]]:
-    """Each signal as a problem of its own, the amplitudes to look at, and where its hyperparameters are in all."""
+    """Return each signal as a problem of its own, the amplitudes to try, and the indices of its hyperparameters."""
     prior, bounds = problem.prior, list(problem.space.bounds.values())
     constraints = problem.constraints if len(prior.parts) == 1 else ()
     found = []
@@ -59,8 +63,8 @@ def _signals(problem: ConstrainedProblem) -> list[tuple[ConstrainedProblem, Arra
     return found
 
 
-def _look(signals: list[tuple[ConstrainedProblem, Array, list[int]]], point: Array) -> tuple[float, float, Array]:
-    """Violation, objective and ln θ with every signal at the best of its amplitudes."""
+def _evaluated(signals: list[tuple[ConstrainedProblem, Array, list[int]]], point: Array) -> tuple[float, float, Array]:
+    """Return violation, objective and ln θ with every signal at the best of its amplitudes."""
     found, violation, objective = point.copy(), 0.0, 0.0
     for problem, amplitudes, places in signals:
         broken, own, found[places] = _best_amplitude(problem, amplitudes, point[places])
@@ -69,7 +73,7 @@ def _look(signals: list[tuple[ConstrainedProblem, Array, list[int]]], point: Arr
 
 
 def _best_amplitude(problem: ConstrainedProblem, amplitudes: Array, log_theta: Array) -> tuple[float, float, Array]:
-    """Violation, objective and ln θ at the best of some amplitudes; the point's other coordinates stay."""
+    """Return violation, objective and ln θ at the best of some amplitudes; the other hyperparameters stay."""
     (prior,), (samples,) = problem.prior.with_log_hyperparameters(log_theta).parts, problem.samples
     kernel = prior.kernel
     assert isinstance(kernel, Periodic)
@@ -97,7 +101,7 @@ def _best_amplitude(problem: ConstrainedProblem, amplitudes: Array, log_theta: A
 
 
 def _amplitudes(problem: ConstrainedProblem) -> Array:
-    """Amplitudes around that of the samples, inside the search space; where θ₁ is known, that one."""
+    """Return amplitudes around that of the samples, inside the search space; θ₁ alone where it is known."""
     (prior,), (samples,) = problem.prior.parts, problem.samples
     assert isinstance(prior.kernel, Periodic)
     if "signal_std" not in prior.learned:

@@ -1,17 +1,16 @@
-"""The one way to a solution, constrained or not: from where it is searched, and what follows if nothing is feasible."""
+"""The one route to a solution, constrained or not: from which starts, and what is tried where nothing is feasible."""
 
 from dataclasses import replace
 
 from trackable.arrays import Array
-from trackable.gp.kernels.periodic import Periodic
 from trackable.learning.candidate import Candidate
 from trackable.learning.exchange import Exchange
 from trackable.learning.nonlinear import Program
 from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
-from trackable.learning.screening import screened
+from trackable.learning.screening import can_screen, screened
 
 _FEWEST_BASINS = 16
-_LOOKS = 256
+_SPREAD_THINLY = 256
 
 
 def best_solution(problem: ConstrainedProblem, near: Solution | None = None) -> Solution | NoSolution:
@@ -22,7 +21,7 @@ def best_solution(problem: ConstrainedProblem, near: Solution | None = None) -> 
     `near` is the solution of a problem with fewer or slightly different constraints: it is a start too.
     """
     exchange = Exchange(problem)
-    if all(isinstance(part.kernel, Periodic) for part in problem.prior.parts):
+    if can_screen(problem.prior):
         for start in [*_point(near), *screened(problem, max(_FEWEST_BASINS, problem.space.starts))]:
             exchange.follow(start)
     if exchange.best is None:
@@ -70,8 +69,8 @@ def _from_spread_starts(exchange: Exchange, near: Solution | None) -> None:
     if exchange.best is None:
         exchange.together(starts, Program.minimise_violation)
         exchange.together(_best(exchange) or [exchange.closest.log_theta])
-    if exchange.best is None:  # before it is said that there is none: everywhere, if thinly
-        exchange.look_at(space.points(_LOOKS))
+    if exchange.best is None:  # the last resort: points of the whole space
+        exchange.try_all(space.points(_SPREAD_THINLY))
         exchange.together([exchange.closest.log_theta], Program.minimise_violation)
         exchange.together(_best(exchange) or [exchange.closest.log_theta])
 

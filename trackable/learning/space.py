@@ -6,19 +6,12 @@ from typing import Self
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.hyperparameter import Scales
 from trackable.gp.joint import JointPrior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.systems.sets.interval import Interval
 
-# Where a hyperparameter may lie, and where it is sought first, relative to the samples' own scales. Wide enough to hold
-# every sensible answer; an amplitude may have to fade by orders of magnitude before a reference is feasible.
-_SPREAD = {
-    "signal_std": ((1e-12, 1e3), (0.1, 10.0)),
-    "noise_std": ((1e-4, 1e1), (1e-2, 1.0)),
-    "shape": ((1e-2, 1e4), (0.3, 30.0)),
-}
-_RELATIVE_LENGTHSCALE = (0.1, 10.0)
 # Weights of a difference add up to zero, but for rounding.
 _CANCELLED = 1e-9
 
@@ -46,21 +39,19 @@ class SearchSpace:
         cls,
         samples: tuple[Samples, ...],
         prior: JointPrior,
-        bounds: dict[str, Interval] | None = None,
         starts: int = 8,
     ) -> Self:
-        """Bounds from the scales of the samples for every learned hyperparameter that `bounds` does not name.
+        """Return the intervals of the prior's learned hyperparameters, and intervals for those that have none.
 
-        Amplitudes are measured by the root mean square of y − m, times by the samples' span and smallest spacing.
+        These follow from the scales of the samples: amplitudes from the root mean square of y − m, times from the span
+        and the smallest spacing.
         """
-        given = bounds or {}
-        if unknown := given.keys() - set(prior.learned):
-            raise ValueError(f"search: bounds are given for {', '.join(sorted(unknown))}, which is not learned")
-        chosen = {name: _default(name, samples, prior) for name in prior.learned if name not in given}
+        scales = [_scales(s, part) for s, part in zip(samples, prior.parts, strict=True)]
+        found = {name: prior.search(name, scales) for name in prior.learned}
         return cls(
-            {name: given[name] if name in given else chosen[name][0] for name in prior.learned},
+            {name: Interval(*search.bounds) for name, search in found.items()},
             starts,
-            {name: start for name, (_, start) in chosen.items() if start is not None},
+            {name: Interval(*search.starts) for name, search in found.items() if search.starts},
         )
 
     @property
@@ -109,25 +100,7 @@ def amplitude(samples: Samples, prior: Prior) -> float:
     return seen / gain if sees_levels else seen
 
 
-def _default(name: str, samples: tuple[Samples, ...], prior: JointPrior) -> tuple[Interval, Interval | None]:
-    """Bounds, and where to start within them if that is not their middle half: of the first process with that name."""
-    place = prior.learned.index(name)
-    process = next(i for i, places in enumerate(prior.places) if place in places)
-    own = prior.parts[process].learned[prior.places[process].index(place)]
-    return _of_process(own, samples[process], prior.parts[process])
-
-
-def _of_process(name: str, samples: Samples, prior: Prior) -> tuple[Interval, Interval | None]:
+def _scales(samples: Samples, prior: Prior) -> Scales:
     span = float(samples.times[-1] - samples.times[0]) or 1.0
     spacing = float(np.min(np.diff(samples.times), initial=span))
-    kind = name.rsplit(".", 1)[-1]
-    if kind == "lengthscale" and name.replace("lengthscale", "period") in prior.hyperparameters:
-        return Interval(*_RELATIVE_LENGTHSCALE), None  # of a periodic kernel: measured in its period
-    if kind == "lengthscale":
-        return Interval(spacing / 10, 100 * span), None
-    if kind == "period":  # seen once at least, and three samples each time: with two it may be an alias
-        whole = Interval(span * min(0.5, 3 / max(len(samples) - 1, 1)), span)
-        return whole, whole  # local minima lie everywhere in it
-    scale = 1.0 if kind == "shape" else amplitude(samples, prior)
-    (low, high), (first, last) = _SPREAD[kind]
-    return Interval(low * scale, high * scale), Interval(first * scale, last * scale)
+    return Scales(amplitude(samples, prior), span, spacing, len(samples))

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import lapack
-from scipy.optimize import nnls
+import scipy
 
 from trackable.arrays import Array
 
@@ -156,7 +155,7 @@ def _quadratic_step(
     normals = _solved(factor, rows.T)
     offsets = least + shift @ normals
     scale = max(1.0, float(np.max(np.abs(offsets))))  # y in units of its own size
-    u, _ = nnls(np.vstack([normals, offsets / scale]), np.append(np.zeros(p + 1), 1.0))
+    u, _ = scipy.optimize.nnls(np.vstack([normals, offsets / scale]), np.append(np.zeros(p + 1), 1.0))
     denominator = 1.0 - offsets / scale @ u
     y = scale * (normals @ u) / denominator
     z = _solved(factor, y - shift, transposed=True)
@@ -165,7 +164,7 @@ def _quadratic_step(
 
 def _solved(factor: Array, right: Array, transposed: bool = False) -> Array:
     """L⁻¹ r or L⁻ᵀ r for a lower triangular L."""
-    solution, _ = lapack.dtrtrs(factor, right, lower=True, trans=int(transposed))
+    solution, _ = scipy.linalg.lapack.dtrtrs(factor, right, lower=True, trans=int(transposed))
     return np.asarray(solution)
 
 

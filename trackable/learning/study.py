@@ -1,4 +1,4 @@
-"""What is learned about the methods: how conservative program (9) is, and how much depends on the draw of samples."""
+"""Results of studies of the periodic methods: how conservative program (9) is, and what another draw would change."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ from trackable.arrays import Array
 
 @dataclass(frozen=True)
 class Conservatism:
-    """Program (9) with η = `counts` intervals: l at its optimum and the smallest margins over all phases, shapes (n,).
+    """For program (9) with η = `counts` intervals: l at the optimum, and the smallest margins over all phases.
 
-    An η for which (9) has no solution is left out.
+    All shapes are (n,). An η for which (9) has no solution is left out.
     """
 
     counts: Array
@@ -20,10 +20,11 @@ class Conservatism:
 
 @dataclass(frozen=True)
 class Draws:
-    """The same experiment with samples drawn from other `seeds`, one entry for each.
+    """The same experiment with samples drawn from other `seeds`: arrays with one entry for each seed.
 
-    `free_…` is the unconstrained optimum and `exact_…` the exact form's (the same one where that keeps all bounds):
-    l, the learned period [s], the root mean square distance to the true reference. Margins are over all phases.
+    `free_…` describes the unconstrained optimum, `exact_…` the one with all phases constrained; they are the same where
+    the unconstrained optimum keeps all bounds. Each has l, the learned period [s] and the root mean square distance to
+    the true reference. The margins are the smallest of the unconstrained optimum over all phases.
     """
 
     seeds: Array
@@ -39,7 +40,7 @@ class Draws:
 
 @dataclass(frozen=True)
 class Study:
-    """Both, for one experiment."""
+    """Both studies of one experiment."""
 
     conservatism: Conservatism
     draws: Draws

@@ -1,13 +1,14 @@
 """Linear systems with several states and inputs."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
-from trackable.arrays import Array
+from trackable.arrays import Array, ArrayLike
 from trackable.systems.flat.flatness import Flatness, flatness
 
 _ZERO = np.zeros(0)
@@ -28,6 +29,19 @@ class LinearSystem:
     states: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
     sampling_time: float = field(kw_only=True)
+
+    if TYPE_CHECKING:  # arrays are made of what is given
+
+        def __init__(
+            self,
+            A: ArrayLike,
+            B: ArrayLike,
+            c: ArrayLike = ...,
+            states: Sequence[str] = (),
+            inputs: Sequence[str] = (),
+            *,
+            sampling_time: float,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sampling_time", positive_sampling_time(self.sampling_time))
@@ -62,12 +76,12 @@ class LinearSystem:
     @classmethod
     def discretised(
         cls,
-        A: Array,
-        B: Array,
+        A: ArrayLike,
+        B: ArrayLike,
         sampling_time: float,
-        c: Array | None = None,
-        states: tuple[str, ...] = (),
-        inputs: tuple[str, ...] = (),
+        c: ArrayLike | None = None,
+        states: Sequence[str] = (),
+        inputs: Sequence[str] = (),
     ) -> Self:
         """Sample ẋ = A x + B u + c with the input held over each `sampling_time` [s]; exact at the sampling instants.
 
@@ -78,7 +92,7 @@ class LinearSystem:
         n, m = continuous.B.shape
         generator = np.zeros((n + m + 1, n + m + 1))
         generator[:n] = np.hstack([continuous.A, continuous.B, continuous.c[:, None]])
-        held = expm(generator * sampling_time)[:n]
+        held = scipy.linalg.expm(generator * sampling_time)[:n]
         B_held = held[:, n : n + m].copy()
         for j in range(m):
             factors = ((i, _power_of_two(continuous.B[:, j], continuous.B[:, i])) for i in range(j))

@@ -74,7 +74,7 @@ def case(seed: int, margin: float | None = None) -> Case:
     c, sampling_time = float(rng.choice([0.0, rng.normal()])), span * 10 ** rng.uniform(-3, 0)
     system = LinearSystem.scalar(a, b, c, sampling_time=sampling_time)
     plant = ConstrainedSystem(system, *_COORDINATES)
-    end = kernel.common_period or 1.5 * span
+    end = kernel.period or 1.5 * span
     return _with_bounds(rng, Reference((signal,), plant), end, margin)
 
 

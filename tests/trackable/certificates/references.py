@@ -25,9 +25,9 @@ def _periodic_samples() -> Samples:
 
 
 SAMPLES = _periodic_samples()
-PRIOR = JointPrior((Prior(Periodic(1.0, 1.0, 3.1), noise_std=0.1),))
+PRIOR = JointPrior((Prior(Periodic(period=(2.5, 4.0)), noise_std=0.1),))
 PLANT = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0, 1.4), sampling_time=0.01)
-SPACE = SearchSpace.around((SAMPLES,), PRIOR, {"period": Interval(2.5, 4.0)})
+SPACE = SearchSpace.around((SAMPLES,), PRIOR)
 
 PROBLEMS = {
     "example1": ((example1.SAMPLES,), example1.PRIOR, example1.SYSTEM, example1.SPACE),

@@ -32,7 +32,6 @@ from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
-from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
 STEPS = np.arange(5000)
@@ -92,14 +91,15 @@ def swinging(t):
     return np.sin(2 * t) + 0.3 * np.sin(4 * t + 1)
 
 
+REMEMBERING = SquaredExponential(lengthscale=(0.2, 2.0))
 PROBLEMS = {
-    "axis_stops": (AXIS, axis_samples(stopping, 20, 3.0), (SquaredExponential(1.0, 1.0),), frozenset()),
-    "axis_repeats": (AXIS, axis_samples(swinging, 24, 7.0), (Periodic(1.0, 1.0, 3.0),), frozenset()),
-    "plane": (PLANE, plane_samples(9, 3.0), (SquaredExponential(1.0, 1.0), Matern52(1.0, 1.0)), frozenset()),
+    "axis_stops": (AXIS, axis_samples(stopping, 20, 3.0), (REMEMBERING,), frozenset()),
+    "axis_repeats": (AXIS, axis_samples(swinging, 24, 7.0), (Periodic(lengthscale=(0.2, 2.0)),), frozenset()),
+    "plane": (PLANE, plane_samples(9, 3.0), (REMEMBERING, Matern52(lengthscale=(0.2, 2.0))), frozenset()),
     "plane_shares": (
         PLANE,
         plane_samples(9, 3.0),
-        (SquaredExponential(1.0, 1.0), SquaredExponential(1.0, 1.0)),
+        (REMEMBERING, REMEMBERING),
         frozenset({"lengthscale"}),
     ),
 }
@@ -113,8 +113,7 @@ def prior_of(kernels: tuple[Kernel, ...], shared: frozenset[str]) -> JointPrior:
 def certified(name: str) -> Certified:
     plant, samples, kernels, shared = PROBLEMS[name]
     prior = prior_of(kernels, shared)
-    memory = {n: Interval(0.2, 2.0) for n in prior.learned if n.endswith("lengthscale")}
-    found = learn_certified(samples, prior, plant, SearchSpace.around(samples, prior, memory, starts=3))
+    found = learn_certified(samples, prior, plant, SearchSpace.around(samples, prior, starts=3))
     assert isinstance(found, Certified), found.explanation
     return found
 
@@ -170,7 +169,7 @@ def test_what_is_shared_is_learned_as_one():
 def test_a_broken_velocity_bound_has_a_counterexample():
     """The position alone would be fine: it is moved too fast."""
     (samples,) = axis_samples(stopping, 20, 3.0)
-    quick = Posterior(Prior(SquaredExponential(0.9, 0.35), 0.05), samples).signal
+    quick = Posterior(Prior(SquaredExponential(0.9, 0.35).as_learned(), 0.05), samples).signal
     wide = Polytope.box(np.array([-2.0, -2.0]), np.array([2.0, 2.0]))
     inputs = Polytope.box(np.array([-99.0]), np.array([99.0]))
     reference = Reference((quick,), replace(AXIS, state_set=wide, input_set=inputs))
@@ -207,8 +206,8 @@ def test_bounds_drawn_in_across_the_reference_are_refused():
 
 def test_a_prior_mean_that_is_no_admissible_equilibrium_is_explained():
     samples = axis_samples(stopping, 20, 3.0)
-    prior = JointPrior((Prior(SquaredExponential(1.0, 1.0), 0.05, mean=5.0),))
-    space = SearchSpace.around(samples, prior, {"lengthscale": Interval(0.2, 2.0)}, starts=2)
+    prior = JointPrior((Prior(SquaredExponential(lengthscale=(0.2, 2.0)), 0.05, mean=5.0),))
+    space = SearchSpace.around(samples, prior, starts=2)
     later = tuple(Constraint(q, Window(0.0, 30.0)) for q in AXIS.quantities)
     found = best_solution(ConstrainedProblem(samples, prior, space, later))
     assert isinstance(found, NoSolution)
@@ -230,14 +229,13 @@ def test_before_it_is_said_that_there_is_none_the_whole_search_space_is_looked_a
         Polytope.box([-0.05, -0.35], [0.55, 0.35]),
         Polytope.box([-2.0], [2.0]),
     )
-    bounds = {"noise_std": (0.002, 0.05), "signal_std": (0.05, 5.0), "lengthscale": (0.2, 3.0)}
     found = learn_reference(
         Samples(times[kept], values[kept]),
         cart,
-        SquaredExponential(1.0, 1.0),
-        "asymptotic",
+        SquaredExponential((0.05, 5.0), (0.2, 3.0)),
+        "all_times",
+        noise_std=(0.002, 0.05),
         mean=0.5,
-        bounds=bounds,
         progress=False,
     )
     assert found.objective < -357

@@ -36,7 +36,7 @@ def test_certified_references_of_random_systems_are_kept_for_thousands_of_steps(
     for _ in range(loose.signal_count):
         clean = np.cos(rng.uniform(2, 5) * times) * np.exp(-times)
         samples.append(Samples(times, clean + 0.05 * rng.standard_normal(times.size), stencil=POINT))
-    prior = prior_of((SquaredExponential(1.0, 0.5),) * loose.signal_count, frozenset({"lengthscale"}))
+    prior = prior_of((SquaredExponential(),) * loose.signal_count, frozenset({"lengthscale"}))
     plain = [Posterior(part, s).signal for part, s in zip(prior.parts, samples, strict=True)]
     t = np.linspace(0, 3, 200)
     sets = []

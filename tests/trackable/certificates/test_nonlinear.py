@@ -170,9 +170,7 @@ def test_a_reference_is_learned_with_its_proof(name):
     reached = np.abs(moved.input_at(np.linspace(0, 3, 300)) - at_rest).max(0)
     sets = BOX(at_rest - 0.6 * reached, at_rest + 0.6 * reached)
     plant = replace(moved.plant, input_set=sets)
-    priors = tuple(
-        Prior(SquaredExponential(0.3, 0.7), 0.02, level, frozenset({"noise_std"})) for level in INSTANCES[name].rest
-    )
+    priors = tuple(Prior(SquaredExponential(0.3, 0.7).as_learned(), 0.02, level) for level in INSTANCES[name].rest)
     prior = JointPrior(priors, INSTANCES[name].states if n > 1 else ("",))
     found = learn_certified(data, prior, plant, SearchSpace.around(data, prior, starts=2))
     assert isinstance(found, Certified), found.explanation

@@ -22,7 +22,7 @@ def random_reference(seed: int) -> tuple[str, Reference]:
     name = ("tank", "harvest", "pendulum", "growth", "tank", "vehicle")[seed % 6]
     loose = moving(INSTANCES[name], seed, size=0.3, centres=int(rng.integers(1, 4)))
     length = rng.uniform(0.25, 1.0)
-    signals = tuple(replace(s, kernel=SquaredExponential(1.0, length)) for s in loose.signal_count)
+    signals = tuple(replace(s, kernel=SquaredExponential(1.0, length)) for s in loose.signals)
     loose = replace(loose, signals=signals)
     room = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-7, -3))
     return name, bounded(loose, np.linspace(0, 1.0, 20_001), room)

@@ -16,6 +16,18 @@ def test_every_file_of_the_checker_is_looked_at() -> None:
     assert sum(map(len, IMPORTS.values())) >= 50
 
 
+@pytest.mark.parametrize("file", sorted(IMPORTS.keys() - {"__main__.py", "bundle.py"}))
+def test_only_the_command_line_and_the_bundle_know_files(file: str) -> None:
+    assert {name.split(".")[0] for name in IMPORTS[file]} & {
+        "importlib",
+        "io",
+        "json",
+        "os",
+        "pathlib",
+        "zipfile",
+    } == set()
+
+
 @pytest.mark.parametrize("file", IMPORTS)
 def test_it_imports_itself_the_standard_library_and_mpmath(file: str) -> None:
     strangers = {

@@ -1,4 +1,4 @@
-"""What is learned once and followed often."""
+"""References that are learned once and used by many tests."""
 
 from dataclasses import dataclass
 

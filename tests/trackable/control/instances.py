@@ -1,4 +1,4 @@
-"""The paper's examples as learning problems, and fifty random systems with references that they can follow."""
+"""The paper's examples as learning problems, and fifty random systems with trackable references."""
 
 from dataclasses import dataclass
 
@@ -40,7 +40,7 @@ class Learning:
 def example1() -> Learning:
     table = np.genfromtxt(_PAPER / "example1_samples.csv", delimiter=",", names=True)
     plant = scalar(0.9, 0.5, state_set=Interval(-2.0, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01)
-    prior = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.01),))
+    prior = JointPrior((Prior(SquaredExponential(1.0, 1.0).as_learned(), noise_std=0.01),))
     return Learning((Samples(table["k"] * 0.01, table["y"]),), prior, plant)
 
 
@@ -48,7 +48,7 @@ def example2() -> Learning:
     t = np.arange(0, 401, 20) * 0.01
     noise = 0.3 * np.random.default_rng(4).standard_normal(t.size)
     plant = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0, 1.4), sampling_time=0.01)
-    prior = JointPrior((Prior(Periodic(1.0, 1.0, 3.0), noise_std=0.1),))
+    prior = JointPrior((Prior(Periodic(1.0, 1.0, 3.0).as_learned(), noise_std=0.1),))
     return Learning((Samples(t, two_harmonics(t) + noise),), prior, plant)
 
 
@@ -59,7 +59,7 @@ def double_integrator(position=(-1.0, 1.2), velocity=(-2.0, 2.0), acceleration=(
 
 
 def at_rest(plant: ConstrainedSystem, level: float = 0.0) -> Reference:
-    """A reference that never moves."""
+    """Return a constant reference."""
     nothing = KernelSum(SquaredExponential(1.0, 1.0), level, np.zeros(1), np.zeros(1))
     return Reference((nothing,) * plant.signal_count, plant)
 
@@ -72,10 +72,11 @@ class Instance:
 
 
 def instance(seed: int) -> Instance:
-    """Up to four states and two inputs, stable or not, with a reference that touches its boxes in every third instance.
+    """Return a system of up to four states and two inputs, stable or not. Where 3 divides `seed`, its reference
+    touches its boxes.
 
-    The boxes hold the reference up to step STEPS + N; the start is as far off it as the controller can take, halved
-    until it can.
+    The boxes contain the reference up to step STEPS + N. The initial state is off the reference: a random distance,
+    halved until the controller has a plan.
     """
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 5))
@@ -94,8 +95,8 @@ def instance(seed: int) -> Instance:
         for _ in range(free.signal_count)
     )
     window = Reference(signals, free).window(0, STEPS + horizon)
-    room = 0.0 if seed % 3 == 0 else rng.uniform(0.02, 0.3)
-    boxes = [_around(values, room) for values in window]
+    margin = 0.0 if seed % 3 == 0 else rng.uniform(0.02, 0.3)
+    boxes = [_around(values, margin) for values in window]
     reference = Reference(signals, ConstrainedSystem(system, *boxes))
     weights = (np.diag(rng.uniform(0.1, 10, n)), np.diag(rng.uniform(0.01, 1, m)))
     controller = Controller(reference.plant, horizon, *weights)
@@ -105,6 +106,11 @@ def instance(seed: int) -> Instance:
     return Instance(controller, reference, window.states[0] + away)
 
 
-def _around(values: np.ndarray, room: float) -> Polytope:
-    pad = room * np.ptp(values, axis=0)
+def _around(values: np.ndarray, margin: float) -> Polytope:
+    pad = margin * np.ptp(values, axis=0)
     return Polytope.box(values.min(axis=0) - pad, values.max(axis=0) + pad)
+
+
+def first_outside(reference: Reference, bounds, values) -> int:
+    """Return the first of 3000 steps at which the `values` of a reference violate their bounds."""
+    return int(np.flatnonzero(bounds.margin(values(np.arange(3000))) < 0)[0])

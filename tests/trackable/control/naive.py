@@ -1,9 +1,11 @@
-"""The controller's program as the textbook has it: built afresh at each step, in states and inputs themselves."""
+"""Naive second implementations of a controller's step: built anew at each step, in states and inputs, not errors."""
 
 import cvxpy as cp
 import numpy as np
+from scipy.optimize import minimize
 
 from trackable.control.controller import Controller
+from trackable.control.step.sequential import apply_inputs
 
 
 def _variables(controller: Controller, k: int, state, reference, wider: float):
@@ -23,7 +25,7 @@ def _variables(controller: Controller, k: int, state, reference, wider: float):
 
 
 def optimum(controller: Controller, k: int, state, reference, wider: float = 0.0):
-    """(V, u(k)); (inf, None) where there is no plan."""
+    """Return (V, u(k)) with all sets widened by a part `wider` of their widths; (inf, None) where there is no plan."""
     x, u, x_r, u_r, kept = _variables(controller, k, state, reference, wider)
     N = controller.horizon
     cost = sum(
@@ -35,8 +37,35 @@ def optimum(controller: Controller, k: int, state, reference, wider: float = 0.0
 
 
 def smallest_miss(controller: Controller, k: int, state, reference) -> float:
-    """min ‖x(k+N) − x_r(k+N)‖; inf where the sets cannot be kept."""
+    """Return min ‖x(k+N) − x_r(k+N)‖; inf where no plan keeps the sets."""
     x, _, x_r, _, kept = _variables(controller, k, state, reference, 0.0)
     problem = cp.Problem(cp.Minimize(cp.norm(x[:, -1] - x_r[-1])), kept)
     problem.solve(solver=cp.CLARABEL)
     return problem.value
+
+
+def cost_by_single_shooting(controller, state, window) -> float:
+    """Return the optimal cost of a nonlinear system, found by single shooting with SLSQP."""
+    system, plant, shape = controller.plant.system, controller.plant, window.inputs.shape
+
+    def states(v):
+        return apply_inputs(system, state, v.reshape(shape)).states
+
+    def cost(v):
+        e, d = states(v)[:-1] - window.states[:-1], v.reshape(shape) - window.inputs
+        return np.einsum("ia,ab,ib->", e, controller.Q, e) + np.einsum("ia,ab,ib->", d, controller.R, d)
+
+    lower, upper = plant.input_set.lower, plant.input_set.upper
+    found = minimize(
+        cost,
+        window.inputs.ravel(),
+        method="SLSQP",
+        bounds=list(zip(np.tile(lower, shape[0]), np.tile(upper, shape[0]), strict=True)),
+        constraints=[
+            {"type": "eq", "fun": lambda v: states(v)[-1] - window.states[-1]},
+            {"type": "ineq", "fun": lambda v: (states(v)[1:] - plant.state_set.lower).ravel()},
+            {"type": "ineq", "fun": lambda v: (plant.state_set.upper - states(v)[1:]).ravel()},
+        ],
+        options={"ftol": 1e-14, "maxiter": 500},
+    )
+    return float(found.fun)

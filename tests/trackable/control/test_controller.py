@@ -1,4 +1,4 @@
-"""One step: the optimum, against a naive second implementation; and what is said where there is none."""
+"""One step of the controller: its optimum against a naive second implementation, and its explanation if infeasible."""
 
 from dataclasses import replace
 
@@ -24,75 +24,75 @@ CONTROLLER = Controller(PLANT, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
 def test_on_the_reference_the_optimum_is_to_stay_on_it(example):
     controller = Controller(example.learning.plant, 20, np.eye(1), np.eye(1))
     for k in range(0, 400, 3):
-        answer = controller.step(k, example.certified.state(k), example.certified)
-        assert isinstance(answer, Plan)
-        assert answer.status is Status.UNBOUNDED
-        assert answer.cost < 1e-24
-        np.testing.assert_allclose(answer.input, example.certified.input(k), atol=1e-12)
+        result = controller.step(k, example.certified.state(k), example.certified)
+        assert isinstance(result, Plan)
+        assert result.status is Status.UNBOUNDED
+        assert result.cost < 1e-24
+        np.testing.assert_allclose(result.input, example.certified.input(k), atol=1e-12)
 
 
 def test_on_a_reference_at_rest_on_its_bound_the_optimum_is_to_stay_there():
-    answer = CONTROLLER.step(0, np.array([1.2, 0.0]), AT_REST)
-    assert isinstance(answer, Plan)
-    assert answer.cost < 1e-24
-    assert answer.slack == pytest.approx(0, abs=1e-14)
+    result = CONTROLLER.step(0, np.array([1.2, 0.0]), AT_REST)
+    assert isinstance(result, Plan)
+    assert result.cost < 1e-24
+    assert result.slack == pytest.approx(0, abs=1e-14)
 
 
-def test_a_reference_out_of_its_bound_by_rounding_is_on_it():
-    """Which of them rounding leaves where differs from one linear algebra to the next."""
+def test_a_reference_that_violates_a_bound_by_rounding_counts_as_on_it():
+    """Which references do so depends on the linear algebra library."""
     beyond = float(np.nextafter(1.2, 2))
-    answer = CONTROLLER.step(0, np.array([beyond, 0.0]), instances.at_rest(PLANT, beyond))
-    assert isinstance(answer, Plan)
-    assert answer.status is Status.UNBOUNDED
-    assert -1e-15 < answer.slack < 0
-    assert answer.cost < 1e-24
+    result = CONTROLLER.step(0, np.array([beyond, 0.0]), instances.at_rest(PLANT, beyond))
+    assert isinstance(result, Plan)
+    assert result.status is Status.UNBOUNDED
+    assert -1e-15 < result.slack < 0
+    assert result.cost < 1e-24
 
 
 STATES = [(1.2, 0.3), (1.2, 0.01), (1.1, 1.0), (1.0, 1.2), (0.9, -1.0), (0.5, 0.0), (1.19, 0.0), (0.2, 1.9), (1.0, 0.9)]
 
 
 @pytest.mark.parametrize("state", STATES, ids=str)
-def test_the_optimum_is_that_of_the_program_built_afresh(state):
-    answer = CONTROLLER.step(0, np.array(state), AT_REST)
+def test_the_optimum_is_that_of_the_naive_program(state):
+    result = CONTROLLER.step(0, np.array(state), AT_REST)
     cost, applied = naive.optimum(CONTROLLER, 0, np.array(state), AT_REST)
-    if isinstance(answer, Infeasible):
+    if isinstance(result, Infeasible):
         assert cost == np.inf
     else:
-        assert answer.cost == pytest.approx(cost, rel=1e-6, abs=1e-7)
-        np.testing.assert_allclose(answer.input, applied, atol=1e-3)  # the naive one's accuracy, not this one's
+        assert result.cost == pytest.approx(cost, rel=1e-6, abs=1e-7)
+        np.testing.assert_allclose(result.input, applied, atol=1e-3)  # the accuracy of the naive program
 
 
-def test_the_states_above_meet_every_kind_of_answer():
-    answers = [CONTROLLER.step(0, np.array(state), AT_REST) for state in STATES]
-    kinds = {answer.status if isinstance(answer, Plan) else "infeasible" for answer in answers}
+def test_the_states_above_lead_to_every_kind_of_result():
+    results = [CONTROLLER.step(0, np.array(state), AT_REST) for state in STATES]
+    kinds = {result.status if isinstance(result, Plan) else "infeasible" for result in results}
     assert kinds >= {Status.UNBOUNDED, Status.SOLVED, "infeasible"}
 
 
 @pytest.mark.parametrize("seed", range(0, 50, 4))
-def test_the_optimum_of_random_systems_is_that_of_the_program_built_afresh(seed):
+def test_the_optimum_of_random_systems_is_that_of_the_naive_program(seed):
     case = instances.instance(seed)
-    answer = case.controller.step(0, case.start, case.reference)
+    result = case.controller.step(0, case.start, case.reference)
     cost, applied = naive.optimum(case.controller, 0, case.start, case.reference, TOLERANCE)
-    assert isinstance(answer, Plan)
-    assert answer.cost == pytest.approx(cost, rel=1e-4)
-    np.testing.assert_allclose(answer.input, applied, atol=1e-3 * max(1, np.max(np.abs(applied))))
+    assert isinstance(result, Plan)
+    assert result.cost == pytest.approx(cost, rel=1e-4)
+    np.testing.assert_allclose(result.input, applied, atol=1e-3 * max(1, np.max(np.abs(applied))))
 
 
-def test_a_plan_is_what_it_says():
+def test_a_plan_follows_the_system_and_has_the_costs_and_slack_it_states():
     state = np.array([1.0, 1.0])
-    answer = CONTROLLER.step(0, state, AT_REST)
-    assert isinstance(answer, Plan)
-    np.testing.assert_allclose(answer.states[0], state, atol=1e-15)
-    np.testing.assert_allclose(answer.states[1:], PLANT.system.successor(answer.states[:-1], answer.inputs), atol=1e-12)
-    np.testing.assert_allclose(answer.states[-1], [1.2, 0.0], atol=1e-9)
-    margins = [PLANT.state_set.margin(answer.states[1:]).min(), PLANT.input_set.margin(answer.inputs).min()]
+    result = CONTROLLER.step(0, state, AT_REST)
+    assert isinstance(result, Plan)
+    np.testing.assert_allclose(result.states[0], state, atol=1e-15)
+    np.testing.assert_allclose(result.states[1:], PLANT.system.successor(result.states[:-1], result.inputs), atol=1e-12)
+    np.testing.assert_allclose(result.states[-1], [1.2, 0.0], atol=1e-9)
+    margins = [PLANT.state_set.margin(result.states[1:]).min(), PLANT.input_set.margin(result.inputs).min()]
     assert min(margins) > -1e-9
-    assert answer.terminal_residual < 1e-9
-    stage = 10 * (1.0 - 1.2) ** 2 + 1.0 + 0.1 * answer.inputs[0, 0] ** 2
-    assert answer.stage_cost == pytest.approx(stage)
+    assert result.terminal_residual < 1e-9
+    stage = 10 * (1.0 - 1.2) ** 2 + 1.0 + 0.1 * result.inputs[0, 0] ** 2
+    assert result.stage_cost == pytest.approx(stage)
 
 
-def test_the_answer_does_not_depend_on_what_was_asked_before():
+def test_the_result_does_not_depend_on_earlier_steps():
     fresh = replace(CONTROLLER)
     CONTROLLER.step(0, np.array([1.0, 0.5]), AT_REST)
     again = [controller.step(3, np.array([1.05, 1.0]), AT_REST) for controller in (CONTROLLER, fresh)]
@@ -102,23 +102,23 @@ def test_the_answer_does_not_depend_on_what_was_asked_before():
 
 
 @pytest.mark.parametrize("state", [(1.2, 0.3), (1.1, 1.5), (-1.0, -2.0), (0.0, 0.0), (5.0, 0.0)], ids=str)
-def test_what_is_infeasible_says_by_how_much(state):
+def test_infeasibility_is_explained_by_the_least_widening(state):
     state = np.array(state)
-    answer = CONTROLLER.step(7, state, AT_REST)
-    assert isinstance(answer, Infeasible)
-    enough, too_little = (answer.widening * (1 + by) for by in (1e-2, -1e-2))
+    result = CONTROLLER.step(7, state, AT_REST)
+    assert isinstance(result, Infeasible)
+    enough, too_little = (result.widening * (1 + by) for by in (1e-2, -1e-2))
     assert naive.optimum(CONTROLLER, 7, state, AT_REST, enough)[0] < np.inf
     assert naive.optimum(CONTROLLER, 7, state, AT_REST, too_little)[0] == np.inf
     miss = naive.smallest_miss(CONTROLLER, 7, state, AT_REST)
-    if answer.terminal_error is None:
+    if result.terminal_error is None:
         assert miss == np.inf
     else:
-        assert np.linalg.norm(answer.terminal_error) == pytest.approx(miss, rel=1e-3, abs=1e-5)
-    width = next(q.bounds.width for q in PLANT.quantities if q.name == answer.quantity)
-    assert answer.excess == pytest.approx(answer.widening * width)
-    assert 7 <= answer.at_step <= 27
-    assert PLANT.input_set.margin(answer.fallback) >= 0
-    assert answer.quantity in answer.explanation
+        assert np.linalg.norm(result.terminal_error) == pytest.approx(miss, rel=1e-3, abs=1e-5)
+    width = next(q.bounds.width for q in PLANT.quantities if q.name == result.quantity)
+    assert result.excess == pytest.approx(result.widening * width)
+    assert 7 <= result.at_step <= 27
+    assert PLANT.input_set.margin(result.fallback) >= 0
+    assert result.quantity in result.explanation
 
 
 def test_the_inputs_applied_are_admissible_in_a_polytope_that_is_no_box():
@@ -128,21 +128,21 @@ def test_the_inputs_applied_are_admissible_in_a_polytope_that_is_no_box():
     controller, still = Controller(plant, 10, np.eye(2), np.eye(2)), instances.at_rest(plant)
     state, statuses = np.array([0.6, -0.5]), []
     for k in range(15):
-        answer = controller.step(k, state, still)
-        assert isinstance(answer, Plan)
-        assert U.margin(answer.input) >= 0
-        statuses.append(answer.status)
-        state = system.successor(state, answer.input)
+        result = controller.step(k, state, still)
+        assert isinstance(result, Plan)
+        assert U.margin(result.input) >= 0
+        statuses.append(result.status)
+        state = system.successor(state, result.input)
     assert {Status.SOLVED, Status.UNBOUNDED} <= set(statuses)
     assert np.max(np.abs(state)) < 1e-2
 
 
 def test_without_bounds_every_step_is_feasible():
     free = instances.double_integrator((-np.inf, np.inf), (-np.inf, np.inf), (-np.inf, np.inf))
-    answer = Controller(free, 2, np.eye(2), np.eye(1)).step(0, np.array([1e6, -1e3]), instances.at_rest(free))
-    assert isinstance(answer, Plan)
-    assert answer.status is Status.UNBOUNDED
-    assert answer.terminal_residual < 1e-6
+    result = Controller(free, 2, np.eye(2), np.eye(1)).step(0, np.array([1e6, -1e3]), instances.at_rest(free))
+    assert isinstance(result, Plan)
+    assert result.status is Status.UNBOUNDED
+    assert result.terminal_residual < 1e-6
 
 
 def test_a_horizon_too_short_to_return_is_refused():
@@ -161,18 +161,18 @@ def test_a_horizon_too_short_to_return_is_refused():
         (np.eye(2), np.array([[np.nan]]), "R must be a symmetric"),
     ],
 )
-def test_weights_that_are_none_are_refused(Q, R, message):
+def test_matrices_that_are_no_weights_are_refused(Q, R, message):
     with pytest.raises(ValueError, match=message):
         Controller(PLANT, 10, Q, R)
 
 
 @pytest.mark.parametrize("state", [[0.0], [0.0, np.nan], [[0.0, 0.0]]])
-def test_a_state_that_is_none_is_refused(state):
+def test_vectors_that_are_no_states_are_refused(state):
     with pytest.raises(ValueError, match="a state is 2 finite numbers"):
         CONTROLLER.step(0, np.array(state), AT_REST)
 
 
-def test_a_program_that_would_be_built_afresh_for_each_step_is_refused():
+def test_a_program_that_is_not_affine_in_its_parameters_is_refused():
     variables = StepVariables.of(PLANT, 3)
     twice = cp.sum_squares(variables.initial_error[0] * variables.defects[0, 0] * variables.v)
     with pytest.raises(ValueError, match="affine in its parameters"):
@@ -180,23 +180,23 @@ def test_a_program_that_would_be_built_afresh_for_each_step_is_refused():
 
 
 def test_with_redundant_inputs_every_step_is_feasible_and_admissible():
-    """The reference's own inputs leave the smallest of all where that is not admissible."""
+    """The reference's inputs are the smallest admissible ones, which differ from the smallest ones."""
     plant, reference = PLANE, in_the_plane().reference
     controller = Controller(plant, 20, np.eye(4), 0.1 * np.eye(4))
     x, costs = reference.state(0) + 0.02, []
     for k in range(200):
-        answer = controller.step(k, x, reference)
-        assert isinstance(answer, Plan)
-        assert plant.input_set.margin(answer.input) >= 0
-        costs.append(answer.cost)
-        x = plant.system.successor(x, answer.input)
+        result = controller.step(k, x, reference)
+        assert isinstance(result, Plan)
+        assert plant.input_set.margin(result.input) >= 0
+        costs.append(result.cost)
+        x = plant.system.successor(x, result.input)
     assert np.max(np.diff(costs)) < 1e-9
     np.testing.assert_allclose(x, reference.state(200), atol=1e-9)
 
 
-def test_what_is_too_tight_is_called_as_the_set_calls_it():
-    answer = Controller(PLANE, 20, np.eye(4), np.eye(4)).step(0, np.full(4, 1.9), in_the_plane().reference)
-    assert isinstance(answer, Infeasible)
-    assert answer.quantity in {"east", "north", "ne", "nw", "x", "vx", "y", "vy"}
-    limit = next(limit for limit in PLANE.given_constraints if limit.name == answer.quantity)
-    assert answer.excess == pytest.approx(answer.widening * limit.bounds.width)
+def test_an_infeasible_quantity_has_the_name_that_its_set_gives():
+    result = Controller(PLANE, 20, np.eye(4), np.eye(4)).step(0, np.full(4, 1.9), in_the_plane().reference)
+    assert isinstance(result, Infeasible)
+    assert result.quantity in {"east", "north", "ne", "nw", "x", "vx", "y", "vy"}
+    limit = next(limit for limit in PLANE.given_constraints if limit.name == result.quantity)
+    assert result.excess == pytest.approx(result.widening * limit.bounds.width)

@@ -1,4 +1,4 @@
-"""The set of states to start from: the controller itself says whether its corners are right."""
+"""The feasible set: the controller itself decides whether states near the corners are feasible."""
 
 from itertools import pairwise
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from tests.trackable.control import instances
-from tests.trackable.control.test_simulation import first_outside
 from trackable.control.controller import Controller
 from trackable.control.feasible_set import feasible_set
 from trackable.control.step.result import Plan
@@ -33,7 +32,7 @@ def test_corners_are_where_feasibility_ends(horizon, level):
         for place in (p, (p + q) / 2):
             assert is_feasible(controller, still, 0, centre + 0.999 * (place - centre))
             outside = centre + 1.001 * (place - centre)
-            # The state set bounds the feasible set too, while a controller takes the state that it finds.
+            # The state set bounds the feasible set too, but the controller does not constrain the current state.
             assert PLANT.state_set.margin(outside) < 0 or not is_feasible(controller, still, 0, outside)
 
 
@@ -70,19 +69,19 @@ def test_of_a_scalar_system_it_is_an_interval_around_the_reference(example):
 
 def test_it_is_empty_where_the_reference_leaves_the_state_set(example1):
     reference, plant = example1.unconstrained, example1.learning.plant
-    leaves = first_outside(reference, plant.state_set, reference.state)
+    leaves = instances.first_outside(reference, plant.state_set, reference.state)
     controller = Controller(plant, 20, np.eye(1), np.eye(1))
     assert feasible_set(controller, reference, leaves - 20).shape == (0, 1)
     assert feasible_set(controller, reference, leaves - 21).shape == (2, 1)
 
 
-def test_it_is_not_drawn_for_three_states():
+def test_three_states_are_refused():
     case = next(case for case in map(instances.instance, range(20)) if case.start.size > 2)
     with pytest.raises(ValueError, match="one or two states"):
         feasible_set(case.controller, case.reference, 0)
 
 
-def test_it_has_no_corners_where_nothing_bounds_it():
+def test_an_unbounded_feasible_set_is_refused():
     free = instances.double_integrator((-np.inf, np.inf), (-np.inf, np.inf), (-np.inf, np.inf))
     with pytest.raises(ValueError, match="unbounded"):
         feasible_set(Controller(free, 5, np.eye(2), np.eye(1)), instances.at_rest(free), 0)

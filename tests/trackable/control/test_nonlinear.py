@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
 from pipeline.published.models import MODELS
+from tests.trackable.control import naive
 from trackable.control.controller import Controller
 from trackable.control.feasible_set import feasible_set
 from trackable.control.simulation import shifted_inputs, simulate
@@ -66,46 +66,19 @@ def test_slopes_are_those_of_differences(plant):
         np.testing.assert_allclose(B[..., j], by_input, atol=1e-8)
 
 
-def naive_cost(controller, state, window) -> float:
-    """Single shooting with a general method."""
-    system, plant, shape = controller.plant.system, controller.plant, window.inputs.shape
-
-    def states(v):
-        return apply_inputs(system, state, v.reshape(shape)).states
-
-    def cost(v):
-        e, d = states(v)[:-1] - window.states[:-1], v.reshape(shape) - window.inputs
-        return np.einsum("ia,ab,ib->", e, controller.Q, e) + np.einsum("ia,ab,ib->", d, controller.R, d)
-
-    lower, upper = plant.input_set.lower, plant.input_set.upper
-    found = minimize(
-        cost,
-        window.inputs.ravel(),
-        method="SLSQP",
-        bounds=list(zip(np.tile(lower, shape[0]), np.tile(upper, shape[0]), strict=True)),
-        constraints=[
-            {"type": "eq", "fun": lambda v: states(v)[-1] - window.states[-1]},
-            {"type": "ineq", "fun": lambda v: (states(v)[1:] - plant.state_set.lower).ravel()},
-            {"type": "ineq", "fun": lambda v: (plant.state_set.upper - states(v)[1:]).ravel()},
-        ],
-        options={"ftol": 1e-14, "maxiter": 500},
-    )
-    return float(found.fun)
-
-
 def test_the_optimum_is_that_of_a_general_method(case):
     controller, reference, state = case
-    answer = controller.step(2, state, reference)
-    assert isinstance(answer, Plan)
-    assert answer.cost == pytest.approx(
-        naive_cost(controller, state, reference.window(2, controller.horizon)), rel=1e-5
+    result = controller.step(2, state, reference)
+    assert isinstance(result, Plan)
+    assert result.cost == pytest.approx(
+        naive.cost_by_single_shooting(controller, state, reference.window(2, controller.horizon)), rel=1e-5
     )
-    applied = apply_inputs(controller.plant.system, state, answer.inputs)
-    np.testing.assert_allclose(applied.states, answer.states, atol=1e-9)
-    assert answer.slack == pytest.approx(0, abs=1e-7)  # else bounds would not have been tried
+    applied = apply_inputs(controller.plant.system, state, result.inputs)
+    np.testing.assert_allclose(applied.states, result.states, atol=1e-9)
+    assert result.slack == pytest.approx(0, abs=1e-7)  # some bound is active
 
 
-def test_once_feasible_it_stays_so_and_the_cost_falls(case):
+def test_feasibility_is_kept_and_the_cost_falls(case):
     controller, reference, state = case
     loop = simulate(controller, reference, state, 150)
     assert loop.first_infeasible_step is None
@@ -124,27 +97,27 @@ def test_a_warm_start_ends_where_a_cold_one_does(case):
     assert warm.cost == pytest.approx(cold.cost, rel=1e-9)
 
 
-def test_what_is_infeasible_says_by_how_much():
+def test_infeasibility_is_explained_by_the_least_widening():
     controller = CASES["tank"][0]
-    answer = controller.step(0, np.array([0.3]), bump(TANK, [1.2], [0.0], 60.0))
-    assert isinstance(answer, Infeasible)
-    assert answer.quantity == "inflow"
-    assert answer.widening > 0.1
+    result = controller.step(0, np.array([0.3]), bump(TANK, [1.2], [0.0], 60.0))
+    assert isinstance(result, Infeasible)
+    assert result.quantity == "inflow"
+    assert result.widening > 0.1
     # With the inflow at its widened bound all along, the tank is just full enough.
-    wider = np.full((12, 1), 0.068 + answer.excess)
+    wider = np.full((12, 1), 0.068 + result.excess)
     assert apply_inputs(TANK.system, np.array([0.3]), wider).states[-1] == pytest.approx([1.2], abs=1e-7)
 
 
-def test_a_system_that_is_linear_in_truth_is_controlled_alike():
+def test_a_linear_system_written_as_nonlinear_has_the_same_optimum():
     sets = (Polytope.box([-2.0], [0.05]), Polytope.box([-0.5], [0.5]))
     written = Nonlinear.of(lambda x, u: [0.9 * x[0] + 0.5 * u[0]], ["state"], ["input"], 0.01)
-    answers = []
+    results = []
     for system in (LinearSystem.scalar(0.9, 0.5, sampling_time=0.01), written):
         plant = ConstrainedSystem(system, *sets)
         reference = bump(plant, [0.0], [-0.5], 0.1)
         controller = Controller(plant, 5, np.eye(1), np.eye(1))
-        answers.append([controller.step(3, np.array([x]), reference) for x in (-1.9, -1.0, 0.0)])
-    for linear, nonlinear in zip(*answers, strict=True):
+        results.append([controller.step(3, np.array([x]), reference) for x in (-1.9, -1.0, 0.0)])
+    for linear, nonlinear in zip(*results, strict=True):
         assert type(linear) is type(nonlinear)
         value = "cost" if isinstance(linear, Plan) else "widening"
         assert getattr(nonlinear, value) == pytest.approx(getattr(linear, value), rel=1e-7)
@@ -156,7 +129,7 @@ def test_where_the_system_is_not_defined_there_is_no_plan():
         controller.step(0, np.array([-0.5]), reference, np.full((12, 1), 0.02))
 
 
-def test_no_feasible_set_is_drawn():
+def test_the_feasible_set_of_a_nonlinear_system_is_refused():
     controller, reference, _ = CASES["tank"]
     with pytest.raises(ValueError, match="linear systems only"):
         feasible_set(controller, reference, 0)

@@ -1,4 +1,4 @@
-"""Samples arrive while the loop runs: what is taken over, what is not, and that nothing is ever lost by it."""
+"""References learned again while the loop runs: which ones are accepted, and that feasibility is never lost."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ from trackable.learning.published.scalar import scalar
 from trackable.systems.sets.interval import Interval
 
 PLANT = instances.example1().plant
-PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02),))
+PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0).as_learned(), noise_std=0.02),))
 TIMES = np.arange(0.0, 3.01, 0.1)
 NOISE = 0.02 * np.random.default_rng(5).standard_normal(TIMES.size)
 STREAM = (Samples(TIMES, 0.6 * np.sin(2 * TIMES) - 0.5 + NOISE),)
@@ -47,26 +47,26 @@ def test_the_loop_stays_feasible_over_every_change_of_reference(online):
     assert np.min(PLANT.input_set.margin(online.loop.inputs)) >= 0
 
 
-def test_every_offer_is_recorded_with_a_reason(online):
+def test_every_update_is_recorded_with_a_reason(online):
     assert [update.k for update in online.updates] == [k for k, _ in ARRIVALS]
     assert all(update.sample_counts == (8,) for update in online.updates)
     assert all(update.reason for update in online.updates)
 
 
-def test_the_loop_follows_what_was_taken_last(online):
-    taken = [update.learned.reference for update in online.updates if update.accepted]
-    assert online.reference is taken[-1]
+def test_the_loop_tracks_the_reference_accepted_last(online):
+    accepted = [update.learned.reference for update in online.updates if update.accepted]
+    assert online.reference is accepted[-1]
     np.testing.assert_allclose(online.loop.errors[-1], 0, atol=1e-9)
-    np.testing.assert_allclose(online.loop.reference_states[-1], taken[-1].state(600), atol=1e-12)
+    np.testing.assert_allclose(online.loop.reference_states[-1], accepted[-1].state(600), atol=1e-12)
 
 
-def test_costs_rise_only_where_a_reference_was_taken_over(online):
-    taken = [update.k for update in online.updates if update.accepted]
+def test_costs_rise_only_where_a_reference_is_accepted(online):
+    accepted = [update.k for update in online.updates if update.accepted]
     risen = online.loop.steps[1:][online.loop.cost_increases > 1e-12]
-    assert set(risen.tolist()) <= set(taken)
+    assert set(risen.tolist()) <= set(accepted)
 
 
-def test_a_reference_out_of_the_controllers_reach_is_not_taken(first):
+def test_a_reference_out_of_the_controllers_reach_is_not_accepted(first):
     far = LEARNER((Samples(TIMES[:8], np.full(8, -1.9)),))
     short = Controller(PLANT, 1, np.eye(1), np.eye(1))
     update = decide_update(short, 30, np.array([0.0]), STREAM, far)
@@ -78,9 +78,9 @@ def test_a_reference_out_of_the_controllers_reach_is_not_taken(first):
     assert loop.loop.first_infeasible_step is None
 
 
-def test_a_reference_within_the_controllers_tolerance_only_is_not_taken(first):
+def test_a_reference_within_the_controllers_tolerance_only_is_not_accepted(first):
     short = Controller(PLANT, 1, np.eye(1), np.eye(1))
-    # In one step 0.9 x + 0.5 u, with u in [-0.5, 0.5], has to be where the reference is next.
+    # With u in [-0.5, 0.5], one step leads to 0.9 x + 0.5 u, which has to be the next state of the reference.
     farthest = (first.reference.state(31) + 0.25) / 0.9
     updates = [decide_update(short, 30, farthest + by, STREAM, first) for by in (-1e-6, 2e-8, 1e-6)]
     assert [update.accepted for update in updates] == [True, False, False]
@@ -88,10 +88,9 @@ def test_a_reference_within_the_controllers_tolerance_only_is_not_taken(first):
     assert 0 < updates[1].widening < TOLERANCE < updates[2].widening
 
 
-def test_what_has_no_solution_is_not_taken():
-    # No level near 5 is admissible, and that is where the prior wants to rest; nothing is left to be learned.
-    known = frozenset({"signal_std", "lengthscale", "noise_std"})
-    elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0, fixed=known),))
+def test_a_problem_without_solution_is_not_accepted():
+    # The prior comes to rest at 5, which is outside the state set, and all its hyperparameters are known.
+    elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0),))
     failed = certified_learner(elsewhere, PLANT, starts=2)(receding_window(STREAM, 0.8, 8))
     assert isinstance(failed, NoSolution)
     update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
@@ -100,14 +99,14 @@ def test_what_has_no_solution_is_not_taken():
     assert failed.explanation in update.reason
 
 
-def test_what_is_not_proved_is_not_taken():
+def test_a_reference_without_proof_is_not_accepted():
     unproved = Unproved("state", Interval(-2, 0.05), (1.0, 1.1), 1e-9, "too many boxes")
     update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, unproved)
     assert not update.accepted
     assert update.reason.startswith("learned, but not proved: ")
 
 
-def test_what_is_proved_for_a_while_only_is_not_taken(first):
+def test_a_reference_proved_on_a_window_only_is_not_accepted(first):
     brief = replace(first, certificate=replace(first.certificate, claim=OnWindow(0.0, 2.0)))
     update = decide_update(CONTROLLER, 120, first.reference.state(120), STREAM, brief)
     assert not update.accepted
@@ -122,7 +121,7 @@ def test_arrivals_out_of_order_are_refused(first, steps):
         simulate_online(CONTROLLER, first, np.array([0.0]), 60, [(k, STREAM) for k in steps], lambda _: first)
 
 
-def test_a_first_state_without_a_plan_ends_it():
+def test_an_infeasible_initial_state_ends_the_loop():
     hard = scalar(0.9, 0.5, state_set=Interval(-2.0, 2.0), input_set=Interval(-0.1, 0.1), sampling_time=0.01)
     samples = (Samples(TIMES[:8], np.zeros(8)),)
     zero = learn_certified(samples, PRIOR, hard, instances.Learning(samples, PRIOR, hard).space)

@@ -1,4 +1,4 @@
-"""References of every kind give windows in which inputs belong to states."""
+"""Windows of interpolated and tabulated references: the inputs lead from each state to the next."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def test_lines_go_through_the_samples_of_a_scalar_system(example):
     np.testing.assert_allclose(window.states[at[-1] :, 0], samples.values[-1])
 
 
-def test_the_system_follows_the_lines_if_it_may(example):
+def test_the_system_tracks_the_lines_with_their_inputs(example):
     reference = example.interpolated
     np.testing.assert_allclose(reference_defects(reference.plant.system, reference.window(0, 500)), 0, atol=1e-12)
 
@@ -38,11 +38,11 @@ def test_lines_through_positions_are_straight_between_the_samples_and_there_at_t
         np.testing.assert_allclose(window.states[at[i] + 2 : at[i + 1] - 2, 1], slope, atol=1e-9)
         middle = (at[i] + at[i + 1]) // 2
         np.testing.assert_allclose(window.states[middle, 0], POSITIONS.values[i] + slope * 0.25, atol=1e-9)
-    # At a corner the position that is seen is an average across it.
+    # At a corner the position is an average across it.
     np.testing.assert_allclose(window.states[at, 0], POSITIONS.values, atol=0.05 * np.max(np.abs(slopes)))
 
 
-def test_samples_of_changes_alone_are_refused():
+def test_samples_that_measure_changes_only_are_refused():
     with pytest.raises(ValueError, match="only changes"):
         InterpolatedReference((Samples(TIMES, TIMES, stencil=Stencil((-20.0, 20.0), 0.05)),), PLANT)
 
@@ -52,7 +52,7 @@ def test_one_set_of_samples_for_each_signal_is_needed():
         InterpolatedReference((POSITIONS, POSITIONS), PLANT)
 
 
-def test_a_table_has_the_windows_of_what_it_tabulates(example):
+def test_a_table_has_the_windows_of_its_reference(example):
     table = TabulatedReference.of(example.certified, 5, 90)
     for k in (5, 33, 70):
         for mine, original in zip(table.window(k, 20), example.certified.window(k, 20), strict=True):
@@ -60,7 +60,7 @@ def test_a_table_has_the_windows_of_what_it_tabulates(example):
 
 
 @pytest.mark.parametrize("k", [4, 71])
-def test_a_table_ends_where_it_ends(example1, k):
+def test_windows_outside_a_table_are_refused(example1, k):
     with pytest.raises(ValueError, match="tabulated from step 5 to 90"):
         TabulatedReference.of(example1.certified, 5, 90).window(k, 20)
 

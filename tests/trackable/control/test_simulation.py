@@ -1,4 +1,4 @@
-"""The loop closed: what trackability gives, and what is lost without it."""
+"""The closed loop: what a trackable reference guarantees, and what is lost without one."""
 
 import numpy as np
 import pytest
@@ -7,11 +7,10 @@ from tests.trackable.control import instances
 from trackable.control.closed_loop import concatenate
 from trackable.control.controller import Controller
 from trackable.control.simulation import apply_fallback, simulate
-from trackable.systems.reference import Reference
 
 HORIZON = 20
 ACCURACY = 1e-11
-"""How much costs may rise as a part of the first one: what the solver leaves, squared errors near zero included."""
+"""By how much costs may rise, as a part of the first cost: the accuracy of the solver."""
 
 
 def controller(example, horizon=HORIZON) -> Controller:
@@ -36,21 +35,17 @@ def test_on_a_certified_reference_ten_thousand_steps_are_feasible(example, away)
 
 
 def test_inputs_may_be_at_their_bounds_on_the_way(example2):
-    """Else the test above would show nothing about the quadratic program."""
+    """Without active bounds the test above would not examine the quadratic program."""
     loop = simulate(controller(example2, 5), example2.certified, example2.certified.state(0) - 0.3, 500)
     assert loop.first_infeasible_step is None
     assert np.min(loop.slacks) < 1e-9
     assert_decreasing(loop)
 
 
-def first_outside(reference: Reference, bounds, values) -> int:
-    return int(np.flatnonzero(bounds.margin(values(np.arange(3000))) < 0)[0])
-
-
 @pytest.mark.parametrize("away", [0.0, 0.1, -0.5])
-def test_feasibility_ends_when_the_window_sees_the_state_leave_its_set(example1, away):
+def test_feasibility_ends_when_the_reference_leaves_the_state_set_within_the_horizon(example1, away):
     reference, plant = example1.unconstrained, example1.learning.plant
-    leaves = first_outside(reference, plant.state_set, reference.state)
+    leaves = instances.first_outside(reference, plant.state_set, reference.state)
     loop = simulate(controller(example1), reference, reference.state(0) + away, 500)
     assert loop.first_infeasible_step == leaves - HORIZON
     assert loop.infeasible[0].at_step == leaves
@@ -59,15 +54,15 @@ def test_feasibility_ends_when_the_window_sees_the_state_leave_its_set(example1,
 
 
 def test_with_one_step_feasibility_ends_where_no_admissible_input_follows(example2):
-    """Nothing but the reference's own input leads from it to its next state: Definition 1 of the paper."""
+    """Only the reference's own input leads from its state to its next state: Definition 1 of the paper."""
     reference, plant = example2.unconstrained, example2.learning.plant
-    needs = first_outside(reference, plant.input_set, reference.input)
+    needs = instances.first_outside(reference, plant.input_set, reference.input)
     loop = simulate(controller(example2, 1), reference, reference.state(0), 500)
     assert loop.first_infeasible_step == needs
 
 
 def test_with_more_steps_feasibility_ends_too_on_an_unconstrained_reference(example2):
-    """Not before the window holds a step that cannot be followed, and no later than the last of them in a row."""
+    """Not before the horizon contains an untrackable step, and not after the last step of the first such run."""
     reference, plant = example2.unconstrained, example2.learning.plant
     outside = plant.input_set.margin(reference.input(np.arange(600))) < 0
     first = int(np.argmax(outside))
@@ -79,9 +74,9 @@ def test_with_more_steps_feasibility_ends_too_on_an_unconstrained_reference(exam
 def test_a_loop_may_go_on_beyond_infeasible_steps(example1):
     reference, plant = example1.unconstrained, example1.learning.plant
     loop = simulate(controller(example1), reference, reference.state(0), 500, on_infeasible=apply_fallback)
-    leaves = first_outside(reference, plant.state_set, reference.state)
+    leaves = instances.first_outside(reference, plant.state_set, reference.state)
     returns = leaves + int(np.argmax(plant.state_set.margin(reference.state(np.arange(leaves, 500))) >= 0))
-    infeasible = [answer.k for answer in loop.infeasible]
+    infeasible = [result.k for result in loop.infeasible]
     assert infeasible == list(range(leaves - HORIZON, returns - HORIZON))
     assert np.array_equal(np.isnan(loop.costs), np.isin(loop.steps, infeasible))
     assert np.min(plant.state_set.margin(loop.states)) >= -1e-6
@@ -91,7 +86,7 @@ def test_a_loop_may_go_on_beyond_infeasible_steps(example1):
 
 @pytest.mark.parametrize("seed", instances.SEEDS)
 def test_random_systems_stay_feasible(seed):
-    """200 steps each instead of 10,000: each is one of rounding, or near a bound that the reference touches."""
+    """With 200 steps each instead of 10,000. In every third instance the reference touches its bounds."""
     case = instances.instance(seed)
     plant = case.reference.plant
     loop = simulate(case.controller, case.reference, case.start, instances.STEPS)
@@ -115,13 +110,13 @@ def test_a_loop_in_parts_is_the_loop(example1):
     assert np.array_equal(parts.steps, whole.steps)
 
 
-def test_nothing_happens_in_no_steps(example1):
+def test_a_simulation_of_no_steps_is_empty(example1):
     loop = simulate(controller(example1), example1.certified, np.array([0.0]), 0)
     assert loop.inputs.shape == (0, 1)
     assert loop.states.shape == loop.reference_states.shape == (1, 1)
 
 
-def test_a_start_without_a_plan_ends_the_loop_at_once(example1):
+def test_an_infeasible_initial_state_ends_the_loop_at_once(example1):
     loop = simulate(controller(example1, 1), example1.certified, np.array([5.0]), 10)
     assert loop.first_infeasible_step == 0
     assert loop.inputs.shape == (0, 1)

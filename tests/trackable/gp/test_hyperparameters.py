@@ -19,15 +19,14 @@ BAD = [-1.0, 0.0, -0.0, math.nan, math.inf, -math.inf]
 @pytest.mark.parametrize("bad", BAD)
 def test_an_impossible_value_is_refused_by_name(kernel, bad):
     for name in kernel.hyperparameters:
-        with pytest.raises(
-            ValueError, match=f"^{type(kernel).__name__}: {name} must be a positive finite number, got {bad!r}$"
-        ):
+        said = rf"^{type(kernel).__name__}: {name} must be a positive number \(known\) or .*, got {bad!r}$"
+        with pytest.raises(ValueError, match=said):
             kernel.with_hyperparameters({name: bad})
 
 
 @pytest.mark.parametrize("family", [SquaredExponential, Matern32, Matern52])
 def test_an_impossible_value_is_refused_by_the_constructor(family: type[Elementary]):
-    with pytest.raises(ValueError, match="lengthscale must be a positive finite number, got 0"):
+    with pytest.raises(ValueError, match=r"lengthscale must be a positive number .*, got 0$"):
         family(signal_std=1.0, lengthscale=0)
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from tests.trackable.gp import naive
 from tests.trackable.gp.instances import KERNELS, over
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPosterior, JointPrior
 from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic
@@ -23,31 +24,37 @@ SAMPLES = (
     Samples([0.1, 0.2, 0.9, 2.0], [3.0, 2.0, 2.5, 1.0], [1.0, 2.0, 0.5, 1.0], Stencil((-2.0, 2.0), 0.5)),
     Samples([0.5], [-1.0]),
 )
-FREE = frozenset[str]()
 PARTS = (
-    Prior(Periodic(1.0, 0.8, 1.3), 0.2, 0.3, FREE),
-    Prior(Periodic(2.0, 0.5, 1.3), 0.1, -1.0),
-    Prior(Matern52(0.5, 0.8), 0.3, 0.0, FREE),
+    Prior(Periodic(1.0, 0.8, 1.3), 0.2, 0.3).as_learned(),
+    Prior(Periodic(2.0, 0.5, 1.3).as_learned(), 0.1, -1.0),
+    Prior(Matern52(0.5, 0.8), 0.3, 0.0).as_learned(),
 )
 NAMES = ("x", "y", "z")
+ONE_NOISE_KNOWN = tuple(
+    replace(p, noise_std=noise) for p, noise in zip(PARTS, (Learned(0.2), 0.2, Learned(0.2)), strict=True)
+)
 PRIORS = {
     "apart": JointPrior(PARTS, NAMES),
     "one_period": JointPrior(PARTS, NAMES, frozenset({"period"})),
     "two_shared": JointPrior(
-        (PARTS[0], replace(PARTS[1], kernel=replace(PARTS[1].kernel, lengthscale=0.8)), PARTS[2]),
+        (PARTS[0], replace(PARTS[1], kernel=PARTS[1].kernel.with_hyperparameters({"lengthscale": 0.8})), PARTS[2]),
         NAMES,
         frozenset({"period", "lengthscale"}),
     ),
-    "one_fixed": JointPrior((PARTS[0], replace(PARTS[1], fixed=frozenset(PARTS[1].hyperparameters)), PARTS[2]), NAMES),
-    "nothing_learned": JointPrior(tuple(replace(p, fixed=frozenset(p.hyperparameters)) for p in PARTS), NAMES),
+    "one_fixed": JointPrior((PARTS[0], replace(PARTS[1], kernel=PARTS[1].kernel.as_known()), PARTS[2]), NAMES),
+    "nothing_learned": JointPrior(tuple(Prior(p.kernel.as_known(), float(p.noise_std), p.mean) for p in PARTS), NAMES),
 }
+
+
+def known(prior: JointPrior) -> set[str]:
+    return prior.hyperparameters.keys() - {*prior.learned}
 
 
 def test_names_tell_the_process_unless_they_are_shared():
     apart = ("x.signal_std", "x.lengthscale", "x.period", "x.noise_std", "y.signal_std", "y.lengthscale", "y.period")
     last = ("z.signal_std", "z.lengthscale", "z.noise_std")
     assert PRIORS["apart"].learned == apart + last
-    assert PRIORS["apart"].fixed == {"y.noise_std"}
+    assert known(PRIORS["apart"]) == {"y.noise_std"}
     assert PRIORS["one_period"].learned == (
         "x.signal_std", "x.lengthscale", "period", "x.noise_std", "y.signal_std", "y.lengthscale", *last
     )  # fmt: skip
@@ -55,7 +62,7 @@ def test_names_tell_the_process_unless_they_are_shared():
         "x.signal_std", "lengthscale", "period", "x.noise_std", "y.signal_std", "z.signal_std", "z.noise_std"
     )  # fmt: skip
     assert PRIORS["one_fixed"].learned == (*apart[:4], *last)
-    assert PRIORS["one_fixed"].fixed == {"y.signal_std", "y.lengthscale", "y.period", "y.noise_std"}
+    assert known(PRIORS["one_fixed"]) == {"y.signal_std", "y.lengthscale", "y.period", "y.noise_std"}
     assert PRIORS["nothing_learned"].learned == ()
 
 
@@ -72,13 +79,13 @@ def test_the_order_of_shared_names_is_that_of_the_first_process_that_has_them():
 
 
 @over(KERNELS)
-@pytest.mark.parametrize("fixed", [FREE, frozenset({"noise_std"})])
-def test_a_single_process_keeps_its_plain_names(kernel, fixed):
-    prior = Prior(kernel, 0.2, 0.3, fixed)
+@pytest.mark.parametrize("noise_std", [0.2, Learned(0.2)])
+def test_a_single_process_keeps_its_plain_names(kernel, noise_std):
+    prior = Prior(kernel.as_learned(), noise_std, 0.3)
     joint = JointPrior.of(prior)
     assert joint == JointPrior((prior,))
     assert JointPrior.of(joint) is joint
-    assert (joint.learned, joint.hyperparameters, joint.fixed) == (prior.learned, prior.hyperparameters, prior.fixed)
+    assert (joint.learned, joint.hyperparameters) == (prior.learned, prior.hyperparameters)
     np.testing.assert_array_equal(joint.log_hyperparameters, prior.log_hyperparameters)
     moved = prior.log_hyperparameters + 0.1
     assert joint.with_log_hyperparameters(moved).parts == (prior.with_log_hyperparameters(moved),)
@@ -86,7 +93,7 @@ def test_a_single_process_keeps_its_plain_names(kernel, fixed):
 
 @over(KERNELS)
 def test_a_single_process_has_its_own_posterior(kernel):
-    prior = Prior(kernel, 0.2, 0.3, FREE)
+    prior = Prior(kernel, 0.2, 0.3).as_learned()
     joint, single = JointPosterior(JointPrior((prior,)), SAMPLES[:1]), Posterior(prior, SAMPLES[0])
     assert joint.signals[0].weights.tobytes() == single.signal.weights.tobytes()
     value, gradient = joint.negative_log_marginal_likelihood()
@@ -102,13 +109,11 @@ def test_logarithms_make_a_round_trip(prior):
         prior.log_hyperparameters, [math.log(prior.hyperparameters[name]) for name in prior.learned]
     )
     moved = prior.with_log_hyperparameters(prior.log_hyperparameters + np.arange(1, len(prior.learned) + 1) / 7)
-    assert (moved.learned, moved.fixed, moved.names, moved.shared) == (
-        prior.learned, prior.fixed, prior.names, prior.shared
-    )  # fmt: skip
+    assert (moved.learned, moved.names, moved.shared) == (prior.learned, prior.names, prior.shared)
     assert [part.mean for part in moved.parts] == [part.mean for part in prior.parts]
     for i, name in enumerate(prior.learned):
         assert math.log(moved.hyperparameters[name] / prior.hyperparameters[name]) == pytest.approx((i + 1) / 7)
-    for name in prior.fixed:
+    for name in known(prior):
         assert moved.hyperparameters[name] == prior.hyperparameters[name]
     back = moved.with_log_hyperparameters(prior.log_hyperparameters)
     assert back.hyperparameters == pytest.approx(prior.hyperparameters, rel=1e-14)
@@ -172,7 +177,11 @@ def test_other_processes_do_not_move_a_mean():
         ((PARTS, NAMES, frozenset({"noise_std"})), "noise_std is shared, .* must have the same noise_std"),
         ((PARTS, NAMES, frozenset({"periode"})), "periode is shared, but no process has a hyperparameter of that name"),
         (
-            (tuple(replace(p, noise_std=0.2) for p in PARTS), NAMES, frozenset({"noise_std"})),
+            (
+                (*(replace(p, noise_std=Learned(0.2)) for p in PARTS[:2]), replace(PARTS[2], noise_std=0.2)),
+                NAMES,
+                frozenset({"noise_std"}),
+            ),
             "noise_std is shared, .* must have the same noise_std",
         ),
     ],
@@ -184,7 +193,7 @@ def test_impossible_priors_are_refused(arguments, message):
 
 
 def test_one_hopeless_matrix_is_enough():
-    hopeless = Prior(SquaredExponential(2.0, 1000.0), 1e-12)
+    hopeless = Prior(SquaredExponential(2.0, 1000.0).as_learned(), 1e-12)
     crowd = Samples(np.arange(40) / 40, np.ones(40))
     joint = JointPosterior(JointPrior((PARTS[0], hopeless), ("x", "y")), (SAMPLES[0], crowd))
     with pytest.raises(IllConditioned, match=r"signal_std = 2, lengthscale = 1e[+]03, noise_std = 1e-12"):

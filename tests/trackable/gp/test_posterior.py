@@ -27,7 +27,7 @@ FIXED = {
 
 
 def prior_of(kernel, **given_values):
-    return Prior(kernel, **{"noise_std": 0.2, "mean": 0.3, "fixed": frozenset()} | given_values)
+    return Prior(kernel, **{"noise_std": 0.2, "mean": 0.3} | given_values).as_learned()
 
 
 @over(KERNELS)
@@ -81,7 +81,8 @@ def test_gradient_of_the_jet_against_central_differences(kernel):
 
 @over(FIXED, "fixed")
 def test_gradients_name_the_learned_ones_only(fixed):
-    free, prior = (prior_of(SquaredExponential(0.8, 0.5), fixed=f) for f in (frozenset(), fixed))
+    free = prior_of(SquaredExponential(0.8, 0.5))
+    prior = Prior(SquaredExponential(0.8, 0.5), 0.2, 0.3).as_learned(free.hyperparameters.keys() - fixed)
     rows = [i for i, name in enumerate(free.learned) if name not in fixed]
     posterior, reference = Posterior(prior, SAMPLES), Posterior(free, SAMPLES)
     value, gradient = posterior.negative_log_marginal_likelihood()
@@ -106,7 +107,7 @@ def test_likelihood_of_one_sample_by_hand():
 def test_variance_lies_between_zero_and_the_prior(kernel, values, noise_std):
     scale = float(kernel(np.zeros(())))
     samples = Samples(np.arange(len(values)) * 0.3, values)
-    prior = Prior(kernel, noise_std * scale**0.5)
+    prior = Prior(kernel.as_learned(), noise_std * scale**0.5)
     variance = Posterior(prior, samples).variance(np.linspace(-1, 4, 50))
     assert np.all(variance >= 0)
     assert np.all(variance <= scale * (1 + 1e-12))
@@ -167,7 +168,9 @@ def test_shapes(shape):
 
 @pytest.mark.parametrize("ask", [lambda p: p.weights, lambda p: p.mean(TIMES), lambda p: p.variance(TIMES)])
 def test_a_hopeless_matrix_is_refused_with_the_hyperparameters_that_made_it(ask):
-    posterior = Posterior(Prior(SquaredExponential(2.0, 1000.0), 1e-12), Samples(np.arange(40) / 40, np.ones(40)))
+    posterior = Posterior(
+        Prior(SquaredExponential(2.0, 1000.0).as_learned(), 1e-12), Samples(np.arange(40) / 40, np.ones(40))
+    )
     with pytest.raises(IllConditioned, match=r"signal_std = 2, lengthscale = 1e[+]03, noise_std = 1e-12"):
         ask(posterior)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.trackable.gp.instances import KERNELS, over
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 
@@ -13,14 +14,14 @@ KERNEL = SquaredExponential(2.0, 0.3)
 
 
 @over(KERNELS)
-@pytest.mark.parametrize("fixed", [frozenset(), frozenset({"noise_std"})])
-def test_logarithms_make_a_round_trip(kernel, fixed):
-    prior = Prior(kernel, 0.05, mean=1.0, fixed=fixed)
-    names = [*kernel.hyperparameters, *({"noise_std"} - fixed)]
+@pytest.mark.parametrize("noise_std", [0.05, Learned(0.05), Learned(0.05, (0.01, 0.1))])
+def test_logarithms_make_a_round_trip(kernel, noise_std):
+    prior = Prior(kernel.as_learned(), noise_std, mean=1.0)
+    names = [*kernel.hyperparameters, *(["noise_std"] if isinstance(noise_std, Learned) else [])]
     assert list(prior.learned) == names
     np.testing.assert_array_equal(prior.log_hyperparameters, [math.log(prior.hyperparameters[name]) for name in names])
     moved = prior.with_log_hyperparameters(prior.log_hyperparameters + np.arange(1, len(names) + 1) / 7)
-    assert (moved.mean, moved.fixed, moved.learned) == (prior.mean, prior.fixed, prior.learned)
+    assert (moved.mean, moved.learned, intervals(moved)) == (prior.mean, prior.learned, intervals(prior))
     np.testing.assert_allclose(
         moved.log_hyperparameters - prior.log_hyperparameters, np.arange(1, len(names) + 1) / 7, rtol=1e-13
     )
@@ -28,48 +29,49 @@ def test_logarithms_make_a_round_trip(kernel, fixed):
     assert back.hyperparameters == pytest.approx(prior.hyperparameters, rel=1e-14)
 
 
-def test_the_noise_is_fixed_unless_said_otherwise():
-    assert Prior(KERNEL, 0.1).learned == ("signal_std", "lengthscale")
-    assert Prior(KERNEL, 0.1, fixed=frozenset()).learned == ("signal_std", "lengthscale", "noise_std")
+def intervals(prior):
+    return [value.interval for value in prior.hyperparameters.values() if isinstance(value, Learned)]
 
 
-def test_what_is_fixed_stays():
-    prior = Prior(KERNEL, 0.1, fixed=frozenset({"signal_std"}))
+def test_what_is_given_as_a_number_is_known_and_what_is_left_out_is_learned():
+    assert Prior(KERNEL, 0.1).learned == ()
+    assert Prior(KERNEL.as_learned(), 0.1).learned == ("signal_std", "lengthscale")
+    assert Prior(KERNEL, 0.1).as_learned().learned == ("signal_std", "lengthscale", "noise_std")
+    assert Prior(SquaredExponential(lengthscale=0.3)).learned == ("signal_std", "noise_std")
+    assert Prior(KERNEL, (0.1, 0.4)).learned == ("noise_std",)
+    assert Prior(KERNEL, (0.1, 0.4)).noise_std == pytest.approx(0.2)
+
+
+def test_what_is_known_stays():
+    prior = Prior(KERNEL, 0.1).as_learned({"lengthscale", "noise_std"})
     assert prior.learned == ("lengthscale", "noise_std")
     moved = prior.with_log_hyperparameters(np.log([0.7, 0.2]))
     assert moved.hyperparameters == pytest.approx({"signal_std": 2.0, "lengthscale": 0.7, "noise_std": 0.2}, rel=1e-15)
 
 
-def test_everything_may_be_fixed():
-    prior = Prior(KERNEL, 0.1, fixed=frozenset({"signal_std", "lengthscale", "noise_std"}))
+def test_everything_may_be_known():
+    prior = Prior(KERNEL, 0.1)
     assert prior.learned == ()
     assert prior.with_log_hyperparameters(prior.log_hyperparameters) == prior
 
 
-def test_an_unknown_fixed_name_is_refused():
-    with pytest.raises(
-        ValueError, match=r"fixed names no hyperparameter period, shape; there are signal_std, lengthscale, noise_std$"
-    ):
-        Prior(KERNEL, 0.1, fixed=frozenset({"shape", "period", "noise_std"}))
-
-
 @pytest.mark.parametrize("bad", [0.0, -0.1, math.nan, math.inf])
 def test_impossible_noise_is_refused(bad):
-    with pytest.raises(ValueError, match=f"^prior: noise_std must be a positive finite number, got {bad!r}$"):
-        Prior(KERNEL, bad)
+    with pytest.raises(ValueError, match=rf"^Prior: noise_std must be a positive number \(known\) or .*, got {bad!r}$"):
+        Prior(KERNEL.as_learned(), bad)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_an_infinite_mean_is_refused(bad):
     with pytest.raises(ValueError, match=f"^prior: mean must be finite, got {bad!r}$"):
-        Prior(KERNEL, 0.1, mean=bad)
+        Prior(KERNEL.as_learned(), 0.1, mean=bad)
 
 
 def test_logarithms_of_the_wrong_number_are_refused():
     with pytest.raises(ValueError, match="zip"):
-        Prior(KERNEL, 0.1).with_log_hyperparameters(np.zeros(3))
+        Prior(KERNEL.as_learned(), 0.1).with_log_hyperparameters(np.zeros(3))
 
 
 def test_an_unknown_name_is_refused():
     with pytest.raises(TypeError, match="shape"):
-        Prior(KERNEL, 0.1).with_hyperparameters({"shape": 1.0})
+        Prior(KERNEL.as_learned(), 0.1).with_hyperparameters({"shape": 1.0})

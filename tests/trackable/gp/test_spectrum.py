@@ -37,7 +37,9 @@ def test_likelihood_and_mean_at_any_amplitude(kernel: Kernel, few: bool, count: 
     found = Spectrum.of(samples, kernel, residual)
     assert (len(found.power) < count) == (few and count == 300)
     for amplitude in (0.1, 1.0, 5.0):
-        posterior = Posterior(Prior(kernel.with_hyperparameters({"signal_std": amplitude}), 0.2, 0.3), samples)
+        posterior = Posterior(
+            Prior(kernel.with_hyperparameters({"signal_std": amplitude}).as_learned(), 0.2, 0.3), samples
+        )
         spectrum, beside = amplitude**2 * found.power + 0.04, count - len(found.power)
         objective = np.sum(np.log(spectrum) + found.along**2 / spectrum) + beside * np.log(0.04) + found.rest / 0.04
         objective += 2 * np.sum(np.log(samples.relative_noise)) + count * np.log(2 * np.pi)

@@ -37,7 +37,7 @@ def samples(stencil: Stencil, relative_noise=NOISE) -> Samples:
 
 
 def prior_of(kernel) -> Prior:
-    return Prior(kernel, noise_std=0.2, mean=0.3, fixed=frozenset())
+    return Prior(kernel, noise_std=0.2, mean=0.3).as_learned()
 
 
 @over(STENCILS, "stencil")
@@ -87,7 +87,7 @@ def test_what_is_sampled_without_noise_is_seen_again(stencil):
 
 def test_a_sample_with_noise_of_its_own_by_hand():
     """A = θ₁² + (2 σ_n)² = 4 + 1: the mean at the sample is m + 4/5 (y − m)."""
-    prior = Prior(SquaredExponential(2.0, 1.0), 0.5, mean=1.0)
+    prior = Prior(SquaredExponential(2.0, 1.0).as_learned(), 0.5, mean=1.0)
     posterior = Posterior(prior, Samples([0.0], [3.0], [2.0]))
     assert posterior.mean(np.array(0.0)) == pytest.approx(1 + 4 / 5 * 2, rel=1e-15)
     assert posterior.variance(np.array(0.0)) == pytest.approx(4 - 16 / 5, rel=1e-14)

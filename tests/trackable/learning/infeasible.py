@@ -9,7 +9,7 @@ from trackable.systems.sets.interval import Interval
 
 OPPOSITE = Samples([0.0, 0.2, 0.4, 0.6, 0.8], [-9.0, -11.0, -10.0, -10.5, -9.5])
 NEAR = Samples([0.0, 0.2, 0.4, 0.6, 0.8], [0.3, 0.1, 0.2, 0.15, 0.1])
-PRIOR = Prior(SquaredExponential(1.0, 1.0), 0.1)
+PRIOR = Prior(SquaredExponential(1.0, 1.0).as_learned(), 0.1)
 
 
 def _infeasible(samples: Samples, system: tuple[float, ...], states: Interval, inputs: Interval) -> Instance:

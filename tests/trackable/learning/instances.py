@@ -27,7 +27,6 @@ _KERNELS: tuple[Kernel, ...] = (
     RationalQuadratic(1.0, 1.0, 1.5),
     Matern32(1.0, 1.0),
 )
-_FIXED = frozenset({"noise_std", "shape"})
 
 
 @dataclass(frozen=True)
@@ -68,8 +67,8 @@ def tight(seed: int) -> Instance:
     reach = rng.uniform(0.3, 0.7) if seed % 5 == 4 else rng.uniform(0.1, 0.4)
     states, inputs = Interval(-rng.uniform(0.1, 0.3), 1.2), Interval(-reach, 1.2 * reach)
     plant = scalar(a, b, state_set=states, input_set=inputs, sampling_time=0.02)
-    fixed = frozenset(name for name in _FIXED if name in {**kernel.hyperparameters, "noise_std": 0})
-    return Instance(samples, Prior(kernel, 0.03, fixed=fixed), plant, 100)
+    learned = Prior(kernel.as_learned(kernel.hyperparameters.keys() - {"shape"}), 0.03)
+    return Instance(samples, learned, plant, 100)
 
 
 def instance(seed: int) -> Instance:

@@ -8,6 +8,7 @@ import pytest
 
 from tests.trackable.learning import naive
 from tests.trackable.learning.instances import SEEDS, TIGHT_SEEDS, Instance, instance, tight, wild
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.learning.index_set import Steps
@@ -158,7 +159,7 @@ def test_a_warm_start_in_tight_sets_is_no_worse_than_the_point_it_starts_from():
 @pytest.mark.parametrize("seed", SEEDS)
 def test_learned_noise_is_as_good_as_brute_force(seed):
     base = instance(seed)
-    prior = replace(base.prior, fixed=base.prior.fixed - {"noise_std"})
+    prior = replace(base.prior, noise_std=Learned(base.prior.noise_std))
     free = replace(base, prior=prior)
     found = best_solution(replace(free.problem, constraints=()))
     assert found.objective <= naive.best_of_many_starts(free, starts=20, constrained=False) + 1e-5
@@ -167,7 +168,7 @@ def test_learned_noise_is_as_good_as_brute_force(seed):
 @pytest.mark.parametrize("seed", [0, 1, 4])
 def test_learned_noise_under_constraints_is_as_good_as_brute_force(seed):
     base = instance(seed)
-    case = replace(base, prior=replace(base.prior, fixed=base.prior.fixed - {"noise_std"}))
+    case = replace(base, prior=replace(base.prior, noise_std=Learned(base.prior.noise_std)))
     found = best_solution(case.problem)
     assert_keeps_every_bound(case, found)
     assert found.objective <= naive.best_of_many_starts(case) + 1e-6 * (1 + abs(found.objective))
@@ -182,8 +183,8 @@ def test_an_admissible_equilibrium_is_enough_whatever_the_samples(seed):
 
 def test_with_nothing_to_learn_the_prior_itself_is_tried():
     base = instance(0)
-    names = frozenset(base.prior.hyperparameters)
-    quiet = replace(base.prior, kernel=SquaredExponential(1e-3, 0.3), fixed=names)
+    quiet = replace(base.prior, kernel=SquaredExponential(1e-3, 0.3))
+    assert quiet.learned == ()
     answer = best_solution(replace(base, prior=quiet).problem)
     assert isinstance(answer, Solution)
     assert answer.posterior.prior == JointPrior((quiet,))

@@ -155,11 +155,22 @@ def test_a_window_follows_a_signal_as_fast_as_its_kernel():
 
 
 def test_all_phases_are_one_period_of_the_kernels_as_they_are():
-    phases = AllPhases(lambda kernels: kernels[-1].period)
     for period in (0.7, 3.0663):
-        kernels = [Periodic(1.0, 1.0, period / 3), Periodic(1.0, 1.0, period)]
-        found = phases.local_minima(lambda t, p=period: np.cos(2 * np.pi * t / p), kernels)
+        kernels = [Periodic(1.0, 1.0, period), Periodic(2.0, 0.5, period)]
+        found = AllPhases().local_minima(lambda t, p=period: np.cos(2 * np.pi * t / p), kernels)
         np.testing.assert_allclose(found, [period / 2], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kernels", "wrong"),
+    [
+        ([Periodic(1.0, 1.0, 2.0), KERNEL], "needs a periodic kernel, got SquaredExponential"),
+        ([Periodic(1.0, 1.0, 2.0), Periodic(1.0, 1.0, 3.0)], r"needs one for all signals, got \[2.0, 3.0\]"),
+    ],
+)
+def test_kernels_without_a_common_period_have_no_phases(kernels, wrong):
+    with pytest.raises(TypeError, match=wrong):
+        AllPhases().local_minima(np.cos, kernels)
 
 
 def test_the_fastest_of_several_kernels_decides_how_closely_to_look():

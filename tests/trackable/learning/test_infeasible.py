@@ -73,7 +73,7 @@ def test_no_point_of_a_grid_violates_less(name):
 def test_a_search_that_can_factor_nothing_is_explained():
     """Noise far too small for so many samples so close: no start has a Cholesky factor."""
     samples = Samples(np.arange(30) / 100, np.sin(np.arange(30) / 100))
-    prior = Prior(SquaredExponential(1.0, 0.2), 1e-12)
+    prior = Prior(SquaredExponential(1.0, 0.2).as_learned(), 1e-12)
     case = replace(instance(0), samples=samples, prior=prior)
     space = SearchSpace({"signal_std": Interval(0.5, 2.0), "lengthscale": Interval(5.0, 50.0)})
     for constraints in (case.problem.constraints, ()):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
@@ -21,8 +22,8 @@ SAMPLES = Samples(np.arange(7) / 10, np.array([-1.0, -0.4, -0.05, 0.0, 0.0, 0.0,
 CONSTRAINTS = (Constraint(STATE, Steps(0, 130, 0.01)), Constraint(INPUT, Steps(0, 129, 0.01)))
 
 
-def problem(fixed: frozenset[str] = frozenset({"noise_std"}), noise_std: float = 0.01) -> ConstrainedProblem:
-    prior = JointPrior((Prior(SquaredExponential(0.7, 0.22), noise_std, fixed=fixed),))
+def problem(noise_std: float = 0.01) -> ConstrainedProblem:
+    prior = JointPrior((Prior(SquaredExponential(0.7, 0.22).as_learned(), noise_std),))
     return ConstrainedProblem((SAMPLES,), prior, SearchSpace.around((SAMPLES,), prior), CONSTRAINTS)
 
 
@@ -47,4 +48,4 @@ def test_what_cannot_be_factored_is_not_a_number() -> None:
 
 def test_two_hyperparameters_are_needed() -> None:
     with pytest.raises(ValueError, match="two learned hyperparameters, got signal_std, lengthscale, noise_std"):
-        landscape(problem(frozenset()), np.ones(1), np.ones(1))
+        landscape(problem(Learned(0.01)), np.ones(1), np.ones(1))

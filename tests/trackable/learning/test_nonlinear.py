@@ -26,7 +26,7 @@ TIMES = (np.array([0.1, 0.9, 1.7]), np.array([0.3, 1.1]))
 
 
 def program_of(kernel, plant=SCALARS["unstable"], backoff=1e-9, times=TIMES) -> Program:
-    prior = JointPrior((Prior(kernel, 0.2, mean=0.1, fixed=frozenset()),))
+    prior = JointPrior((Prior(kernel, 0.2, mean=0.1).as_learned(),))
     constraints = tuple(Constraint(q, Steps(0, 50, plant.sampling_time), backoff) for q in (plant.state, plant.input))
     return Program(ConstrainedProblem((SAMPLES,), prior, SearchSpace.around((SAMPLES,), prior), constraints), times)
 
@@ -64,8 +64,8 @@ TWO_AXES = ConstrainedSystem(
 def test_gradients_of_several_signals_against_central_differences(shared):
     """Rows that look at both signals, and at one; hyperparameters of their own, and shared ones."""
     parts = (
-        Prior(SquaredExponential(1.0, 0.5), 0.2, 0.1, frozenset()),
-        Prior(Matern52(0.7, 0.5), 0.2, -0.2, frozenset()),
+        Prior(SquaredExponential(1.0, 0.5), 0.2, 0.1).as_learned(),
+        Prior(Matern52(0.7, 0.5), 0.2, -0.2).as_learned(),
     )
     prior = JointPrior(parts, ("x", "y"), shared)
     _, seen = TWO_AXES.flatness.states[0].stencil
@@ -127,7 +127,7 @@ def test_constraints_without_times_take_no_part():
 
 def test_a_hopeless_matrix_has_no_value():
     samples = Samples(np.arange(40) / 40, np.ones(40))
-    prior = JointPrior((Prior(SquaredExponential(1.0, 1000.0), 1e-12),))
+    prior = JointPrior((Prior(SquaredExponential(1.0, 1000.0).as_learned(), 1e-12),))
     problem = ConstrainedProblem((samples,), prior, SearchSpace.around((samples,), prior))
     assert Program(problem, ()).evaluate(prior.log_hyperparameters) is None
     box = SearchSpace({"signal_std": Interval(0.5, 2.0), "lengthscale": Interval(100.0, 2000.0)})

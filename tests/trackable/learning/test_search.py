@@ -29,7 +29,9 @@ def problem(*kernels, starts: int = 1) -> ConstrainedProblem:
         for course, _ in zip(COURSES, kernels, strict=False)
     )
     shared = frozenset({"period"}) if len(kernels) > 1 else frozenset()
-    prior = JointPrior(tuple(Prior(kernel, 0.02) for kernel in kernels), ("q1", "q2")[: len(kernels)], shared)
+    prior = JointPrior(
+        tuple(Prior(kernel.as_learned(), 0.02) for kernel in kernels), ("q1", "q2")[: len(kernels)], shared
+    )
     return ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts=starts))
 
 

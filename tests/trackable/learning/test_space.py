@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.trackable.gp.instances import KERNELS, over
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
@@ -16,14 +17,14 @@ from trackable.systems.sets.interval import Interval
 SAMPLES = Samples([0.0, 0.5, 0.7, 2.0], [3.0, -3.0, 3.0, -3.0])
 
 
-def joint(*arguments, **keywords) -> JointPrior:
-    return JointPrior((Prior(*arguments, **keywords),))
+def joint(kernel, noise_std, **keywords) -> JointPrior:
+    return JointPrior((Prior(kernel.as_learned(), noise_std, **keywords),))
 
 
 @over(KERNELS)
-@pytest.mark.parametrize("fixed", [frozenset(), frozenset({"noise_std"})])
-def test_defaults_exist_for_every_learned_name(kernel, fixed):
-    prior = joint(kernel, 0.1, fixed=fixed)
+@pytest.mark.parametrize("noise_std", [0.1, Learned(0.1)])
+def test_defaults_exist_for_every_learned_name(kernel, noise_std):
+    prior = joint(kernel, noise_std)
     space = SearchSpace.around((SAMPLES,), prior)
     assert tuple(space.bounds) == prior.learned
     assert np.all(space.log_lower < space.log_upper)
@@ -48,7 +49,7 @@ def test_more_starts_only_add():
 
 
 def test_defaults_follow_the_scales_of_the_samples():
-    prior = joint(SquaredExponential(1.0, 1.0), 0.1, fixed=frozenset())
+    prior = joint(SquaredExponential(1.0, 1.0), Learned(0.1))
     space = SearchSpace.around((SAMPLES,), prior)
     slower = SearchSpace.around((Samples(10 * SAMPLES.times, SAMPLES.values),), prior)
     louder = SearchSpace.around((Samples(SAMPLES.times, 10 * SAMPLES.values),), prior)
@@ -67,7 +68,7 @@ def test_samples_on_the_prior_mean_or_alone_still_have_scales():
 
 def test_given_bounds_replace_the_defaults():
     prior = joint(SquaredExponential(1.0, 1.0), 0.1)
-    space = SearchSpace.around((SAMPLES,), prior, {"lengthscale": Interval(0.2, 0.4)})
+    space = SearchSpace.around((SAMPLES,), joint(SquaredExponential(lengthscale=(0.2, 0.4)), 0.1))
     assert space.bounds["lengthscale"] == Interval(0.2, 0.4)
     assert space.bounds["signal_std"] == SearchSpace.around((SAMPLES,), prior).bounds["signal_std"]
 
@@ -84,13 +85,13 @@ def test_a_search_needs_a_start(starts):
 
 
 def test_fewer_samples_than_hyperparameters_are_refused():
-    samples, prior = Samples([0.0, 1.0], [1.0, 2.0]), joint(SquaredExponential(1.0, 1.0), 0.1, fixed=frozenset())
+    samples, prior = Samples([0.0, 1.0], [1.0, 2.0]), joint(SquaredExponential(1.0, 1.0), Learned(0.1))
     with pytest.raises(ValueError, match=r"got 2 for 3 \(signal_std, lengthscale, noise_std\)$"):
         ConstrainedProblem((samples,), prior, SearchSpace.around((samples,), prior))
 
 
 TWO = JointPrior(
-    (Prior(SquaredExponential(1.0, 1.0), 0.1, fixed=frozenset()), Prior(SquaredExponential(1.0, 1.0), 0.2, 0.5)),
+    (Prior(SquaredExponential(1.0, 1.0), 0.1).as_learned(), Prior(SquaredExponential(1.0, 1.0).as_learned(), 0.2, 0.5)),
     ("x", "y"),
     frozenset({"lengthscale"}),
 )
@@ -114,18 +115,13 @@ def test_each_process_has_bounds_from_its_own_samples():
 def test_samples_of_differences_have_a_scale(weights):
     """A difference does not see the level of the process, whatever rounding leaves of the sum of its weights."""
     samples = Samples([0.0, 0.5, 0.7, 2.0], [3.0, -3.0, 3.0, -3.0], stencil=Stencil(weights, 0.1))
-    assert amplitude(samples, Prior(SquaredExponential(1.0, 1.0), 0.1)) == pytest.approx(3.0)
+    assert amplitude(samples, Prior(SquaredExponential(1.0, 1.0).as_learned(), 0.1)) == pytest.approx(3.0)
 
 
 def test_fading_lowers_the_amplitudes_of_all_processes():
     space = SearchSpace.around((SAMPLES, OTHERS), TWO)
     point = space.start_points()[0]
     np.testing.assert_allclose(space.faded(point, 2.0) - point, [-np.log(2), 0, 0, -np.log(2)], atol=1e-14)
-
-
-def test_bounds_of_what_is_not_learned_are_refused():
-    with pytest.raises(ValueError, match=r"^search: bounds are given for x.period, y.noise_std, which is not learned$"):
-        SearchSpace.around((SAMPLES, OTHERS), TWO, {name: Interval(1, 2) for name in ("y.noise_std", "x.period")})
 
 
 def test_samples_are_needed_for_each_process():
@@ -147,7 +143,7 @@ def test_a_search_needs_bounds_for_what_is_learned():
 
 @over(KERNELS)
 def test_fading_lowers_every_amplitude_and_nothing_else(kernel):
-    prior = joint(kernel, 0.1, fixed=frozenset())
+    prior = joint(kernel, Learned(0.1))
     space = SearchSpace.around((SAMPLES,), prior)
     point = space.start_points()[0]
     change = space.faded(point, 1.25) - point

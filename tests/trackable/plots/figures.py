@@ -68,7 +68,7 @@ def trace() -> Trace:
 
 
 def problem() -> ConstrainedProblem:
-    prior = JointPrior((Prior(SquaredExponential(0.7, 0.22), 0.01),))
+    prior = JointPrior((Prior(SquaredExponential(0.7, 0.22).as_learned(), 0.01),))
     constraints = (Constraint(STATE, Steps(0, 130, 0.01)), Constraint(INPUT, Steps(0, 129, 0.01)))
     return ConstrainedProblem((SAMPLES,), prior, SearchSpace.around((SAMPLES,), prior), constraints)
 

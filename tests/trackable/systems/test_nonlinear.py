@@ -101,7 +101,7 @@ def test_gradients_of_constraints_are_those_of_differences(name):
     rng = np.random.default_rng(2)
     samples = tuple(Samples(times, 0.7 + 0.1 * rng.standard_normal(8)) for _ in range(n))
     names = tuple(plant.system.states)
-    prior = JointPrior(tuple(Prior(SquaredExponential(0.3, 0.6), 0.1, 0.7) for _ in range(n)), names)
+    prior = JointPrior(tuple(Prior(SquaredExponential(0.3, 0.6).as_learned(), 0.1, 0.7) for _ in range(n)), names)
     problem = ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior))
     theta, places = prior.log_hyperparameters, np.array([0.1, 0.83, 1.7])
     for quantity in plant.quantities:

@@ -1,4 +1,4 @@
-"""Formulas in ball arithmetic, and where they are not defined."""
+"""Formulas in ball arithmetic; UndefinedError where they may not be defined."""
 
 from collections.abc import Mapping
 
@@ -12,11 +12,11 @@ MOST_MULTIPLIED = 64
 
 
 class UndefinedError(ArithmeticError):
-    """A formula that is not certainly defined everywhere it is asked; says what is in the way."""
+    """A formula may not be defined somewhere; the message says why."""
 
 
 def at_balls(formula: Expression, values: Mapping[str, arb]) -> arb:
-    """Enclosure of the formula at all values in these balls. UndefinedError where it may not be defined at some."""
+    """Enclose the formula at all values in these balls. UndefinedError where it may not be defined at some."""
     found = evaluate(formula, values, _Balls())
     if not found.is_finite():
         raise UndefinedError(DIVISION)
@@ -32,7 +32,7 @@ _POSITIVE = {
 
 
 def require_positive(function: str, argument: arb) -> None:
-    """UndefinedError for a function that wants a positive argument and may not get it."""
+    """Raise UndefinedError for a function that needs a positive argument and may not get it."""
     if function in _POSITIVE and not argument > 0:
         raise UndefinedError(_POSITIVE[function])
 

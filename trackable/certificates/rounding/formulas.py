@@ -1,4 +1,4 @@
-"""How far float64 evaluation of a formula can be from the formula: intervals with errors, carried from node to node.
+"""Bounds of the error of evaluating a formula in float64: intervals with errors, carried from node to node.
 
 Assumed, as everywhere: + − · / and NumPy's functions as `rounding.references` says. Bounds over-estimate.
 """
@@ -49,7 +49,7 @@ class Rounded:
 
 
 class RoundedArithmetic:
-    """What formulas need beside."""
+    """The arithmetic of formulas on rounded numbers."""
 
     def constant(self, value: float) -> Rounded:
         return Rounded(arb(value), arb(0))
@@ -79,7 +79,7 @@ class RoundedArithmetic:
 
 
 def _rounded(exact: arb, moved: arb, seen: arb, roundings: int = 1) -> Rounded:
-    """What is `moved` by the errors of its operands, and then rounded from somewhere in `seen`."""
+    """Return a result that is `moved` by the errors of its operands and then rounded from somewhere in `seen`."""
     if not abs(seen) < _LARGEST:
         raise UndefinedError("its float64 evaluation may overflow")
     return Rounded(exact, (moved + roundings * _UNIT * abs(seen) + _TINY).upper())

@@ -1,4 +1,4 @@
-"""How far a float64 evaluation of a reference can be from the exact reals it stands for: a bound, known beforehand.
+"""Bounds of the error of evaluating a reference in float64, known beforehand.
 
 Assumed: IEEE arithmetic rounding to nearest (u = 2⁻⁵³), a dot product in any order, and NumPy's functions and powers
 within 4 units in the last place. Everything else follows from the formulas in trackable.gp. All bounds over-estimate;
@@ -35,10 +35,10 @@ _LARGEST, _SMALLEST, _LARGEST_KERNEL = 1e30, 1e-30, 1e100
 
 
 def evaluation_errors(reference: Reference, until: float) -> dict[str, float]:
-    """Bounds of |float64 − exact| of each bounded quantity of a reference at all times |t| ≤ `until` [s].
+    """Bound |float64 − exact| of each bounded quantity of a reference at all times |t| ≤ `until` [s].
 
-    They hold at a float64 t, and against the exact k T_s where t is the rounded product; those of formulas only while
-    the states lie in their set, and infinite where that is not enough.
+    The bounds hold at a float64 t, and against the exact k T_s where t is the rounded product. Bounds of formulas hold
+    while the states lie in their set, and are infinite where that is not enough.
     """
     errors = {}
     for row in _rows(reference.plant):
@@ -50,7 +50,7 @@ def evaluation_errors(reference: Reference, until: float) -> dict[str, float]:
 
 
 def why_unbounded(reference: Reference, until: float) -> str:
-    """What is in the way of a finite error; empty where nothing is."""
+    """Return why an error is infinite; empty where none is."""
     try:
         for row in _rows(reference.plant):
             _row_error(reference, row, until)
@@ -113,7 +113,7 @@ def _functional_error(
 def _formula_error(
     plant: ConstrainedSystem, trajectory: Trajectory, of_signals: list[tuple[arb, arb]], roundings: int
 ) -> Rounded:
-    """Its arguments lie where the signals can be at all; what is a state, in the state set too."""
+    """Bound the error of a formula, whose arguments lie where the signals can be, and states in the state set."""
     values = {}
     for name, functional in trajectory.arguments:
         found = _functional_error(*_uncancelled([Fraction(1)], [functional]), of_signals, roundings)
@@ -125,7 +125,7 @@ def _formula_error(
 
 
 def _within(plant: ConstrainedSystem, i: int, exact: arb) -> arb:
-    """The part of a ball that rows of the state set with no other coordinate leave to the i-th."""
+    """Return the part of a ball in which rows of the state set that contain the i-th coordinate alone keep it."""
     low, high = exact.lower(), exact.upper()
     for row, bounds in plant.state_set.intervals:
         if row[i] and not any(np.delete(row, i)):
@@ -148,12 +148,12 @@ def _uncancelled(row: Sequence[Fraction], functionals: list[Functional]) -> tupl
 
 
 def evaluated_until(signals: Iterable[KernelSum], window: float) -> float:
-    """Up to when evaluation is claimed [s]: a thousand times the given window where the error grows with time."""
+    """Return up to when evaluation is claimed [s]: a thousand times the window where errors grow with time."""
     return 1e3 * window if any(balls_of(signal.kernel).has_periodic_part for signal in signals) else LATEST
 
 
 def has_sane_numbers(reference: Reference) -> bool:
-    """Whether every stored number is of a size for which the analysis above holds (no overflow, no lost factor)."""
+    """Return whether the analysis above holds for the sizes of all stored numbers (no overflow, no lost factor)."""
     plant = reference.plant
     rows = _rows(plant)
     gross = [_uncancelled(row.weights, row.functionals) for row in rows if not row.formulas]

@@ -1,4 +1,4 @@
-"""How far a float64 evaluation of a signal can be from the signal, by the formulas of its kernel in trackable.gp."""
+"""Bounds of the error of evaluating a signal in float64, by the formulas of its kernel in trackable.gp."""
 
 import numpy as np
 from flint import arb

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy
 
 from trackable.arrays import Array
 from trackable.control.step.slack import Inequalities
@@ -39,7 +39,7 @@ class AdmissibleInputs:
         """The point with the largest distance to all bounds, measured in their widths: shape (m,)."""
         inequalities = Inequalities.of(self.input_set)
         m = self.input_set.dimension
-        program = linprog(
+        program = scipy.optimize.linprog(
             np.append(np.zeros(m), -1.0),
             A_ub=np.column_stack([inequalities.rows, inequalities.widths]),
             b_ub=inequalities.bounds,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, null_space
+import scipy
 
 from trackable.arrays import Array
 from trackable.control.step.error_model import ErrorModel
@@ -40,8 +40,8 @@ class LinearQuadratic:
         hessian = weighted @ forced + np.kron(np.eye(N), self.R)
         to_reference = np.zeros((forced.shape[1], N * n))
         to_reference[:, -n:] = -np.linalg.pinv(last)
-        Z = null_space(last)
+        Z = scipy.linalg.null_space(last)
         if not Z.size:
             return to_reference
         slope = Z.T @ (weighted + hessian @ to_reference)
-        return np.asarray(to_reference - Z @ cho_solve(cho_factor(Z.T @ hessian @ Z), slope))
+        return np.asarray(to_reference - Z @ scipy.linalg.cho_solve(scipy.linalg.cho_factor(Z.T @ hessian @ Z), slope))

@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
-from scipy.linalg import lapack
+import scipy
 
 from trackable.arrays import Array
 from trackable.gp.factors.factorisation import Covariance, Factorisation
@@ -71,7 +71,7 @@ class Band(Factorisation):
             diagonal[np.diag_indices(size)] += noise_variance[own]
             if factors:
                 diagonal -= factors[-1].next.T @ factors[-1].next
-            factor, info = lapack.dpotrf(diagonal, lower=True)
+            factor, info = scipy.linalg.lapack.dpotrf(diagonal, lower=True)
             if info:
                 return None
             factors.append(BlockRow(factor, _lower_solve(factor, beside)))
@@ -121,7 +121,7 @@ class Band(Factorisation):
         """
         found, after = list[BlockRow](), np.empty((0, 0))
         for factor in reversed(self.factors):
-            inverse, _ = lapack.dpotri(factor.diagonal, lower=True)
+            inverse, _ = scipy.linalg.lapack.dpotri(factor.diagonal, lower=True)
             inverse = np.tril(inverse) + np.tril(inverse, -1).T
             g = _lower_solve(factor.diagonal, factor.next, transposed=True)
             beside = -g @ after
@@ -140,5 +140,5 @@ def _lower_solve(factor: Array, right: Array, transposed: bool = False) -> Array
     """Return L⁻¹ r, or L⁻ᵀ r if `transposed`; LAPACK refuses an empty r, which is returned as it is."""
     if not right.size:
         return right
-    solution, _ = lapack.dtrtrs(factor, right, lower=True, trans=transposed)
+    solution, _ = scipy.linalg.lapack.dtrtrs(factor, right, lower=True, trans=transposed)
     return np.asarray(solution.reshape(right.shape))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from trackable.arrays import Array
 from trackable.gp.factors.factorisation import Covariance
@@ -25,7 +25,7 @@ def nodes(first: float, last: float, count: int) -> Array:
 
 def coefficients(values: Array) -> Array:
     """Return the Chebyshev coefficients of the interpolants of values at `nodes`: shape (…, count), as the values."""
-    scaled = fft.dct(values[..., ::-1], type=1) / (values.shape[-1] - 1)
+    scaled = scipy.fft.dct(values[..., ::-1], type=1) / (values.shape[-1] - 1)
     scaled[..., [0, -1]] /= 2
     return np.asarray(scaled)
 

@@ -3,7 +3,7 @@
 from fractions import Fraction
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from trackable.arrays import Array
 from trackable.gp.factors.grid import Grid
@@ -27,7 +27,7 @@ def convolved(kernel: Kernel, centres: Array, weights: Array, t: Array, order: i
     if p == 0 or abs(at.step * q - of.step * p) * at.count > q * (at.rounding + of.rounding):
         return None
     first, last = -(of.count - 1) * q, (at.count - 1) * p
-    length = int(fft.next_fast_len(last - first + 1, real=True))
+    length = int(scipy.fft.next_fast_len(last - first + 1, real=True))
     if _COST * length > at.count * of.count:
         return None
     lags = at.start - of.start + of.step / q * np.arange(first, last + 1, dtype=float)
@@ -35,5 +35,5 @@ def convolved(kernel: Kernel, centres: Array, weights: Array, t: Array, order: i
     spread[: -first + 1 : q] = weights
     # Lags begin at `first`, so that entry j p − first of the convolution is the sum for time j. Circular wrap-around
     # corrupts only entries before these.
-    spectrum = fft.rfft(kernel.jet(lags, order), length) * fft.rfft(spread, length)
-    return np.asarray(fft.irfft(spectrum, length)[:, -first : last - first + 1 : p])
+    spectrum = scipy.fft.rfft(kernel.jet(lags, order), length) * scipy.fft.rfft(spread, length)
+    return np.asarray(scipy.fft.irfft(spectrum, length)[:, -first : last - first + 1 : p])

@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from scipy.linalg import lapack
+import scipy
 
 from trackable.arrays import Array
 from trackable.gp.factors.factorisation import Covariance, Factorisation
@@ -29,7 +29,7 @@ class Dense(Factorisation):
         """Factorise for n `times` [s] and noise variances (n,); None if A is not positive definite in float64."""
         upper, workspace, gradient = gram(times, covariance)
         upper.reshape(-1)[:: len(times) + 1] += noise_variance
-        factor, info = lapack.dpotrf(upper.T, lower=True, clean=False, overwrite_a=True)
+        factor, info = scipy.linalg.lapack.dpotrf(upper.T, lower=True, clean=False, overwrite_a=True)
         return None if info else cls(factor, workspace.T, gradient, noise_variance)
 
     @cached_property
@@ -37,7 +37,7 @@ class Dense(Factorisation):
         return 2 * float(np.log(self.factor.diagonal()).sum())
 
     def solve(self, right: Array) -> Array:
-        solution, _ = lapack.dpotrs(self.factor, right, lower=True)
+        solution, _ = scipy.linalg.lapack.dpotrs(self.factor, right, lower=True)
         return np.asarray(solution.reshape(right.shape))
 
     def gradient_times(self, c: Array) -> Array:
@@ -45,6 +45,6 @@ class Dense(Factorisation):
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         self.workspace[...] = self.factor
-        inverse, _ = lapack.dpotri(self.workspace, lower=True, overwrite_c=True)
+        inverse, _ = scipy.linalg.lapack.dpotri(self.workspace, lower=True, overwrite_c=True)
         by_kernel = self.gradient.traces(inverse.T) - self.gradient.times(c) @ c
         return by_kernel, float((inverse.diagonal() - c**2) @ self.noise_variance)

@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from scipy.linalg import lapack
+import scipy
 
 from trackable.arrays import Array
 from trackable.gp.factors.chebyshev import Basis
@@ -38,7 +38,7 @@ class LowRank(Factorisation):
         between = np.triu(upper) + np.triu(upper, 1).T
         b = basis.r @ between @ basis.r.T / noise_variance
         b.reshape(-1)[:: len(b) + 1] += 1
-        factor, info = lapack.dpotrf(b.T, lower=True, overwrite_a=True)
+        factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)
         return None if info else cls(basis, relative_noise, noise_variance, factor, gradient)
 
     @cached_property
@@ -53,7 +53,7 @@ class LowRank(Factorisation):
         beside = rows - along @ q.T
         # Project twice: rounding leaves a component along Q, which the factor would have made small.
         beside -= beside @ q @ q.T
-        kept, _ = lapack.dpotrs(self.factor, along.T, lower=True)
+        kept, _ = scipy.linalg.lapack.dpotrs(self.factor, along.T, lower=True)
         solution = beside + kept.reshape(along.T.shape).T @ q.T
         return np.asarray((solution / self.relative_noise).T / self.noise_variance)
 
@@ -70,10 +70,10 @@ class LowRank(Factorisation):
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         n, m = self.basis.q.shape
-        root, _ = lapack.dtrtrs(self.factor, self.basis.r, lower=True)
+        root, _ = scipy.linalg.lapack.dtrtrs(self.factor, self.basis.r, lower=True)
         u = self.weights_at_centres(c)
         by_kernel = self.gradient.traces(root.T @ root / self.noise_variance) - self.gradient.times(u) @ u
         # ϱ σ_n² A⁻¹ ϱ is the identity on the complement of span Q, and B⁻¹ on span Q: tr(A⁻¹ V) = n − m + tr(B⁻¹).
-        inverse, _ = lapack.dtrtri(self.factor, lower=True)
+        inverse, _ = scipy.linalg.lapack.dtrtri(self.factor, lower=True)
         by_noise = n - m + np.sum(inverse**2) - self.noise_variance * np.sum((self.relative_noise * c) ** 2)
         return by_kernel, float(by_noise)

@@ -8,8 +8,7 @@ from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
-from scipy import fft
-from scipy.linalg import blas
+import scipy
 
 from trackable.arrays import Array
 from trackable.gp.factors.factorisation import Covariance, Factorisation
@@ -36,7 +35,7 @@ def durbin(column: Array) -> Inverse | None:
     and |A| is the product of all E_k. A is positive definite if every reflection ρ lies inside (−1, 1). Samples that
     lie far apart are almost independent: f ends (at `last`) where all later reflections are negligible.
     """
-    n, scale = len(column), float(column[0])
+    n, scale, blas = len(column), float(column[0]), scipy.linalg.blas
     if not scale > 0:
         return None
     reversed_column = column[::-1] / scale
@@ -131,10 +130,10 @@ class Toeplitz(Factorisation):
     @cached_property
     def _length(self) -> int:
         """The length of the transforms: long enough that circular products do not wrap around."""
-        return int(fft.next_fast_len(2 * len(self.column), real=True))
+        return int(scipy.fft.next_fast_len(2 * len(self.column), real=True))
 
     def _spectrum(self, rows: Array) -> Array:
-        return np.asarray(fft.rfft(rows, self._length))
+        return np.asarray(scipy.fft.rfft(rows, self._length))
 
     def _signal(self, spectrum: Array) -> Array:
-        return np.asarray(fft.irfft(spectrum, self._length)[..., : len(self.column)])
+        return np.asarray(scipy.fft.irfft(spectrum, self._length)[..., : len(self.column)])

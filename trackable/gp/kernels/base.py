@@ -8,12 +8,13 @@ and `jet_and_gradient`.
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Self
 
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.hyperparameter import Scales, Search, at, learned
 
 
 @dataclasses.dataclass(frozen=True)
@@ -26,8 +27,29 @@ class Kernel(ABC):
         """Names and values, in natural units, in the order of every gradient."""
 
     @abstractmethod
+    def changed(self, change: Callable[[str, float], float]) -> Self:
+        """Return the same kernel with `change(name, value)` for the value of each hyperparameter."""
+
+    @abstractmethod
+    def search(self, name: str, scales: Scales) -> Search:
+        """Return where a hyperparameter is sought if no interval is given for it."""
+
     def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
-        """Return the same kernel with other values, where they are named. TypeError for unknown names."""
+        """Return the same kernel with other values of those that are named; learned ones stay learned.
+
+        TypeError for unknown names.
+        """
+        if unknown := values.keys() - self.hyperparameters.keys():
+            raise TypeError(f"{type(self).__name__} has no hyperparameter {', '.join(sorted(unknown))}")
+        return self.changed(lambda name, value: at(value, values[name]) if name in values else value)
+
+    def as_learned(self, names: Collection[str] | None = None) -> Self:
+        """Return the same kernel with all hyperparameters learned, or those that are named, from where they are now."""
+        return self.changed(lambda name, value: learned(value) if names is None or name in names else value)
+
+    def as_known(self) -> Self:
+        """Return the same kernel with every hyperparameter known, as it is now."""
+        return self.changed(lambda _, value: float(value))
 
     @abstractmethod
     def jet(self, r: Array, order: int) -> Array:
@@ -51,14 +73,14 @@ class Kernel(ABC):
         """
 
     @property
+    def period(self) -> float | None:
+        """The period [s] that all parts of κ have, as the same float64; None where there is none."""
+        return None
+
+    @property
     def is_analytic(self) -> bool:
         """Whether κ has derivatives of every order, at 0 too: then few points resolve it, and all its derivatives."""
         return True
-
-    @property
-    def common_period(self) -> float | None:
-        """The period [s] that all parts of κ have, as the same float64; None where there is none."""
-        return None
 
     @property
     def vanishing_distance(self) -> float:
@@ -99,27 +121,26 @@ class _Pair(Kernel):
         parts = {"left": self.left, "right": self.right}
         return {f"{side}.{name}": v for side, part in parts.items() for name, v in part.hyperparameters.items()}
 
-    def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
-        def of(side: str) -> dict[str, float]:
-            return {name.removeprefix(side): v for name, v in values.items() if name.startswith(side)}
+    def changed(self, change: Callable[[str, float], float]) -> Self:
+        left = self.left.changed(lambda name, value: change(f"left.{name}", value))
+        return type(self)(left, self.right.changed(lambda name, value: change(f"right.{name}", value)))
 
-        if unknown := values.keys() - self.hyperparameters.keys():
-            raise TypeError(f"{type(self).__name__} has no hyperparameter {', '.join(sorted(unknown))}")
-        left, right = self.left.with_hyperparameters(of("left.")), self.right.with_hyperparameters(of("right."))
-        return dataclasses.replace(self, left=left, right=right)
+    def search(self, name: str, scales: Scales) -> Search:
+        side, _, inner = name.partition(".")
+        return (self.left if side == "left" else self.right).search(inner, scales)
 
     @property
     def decay_distance(self) -> float:
         return max(self.left.decay_distance, self.right.decay_distance)
 
     @property
-    def is_analytic(self) -> bool:
-        return self.left.is_analytic and self.right.is_analytic
+    def period(self) -> float | None:
+        """The period that both parts have; None where they differ, though a multiple of both would do."""
+        return self.left.period if self.left.period == self.right.period else None
 
     @property
-    def common_period(self) -> float | None:
-        period = self.left.common_period
-        return period if period == self.right.common_period else None
+    def is_analytic(self) -> bool:
+        return self.left.is_analytic and self.right.is_analytic
 
     @abstractmethod
     def jet(self, r: Array, order: int) -> Array: ...

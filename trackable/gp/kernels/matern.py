@@ -1,7 +1,6 @@
 """Matérn kernels of half-integer smoothness ν."""
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +10,6 @@ from trackable.arrays import Array
 from trackable.gp.kernels.radial import UNDERFLOW, Radial
 
 
-@dataclass(frozen=True)
 class _Matern(Radial):
     """φ(s) = P(x) e^(−x) with x = √(2ν) |s|; n derivatives in x turn P into (d/dx − 1)ⁿ P."""
 
@@ -37,7 +35,6 @@ class _Matern(Radial):
         return phi
 
 
-@dataclass(frozen=True)
 class Matern32(_Matern):
     """φ(s) = (1 + x) e^(−x), x = √3 |s|: the mean has two continuous derivatives, and a third that jumps at samples.
 
@@ -53,7 +50,6 @@ class Matern32(_Matern):
         return self.lengthscale / math.sqrt(3)
 
 
-@dataclass(frozen=True)
 class Matern52(_Matern):
     """φ(s) = (1 + x + x²/3) e^(−x), x = √5 |s|.
 

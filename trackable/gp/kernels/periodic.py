@@ -7,6 +7,7 @@ from math import comb, tau
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.hyperparameter import Hyperparameter, amplitude, fraction_of_period, repetition
 from trackable.gp.kernels.elementary import Elementary, stretched
 
 
@@ -14,9 +15,9 @@ from trackable.gp.kernels.elementary import Elementary, stretched
 class Periodic(Elementary):
     """κ(r) = θ₁² exp(−(2/θ₂²) sin²(π r/θ₃)) with `signal_std` θ₁, `lengthscale` θ₂ (no unit) and `period` θ₃ [s]."""
 
-    signal_std: float
-    lengthscale: float
-    period: float
+    signal_std: Hyperparameter = Hyperparameter(amplitude)
+    lengthscale: Hyperparameter = Hyperparameter(fraction_of_period)
+    period: Hyperparameter = Hyperparameter(repetition)
 
     def jet(self, r: Array, order: int) -> Array:
         return np.asarray(self._jets(r, order)[0])
@@ -46,10 +47,6 @@ class Periodic(Elementary):
             for j in range(n + 1):
                 kappa[n + 1] -= comb(n, j) * g[n - j + 1] * kappa[j]
         return kappa, g
-
-    @property
-    def common_period(self) -> float:
-        return self.period
 
     @property
     def decay_distance(self) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.hyperparameter import Hyperparameter, amplitude, duration
 from trackable.gp.kernels.elementary import Elementary, stretched
 
 UNDERFLOW = 746.0
@@ -16,8 +17,8 @@ UNDERFLOW = 746.0
 class Radial(Elementary):
     """κ(r) = θ₁² φ(r/θ₂) with `signal_std` θ₁ (the unit of the signal) and `lengthscale` θ₂ [s]."""
 
-    signal_std: float
-    lengthscale: float
+    signal_std: Hyperparameter = Hyperparameter(amplitude)
+    lengthscale: Hyperparameter = Hyperparameter(duration)
 
     @abstractmethod
     def correlation(self, s: Array, order: int) -> Array:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.hyperparameter import Hyperparameter, amplitude, duration, tail_weight
 from trackable.gp.kernels.radial import Radial
 
 
@@ -17,7 +18,9 @@ class RationalQuadratic(Radial):
     s = √(2α/(2α + 1)) on: ζ = θ₂ √(2α/(2α + 1)).
     """
 
-    shape: float
+    signal_std: Hyperparameter = Hyperparameter(amplitude)
+    lengthscale: Hyperparameter = Hyperparameter(duration)
+    shape: Hyperparameter = Hyperparameter(tail_weight)
 
     def correlation(self, s: Array, order: int) -> Array:
         alpha = self.shape

@@ -1,7 +1,6 @@
 """The squared exponential kernel."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,7 +8,6 @@ from trackable.arrays import Array
 from trackable.gp.kernels.radial import UNDERFLOW, Radial
 
 
-@dataclass(frozen=True)
 class SquaredExponential(Radial):
     """φ(s) = exp(−s²/2).
 

@@ -1,1 +1,1 @@
-"""Algorithm 1 and the periodic program as the paper has them."""
+"""Algorithm 1 and the periodic programs as the paper has them."""

@@ -1,6 +1,6 @@
 """Algorithm 1 of the paper: constrained learning of asymptotically constant references.
 
-Constrain the first k̄ steps, learn, test whether the bounds from t̄ = k̄ T_s on hold for ever, otherwise take one more.
+Constrain the first k̄ steps, learn, and test whether the bounds from t̄ = k̄ T_s on hold for ever; otherwise add a step.
 """
 
 from collections.abc import Callable
@@ -34,7 +34,7 @@ class Reading:
     growth_states: Callable[[Tail, JointPosterior], Interval]
 
     def constraints(self, plant: ConstrainedSystem, k_bar: int) -> tuple[Constraint, ...]:
-        """What iteration k̄ asks of the posterior mean."""
+        """Return the constraints of iteration k̄. Raises ValueError for systems that are not scalar."""
         state, entry = state_and_input(plant)
         return (
             Constraint(state, Steps(0, self.last_state(k_bar), plant.sampling_time)),
@@ -48,16 +48,18 @@ def _around_posterior_mean(bounds: Tail, posterior: JointPosterior) -> Interval:
 
 
 AS_PUBLISHED = Reading("as_published", lambda k: k - 1, lambda k: k - 2, _around_posterior_mean)
-"""The reading that reproduces the published trace. The step into k̄ is proved by nothing."""
+"""The reading that reproduces the published trace. Nothing proves the step into k̄."""
 
 SOUND = Reading("sound", lambda k: k, lambda k: k - 1, lambda bounds, _: bounds.states)
-"""The reading that its proof supports: states up to k̄, all steps into k̄, growth rates for every later state."""
+"""The reading that the paper's proof supports: states up to k̄, all steps into k̄, growth rates for all later states."""
 
 
 @dataclass(frozen=True)
 class Iteration:
-    """One pass of the loop at k̄ = `k_bar`: the solution, the bounds from t̄ on (None while the ζ-test fails) and
-    the growth rates [τ_low, τ_high] that they must respect."""
+    """One iteration at k̄ = `k_bar`: the solution, and whether its bounds from t̄ on keep states and growth rates.
+
+    `tail` holds the bounds and `growth_rates` are [τ_low, τ_high] per second; both are None while the ζ-test fails.
+    """
 
     k_bar: int
     solution: Solution
@@ -72,7 +74,7 @@ class Iteration:
 
     @property
     def explanation(self) -> str:
-        """Why the loop does not end here: which test fails, and by how much."""
+        """Which test fails, so that the loop does not end here, and by how much."""
         if self.tail is None or self.growth_rates is None:
             zeta = self.solution.posterior.signals[0].kernel.decay_distance
             return f"at k̄ = {self.k_bar} a sample still lies within ζ = {zeta:.4g} s of t̄, so that no bound is monotone"
@@ -87,7 +89,7 @@ class Iteration:
 
 @dataclass(frozen=True)
 class Run:
-    """All iterations, and how they ended: a Solution, NoSolution, or None where the last step came first."""
+    """All iterations and their outcome: a Solution, NoSolution, or None where no iteration passed its tests."""
 
     iterations: tuple[Iteration, ...]
     outcome: Solution | NoSolution | None
@@ -117,7 +119,10 @@ def algorithm1(
     last_step: int,
     on_iteration: Callable[[int], object] = lambda k_bar: None,
 ) -> Run:
-    """Run the loop from k̄ = `first_step`, giving up after `last_step`; `on_iteration` hears of each k̄."""
+    """Run the loop from k̄ = `first_step` to `last_step` at most; `on_iteration` is called with each k̄.
+
+    Raises ValueError for systems that are not scalar.
+    """
     iterations: list[Iteration] = []
     solution: Solution | None = None
     for k_bar in range(first_step, last_step + 1):

@@ -1,4 +1,4 @@
-"""The followability half of the paper's program (9): growth rates of the tube, constant on each of η intervals."""
+"""The input constraints of the paper's program (9): growth rates of the tube, constant on each of η intervals."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -44,7 +44,7 @@ class GrowthRates(Bounded):
         return np.empty((0, 2))
 
     def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
-        """The two worst pairs of each interval, one for each bound of U."""
+        """Return the two worst pairs of each interval, one for each bound of U."""
         (signal,), (a, b, _) = posterior.signals, self._coefficients
         slowest, fastest = _extremes(signal, self.edges, order=1, sign=1 / b)
         lowest, highest = _extremes(signal, self.edges, order=0, sign=(1 - a) / b)
@@ -53,7 +53,7 @@ class GrowthRates(Bounded):
         return pairs, bounds.margin(self.value(posterior, pairs)) / bounds.width
 
     def value(self, posterior: JointPosterior, places: Array) -> Array:
-        """The quantity at n pairs (t, s): shape (n,)."""
+        """Return the quantity at n pairs (t, s): shape (n,)."""
         t, s = places.T
         return self._combined(posterior.signals[0].derivative(t), posterior.signals[0](s)) - self._offset
 
@@ -77,7 +77,10 @@ class GrowthRates(Bounded):
 
 
 def interval_growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tuple[float, ...]) -> tuple[Array, Array]:
-    """[τ_low, τ_high] on each of the η intervals between `edges` [s], for the states met there: shapes (η,)."""
+    """Return [τ_low, τ_high] per second on each of the η intervals between `edges` [s], for the states met there.
+
+    Shapes (η,). Raises ValueError for systems that are not scalar.
+    """
     lowest, highest = _extremes(signal, edges, order=0, sign=1.0)
     states = zip(signal(lowest).tolist(), signal(highest).tolist(), strict=True)
     rates = np.array([growth_rates(plant, Interval(low, high)) for low, high in states])
@@ -85,7 +88,7 @@ def interval_growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tu
 
 
 def _extremes(signal: KernelSum, edges: tuple[float, ...], order: int, sign: float) -> tuple[Array, Array]:
-    """Where sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest in each interval, by all its local extrema and its ends."""
+    """Return the times at which sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest in each interval: extrema or ends."""
 
     def derivative(t: Array) -> Array:
         return np.asarray(sign * signal.jet(t, order)[order])

@@ -3,10 +3,10 @@
 import numpy as np
 
 from trackable.gp.joint import JointPrior
+from trackable.gp.period import period_of
 from trackable.gp.samples import Samples
 from trackable.learning.constraint import ROUNDING_BACKOFF, Bounded, Constraint
 from trackable.learning.index_set import Steps, Window
-from trackable.learning.methods import period_of
 from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackable.learning.published.growth import GrowthRates
 from trackable.learning.published.scalar import state_and_input
@@ -61,14 +61,14 @@ def sampled(
 
 
 def on_grid(plant: ConstrainedSystem, last_step: int) -> tuple[Constraint, Constraint]:
-    """The state at steps 0 … k̄ and the input at the steps before k̄ = `last_step`. ValueError as `grid`."""
+    """Return constraints on the state at steps 0 … k̄ and on the input at the steps before k̄ = `last_step`."""
     state, entry = state_and_input(plant)
     states, inputs = Steps(0, last_step, plant.sampling_time), Steps(0, last_step - 1, plant.sampling_time)
     return Constraint(state, states), Constraint(entry, inputs)
 
 
 def steps_of_period(prior: JointPrior, plant: ConstrainedSystem) -> int:
-    """n for a known period n T_s. Raises ValueError and TypeError as `sampled`."""
+    """Return n for a known period n T_s. Raises ValueError and TypeError as `sampled`."""
     if any(name.endswith("period") for name in prior.learned):
         raise ValueError("the period is learned, so that no finite set of instants is all that ever occurs")
     period, sampling_time = period_of([part.kernel for part in prior.parts]), plant.sampling_time

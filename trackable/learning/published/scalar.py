@@ -26,27 +26,27 @@ def is_scalar(plant: ConstrainedSystem) -> bool:
 
 
 def state_and_input(plant: ConstrainedSystem) -> tuple[Quantity, Quantity]:
-    """The state and the input of a scalar system. Raises ValueError for other systems, and where one is not bounded."""
+    """Return the state and the input of a scalar system. ValueError for other systems, and where one is not bounded."""
     _refuse_others(plant)
     state, entry = plant.quantities
     return state, entry
 
 
 def interval_sets(plant: ConstrainedSystem) -> tuple[Interval, Interval]:
-    """X and U of a scalar system. Raises ValueError as `state_and_input`."""
+    """Return X and U of a scalar system. Raises ValueError as `state_and_input`."""
     state, entry = state_and_input(plant)
     return state.bounds, entry.bounds
 
 
 def coefficients(plant: ConstrainedSystem) -> tuple[float, float, float]:
-    """a, b and c of x(k+1) = a x(k) + b u(k) + c. Raises ValueError for systems that are not scalar."""
+    """Return a, b and c of x(k+1) = a x(k) + b u(k) + c. Raises ValueError for systems that are not scalar."""
     _refuse_others(plant)
     system = plant.linear
     return system.A.item(), system.B.item(), system.c.item()
 
 
 def successor_set(plant: ConstrainedSystem, x: Array) -> tuple[Array, Array]:
-    """Lower and upper end of {a x + b u + c : u ∈ U}, the reachable tube one step on: exact, elementwise in x.
+    """Return lower and upper end of {a x + b u + c : u ∈ U}, the reachable tube one step on: exact, elementwise in x.
 
     Raises ValueError for systems that are not scalar.
     """
@@ -57,7 +57,7 @@ def successor_set(plant: ConstrainedSystem, x: Array) -> tuple[Array, Array]:
 
 
 def growth_rates(plant: ConstrainedSystem, states: Interval) -> tuple[float, float]:
-    """[τ_low, τ_high] of Assumption 5: x + [τ_low, τ_high] T_s stays in the successor set of each x in `states`.
+    """Return [τ_low, τ_high] of Assumption 5: x + [τ_low, τ_high] T_s stays in the successor set of each x in `states`.
 
     The largest such rates (an inner approximation of the tube) in units per second. The tube's ends move linearly with
     x, so the ends of `states` decide. Where τ_low > τ_high there is no common rate at all. Raises ValueError for
@@ -69,13 +69,13 @@ def growth_rates(plant: ConstrainedSystem, states: Interval) -> tuple[float, flo
 
 
 def equilibrium_input(plant: ConstrainedSystem, x: float) -> float:
-    """The input that holds the state at x. Raises ValueError for systems that are not scalar."""
+    """Return the input that holds the state at x. Raises ValueError for systems that are not scalar."""
     a, b, c = coefficients(plant)
     return (x - a * x - c) / b
 
 
 def reachable_tube(reference: Reference, t: Array) -> tuple[Array, Array]:
-    """Ends of the tube at t + T_s: the states that the system can reach from x_r(t) in one step, in the shape of t [s].
+    """Return the ends of the tube at t + T_s: what the system can reach from x_r(t) in one step. Shapes as t [s].
 
     Raises ValueError for systems that are not scalar.
     """

@@ -1,4 +1,4 @@
-"""Bounds that hold from some time on for ever, for kernels that decay (paper, Assumptions 3 to 5)."""
+"""Bounds of a learned signal for all times after some instant, for kernels that decay (paper, Assumptions 3 to 5)."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from trackable.systems.sets.interval import Interval
 
 @dataclass(frozen=True)
 class Tail:
-    """What is known of a learned signal for all t ≥ `start` [s], once every sample lies further back than ζ.
+    """Bounds of a learned signal for all t ≥ `start` [s], where every sample lies further back than ζ.
 
     `mean_bound` m̄ ≥ |m⁺(t) − m| and `derivative_bound` (unit per second) ≥ |ṁ⁺(t)|: over-estimates, by the triangle
     inequality and monotone decay.
@@ -25,7 +25,7 @@ class Tail:
 
     @property
     def states(self) -> Interval:
-        """Where the signal stays: around the *prior* mean (the paper's line 7 prints the posterior's)."""
+        """The interval that holds the signal: around the *prior* mean (the paper's line 7 prints the posterior's)."""
         return Interval(self.mean - self.mean_bound, self.mean + self.mean_bound)
 
     def keeps_states(self, plant: ConstrainedSystem) -> bool:
@@ -50,7 +50,7 @@ class Tail:
 
 
 def tail(signal: KernelSum, start: float) -> Tail | None:
-    """The bounds from `start` [s] on; None where a sample lies within ζ of it, so that nothing is known."""
+    """Return the bounds from `start` [s] on; None where a sample lies within ζ of it, so that none are known."""
     if not start - np.max(signal.centres) > signal.kernel.decay_distance:
         return None
     kappa, rate = np.abs(signal.kernel.jet(start - signal.centres, 1)) @ np.abs(signal.weights)

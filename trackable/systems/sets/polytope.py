@@ -1,12 +1,12 @@
 """State and input sets: polytopes as bounds of linear combinations; boxes and half-spaces are converted to them."""
 
 from dataclasses import dataclass
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy
 
-from trackable.arrays import Array
+from trackable.arrays import Array, ArrayLike
 from trackable.systems.sets.interval import Interval
 
 _OUTWARDS = 1e-6  # relative: solvers find the minimum up to less than this
@@ -24,6 +24,10 @@ class Polytope:
     lower: Array
     upper: Array
     dimension: int = 0
+
+    if TYPE_CHECKING:  # arrays are made of what is given
+
+        def __init__(self, rows: ArrayLike, lower: ArrayLike, upper: ArrayLike, dimension: int = 0) -> None: ...
 
     def __post_init__(self) -> None:
         if not self.dimension:
@@ -47,7 +51,7 @@ class Polytope:
             raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
 
     @classmethod
-    def box(cls, lower: Array, upper: Array) -> Self:
+    def box(cls, lower: ArrayLike, upper: ArrayLike) -> Self:
         """Return {x : lower ≤ x ≤ upper} with bounds of shape (n,); two infinite bounds leave a coordinate free.
 
         ValueError: only one of two bounds is infinite, shapes differ, or the box has no interior.
@@ -66,7 +70,7 @@ class Polytope:
         return cls(np.eye(len(low))[bounded], low[bounded], high[bounded], len(low))
 
     @classmethod
-    def halfspaces(cls, H: Array, h: Array) -> Self:
+    def halfspaces(cls, H: ArrayLike, h: ArrayLike) -> Self:
         """Return the bounded set {x : H x ≤ h} with H (r, n) and h (r,).
 
         Opposite rows become one interval. A row without an opposite gets, as its other bound, a value slightly below
@@ -109,7 +113,7 @@ class Polytope:
         middle = (self.upper / 2 + self.lower / 2) / half
         off = middle - matrix @ np.linalg.lstsq(matrix, middle)[0]
         twice = np.full((len(matrix), 1), 2.0)
-        program = linprog(
+        program = scipy.optimize.linprog(
             np.append(np.zeros(self.dimension), -1.0),
             A_ub=np.vstack([np.hstack([matrix, twice]), np.hstack([-matrix, twice])]),
             b_ub=np.concatenate([1 + off, 1 - off]),
@@ -144,7 +148,7 @@ class Polytope:
 
 def _lower_bound(row: Array, H: Array, h: Array) -> float:
     """Return a lower bound, slightly too low, of row · x on {x : H x ≤ h}. ValueError: there is none."""
-    program = linprog(row, A_ub=H, b_ub=h, bounds=(None, None), method="highs")
+    program = scipy.optimize.linprog(row, A_ub=H, b_ub=h, bounds=(None, None), method="highs")
     if program.status == 3:
         raise ValueError(
             f"set: must be bounded, but {_formula(row)} has no lower bound on it; where it does not matter, a bound "

@@ -22,7 +22,7 @@ def posterior_at(kernel, times, noise, relative_noise=None, stencil=POINT):
     clean = np.sin(times - times[0]) + 0.3 + noise * rng.standard_normal(len(times))
     spread = np.ones(len(times)) if relative_noise is None else relative_noise
     samples = Samples(times, clean * scale, spread, stencil)
-    return Posterior(Prior(kernel, noise * scale, 0.1, fixed=frozenset()), samples)
+    return Posterior(Prior(kernel, noise * scale, 0.1).as_learned(), samples)
 
 
 def factorisations(posterior: Posterior) -> dict[type[Factorisation], Factorisation]:

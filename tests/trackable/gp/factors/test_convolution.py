@@ -114,7 +114,7 @@ def test_blocks_are_no_larger_than_they_may_be(monkeypatch):
 @over({name: KERNELS[name] for name in ("se", "periodic", "nested")})
 def test_a_posterior_asked_at_many_times_at_once(kernel, monkeypatch):
     samples = Samples(CENTRES[:20], np.cos(CENTRES[:20]))
-    posterior = Posterior(Prior(kernel, 0.1, 0.3, fixed=frozenset()), samples)
+    posterior = Posterior(Prior(kernel, 0.1, 0.3).as_learned(), samples)
     t = np.linspace(0, 3, 60).reshape(3, 20)
     whole = posterior.variance(t), *posterior.jet_and_gradient(t, 1), posterior.mean(t)
     monkeypatch.setattr(blocks, "_WHOLE", 0)

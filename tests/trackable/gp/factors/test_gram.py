@@ -63,7 +63,7 @@ def test_the_factor_solves_and_has_the_determinant(kernel, n):
 def test_likelihood_of_more_samples_than_a_strip_holds(kernel):
     times = irregular(129) / 2
     samples = Samples(times, np.sin(times))
-    prior = Prior(kernel, 0.2 * float(kernel(np.zeros(()))) ** 0.5, 0.3, fixed=frozenset())
+    prior = Prior(kernel, 0.2 * float(kernel(np.zeros(()))) ** 0.5, 0.3).as_learned()
     value, gradient = Posterior(prior, samples).negative_log_marginal_likelihood()
     assert value == pytest.approx(naive.negative_log_marginal_likelihood(prior, samples), rel=1e-9)
     reference = naive.by_log_hyperparameters(

@@ -27,7 +27,7 @@ PUBLISHED = _table("example1_prediction.csv")
 SYSTEM = scalar(0.9, 0.5, state_set=Interval(-2.0, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01)
 STATE_SET, INPUT_SET = interval_sets(SYSTEM)
 SAMPLES = Samples(_SAMPLES["k"] * 0.01, _SAMPLES["y"])
-PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.01),))
+PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0).as_learned(), noise_std=0.01),))
 SPACE = SearchSpace.around((SAMPLES,), PRIOR)
 STEPS = np.arange(201)
 

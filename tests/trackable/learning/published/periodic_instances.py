@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.posterior import Posterior
@@ -35,7 +36,7 @@ def instance(seed: int) -> Instance:
     first, second = (np.sin(n * 2 * np.pi / period * times + rng.uniform(0, 6)) for n in (1, 2))
     clean = rng.uniform(0.5, 2) * (first + rng.uniform(0, 0.7) * second)
     samples = Samples(times, clean + rng.uniform(0.02, 0.3) * rng.standard_normal(count))
-    prior = Prior(Periodic(1.0, 1.0, period), float(rng.uniform(0.05, 0.2)))
+    prior = Prior(Periodic(1.0, Learned(1.0, (0.2, 10.0)), period).as_learned(), float(rng.uniform(0.05, 0.2)))
     system, sampling_time = _SYSTEMS[seed % 5], float(rng.choice([0.01, 0.05, 0.1]))
     wide = Interval(-99, 99)
     loose = scalar(*system, state_set=wide, input_set=wide, sampling_time=sampling_time)
@@ -48,6 +49,5 @@ def instance(seed: int) -> Instance:
     phases = np.linspace(0, period, 400)
     sets = [part_of(q((plain.mean,), phases), rng.uniform(0.6, 1.2)) for q in state_and_input(loose)]
     plant = scalar(*system, state_set=sets[0], input_set=sets[1], sampling_time=sampling_time)
-    bounds = {"lengthscale": Interval(0.2, 10.0)}
     joint = JointPrior((prior,))
-    return Instance((samples,), joint, plant, SearchSpace.around((samples,), joint, bounds, starts=24))
+    return Instance((samples,), joint, plant, SearchSpace.around((samples,), joint, starts=24))

@@ -29,7 +29,7 @@ SYSTEM = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0
 STATE_SET, INPUT_SET = interval_sets(SYSTEM)
 TIMES = np.arange(0, 401, 20) * 0.01
 SAMPLES = Samples(TIMES, two_harmonics(TIMES) + 0.3 * np.random.default_rng(4).standard_normal(TIMES.size))
-SINGLE = Prior(Periodic(1.0, 1.0, 3.0), 0.1)
+SINGLE = Prior(Periodic(1.0, 1.0, 3.0).as_learned(), 0.1)
 PRIOR = JointPrior((SINGLE,))
 SPACE = SearchSpace.around((SAMPLES,), PRIOR, starts=16)
 COUNTS = (4, 16, 64)
@@ -167,7 +167,7 @@ def test_gradients_of_pairs_against_central_differences():
 
 
 def test_a_known_period_of_whole_steps_needs_its_instants_only():
-    known = JointPrior((replace(SINGLE, kernel=Periodic(1.0, 1.0, 3.14), fixed=SINGLE.fixed | {"period"}),))
+    known = JointPrior((replace(SINGLE, kernel=Periodic(period=3.14)),))
     space = SearchSpace.around((SAMPLES,), known, starts=8)
     on_instants, everywhere = (method((SAMPLES,), known, SYSTEM, space) for method in (sampled, exact))
     assert on_instants.objective <= everywhere.objective + 1e-6
@@ -178,7 +178,7 @@ def test_a_known_period_of_whole_steps_needs_its_instants_only():
 
 @pytest.mark.parametrize("period", [3.145, 0.001, np.pi])
 def test_a_period_between_steps_is_no_sampled_problem(period):
-    known = JointPrior((replace(SINGLE, kernel=Periodic(1.0, 1.0, period), fixed=SINGLE.fixed | {"period"}),))
+    known = JointPrior((replace(SINGLE, kernel=Periodic(period=period)),))
     with pytest.raises(ValueError, match="no whole multiple of the sampling time"):
         sampled((SAMPLES,), known, SYSTEM, SearchSpace.around((SAMPLES,), known))
 
@@ -189,7 +189,7 @@ def test_a_learned_period_is_no_sampled_problem():
 
 
 def test_a_kernel_without_a_period_is_refused():
-    quasi = JointPrior((Prior(Product(Periodic(1, 1, 3), SquaredExponential(1, 5)), 0.1),))
+    quasi = JointPrior((Prior(Product(Periodic(1, 1, 3), SquaredExponential(1, 5)).as_learned(), 0.1),))
     space = SearchSpace.around((SAMPLES,), quasi)
     for method in (exact, partial(grid, last_step=400), partial(intervals, last_step=400, count=4)):
         with pytest.raises(TypeError, match="needs a periodic kernel, got Product"):
@@ -204,7 +204,7 @@ def test_no_admissible_equilibrium_and_nothing_feasible_is_explained():
 
 
 def test_learned_noise_is_allowed():
-    prior = JointPrior((replace(SINGLE, fixed=frozenset()),))
+    prior = JointPrior((SINGLE.as_learned(),))
     space = SearchSpace.around((SAMPLES,), prior, starts=8)
     outcome = exact((SAMPLES,), prior, SYSTEM, space)
     assert isinstance(outcome, Solution)

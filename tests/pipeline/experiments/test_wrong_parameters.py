@@ -130,6 +130,18 @@ WRONG = [
         "[unconstrained, certified, best]",
         r"methods: there is no method 'best'; there are unconstrained,",
     ),
+    (
+        "tank",
+        "samples_from: data/recordings/tank.mcap",
+        "samples_from: data/paper",
+        r"expected data/recordings/tank.mcap",
+    ),
+    (
+        "vehicle",
+        "samples_from: pipeline/published/ground_truth.py",
+        "samples_from: x",
+        r"all samples are drawn; expected",
+    ),
     ("tank", LISTED, "[certified]", r"methods: expected unconstrained among them, got certified"),
     ("tank", LISTED, "[unconstrained, certified, certified]", r"methods: expected each method once"),
     ("tank", LISTED, "[unconstrained, certified, sound]", r"algorithm1: is missing, but the method sound needs it"),

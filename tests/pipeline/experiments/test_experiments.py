@@ -45,7 +45,7 @@ def test_numbers_are_known_and_intervals_are_learned(tmp_path: Path) -> None:
     path = written_to(tmp_path, changed("example1", ("{type: squared_exponential}", kernel)))
     (prior,) = load_experiment("example1", path).learned_prior.parts
     assert isinstance(prior.kernel, Product)
-    assert prior.fixed == {"left.period", "right.signal_std", NOISE}
+    assert prior.hyperparameters.keys() - {*prior.learned} == {"left.period", "right.signal_std", NOISE}
     assert prior.learned == ("left.signal_std", "left.lengthscale", "right.lengthscale")
     assert prior.hyperparameters["left.period"] == 2
     assert 3 < prior.hyperparameters["right.lengthscale"] < 9

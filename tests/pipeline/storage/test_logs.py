@@ -1,0 +1,142 @@
+"""Logs are read as they were written, hold what viewers can plot, and refuse what breaks their rules."""
+
+import json
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+
+from pipeline.storage.logs import Log, Series, read_log, write_log
+from tests.pipeline.storage.logs import LOG, NAN, same
+
+
+def test_round_trip(path: Path, data: bytes) -> None:
+    assert same(read_log(path), LOG)
+
+
+def test_equal_logs_are_equal_files(tmp_path: Path, data: bytes) -> None:
+    write_log(tmp_path / "again.mcap", replace(LOG))
+    assert (tmp_path / "again.mcap").read_bytes() == data
+
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+rows = st.lists(st.tuples(st.floats(0, 9e9), finite | st.just(NAN)), max_size=8)
+
+
+@given(st.lists(rows, max_size=3))
+def test_round_trip_of_any_numbers(
+    tmp_path_factory: pytest.TempPathFactory, columns: list[list[tuple[float, float]]]
+) -> None:
+    series = []
+    for i, column in enumerate(columns):
+        times, values = np.array(sorted(t for t, _ in column)), np.array([x for _, x in column])
+        series.append(Series(f"/topic{i}", times, {"x": np.where(np.isnan(values), np.nan, values)}))
+    log = Log(tuple(series), {}, {"a": b"0"})
+    path = tmp_path_factory.mktemp("log") / "any.mcap"
+    write_log(path, log)
+    assert same(read_log(path), log)
+
+
+def test_more_than_one_chunk(path: Path) -> None:
+    n = 25_000
+    series = Series("/long", np.arange(n) / 10, {"x": np.sqrt(np.arange(n)), "y": np.cbrt(np.arange(n))})
+    log = Log((series,), {}, {"a": b"0"})
+    write_log(path, log)
+    assert path.stat().st_size > 2**20
+    assert same(read_log(path), log)
+
+
+def test_viewers_find_valid_messages_in_the_order_of_time(path: Path, data: bytes) -> None:
+    reader = make_reader(BytesIO(data), validate_crcs=True)
+    found: dict[str, int] = {}
+    last = 0
+    for schema, channel, message in reader.iter_messages():
+        assert schema is not None
+        assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
+        content = json.loads(message.data)
+        jsonschema.Draft202012Validator(json.loads(schema.data)).validate(content)
+        assert all(isinstance(value, float) for value in content.values())
+        assert message.log_time == message.publish_time == round(content["t"] * 1e9) >= last
+        assert message.sequence == found.get(channel.topic, 0)
+        found[channel.topic] = found.get(channel.topic, 0) + 1
+        last = message.log_time
+    assert found == {series.topic: len(series.times) for series in LOG.series if len(series.times)}
+    assert {a.name: a.data for a in reader.iter_attachments()} == LOG.attachments
+    assert {a.media_type for a in reader.iter_attachments()} == {"application/json"}
+    assert {m.name: m.metadata for m in reader.iter_metadata()} == {"trackable": {"format": "1"}, **LOG.metadata}
+
+
+def test_schemas_are_flat_and_tell_units(data: bytes) -> None:
+    summary = make_reader(BytesIO(data)).get_summary()
+    assert summary is not None
+    for schema in summary.schemas.values():
+        content = json.loads(schema.data)
+        jsonschema.Draft202012Validator.check_schema(content)
+        assert content["type"] == "object"
+        assert {about["type"] for about in content["properties"].values()} == {"number"}
+    described = json.loads(summary.schemas[1].data)["properties"]
+    assert {name: about["description"] for name, about in described.items()} == {
+        "t": "s",
+        "value": "m",
+        "left.rate": "m/s",
+    }
+
+
+def test_a_file_that_is_missing_is_no_damage(path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        read_log(path)
+
+
+T = np.array([0.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("make", "complaint"),
+    [
+        (lambda: Series("/a", T, {"x": np.array([0, np.inf])}), r"/a: x\[1\] must be finite or NaN, got inf"),
+        (lambda: Series("/a", T, {"x": np.array([-np.inf, 0])}), r"/a: x\[0\] must be finite"),
+        (lambda: Series("/a", T, {"x": T[:1]}), r"/a: x must be .* got shape \(1,\) beside \(2,\)"),
+        (lambda: Series("/a", T[:, None], {}), "/a: t must be one-dimensional"),
+        (lambda: Series("/a", T[::-1], {}), r"t\[1\] lies before t\[0\]"),
+        (lambda: Series("/a", T - 1, {}), r"t\[0\] must be in \[0, "),
+        (lambda: Series("/a", T * 1e10, {}), r"t\[1\] must be in"),
+        (lambda: Series("/a", np.array([0, NAN]), {}), r"t\[1\] must be in"),
+        (lambda: Series("/a", T, {"t": T}), "'t'"),
+        (lambda: Series("/a", T, {"a b": T}), "'a b'"),
+        (lambda: Series("/a", T, {"a.": T}), "'a.'"),
+        (lambda: Series("/a", T, {"x": T}, {"y": "m"}), "units of no field: y"),
+        (lambda: Series("a", T, {}), "topic"),
+        (lambda: Series("/", T, {}), "topic"),
+        (lambda: Log((Series("/a", T, {}),) * 2, {}, {"a": b"0"}), "several of /a"),
+        (lambda: Log((), {"trackable": {}}, {"a": b"0"}), "written by the log itself"),
+        (lambda: Log((), {}, {}), "at least one attachment"),
+        (lambda: Log((), {}, {"a": b"NaN"}), "attachment 'a' must be JSON: NaN"),
+    ],
+)
+def test_what_breaks_a_rule_is_named(make: Callable[[], object], complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        make()
+
+
+def test_a_series_keeps_its_own_numbers() -> None:
+    times, values = np.array([0.0, 1.0]), np.array([1, 2])
+    series = Series("/a", times, {"x": values})
+    times[0] = values[0] = 9
+    assert (series.times.tolist(), series.fields["x"].tolist()) == ([0, 1], [1, 2])
+    with pytest.raises(ValueError, match="read-only"):
+        series.times[0] = 1
+
+
+def test_reading_warns_of_nothing(path: Path, data: bytes) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        read_log(path)
+    assert caught == []

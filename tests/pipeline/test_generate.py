@@ -1,0 +1,38 @@
+"""The generate stage: what samples it refuses, and what the command line lists."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.pipeline.params import PARAMS, written_to
+from tests.pipeline.stages import STAGES, call, run_here
+
+BAD_SAMPLES = {
+    "not finite": ("k,y\n0,1\n10,inf\n20,0\n", "line 3"),
+    "not a number": ("k,y\n0,1\n10,high\n20,0\n", "'high'"),
+    "duplicate times": ("k,y\n0,1\n10,0\n10,0\n", "line 4: 'signal' has a second value"),
+    "unsorted times": ("k,y\n0,1\n20,0\n10,0\n", "line 4: times must not decrease"),
+    "too few": ("k,y\n0,1\n", "at least as many"),
+    "none": ("k,y\n", "no rows"),
+    "negative times": ("k,y\n-5,1\n10,0\n20,0\n", "negative"),
+    "a short row": ("k,y\n0,1\n10\n20,0\n", "line 3"),
+}
+
+
+@pytest.mark.parametrize(("text", "names"), BAD_SAMPLES.values(), ids=BAD_SAMPLES)
+def test_unusable_samples_are_one_sentence(text: str, names: str, tmp_path: Path) -> None:
+    (tmp_path / "samples.csv").write_text(text)
+    params = PARAMS.replace("data/paper/example1_samples.csv", str(tmp_path / "samples.csv"))
+    written_to(tmp_path, params)
+    done = run_here("generate", tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert names in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert not (tmp_path / "results").exists()
+
+
+def test_help_lists_every_stage() -> None:
+    done = call("--help")
+    assert done.returncode == 0
+    for stage in (*STAGES, "notebook"):
+        assert stage in done.stdout

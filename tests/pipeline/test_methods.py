@@ -1,0 +1,65 @@
+"""The table of methods: what every entry promises, and what the stages may rely on."""
+
+import pytest
+
+from pipeline.experiments import Experiment, load_experiments
+from pipeline.methods import CERTIFIED, METHODS, UNCONSTRAINED, Claims, Failed, Fit, methods_in_figures
+from pipeline.methods.parameters import Parameters
+from tests.project import ROOT
+from trackable.certificates.certificate import Certificate
+from trackable.gp.samples import Samples
+from trackable.systems.reference import Reference
+
+EXPERIMENTS = load_experiments(ROOT / "params.yaml")
+
+
+def test_entries_are_known_by_their_own_names() -> None:
+    assert all(METHODS[method.name] is method for method in METHODS.values())
+    assert len(METHODS) == 8
+
+
+@pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
+def test_an_entry_agrees_with_itself(method) -> None:
+    """What has to be proved is claimed; what is needed is a block of params.yaml; what looks alike is in the table."""
+    assert method.claims is Claims.CLAIM or not method.must_be_proved
+    assert set(method.needs) <= Parameters.model_fields.keys() <= Experiment.model_fields.keys()
+    assert method.looks_like is None or method.looks_like in METHODS
+
+
+def test_figures_show_methods_in_the_order_of_the_table_and_none_twice() -> None:
+    shown = {name: [m.name for m in methods_in_figures(e.methods)] for name, e in EXPERIMENTS.items()}
+    assert shown["example1"] == ["unconstrained", "as_published", "sound", "certified"]
+    assert shown["example2"] == ["unconstrained", "exact", "intervals", "grid"]
+    assert shown["tank"] == ["unconstrained", "certified"]
+
+
+def test_a_method_says_why_it_finds_nothing() -> None:
+    """The state may not go where it would come to rest."""
+    experiment = EXPERIMENTS["example1"].model_copy(
+        update={"state_set": EXPERIMENTS["example1"].state_set.model_copy(update={"lower": (-0.9,), "upper": (-0.5,)})}
+    )
+    task = experiment.task((Samples([0.0, 0.1, 0.2], [-0.9, -0.4, 0.0]),))
+    free = UNCONSTRAINED.learn(task)
+    assert isinstance(free, Fit)
+    lost = CERTIFIED.learn(task)
+    assert isinstance(lost, Failed)
+    assert "no admissible equilibrium" in lost.explanation
+
+
+def test_a_method_proves_what_it_claims() -> None:
+    """On the published samples: all real times by one method, the sampled instants by another."""
+    experiment = EXPERIMENTS["example1"]
+    task = experiment.task((Samples([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6], [-0.99, -0.41, -0.05, 0.0, 0.0, 0.0, 0.0]),))
+    found = CERTIFIED.learn(task)
+    assert isinstance(found, Fit)
+    reference = Reference(found.solution.posterior.signals, task.plant)
+    statements = {claims: _proved(claims, task.goal, reference) for claims in (Claims.CLAIM, Claims.SAMPLED_INSTANTS)}
+    assert statements[Claims.CLAIM].startswith("proved for all real t ≥ 0")
+    assert statements[Claims.SAMPLED_INSTANTS].startswith("proved for all sampled instants")
+
+
+def _proved(claims, goal, reference) -> str:
+    method = next(method for method in METHODS.values() if method.claims is claims)
+    outcome = method.prove(goal, reference)
+    assert isinstance(outcome, Certificate)
+    return outcome.explanation

@@ -1,0 +1,78 @@
+"""The library's face: every public name is there, has its type, and loads no more than it needs."""
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import trackable
+from tests.project import ROOT
+from trackable import NotACertificate, check
+from trackable.errors import InputError
+
+SOURCE = ast.parse((ROOT / "trackable" / "__init__.py").read_text(encoding="utf-8"))
+USER = Path(__file__).parent / "user.py"
+
+
+def seen_by_type_checkers() -> dict[str, str]:
+    (block,) = [node for node in SOURCE.body if isinstance(node, ast.If)]
+    assert ast.unparse(block.test) == "TYPE_CHECKING"
+    imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
+    assert len(imports) == len(block.body)
+    assert all(name.asname == name.name for node in imports for name in node.names)
+    return {name.name: str(node.module).removeprefix("trackable.") for node in imports for name in node.names}
+
+
+def test_type_checkers_see_what_is_loaded() -> None:
+    assert seen_by_type_checkers() == trackable._MODULES
+    assert len(trackable._MODULES) >= 30
+
+
+def test_what_is_public_is_there() -> None:
+    assert sorted(trackable.__all__) == dir(trackable)
+    for name in dir(trackable):
+        assert getattr(trackable, name).__name__ == name
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = trackable.nothing
+
+
+def test_the_package_says_that_it_is_typed() -> None:
+    assert (ROOT / "trackable" / "py.typed").exists()
+
+
+def test_a_users_program_is_typed(tmp_path: Path) -> None:
+    """Under mypy --strict, without the project's own settings; mistakes in it are marked, and found."""
+    used = {name for node in ast.walk(ast.parse(USER.read_text())) if isinstance(node, ast.ImportFrom)
+            and node.module == "trackable" for name in (alias.name for alias in node.names)}  # fmt: skip
+    assert used == {*trackable.__all__}
+    command = [sys.executable, "-m", "mypy", "--config-file=", "--strict", str(USER)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+LOADED = {
+    "learn_reference": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy.optimize", "tqdm"),
+    "read_csv": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy.optimize", "flint"),
+    "check": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy", "flint", "cattrs"),
+    "SquaredExponential": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "scipy.linalg", "flint", "cattrs"),
+}
+
+
+@pytest.mark.parametrize("name", LOADED)
+def test_importing_is_light(name: str) -> None:
+    """Neither figures nor convex programs nor data versions are loaded for a reference."""
+    code = f"import sys; from trackable import {name}; print([m for m in {LOADED[name]} if m in sys.modules])"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+def test_what_is_no_certificate_is_said_to_be_none(tmp_path: Path) -> None:
+    assert isinstance(check({}), NotACertificate)
+    (tmp_path / "list.json").write_text("[]")
+    assert isinstance(check(tmp_path / "list.json"), NotACertificate)
+    with pytest.raises(InputError, match="there is no such file"):
+        check(str(tmp_path / "nothing.json"))

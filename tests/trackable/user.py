@@ -1,0 +1,83 @@
+"""A user's program, as type checkers see it: `test_public.py` runs mypy --strict on it. Nothing here is executed."""
+
+from pathlib import Path
+from typing import assert_type
+
+import numpy as np
+import numpy.typing as npt
+
+from trackable import (
+    Column,
+    ConstrainedSystem,
+    Controller,
+    CsvLayout,
+    Failed,
+    Field,
+    Infeasible,
+    Kernel,
+    LinearSystem,
+    Matern32,
+    Matern52,
+    Nonlinear,
+    NotACertificate,
+    NotTrackableError,
+    Periodic,
+    Plan,
+    Polytope,
+    Product,
+    Proved,
+    RationalQuadratic,
+    Recording,
+    Samples,
+    SquaredExponential,
+    Sum,
+    TrackableReference,
+    check,
+    learn_reference,
+    read_csv,
+    read_mcap,
+    simulate,
+)
+
+kernel = SquaredExponential(lengthscale=(0.1, 2.0))
+assert_type(kernel.lengthscale, float)
+assert_type(Matern32(1.0, 0.2).signal_std, float)
+assert_type(RationalQuadratic().shape, float)
+assert_type(Periodic(period=2.0).period, float)
+assert_type(Periodic() * kernel, Product)
+assert_type(Periodic() * kernel + Matern52(), Sum)
+general: Kernel = kernel
+assert_type(general.period, float | None)
+
+assert_type(Samples([0.0, 1.0], [0.1, 0.2]).times, npt.NDArray[np.float64])
+recording = read_csv("axis.csv", time="t", time_unit="s", signals={"position": Column("y")}, layout=CsvLayout())
+assert_type(recording, Recording)
+assert_type(read_mcap("axis.mcap", {"position": Field("/axis", "position")}), Recording)
+assert_type(recording.samples("position"), Samples)
+
+axis = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.01, states=("position", "velocity"))
+assert_type(axis, LinearSystem)
+tank = Nonlinear.of(lambda x, u: [x[0] + u[0]], ["level"], ["inflow"], 5.0)
+assert_type(tank, Nonlinear)
+plant = ConstrainedSystem(axis, Polytope.box([-1.0, -1.0], [1.0, 1.0]), Polytope.box([-1.0], [1.0]))
+assert_type(plant.sampling_time, float)
+
+try:
+    reference = learn_reference(recording.samples("position"), plant, kernel, "all_times", noise_std=(0.01, 0.1))
+    assert_type(reference, TrackableReference)
+    assert_type(reference.hyperparameters, dict[str, float])
+except NotTrackableError as error:
+    assert_type(error.outcome.explanation, str)
+learn_reference({"position": recording.samples("position")}, plant, {"position": kernel}, (0.0, 10.0), starts=3)
+
+controller = Controller(plant, 10, [[1, 0], [0, 1]], [[0.1]])
+assert_type(controller.step(0, np.zeros(2), reference.reference), Plan | Infeasible)
+simulate(controller, reference.reference, np.zeros(2), 100)
+assert_type(check(Path("proof.json")), Proved | Failed | NotACertificate)
+
+# What is wrong is found: without the mistake, mypy complains of the comment.
+SquaredExponential("long")  # type: ignore[arg-type]
+LinearSystem(np.eye(1), np.eye(1))  # type: ignore[call-arg]
+learn_reference(recording.samples("position"), plant, kernel, "for ever")  # type: ignore[arg-type]
+kernel + 1.0  # type: ignore[operator]
+print(reference.wieght)  # type: ignore[attr-defined]
