@@ -30,7 +30,7 @@ class PiecewisePolynomialBalls(RadialBalls):
             return arb(0)
         # |1 − z| ≤ |1 − s| + ρ and |Q(z)| ≤ Q(s + ρ) on |z − s| ≤ ρ.
         s, rho = abs(r) / self.length, radius / self.length
-        return self.variance * (abs(1 - s) + rho) ** self.power * self._factor(s + rho)
+        return self.variance * self._powered(abs(1 - s) + rho) * self._factor(s + rho)
 
     def jump(self, r: arb, half: arb) -> arb:
         # |(1 − s)ᵖ Q(s)| falls up to s = 1 and rises from there on: it is largest at the end that is farther from 1.
@@ -45,11 +45,18 @@ class PiecewisePolynomialBalls(RadialBalls):
         return size * self.length * arb(17) / 100
 
     def _is_inside(self, r: arb) -> bool:
-        """Return which branch is taken at |r|: the polynomial, also at θ₂ and where it is not certain which one holds."""
+        """Return whether the polynomial is the branch at |r|, as it is at θ₂ and where no branch holds for certain."""
         return not abs(r) > self.length
 
     def _polynomial(self, s: _X) -> _X:
-        return (1 - s) ** self.power * self._factor(s) * self.variance
+        return self._powered(1 - s) * self._factor(s) * self.variance
+
+    def _powered(self, y: _X) -> _X:
+        """yᵖ by multiplication, which balls around zero allow."""
+        found = y
+        for _ in range(self.power - 1):
+            found = found * y
+        return found
 
     def _factor(self, s: _X) -> _X:
         """Q, by Horner's rule."""

@@ -57,7 +57,7 @@ class PiecewisePolynomial(Elementary):
 
     def _is_over(self, r: Real) -> bool:
         """Return whether |r| > θ₂ for certain: then the branch is 0, otherwise the polynomial."""
-        return bool(abs(r) > self.length)
+        return bool(abs(r).a > self.length)
 
 
 class PiecewisePolynomial2(PiecewisePolynomial):

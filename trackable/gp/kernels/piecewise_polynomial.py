@@ -4,7 +4,6 @@ C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning, 
 """
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -14,7 +13,6 @@ from trackable.arrays import Array
 from trackable.gp.kernels.radial import Radial
 
 
-@dataclass(frozen=True)
 class _PiecewisePolynomial(Radial):
     """φ(s) = (1 − |s|)ᵖ Q(|s|) for |s| < 1, and zero beyond: instants θ₂ apart or more are uncorrelated.
 
@@ -50,7 +48,6 @@ class _PiecewisePolynomial(Radial):
         return phi
 
 
-@dataclass(frozen=True)
 class PiecewisePolynomial2(_PiecewisePolynomial):
     """φ(s) = (1 − s)⁵ (8 s² + 5 s + 1) for 0 ≤ s < 1: the mean has four continuous derivatives (q = 2).
 
@@ -66,7 +63,6 @@ class PiecewisePolynomial2(_PiecewisePolynomial):
         return self.lengthscale * (3 + math.sqrt(105)) / 48
 
 
-@dataclass(frozen=True)
 class PiecewisePolynomial3(_PiecewisePolynomial):
     """φ(s) = (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1) for 0 ≤ s < 1: the mean has six continuous derivatives (q = 3).
 
