@@ -50,7 +50,7 @@ lock: .venv/installed
 	python -m pip install --quiet uv
 	python -m uv pip compile pyproject.toml --extra pipeline --group dev --universal --python-version 3.11 --upgrade \
 		--generate-hashes --no-annotate --no-header --output-file requirements.lock
-	python -m uv pip compile pyproject.toml --group bench --constraint requirements.lock --universal \
+	python -m uv pip compile pyproject.toml --extra pipeline --group bench --constraint requirements.lock --universal \
 		--python-version 3.11 --generate-hashes --no-annotate --no-header --output-file requirements-bench.lock
 
 .venv/installed: requirements.lock pyproject.toml

@@ -1,4 +1,4 @@
-"""The command line: one command a stage."""
+"""Run a stage, or compare results: the command line."""
 
 import sys
 from collections.abc import Callable
@@ -40,9 +40,9 @@ def _stage(name: str, summary: str) -> None:
         stage(load_experiment(experiment, params), Results(experiment, results))
 
 
-_stage("generate", "Stage 1: take or draw the noisy samples.")
+_stage("generate", "Stage 1: read or draw the noisy samples.")
 _stage("fit", "Stage 2: learn the references.")
-_stage("verify", "Stage 3: margins at finely sampled times, and what holds ever after.")
+_stage("verify", "Stage 3: compute margins and metrics, and prove what methods claim.")
 _stage("control", "Stage 4: close the loop on the references.")
 _stage("figures", "Stage 5: draw the figures.")
 
@@ -51,7 +51,10 @@ _stage("figures", "Stage 5: draw the figures.")
 @click.argument("name")
 @click.option("--params", type=click.Path(path_type=Path), default=PARAMS, show_default=True, help="Parameter file.")
 def _notebook(name: str, params: Path) -> None:
-    """Execute notebooks/NAME.ipynb in place; an experiment of that name without one gets a copy of the template."""
+    """Execute notebooks/NAME.ipynb in place.
+
+    If there is none, the experiment NAME gets a copy of the template.
+    """
     from pipeline.notebook import exists, notebook  # noqa: PLC0415  as for the stages
 
     notebook(name if exists(name) else load_experiment(name, params).name)
@@ -59,22 +62,10 @@ def _notebook(name: str, params: Path) -> None:
 
 @main.command("record", short_help="Write the simulated recordings.")
 def _record() -> None:
-    """Write the simulated recordings of data/recordings: inputs of the experiments beyond the paper."""
+    """Write the simulated recordings in data/recordings, from which further experiments learn."""
     from pipeline.published.record import record  # noqa: PLC0415  as for the stages
 
     record()
-
-
-@main.command("check", short_help="Check a certificate, independently of what found it.")
-@click.argument("file", type=click.Path(path_type=Path))
-def _check(file: Path) -> None:
-    """Check the certificate in FILE, in interval arithmetic and with code that shares nothing with the fit.
-
-    Exit codes: 0 what is proved; 1 the first box, tail or cover that fails; 2 FILE is not a certificate.
-    """
-    from trackable.checking import check_file  # noqa: PLC0415  as for the stages
-
-    click.echo(check_file(file))
 
 
 main.add_command(compare)
@@ -82,7 +73,7 @@ main.add_command(reproduce)
 
 
 def run() -> None:
-    """The entry point: errors a user can act on are one sentence on stderr, and an exit code."""
+    """Run the command line; report an error that a user can act on in one sentence on stderr and by an exit code."""
     try:
         main(standalone_mode=True)
     except NoReferenceError as error:

@@ -23,7 +23,7 @@ _LONGEST = (
     "test_tampering.py",
     "test_periodic.py",
     "test_toeplitz.py",
-    "test_stage.py",
+    "test_control_stage.py",
     "test_general.py",
 )
 

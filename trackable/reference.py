@@ -52,19 +52,20 @@ class TrackableReference:
     objective: float
 
     def state(self, k: Array | int) -> Array:
-        """x_r(k) at steps k (any shape): shape (*k.shape, n)."""
+        """Return x_r(k) at steps k of any shape: (*k.shape, n). ValueError for steps outside of what is proved."""
         self._refuse_unproved(k)
         return self.reference.state(k)
 
     def input(self, k: Array | int) -> Array:
-        """u_r(k), which takes x_r(k) to x_r(k + 1): shape (*k.shape, m)."""
+        """Return u_r(k), which takes x_r(k) to x_r(k + 1): shape (*k.shape, m). ValueError as for states."""
         self._refuse_unproved(k)
         return self.reference.input(k)
 
     def window(self, k: int, horizon: int) -> Window:
-        """States k … k + `horizon` and the inputs between them, for a predictive controller at step k.
+        """Return states k … k + `horizon` and the inputs between them, for a predictive controller at step k.
 
-        TypeError for a horizon that is no whole number.
+        ValueError for steps outside of what is proved or a horizon below one step, TypeError for one that is no whole
+        number.
         """
         if operator.index(horizon) < 1:
             raise ValueError(f"window: a horizon of one step at least is needed, got {horizon}")
@@ -72,11 +73,11 @@ class TrackableReference:
         return self.reference.window(k, horizon)
 
     def state_std(self, k: Array | int) -> Array:
-        """Standard deviation of the signals behind the states at steps k, as the samples leave it: (*k.shape, n)."""
+        """Return the posterior standard deviation of the states at steps k, from the samples: shape (*k.shape, n)."""
         return self._std(self.reference.plant.flatness.states, self._times(k))
 
     def input_std(self, k: Array | int) -> Array:
-        """The same of the inputs, to first order where they are no weighted sums: (*k.shape, m)."""
+        """Return that of the inputs, to first order where they are no weighted sums: shape (*k.shape, m)."""
         plant, t = self.reference.plant, self._times(k)
         if plant.allocation is None:
             return self._std(plant.flatness.inputs, t)
@@ -85,17 +86,17 @@ class TrackableReference:
 
     @property
     def hyperparameters(self) -> dict[str, float]:
-        """Learned and known ones, in natural units."""
-        return self.prior.hyperparameters
+        """All hyperparameters, learned and known ones, in natural units."""
+        return {name: float(value) for name, value in self.prior.hyperparameters.items()}
 
     @property
     def misfit(self) -> dict[str, float]:
-        """By name, how far samples lie from the reference: root mean square, in the unit of what is sampled."""
+        """The root mean square of samples minus reference, by name of what is sampled and in its unit."""
         return {name: _root_mean_square(off) for name, off in self._off.items()}
 
     @property
     def explanation(self) -> str:
-        """What is proved, in a sentence, and what that costs: how far the reference is from its samples."""
+        """What is proved, and how far the reference is from its samples, in one sentence."""
         until = self.certificate.evaluated_until
         rounding = f" (evaluated in float64 up to {until:.4g} s)" if until < LATEST else ""
         return f"{self.certificate.explanation}{rounding}; {', '.join(self._distances)}"
@@ -130,9 +131,9 @@ class TrackableReference:
             )
 
     def unconstrained(self) -> Reference:
-        """What the usual Gaussian process makes of the same samples: to compare with, for the system may not follow it.
+        """Learn a reference from the same samples and prior without constraints, to compare with.
 
-        Learned as this one was, in a search space chosen from the samples. Raises NotTrackableError where nothing is.
+        The system may be unable to follow it. Raises NotTrackableError where nothing can be learned.
         """
         space = SearchSpace.around(self.samples, self.prior)
         found = best_solution(ConstrainedProblem(self.samples, self.prior, space))

@@ -14,8 +14,9 @@ import pytest
 from pipeline.storage.results import Results
 from pipeline.storage.tables import read_columns
 from tests.pipeline.params import PARAMS, changed, written_to
-from tests.pipeline.stages import STAGES, call, drawn_here, moved, run, run_all, run_here, written
+from tests.pipeline.stages import STAGES, drawn_here, moved, run, run_all, run_here, written
 from tests.project import ROOT
+from trackable import __main__ as library
 
 SHORT = changed(
     "example1",
@@ -196,21 +197,25 @@ def test_a_killed_stage_leaves_earlier_results(finished: Path, tmp_path: Path) -
     assert written(tmp_path) == before
 
 
-def test_certificates_are_checked_on_the_command_line(finished: Path, tmp_path: Path) -> None:
+def test_certificates_are_checked_on_the_command_line(
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def check(path: Path) -> int:
+        return library.main(["check", str(path)])
+
     certificate = finished / "results/example1/certificates/certified.json"
-    proved = call("check", str(certificate))
-    assert (proved.returncode, proved.stderr) == (0, "")
-    assert proved.stdout.startswith("For all real t ≥ 0")
+    assert check(certificate) == 0
+    proved = capsys.readouterr()
+    assert (proved.out.startswith("For all real t ≥ 0"), proved.err) == (True, "")
     tighter = json.loads(certificate.read_text())
     tighter["reference"]["plant"]["state_set"]["upper"][0] = 0.049
     (tmp_path / "tighter.json").write_text(json.dumps(tighter))
-    failed = call("check", str(tmp_path / "tighter.json"))
-    assert failed.returncode == 1
-    assert "does not prove" in failed.stderr
+    assert check(tmp_path / "tighter.json") == 1
+    assert "does not prove" in capsys.readouterr().err
     for text in ("{}", "no JSON", json.dumps({**tighter, "more": 1})):
         (tmp_path / "none.json").write_text(text)
-        assert call("check", str(tmp_path / "none.json")).returncode == 2
-    assert call("check", str(tmp_path / "missing.json")).returncode == 2
+        assert check(tmp_path / "none.json") == 2
+    assert check(tmp_path / "missing.json") == 2
 
 
 def test_every_reference_says_what_is_proved_of_it(finished: Path) -> None:

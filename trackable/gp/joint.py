@@ -1,4 +1,4 @@
-"""Several processes, each with samples of its own: learned together where something else ties them."""
+"""Several processes, each with samples of its own, that are learned together."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class JointPrior:
 
     @classmethod
     def of(cls, prior: "Prior | JointPrior") -> "JointPrior":
-        """A single process as the case of one."""
+        """Return the prior itself, or a single process as a joint prior of one."""
         return prior if isinstance(prior, JointPrior) else cls((prior,))
 
     @property
@@ -80,13 +80,13 @@ class JointPrior:
             for process, part in self._named
         ]
         moved = type(self)(tuple(parts), self.names, self.shared)
-        # What is called how does not depend on the values; an optimiser would ask again at every step.
+        # Names do not depend on the values; an optimiser would ask again at every step.
         vars(moved).update(learned=self.learned, places=self.places)
         return moved
 
     @cached_property
     def places(self) -> tuple[list[int], ...]:
-        """For each process, where its learned hyperparameters stand among all."""
+        """For each process, the places of its learned hyperparameters among all learned ones."""
         return tuple(
             [self.learned.index(self.called(process, name)) for name in part.learned] for process, part in self._named
         )
@@ -96,14 +96,14 @@ class JointPrior:
         return list(zip(self.names, self.parts, strict=True))
 
     def called(self, process: str, name: str) -> str:
-        """What a process's hyperparameter is called among all."""
+        """Return the name of a process's hyperparameter among all."""
         plain = len(self.parts) == 1 or name in self.shared
         return name if plain else f"{process}.{name}"
 
 
 @dataclass(frozen=True)
 class JointPosterior:
-    """Each process given its own samples; raises IllConditioned, on first use, where one cannot be factored."""
+    """Each process given its own samples. Raises IllConditioned, on first use, where one cannot be factored."""
 
     prior: JointPrior
     samples: tuple[Samples, ...]
@@ -118,7 +118,7 @@ class JointPosterior:
         return tuple(part.signal for part in self.parts)
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
-        """The sum of l over the processes, and ∂/∂ln θ of the learned hyperparameters, shape (p,)."""
+        """Return the sum of l over the processes, and ∂/∂ln θ of the learned hyperparameters, shape (p,)."""
         total, gradient = 0.0, np.zeros(len(self.prior.learned))
         for part, places in zip(self.parts, self.prior.places, strict=True):
             value, by_own = part.negative_log_marginal_likelihood()
@@ -127,11 +127,11 @@ class JointPosterior:
         return total, gradient
 
     def variance_of(self, weights: Sequence[tuple[int, Array]], t: Array, step: float) -> Array:
-        """Variance of Σ_c Σ_j w_cj g_c(t + j step), from pairs (c, w_c), at t [s]: the shape of t."""
+        """Return the variance of Σ_c Σ_j w_cj g_c(t + j step), from pairs (c, w_c), at t [s]: the shape of t."""
         return np.asarray(sum((self.parts[c].variance_of(w, step, t) for c, w in weights), np.zeros(())))
 
     def jet_and_gradient(self, process: int, t: Array, order: int) -> tuple[Array, Array]:
-        """As of one process, but with ∂/∂ln θ of all learned hyperparameters: shape (p, order + 1, *t.shape)."""
+        """Return the jet of one process, and its ∂/∂ln θ of all learned hyperparameters: (p, order + 1, *t.shape)."""
         jet, by_own = self.parts[process].jet_and_gradient(t, order)
         gradient = np.zeros((len(self.prior.learned), *jet.shape))
         gradient[self.prior.places[process]] = by_own

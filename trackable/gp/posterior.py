@@ -1,4 +1,4 @@
-"""The posterior: factored once, then asked often."""
+"""The posterior of one process given samples: factored once, evaluated often."""
 
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -24,8 +24,8 @@ class IllConditioned(ArithmeticError):
 class Posterior:
     """A Gaussian process given samples.
 
-    One factor of K + σ_n² I carries the weights, the variance, the likelihood with its gradient, and the gradient of
-    the mean. Raises IllConditioned, on first use, where there is none.
+    Weights, variance, likelihood with its gradient, and the gradient of the mean all use one factorisation of
+    K + σ_n² I. Raises IllConditioned, on first use, where there is none.
     """
 
     prior: Prior
@@ -45,30 +45,30 @@ class Posterior:
         return KernelSum(self.prior.kernel, self.prior.mean, centres, spread)
 
     def mean(self, t: Array) -> Array:
-        """m⁺(t), the shape of t [s]."""
+        """Return m⁺(t): the shape of t [s]."""
         return self.signal(t)
 
     def derivative(self, t: Array) -> Array:
-        """ṁ⁺(t), the shape of t [s]."""
+        """Return ṁ⁺(t): the shape of t [s]."""
         return self.signal.derivative(t)
 
     def variance(self, t: Array) -> Array:
-        """Variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
+        """Return the variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
         return self.variance_of(np.ones(1), 0.0, t)
 
     def variance_of(self, weights: Array, step: float, t: Array) -> Array:
-        """Variance of Σ_j w_j g(t + j step), with weights (J,) and step [s], at t [s]: the shape of t."""
+        """Return the variance of Σ_j w_j g(t + j step), with weights (J,) and step [s], at t [s]: the shape of t."""
         width = 4 * len(weights) * len(self._centres)
         function = partial(self._variance_of, weights, step)
         (variance,) = in_blocks(function, np.asarray(t, dtype=float), width)
         return variance
 
     def mean_gradient(self, t: Array) -> Array:
-        """∂m⁺(t)/∂ln θ of the learned hyperparameters: shape (p, *t.shape)."""
+        """Return ∂m⁺(t)/∂ln θ of the learned hyperparameters: shape (p, *t.shape)."""
         return np.asarray(self.jet_and_gradient(t, 0)[1][:, 0])
 
     def jet_and_gradient(self, t: Array, order: int) -> tuple[Array, Array]:
-        """m⁺ and its time derivatives up to `order`, and their ∂/∂ln θ of the learned hyperparameters.
+        """Return m⁺ with its time derivatives up to `order`, and their ∂/∂ln θ of the learned hyperparameters.
 
         Shapes (order + 1, *t.shape) and (p, order + 1, *t.shape).
         """
@@ -77,10 +77,10 @@ class Posterior:
         return jet, gradient
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
-        """l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ, shape (p,).
+        """Return l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ of shape (p,).
 
-        Twice the usual negative logarithm: the factor of the paper is kept, so that printed values can be compared.
-        The gradient is tr((A⁻¹ − c cᵀ) ∂A).
+        This is twice the usual negative logarithm, as in the paper, so that printed values can be compared. The
+        gradient is tr((A⁻¹ − c cᵀ) ∂A).
         """
         n, c = len(self.samples), self.weights
         value = self._factored.log_determinant + c @ self._residual
@@ -93,7 +93,7 @@ class Posterior:
 
     @cached_property
     def _residual(self) -> Array:
-        """y − m, the prior mean of what is sampled."""
+        """y minus the prior mean of what is sampled, shape (n,)."""
         return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
 
     def _variance_of(self, weights: Array, step: float, t: Array) -> tuple[Array]:

@@ -72,5 +72,5 @@ class Prior:
         return moved
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
-        """The inverse of `log_hyperparameters`."""
+        """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
         return self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))

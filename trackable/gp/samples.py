@@ -17,8 +17,8 @@ _UNIFORM = np.empty(0)
 class Samples:
     """`values` y_i observed at strictly increasing `times` t_i [s], both of shape (n,).
 
-    Sample i has noise of standard deviation σ_n · `relative_noise`_i, all ones where not given: with σ_n = 1 known they
-    are the samples' own. `stencil` says how they see the process that is learned.
+    Sample i has noise of standard deviation σ_n · `relative_noise`_i; left out, these are ones. With σ_n = 1 they are
+    the standard deviations themselves. `stencil` says how samples depend on the process that is learned.
 
     Raises ValueError, naming the first offending entry, where they are not finite, not increasing or not of one length.
     """
@@ -63,7 +63,7 @@ class Samples:
 
     @cached_property
     def bases(self) -> Bases:
-        """What interpolates to the samples: kept with them, for it does not depend on what is learned."""
+        """Bases that interpolate to the samples; kept here, as they do not depend on what is learned."""
         return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
 
     def __len__(self) -> int:

@@ -12,7 +12,7 @@ from trackable.gp.hyperparameter import Learned
 from trackable.gp.kernels.base import Kernel
 
 _LONG = 200  # centres
-_MANY = 2**22  # terms: fewer are summed before anybody has seen whether they are regular
+_MANY = 2**22  # terms: fewer are summed sooner than it takes to see whether they are regular
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class KernelSum:
             object.__setattr__(self, "kernel", self.kernel.as_known())
 
     def jet(self, t: Array, order: int) -> Array:
-        """m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape)."""
+        """Return m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape)."""
         t = np.asarray(t, dtype=float)
         jet = self._sums(t, order)
         jet[0] += self.mean
@@ -63,7 +63,7 @@ class KernelSum:
         return (self.kernel.jet(t[..., None] - self.centres[felt], order) @ self.weights[felt],)
 
     def _felt(self, t: Array) -> slice:
-        """The centres that matter at some of the times: all others add zeros."""
+        """Return the centres that matter at some of the times; all others add zeros."""
         reach = self.kernel.vanishing_distance
         if not (self._is_long and np.isfinite(reach) and t.size):
             return slice(None)
@@ -72,5 +72,5 @@ class KernelSum:
 
     @cached_property
     def _is_long(self) -> bool:
-        """Whether it is worth to look where centres are, and they are in order."""
+        """Whether there are enough centres to leave some out, and they are in order."""
         return len(self.centres) >= _LONG and bool(np.all(np.diff(self.centres) >= 0))

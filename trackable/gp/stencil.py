@@ -1,4 +1,4 @@
-"""How samples see a process: not always directly, but as a weighted sum of it at shifted times."""
+"""How samples depend on a process: as a weighted sum of its values at shifted times."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,19 +27,22 @@ class Stencil:
             raise ValueError("stencil: samples must depend on the process, but all weights are zero")
 
     def at_rest(self, level: float) -> float:
-        """What is sampled of a constant process."""
+        """Return what is sampled of a constant process."""
         return self.offset + sum(self.weights) * level
 
     def seen(self, process: Callable[[Array], Array], t: Array) -> Array:
-        """What is sampled of a process at t [s]: the shape of t."""
+        """Return what is sampled of a process at t [s]: the shape of t."""
         return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
 
     def centres(self, t: Array) -> Array:
-        """The instants t + j step [s] of the process that samples at t (shape (n,)) see: shape (n · len(weights),)."""
+        """Return the instants t + j step [s] on which samples at t, shape (n,), depend: shape (n · len(weights),)."""
         return np.concatenate([t + j * self.step for j in range(len(self.weights))])
 
     def spread(self, values: Array) -> Array:
-        """The transpose of sampling: values (…, n) at the samples, weighted, at the centres: (…, n · len(weights))."""
+        """Return values (…, n) at the samples as weighted values at the centres, (…, n · len(weights)).
+
+        This is the transpose of sampling.
+        """
         return np.concatenate([w * values for w in self.weights], axis=-1)
 
     @cached_property
@@ -50,11 +53,11 @@ class Stencil:
         return [(rho, d * self.step) for d, rho in zip(range(-last, last + 1), correlation, strict=True)]
 
     def covariance(self, kernel: Kernel) -> Covariance:
-        """Of two samples: Σ_d ρ_d κ(r + d step) over the lags, and its ∂/∂ln θ."""
+        """Return the covariance of two samples, Σ_d ρ_d κ(r + d step) over the lags, with its ∂/∂ln θ."""
         return kernel.value_and_gradient if self.weights == POINT.weights else partial(self._covariance, kernel)
 
     def value(self, kernel: Kernel, r: Array) -> Array:
-        """The covariance of two samples that lie r [s] apart, without its derivatives: the shape of r."""
+        """Return the covariance of two samples that lie r [s] apart, without derivatives: the shape of r."""
         return np.asarray(sum(rho * kernel(r + lag) for rho, lag in self.lags))
 
     def _covariance(self, kernel: Kernel, r: Array) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Where hyperparameters are looked for, and from where the search starts."""
+"""The box in which hyperparameters are searched, and the points from which searches start."""
 
 from dataclasses import dataclass, field
 from typing import Self
@@ -20,7 +20,7 @@ _CANCELLED = 1e-9
 class SearchSpace:
     """A box of learned hyperparameters (natural units, positive `bounds`), and the number of `starts` spread over it.
 
-    Starts lie where `sought` says, and in the middle half of the bounds (of their logarithms) of all others.
+    Starts lie in the interval that `sought` gives, otherwise in the middle half of the bounds (of their logarithms).
     """
 
     bounds: dict[str, Interval]
@@ -63,12 +63,12 @@ class SearchSpace:
         return np.log([interval.upper for interval in self.bounds.values()])
 
     def start_points(self) -> Array:
-        """ln θ of the starts, shape (starts, p): an additive recurrence in where each is sought."""
+        """Return ln θ of the starts, shape (starts, p): an additive recurrence in the intervals in which they lie."""
         low, high = np.array([self._log_sought(name) for name in self.bounds]).reshape(-1, 2).T
         return np.asarray(low + (high - low) * self._spread(self.starts))
 
     def points(self, count: int) -> Array:
-        """ln θ of `count` points, shape (count, p): an additive recurrence in the whole box."""
+        """Return ln θ of `count` points, shape (count, p): an additive recurrence in the whole box."""
         return np.asarray(self.log_lower + (self.log_upper - self.log_lower) * self._spread(count))
 
     def _spread(self, count: int) -> Array:
@@ -86,13 +86,13 @@ class SearchSpace:
         return (3 * low + high) / 4, (low + 3 * high) / 4
 
     def faded(self, log_theta: Array, by: float) -> Array:
-        """The point with every signal_std divided by `by`, as far as the box allows."""
+        """Return the point with every signal_std divided by `by`, as far as the box allows."""
         amplitude = np.array([name.endswith("signal_std") for name in self.bounds])
         return np.asarray(np.maximum(log_theta - np.log(by) * amplitude, self.log_lower))
 
 
 def amplitude(samples: Samples, prior: Prior) -> float:
-    """Root mean square of y − m, in the unit of the process; the noise's where the samples show none."""
+    """Return the root mean square of y − m in the unit of the process; σ_n where it is zero."""
     stencil = samples.stencil
     seen = float(np.sqrt(np.mean((samples.values - stencil.at_rest(prior.mean)) ** 2))) or prior.noise_std
     gain = abs(sum(stencil.weights))

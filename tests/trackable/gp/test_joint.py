@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackable.gp import naive
-from tests.trackable.gp.instances import KERNELS, over
+from tests.trackable.gp.instances import REPRESENTATIVE, over
 from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPosterior, JointPrior
 from trackable.gp.kernels.matern import Matern52
@@ -78,7 +78,7 @@ def test_the_order_of_shared_names_is_that_of_the_first_process_that_has_them():
     assert late.places == ([0, 1, 2], [3, 4, 5, 6], [7, 8, 5])
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 @pytest.mark.parametrize("noise_std", [0.2, Learned(0.2)])
 def test_a_single_process_keeps_its_plain_names(kernel, noise_std):
     prior = Prior(kernel.as_learned(), noise_std, 0.3)
@@ -91,7 +91,7 @@ def test_a_single_process_keeps_its_plain_names(kernel, noise_std):
     assert joint.with_log_hyperparameters(moved).parts == (prior.with_log_hyperparameters(moved),)
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 def test_a_single_process_has_its_own_posterior(kernel):
     prior = Prior(kernel, 0.2, 0.3).as_learned()
     joint, single = JointPosterior(JointPrior((prior,)), SAMPLES[:1]), Posterior(prior, SAMPLES[0])

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.trackable.gp import naive
-from tests.trackable.gp.instances import KERNELS, decaying_kernels, over
+from tests.trackable.gp.instances import KERNELS, REPRESENTATIVE, decaying_kernels, over
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import IllConditioned, Posterior
 from trackable.gp.prior import Prior
@@ -30,7 +30,7 @@ def prior_of(kernel, **given_values):
     return Prior(kernel, **{"noise_std": 0.2, "mean": 0.3} | given_values).as_learned()
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 def test_mean_against_the_naive_one(kernel):
     prior = prior_of(kernel)
     np.testing.assert_allclose(
@@ -38,7 +38,7 @@ def test_mean_against_the_naive_one(kernel):
     )
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 def test_variance_against_the_naive_one(kernel):
     prior = prior_of(kernel)
     scale = float(kernel(np.zeros(())))
@@ -46,14 +46,14 @@ def test_variance_against_the_naive_one(kernel):
     np.testing.assert_allclose(variance / scale, naive.variance(prior, SAMPLES, TIMES) / scale, atol=1e-10)
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 def test_derivative_is_that_of_the_mean(kernel):
     posterior, step = Posterior(prior_of(kernel), SAMPLES), 1e-6
     by_differences = (posterior.mean(TIMES + step) - posterior.mean(TIMES - step)) / (2 * step)
     np.testing.assert_allclose(posterior.derivative(TIMES), by_differences, rtol=1e-4, atol=1e-4)
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 def test_likelihood_against_the_naive_one(kernel):
     prior = prior_of(kernel)
     value, gradient = Posterior(prior, SAMPLES).negative_log_marginal_likelihood()
@@ -62,14 +62,14 @@ def test_likelihood_against_the_naive_one(kernel):
     np.testing.assert_allclose(gradient, reference, rtol=1e-6, atol=1e-6 * max(1, abs(value)))
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 def test_mean_gradient_against_central_differences(kernel):
     prior = prior_of(kernel)
     reference = naive.by_log_hyperparameters(lambda p: naive.mean(p, SAMPLES, TIMES), prior)
     np.testing.assert_allclose(Posterior(prior, SAMPLES).mean_gradient(TIMES), reference, rtol=1e-6, atol=1e-6)
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 def test_gradient_of_the_jet_against_central_differences(kernel):
     prior = prior_of(kernel)
     jet, gradient = Posterior(prior, SAMPLES).jet_and_gradient(TIMES, 1)
@@ -115,7 +115,7 @@ def test_variance_lies_between_zero_and_the_prior(kernel, values, noise_std):
     assert np.all(at_samples <= prior.noise_std**2 * (1 + 1e-9))  # no worse than that one sample alone
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 def test_what_the_mean_leaves_of_a_sample_is_the_noise_times_its_weight(kernel):
     """A c = y − m, so y_i − m⁺(t_i) = σ_n² c_i."""
     posterior = Posterior(prior_of(kernel, noise_std=0.4), SAMPLES)
@@ -131,7 +131,7 @@ def test_tiny_noise_interpolates(kernel):
     assert np.max(posterior.variance(SAMPLES.times)) < 1.001e-10
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 def test_huge_noise_leaves_the_prior(kernel):
     posterior = Posterior(prior_of(kernel, noise_std=1e7), SAMPLES)
     np.testing.assert_allclose(posterior.mean(TIMES), 0.3, atol=1e-8)
@@ -143,7 +143,7 @@ def test_the_mean_returns_to_the_prior_mean_far_from_all_samples():
     assert posterior.mean(np.array([50.0])) == pytest.approx(0.3, abs=1e-15)
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 def test_signal_is_the_mean_as_stored_numbers(kernel):
     prior = prior_of(kernel)
     posterior = Posterior(prior, SAMPLES)

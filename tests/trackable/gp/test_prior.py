@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.trackable.gp.instances import KERNELS, over
+from tests.trackable.gp.instances import REPRESENTATIVE, over
 from trackable.gp.hyperparameter import Learned
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
@@ -13,7 +13,7 @@ from trackable.gp.prior import Prior
 KERNEL = SquaredExponential(2.0, 0.3)
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 @pytest.mark.parametrize("noise_std", [0.05, Learned(0.05), Learned(0.05, (0.01, 0.1))])
 def test_logarithms_make_a_round_trip(kernel, noise_std):
     prior = Prior(kernel.as_learned(), noise_std, mean=1.0)

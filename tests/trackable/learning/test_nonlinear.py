@@ -5,7 +5,7 @@ import pytest
 
 from tests.trackable.gp.instances import KERNELS, over
 from tests.trackable.learning.instances import SEEDS, instance
-from tests.trackable.systems.instances import SCALARS
+from tests.trackable.systems.instances import PLANTS
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.squared_exponential import SquaredExponential
@@ -15,6 +15,7 @@ from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps
 from trackable.learning.nonlinear import Program
 from trackable.learning.problem import ConstrainedProblem
+from trackable.learning.published.scalar import interval_sets, state_and_input
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
@@ -25,9 +26,9 @@ SAMPLES = Samples(np.linspace(0, 2, 12), np.cos(3 * np.linspace(0, 2, 12)))
 TIMES = (np.array([0.1, 0.9, 1.7]), np.array([0.3, 1.1]))
 
 
-def program_of(kernel, plant=SCALARS["unstable"], backoff=1e-9, times=TIMES) -> Program:
+def program_of(kernel, plant=PLANTS["unstable"], backoff=1e-9, times=TIMES) -> Program:
     prior = JointPrior((Prior(kernel, 0.2, mean=0.1).as_learned(),))
-    constraints = tuple(Constraint(q, Steps(0, 50, plant.sampling_time), backoff) for q in (plant.state, plant.input))
+    constraints = tuple(Constraint(q, Steps(0, 50, plant.sampling_time), backoff) for q in state_and_input(plant))
     return Program(ConstrainedProblem((SAMPLES,), prior, SearchSpace.around((SAMPLES,), prior), constraints), times)
 
 
@@ -86,20 +87,20 @@ def test_gradients_of_several_signals_against_central_differences(shared):
     np.testing.assert_allclose(at.slack[:3], lower, atol=1e-12)
 
 
-@over(SCALARS, "plant")
+@over(PLANTS, "plant")
 def test_slack_is_the_distance_to_each_bound_as_a_part_of_the_width_less_the_backoff(plant):
     program = program_of(SquaredExponential(0.8, 0.5), plant, backoff=0.01)
     here = program.problem.prior.log_hyperparameters
     posterior = program.problem.posterior(here)
-    x, u = plant.state(posterior.signals, TIMES[0]), plant.input(posterior.signals, TIMES[1])
-    X, U = plant.state_set, plant.input_set
+    x, u = (q(posterior.signals, times) for q, times in zip(state_and_input(plant), TIMES, strict=True))
+    X, U = interval_sets(plant)
     expected = [(x - X.lower) / X.width, (X.upper - x) / X.width, (u - U.lower) / U.width, (U.upper - u) / U.width]
     at = program.evaluate(here)
     np.testing.assert_allclose(at.slack, np.concatenate(expected) - 0.01, atol=1e-12)
     assert at.jacobian.shape == (10, 3)
 
 
-@over(SCALARS, "plant")
+@over(PLANTS, "plant")
 def test_relative_margin_is_one_half_in_the_middle_and_negative_outside(plant):
     problem = program_of(SquaredExponential(0.8, 0.5), plant).problem
     posterior, t = problem.posterior(problem.prior.log_hyperparameters), np.linspace(0, 3, 50)

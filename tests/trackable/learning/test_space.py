@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.trackable.gp.instances import KERNELS, over
+from tests.trackable.gp.instances import REPRESENTATIVE, over
 from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
@@ -21,7 +21,7 @@ def joint(kernel, noise_std, **keywords) -> JointPrior:
     return JointPrior((Prior(kernel.as_learned(), noise_std, **keywords),))
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 @pytest.mark.parametrize("noise_std", [0.1, Learned(0.1)])
 def test_defaults_exist_for_every_learned_name(kernel, noise_std):
     prior = joint(kernel, noise_std)
@@ -31,7 +31,7 @@ def test_defaults_exist_for_every_learned_name(kernel, noise_std):
     assert space.log_lower.shape == prior.log_hyperparameters.shape
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 @pytest.mark.parametrize("starts", [1, 2, 8, 33])
 def test_starts_lie_inside_and_repeat(kernel, starts):
     space = SearchSpace.around((SAMPLES,), joint(kernel, 0.1), starts=starts)
@@ -141,7 +141,7 @@ def test_a_search_needs_bounds_for_what_is_learned():
         ConstrainedProblem((SAMPLES,), joint(SquaredExponential(1.0, 1.0), 0.1), space)
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 def test_fading_lowers_every_amplitude_and_nothing_else(kernel):
     prior = joint(kernel, Learned(0.1))
     space = SearchSpace.around((SAMPLES,), prior)

@@ -29,6 +29,8 @@ from tests.trackable.plots.figures import (
     trace,
 )
 from trackable import plots
+from trackable.control.initial_states import ABOVE, BELOW, ON
+from trackable.plots.panels import INITIAL_STATE_STYLES
 from trackable.plots.scalar import state_at_steps
 from trackable.plots.style import SHEETS
 from trackable.systems.margins import margin_profile
@@ -153,6 +155,10 @@ def test_the_sessions_own_style_neither_shows_nor_changes() -> None:
     with mpl.rc_context({"font.size": 30, "lines.linewidth": 9}):
         assert plots.svg(draw_tube()) == expected
         assert mpl.rcParams["font.size"] == 30
+
+
+def test_every_initial_state_has_a_style() -> None:
+    assert list(INITIAL_STATE_STYLES) == [ON, ABOVE, BELOW]
 
 
 def test_importing_touches_no_backend() -> None:

@@ -33,7 +33,7 @@ class Periodic(Elementary):
         return jet[:-1], gradient
 
     def _jets(self, r: Array, order: int) -> tuple[Array, Array]:
-        """The jet of κ = θ₁² e^(−g), and that of its exponent g = (1 − cos ωr)/θ₂², where 2 sin²(ωr/2) = 1 − cos ωr."""
+        """Return the jets of κ = θ₁² e^(−g) and of g = (1 − cos ωr)/θ₂², where 2 sin²(ωr/2) = 1 − cos ωr."""
         omega, beta = tau / self.period, self.lengthscale**-2
         sine, cosine = np.sin(omega / 2 * r), np.cos(omega / 2 * r)
         g, kappa = np.empty((order + 1, *r.shape)), np.zeros((order + 1, *r.shape))

@@ -40,7 +40,7 @@ class RationalQuadratic(Radial):
         return jet, np.concatenate([gradient, by_shape[None]])
 
     def _shape_gradient(self, s: Array, phi: Array) -> Array:
-        """ψ = ∂φ/∂ln α and its derivatives in s: the recursion of φ, differentiated once more, by ln α."""
+        """Return ψ = ∂φ/∂ln α and its derivatives in s: the recursion of φ, differentiated by ln α."""
         alpha = self.shape
         q = 1 + s**2 / (2 * alpha)
         psi = np.empty_like(phi)

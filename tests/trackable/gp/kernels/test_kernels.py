@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.trackable.gp.instances import KERNELS, PERIODIC, kernels, over, time_scale
+from tests.trackable.gp.instances import FAMILIES, KERNELS, PERIODIC, kernels, over, time_scale
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
@@ -70,7 +70,7 @@ def test_no_correlation_exceeds_the_variance(kernel):
     assert np.all(np.abs(kernel(r)) <= float(kernel(np.zeros(()))) * (1 + 1e-15))
 
 
-@over(KERNELS)
+@over(FAMILIES)
 @pytest.mark.parametrize("shape", [(), (3,), (2, 3), (0,)])
 def test_shapes(kernel, shape):
     r = np.full(shape, 0.3)
