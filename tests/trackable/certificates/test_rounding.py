@@ -25,9 +25,7 @@ def off(reference, name, t: float, exact_time) -> float:
 
 
 compact_case = partial(case, drawn=compact_kernel)
-DRAWN = (
-    [(case, s) for s in range(120)] + [(general_case, s) for s in range(40)] + [(compact_case, s) for s in range(30)]
-)
+DRAWN = [(make, s) for make, count in ((case, 120), (general_case, 40), (compact_case, 30)) for s in range(count)]
 
 
 @pytest.mark.parametrize(("make", "seed"), DRAWN)
