@@ -20,7 +20,7 @@ from trackable.gp.period import period_of
 from trackable.gp.samples import Samples
 from trackable.learning.methods import all_phases, unconstrained
 from trackable.learning.problem import NoSolution, Solution
-from trackable.learning.study import Conservatism, Draws, Study
+from trackable.learning.published.study import Conservatism, Draws, Study
 from trackable.systems.constrained import ConstrainedSystem
 
 

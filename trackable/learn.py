@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import TypeVar
 
+import numpy as np
+
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.goal import Claim, Goal, goal_for
 from trackable.gp.joint import JointPrior
@@ -112,12 +114,16 @@ def _of(given: T | Mapping[str, T], name: str, what: str) -> T:
     return given[name]
 
 
+def _is_window(claim: object) -> bool:
+    return isinstance(claim, tuple) and len(claim) == 2 and bool(np.all(np.isfinite(claim)))
+
+
 def _goal(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
-    if claim not in ("all_times", "all_phases") and not isinstance(claim, tuple):
-        raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end), got {claim!r}")
+    if claim not in ("all_times", "all_phases") and not _is_window(claim):
+        raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {claim!r}")
     goal = goal_for(claim, samples, prior, plant)
     means = [part.mean for part in prior.parts]
-    for quantity in plant.quantities if claim in ("all_times", "all_phases") else ():
+    for quantity in () if _is_window(claim) else plant.quantities:
         if not quantity.bounds.strictly_contains(level := quantity.at_rest(means)):
             raise ValueError(
                 f"mean: must be an admissible equilibrium, but at rest there the {quantity.name} is {level:.4g}, not "

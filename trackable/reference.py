@@ -14,8 +14,6 @@ from trackable.certificates.claim import OnWindow
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import Outcome, prove, prove_on_window
 from trackable.certificates.rounding.references import LATEST
-from trackable.codec import dumps, loads
-from trackable.codec.certificates import FORMAT, encode_certificate
 from trackable.errors import InputError, NoReferenceError
 from trackable.files import read_bytes, write_atomically, write_json
 from trackable.gp.joint import JointPosterior, JointPrior
@@ -143,6 +141,8 @@ class TrackableReference:
 
     def save(self, path: Path | str) -> None:
         """Write everything as JSON, losslessly and atomically. Raises OSError."""
+        from trackable.codec import dumps  # noqa: PLC0415  loaded for files only
+
         write_atomically(Path(path), dumps(SavedReference.of(self)))
 
     @classmethod
@@ -160,6 +160,8 @@ class TrackableReference:
 
     def save_certificate(self, path: Path | str) -> None:
         """Write the proof alone, for `python -m trackable check FILE`. Raises OSError."""
+        from trackable.codec.certificates import encode_certificate  # noqa: PLC0415  loaded for files only
+
         write_json(Path(path), encode_certificate(self.certificate))
 
     @cached_property
@@ -216,6 +218,9 @@ def _root_mean_square(values: Array) -> float:
 
 
 def _read(path: Path) -> SavedReference:
+    from trackable.codec import loads  # noqa: PLC0415  loaded for files only
+    from trackable.codec.certificates import FORMAT  # noqa: PLC0415  loaded for files only
+
     content = read_bytes(path)
     if f'"format": "{FORMAT}"'.encode() in content:
         raise InputError(f"{path}: holds a certificate; what can be loaded is the reference, as `save` writes it")

@@ -17,7 +17,7 @@ from trackable.files import to_json
 from trackable.gp.joint import JointPosterior
 from trackable.learning.learned import LearnedReference, Trace
 from trackable.learning.published.scalar import is_scalar, reachable_tube
-from trackable.learning.study import Study
+from trackable.learning.published.study import Study
 from trackable.systems.margins import MarginProfile
 
 _SAMPLES = "samples.json"

@@ -54,7 +54,19 @@ def test_a_users_program_is_typed(tmp_path: Path) -> None:
 
 
 LOADED = {
-    "learn_reference": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy.optimize", "tqdm"),
+    "learn_reference": (
+        "matplotlib",
+        "cvxpy",
+        "dvc",
+        "mcap",
+        "pydantic",
+        "click",
+        "IPython",
+        "scipy.optimize",
+        "scipy.fft",
+        "tqdm",
+        "cattrs",
+    ),
     "read_csv": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy.optimize", "flint"),
     "check": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy", "flint", "cattrs"),
     "SquaredExponential": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "scipy.linalg", "flint", "cattrs"),

@@ -11,7 +11,7 @@ from matplotlib.ticker import NullFormatter, NullLocator
 
 from trackable.arrays import Array
 from trackable.gp.samples import Samples
-from trackable.learning.study import Conservatism
+from trackable.learning.published.study import Conservatism
 from trackable.plots.prediction import draw_tube
 from trackable.plots.scalar import input_at_steps, input_interval, state_at_steps, state_interval
 from trackable.plots.style import (

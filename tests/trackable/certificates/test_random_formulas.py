@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from tests.trackable.certificates.nonlinear import as_read, bounded
+from tests.trackable.certificates.nonlinear.instances import as_read, bounded
 from tests.trackable.gp.instances import formula
 from tests.trackable.systems.formulas.random_expressions import many_digits
 from tests.trackable.systems.nonlinear_instances import T_S

@@ -10,7 +10,7 @@ import mpmath
 import pytest
 
 from tests.project import ROOT
-from tests.trackable.certificates.nonlinear import proved
+from tests.trackable.certificates.nonlinear.instances import proved
 from tests.trackable.checker.instances import changed, scalar_certificate
 from tests.trackable.checker.redundant import in_the_plane
 from tests.trackable.checker.tight import VALID

@@ -19,8 +19,8 @@ from trackable.learning.landscape import landscape
 from trackable.learning.learned import Trace
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.scalar import scalar, state_and_input
+from trackable.learning.published.study import Conservatism
 from trackable.learning.space import SearchSpace
-from trackable.learning.study import Conservatism
 from trackable.plots.scalar import state_at_steps, tube_after_steps
 from trackable.systems.margins import margin_profile
 from trackable.systems.reference import Reference

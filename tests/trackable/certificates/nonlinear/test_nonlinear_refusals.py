@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from tests.trackable.certificates.nonlinear import BOX, WIDE, bounded, with_sets
+from tests.trackable.certificates.nonlinear.instances import BOX, WIDE, bounded, with_sets
 from tests.trackable.systems.nonlinear_instances import INSTANCES, exactly, moving
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample, Unproved

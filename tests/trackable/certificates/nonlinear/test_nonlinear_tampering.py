@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from flint import arb
 
-from tests.trackable.certificates.nonlinear import (
+from tests.trackable.certificates.nonlinear.instances import (
     BOX,
     WIDE,
     as_read,

@@ -7,7 +7,16 @@ import pytest
 from flint import arb
 from mpmath import mp
 
-from tests.trackable.certificates.nonlinear import BOX, END, as_read, bounded, periodic, proved, tight, true_values
+from tests.trackable.certificates.nonlinear.instances import (
+    BOX,
+    END,
+    as_read,
+    bounded,
+    periodic,
+    proved,
+    tight,
+    true_values,
+)
 from tests.trackable.systems.nonlinear_instances import INSTANCES, LINEAR, as_formulas, exactly, moving
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above, float_below
 from trackable.certificates.certificate import Certificate
