@@ -34,11 +34,14 @@ Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0 
      exists and is the only solution.
   1. Boxes without gaps cover [0, tail_start], one period, or the window (`steps.cover`).
   2. Consider a box with midpoint s and half width h < ρ, and let |κ(z − t_i)| ≤ M for complex |z − s| < ρ. By Cauchy's
-     estimate n terms of κ's Taylor series about s miss no more than M (h/ρ)ⁿ/(1 − h/ρ). If a kernel has its kink in the
-     box, its analytic branch on one side is continued to the other side. The error of this is twice its odd powers,
-     which are bounded likewise (`kernels.base`). Formulas of such polynomials are again polynomials, with a bound of
-     what these miss (`arithmetic.models`). A polynomial lies in the convex hull of its Bernstein coefficients, on the
-     whole box or on each of its parts (`arithmetic.polynomials`, `steps.boxes`).
+     estimate n terms of κ's Taylor series about s miss no more than M (h/ρ)ⁿ/(1 − h/ρ). A kernel may have kinks, at a
+     difference of 0 and where its support ends; between them it is analytic. The branch that holds in the middle of the
+     box is continued over all of the box. At most two errors are added: beyond a kink at 0 that is in the box, twice
+     the branch's odd powers, which are bounded likewise; and how far κ is from this branch beyond its other kinks, on
+     the positive side (`jump`). κ is even, so that both together bound the error on the negative side. A box that
+     contains 0, but whose middle is on another branch, is refused (`kernels.base`). Formulas of such polynomials are
+     again polynomials, with a bound of what these miss (`arithmetic.models`). A polynomial lies in the convex hull of
+     its Bernstein coefficients, on the whole box or on each of its parts (`arithmetic.polynomials`, `steps.boxes`).
   3. Let K_i and D_i bound |κ| and |κ̇| at all distances from t_i to times after the cover. Then, after the cover,
      |z − m| ≤ R = Σ |c_i| K_i and |ż| ≤ D = Σ |c_i| D_i. So |Σ_j w_j (z(t + j T) − m)| is at most
      |Σ_j w_j| R + T Σ_j j |w_j| D, and at most Σ_j |w_j| R. By the mean-value theorem, a formula differs from its
