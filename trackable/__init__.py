@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from trackable.gp.kernels.matern import Matern32 as Matern32
     from trackable.gp.kernels.matern import Matern52 as Matern52
     from trackable.gp.kernels.periodic import Periodic as Periodic
+    from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2 as PiecewisePolynomial2
+    from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial3 as PiecewisePolynomial3
     from trackable.gp.kernels.rational_quadratic import RationalQuadratic as RationalQuadratic
     from trackable.gp.kernels.squared_exponential import SquaredExponential as SquaredExponential
     from trackable.gp.samples import Samples as Samples
@@ -54,6 +56,8 @@ _MODULES = {
     "NotACertificate": "checker",
     "NotTrackableError": "reference",
     "Periodic": "gp.kernels.periodic",
+    "PiecewisePolynomial2": "gp.kernels.piecewise_polynomial",
+    "PiecewisePolynomial3": "gp.kernels.piecewise_polynomial",
     "Plan": "control.step.result",
     "Polytope": "systems.sets.polytope",
     "Product": "gp.kernels.base",

@@ -16,6 +16,7 @@ from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.elementary import Elementary
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
 from trackable.gp.kernels.registry import KERNELS
 from trackable.gp.kernels.squared_exponential import SquaredExponential
@@ -28,7 +29,10 @@ from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 
-ELEMENTARY: tuple[type[Elementary], ...] = (SquaredExponential, Matern32, Matern52, RationalQuadratic, Periodic)
+ELEMENTARY: tuple[type[Elementary], ...] = (
+    *(SquaredExponential, Matern32, Matern52, RationalQuadratic, Periodic),
+    *(PiecewisePolynomial2, PiecewisePolynomial3),
+)
 positive = st.floats(1e-3, 1e3)
 any_float = st.floats(allow_nan=False, allow_infinity=False)
 elementary = st.one_of([st.builds(kernel, **{f.name: positive for f in fields(kernel)}) for kernel in ELEMENTARY])

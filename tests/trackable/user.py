@@ -22,6 +22,8 @@ from trackable import (
     NotACertificate,
     NotTrackableError,
     Periodic,
+    PiecewisePolynomial2,
+    PiecewisePolynomial3,
     Plan,
     Polytope,
     Product,
@@ -44,6 +46,7 @@ assert_type(kernel.lengthscale, float)
 assert_type(Matern32(1.0, 0.2).signal_std, float)
 assert_type(RationalQuadratic().shape, float)
 assert_type(Periodic(period=2.0).period, float)
+assert_type(PiecewisePolynomial2(lengthscale=2.0) * PiecewisePolynomial3(), Product)
 assert_type(Periodic() * kernel, Product)
 assert_type(Periodic() * kernel + Matern52(), Sum)
 general: Kernel = kernel

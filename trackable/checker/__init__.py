@@ -33,12 +33,16 @@ Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0 
      fractional powers are positive), f is defined, and u exists and is unique.
   1. Boxes without gaps cover [0, tail_start], one period, or the window (`steps.cover`).
   2. Consider a box with midpoint s and half width h < ρ, and let |κ(z − t_i)| ≤ M for complex |z − s| < ρ. By Cauchy's
-     estimate, the error of the first n terms of κ's Taylor series about s is at most M (h/ρ)ⁿ/(1 − h/ρ). If a kernel
-     has its kink in the box, its analytic branch κ₊ on one side is continued to the other side. As κ is even, the
-     error of this at distance r from the kink is |κ₊(r) − κ₊(−r)|: twice the odd powers of κ₊'s Taylor series about
-     the kink, which are bounded in the same way (`kernels.base`). Formulas of such polynomials are again polynomials,
-     with a bound of their error (`arithmetic.models`). A polynomial lies in the convex hull of its Bernstein
-     coefficients, on the whole box or on each of its parts (`arithmetic.polynomials`, `steps.boxes`).
+     estimate, the error of the first n terms of κ's Taylor series about s is at most M (h/ρ)ⁿ/(1 − h/ρ). A kernel may
+     have kinks, at a difference of 0 and where its support ends; between them it is analytic. The branch κ₊ that holds
+     in the middle of the box is continued over all of the box. At most two errors are added. If a kink at 0 is in the
+     box, the error at distance r beyond it is |κ₊(r) − κ₊(−r)|, as κ is even: twice the odd powers of κ₊'s Taylor series
+     about 0, which are bounded in the same way. If other kinks are in the box, the error beyond them is the distance of
+     κ from κ₊ on the positive side (`jump`). κ is even, so that both together bound the error on the negative side. A
+     box that contains 0, but whose middle is on another branch, is refused (`kernels.base`). Formulas of such
+     polynomials are again polynomials, with a bound of their error (`arithmetic.models`). A polynomial lies in the
+     convex hull of its Bernstein coefficients, on the whole box or on each of its parts (`arithmetic.polynomials`,
+     `steps.boxes`).
   3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`steps.instants`).
      Let K_i and D_i bound |κ(r)| and |κ̇(r)| at all distances r = t − t_i with t ≥ t₀. Then, for all t ≥ t₀,
      |e(t)| ≤ R = Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i. So |Σ_j w_j e(t + j T)| is at most Σ_j |w_j| R. As the sum

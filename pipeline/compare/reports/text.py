@@ -5,6 +5,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pipeline.compare.model import Comparison, Difference, JudgedClaim, Row, Status, Version
 from pipeline.compare.reports.wording import allowed, closing, differing_text, extent, remarkable, size, verdict
 
+_WIDEST = 24  # a reason why there is no value is longer, and moves the rest of its line
+
 
 def to_text(comparison: Comparison, listed: Callable[[Comparison], Iterable[Row]] = remarkable) -> str:
     """Return the `listed` artifacts, a table of the claims, the environment, and a closing line."""
@@ -47,7 +49,7 @@ def _claims(claims: Sequence[JudgedClaim]) -> Iterator[str]:
         return
     rows = [("expected", "BASE", "NEW", "claim [source]")]
     rows += [(c.expected, verdict(c.base), verdict(c.new), f"{c.text} [{c.source}]") for c in claims]
-    widths = [max(len(row[column]) for row in rows) for column in range(3)]
+    widths = [min(_WIDEST, max(len(row[column]) for row in rows)) for column in range(3)]
     for *cells, claim in rows:
         yield "  ".join((*(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)), claim))
 

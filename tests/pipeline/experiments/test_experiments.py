@@ -12,6 +12,7 @@ from tests.pipeline.params import PARAMS as WRITTEN
 from tests.pipeline.params import changed, written_to
 from trackable.errors import InputError
 from trackable.gp.kernels.base import Product
+from trackable.gp.kernels.registry import KERNELS
 from trackable.gp.prior import NOISE
 
 
@@ -49,6 +50,17 @@ def test_numbers_are_known_and_intervals_are_learned(tmp_path: Path) -> None:
     assert prior.learned == ("left.signal_std", "left.lengthscale", "right.lengthscale")
     assert prior.hyperparameters["left.period"] == 2
     assert 3 < prior.hyperparameters["right.lengthscale"] < 9
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_every_kernel_of_the_library_is_known_by_its_name(tmp_path: Path, name: str) -> None:
+    parts = ", left: {type: matern32}, right: {type: squared_exponential}" if name in ("sum", "product") else ""
+    claim = "all_phases" if name == "periodic" else "all_times"
+    kernel = ("{type: squared_exponential}", f"{{type: {name}{parts}}}")
+    text = changed("example1", kernel, ("claim: all_times", f"claim: {claim}"))
+    (prior,) = load_experiment("example1", written_to(tmp_path, text)).learned_prior.parts
+    assert type(prior.kernel) is KERNELS[name]
+    assert {*prior.learned} == prior.kernel.hyperparameters.keys()
 
 
 def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Random references of all kinds, with bounds that are nearly touched: kept by a hair, or broken by one."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from trackable.certificates.prove import reference_period
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
@@ -18,6 +20,7 @@ from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
+DrawnKernel = Callable[[np.random.Generator, float], Kernel]
 _RADIAL = (SquaredExponential, Matern32, Matern52)
 
 
@@ -61,11 +64,19 @@ def _weights(rng: np.random.Generator, kernel: Kernel, centres: np.ndarray) -> n
     return np.linalg.solve(gram + noise * gram[0, 0] * np.eye(centres.size), values)
 
 
-def case(seed: int, margin: float | None = None) -> Case:
-    """The margin is drawn from ±10⁻¹² … ±10⁻³ where it is not given."""
+def compact_kernel(rng: np.random.Generator, span: float) -> Kernel:
+    """A kernel with compact support: by itself, or with another one."""
+    family = (PiecewisePolynomial2, PiecewisePolynomial3)[int(rng.integers(2))]
+    compact = family(10 ** rng.uniform(-1, 1), span * 10 ** rng.uniform(-1.5, 1))
+    kind, other = int(rng.integers(6)), _elementary(rng, span)
+    return Product(compact, other) if kind == 0 else Sum(other, compact) if kind == 1 else compact
+
+
+def case(seed: int, margin: float | None = None, drawn: DrawnKernel = _kernel) -> Case:
+    """The margin is drawn from ±10⁻¹² … ±10⁻³ where it is not given; `drawn` is the kernel's family."""
     rng = np.random.default_rng(seed)
     span = 10 ** rng.uniform(-2, 2)
-    kernel = _kernel(rng, span)
+    kernel = drawn(rng, span)
     centres = np.unique(rng.uniform(0, span, int(rng.integers(1, 8))))
     if rng.random() < 0.5:
         centres[0] = 0.0

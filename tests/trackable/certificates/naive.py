@@ -9,6 +9,7 @@ from tests.trackable.gp.instances import formula
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
@@ -131,11 +132,18 @@ def _matern(nu: int):
     return correlation
 
 
+def _compact(y, power: int, coefficients: tuple[int, ...]):
+    """In powers of y = 1 − s."""
+    return y**power * sum(c * y**k for k, c in enumerate(coefficients))
+
+
 _CORRELATIONS = {
     SquaredExponential: lambda r, length: np.exp(-((r / length) ** 2) / 2),
     Matern32: _matern(3),
     Matern52: _matern(5),
     RationalQuadratic: lambda r, length, alpha: np.exp(-alpha * np.log1p((r / length) ** 2 / (2 * alpha))),
+    PiecewisePolynomial2: lambda r, length: _compact(np.maximum(1 - r / length, 0), 5, (14, -21, 8)),
+    PiecewisePolynomial3: lambda r, length: _compact(np.maximum(1 - r / length, 0), 7, (48, -108, 82, -21)),
     Periodic: lambda r, length, period: np.exp(-2 * (np.sin(_PI * r / period) / length) ** 2),
 }
 

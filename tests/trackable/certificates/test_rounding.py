@@ -1,12 +1,14 @@
 """What float64 evaluation gives lies within the error that is deducted from every margin."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from mpmath import mp
 from scipy.linalg import block_diag
 
 from tests.trackable.certificates import naive
-from tests.trackable.certificates.instances import case, general_case
+from tests.trackable.certificates.instances import case, compact_kernel, general_case
 from tests.trackable.certificates.references import certified
 from trackable.certificates.rounding.references import evaluated_until, evaluation_errors
 
@@ -22,7 +24,11 @@ def off(reference, name, t: float, exact_time) -> float:
         return max(float(abs(mp.mpf(float(value)) - exact)) for value in evaluated)
 
 
-@pytest.mark.parametrize(("make", "seed"), [(case, s) for s in range(120)] + [(general_case, s) for s in range(40)])
+compact_case = partial(case, drawn=compact_kernel)
+DRAWN = [(make, s) for make, count in ((case, 120), (general_case, 40), (compact_case, 30)) for s in range(count)]
+
+
+@pytest.mark.parametrize(("make", "seed"), DRAWN)
 def test_errors_are_bounded(make, seed):
     chosen, rng = make(seed), np.random.default_rng(seed)
     reference = chosen.reference

@@ -5,18 +5,20 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from flint import arb
+from flint import arb, arb_poly
 
 from tests.trackable.certificates.references import certified, unconstrained
 from trackable.certificates import cover, enclosure, exact, prove, settled
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.cover import Cover
 from trackable.certificates.kernels.matern import Matern32Balls
+from trackable.certificates.kernels.piecewise_polynomial import PiecewisePolynomialBalls
 from trackable.certificates.kernels.squared_exponential import SquaredExponentialBalls
 from trackable.certificates.rounding import references as rounding
 from trackable.checker import Failed, Proved, check
 from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.matern import Matern32
+from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.learning.published.scalar import scalar
@@ -95,6 +97,27 @@ def test_a_prover_with_a_wrong_kernel(monkeypatch, blind):
 def test_a_prover_that_overlooks_kinks(monkeypatch, blind):
     monkeypatch.setattr(Matern32Balls, "is_analytic", True)
     assert_caught(small(Matern32(1.0, 0.3), state_set=(-0.71, 0.34)), "box")
+
+
+def test_a_prover_that_overlooks_where_a_support_ends(monkeypatch, blind):
+    """A box whose middle is beyond the support, as if all of it was; z = φ(0.9) = 1.2e-4 where it begins."""
+    monkeypatch.setattr(PiecewisePolynomialBalls, "jump", lambda *_: arb(0))
+    monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
+    plant = small(SquaredExponential(1.0, 0.3), state_set=(-2.0, 5e-5)).plant
+    reference = Reference((KernelSum(PiecewisePolynomial2(1.0, 0.5), 0.0, np.zeros(1), np.ones(1)),), plant)
+    found = prove.prove_on_window(reference, 0.45, 0.65)
+    assert isinstance(found, Certificate), found.explanation
+    verdict = check(encode_certificate(found))
+    assert isinstance(verdict, Failed)
+    assert verdict.reason.startswith("box: the state")
+
+
+def test_a_prover_that_takes_the_wrong_branch(monkeypatch, blind):
+    """Zero inside of the support too."""
+    monkeypatch.setattr(PiecewisePolynomialBalls, "polynomial", lambda *_: arb_poly())
+    monkeypatch.setattr(PiecewisePolynomialBalls, "jump", lambda *_: arb(0))
+    monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
+    assert_caught(small(PiecewisePolynomial2(1.0, 0.5), state_set=(-0.4, 0.3)), "box")
 
 
 def test_a_prover_whose_cover_ends_too_early(learned, monkeypatch, blind):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.trackable.certificates import naive
-from tests.trackable.certificates.instances import Case, case, general_case
+from tests.trackable.certificates.instances import Case, case, compact_kernel, general_case
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
 from trackable.certificates.outcome import Counterexample
@@ -65,6 +65,13 @@ def test_nothing_false_is_ever_claimed(chunk):
 
 
 @pytest.mark.parametrize("chunk", range(4))
+def test_nothing_false_is_ever_claimed_of_kernels_with_compact_support(chunk):
+    seeds = range(9000 + chunk * 25, 9000 + (chunk + 1) * 25)
+    said = assert_nothing_false_is_claimed({s: case(s, drawn=compact_kernel) for s in seeds})
+    assert min(said[Certificate], said[Counterexample]) >= 4
+
+
+@pytest.mark.parametrize("chunk", range(4))
 def test_nothing_false_is_ever_claimed_of_general_systems(chunk):
     said = assert_nothing_false_is_claimed(
         {s: general_case(s) for s in range(8000 + chunk * 15, 8000 + (chunk + 1) * 15)}
@@ -84,6 +91,18 @@ def test_the_checker_agrees_about_general_systems(chunk):
                 assert isinstance(verdict, Proved), (seed, verdict)
                 examined[type(found.claim)] += 1
     assert examined[OnWindow] >= 10  # of 15: bounds that are broken in the window have no certificate
+
+
+def test_the_checker_agrees_about_kernels_with_compact_support():
+    examined = Counter[type]()
+    for seed in range(9000, 9040):
+        found = ask(seed, case(seed, 1e-3, compact_kernel))
+        if isinstance(found, Certificate) and _size(found) <= 100:
+            verdict = check(encode_certificate(found))
+            assert isinstance(verdict, Proved), (seed, verdict)
+            examined[type(found.claim)] += 1
+    assert examined[AllTimes] >= 5
+    assert examined[OnWindow] >= 3
 
 
 def _size(found: Certificate) -> int:

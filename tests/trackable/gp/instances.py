@@ -10,6 +10,7 @@ from mpmath import mp
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 
@@ -27,6 +28,10 @@ RADIAL: dict[str, Kernel] = {
     "rq_heavy": RationalQuadratic(1.5, 0.4, 0.1),
     "rq_third": RationalQuadratic(0.6, 2.0, 1 / 3),
     "rq_nearly_se": RationalQuadratic(0.8, 0.7, 2000.0),
+    "piecewise2": PiecewisePolynomial2(1.0, 1.0),
+    "piecewise2_long": PiecewisePolynomial2(0.4, 7.3),
+    "piecewise3": PiecewisePolynomial3(1.0, 1.0),
+    "piecewise3_loud": PiecewisePolynomial3(20.0, 0.3),
 }
 
 PERIODIC: dict[str, Kernel] = {
@@ -36,6 +41,8 @@ PERIODIC: dict[str, Kernel] = {
 }
 
 DECAYING_PAIRS: dict[str, Kernel] = {
+    "sum_of_compact": Sum(PiecewisePolynomial3(1.0, 0.8), SquaredExponential(0.5, 1.0)),
+    "product_of_compact": Product(PiecewisePolynomial2(1.0, 2.0), Matern52(0.7, 1.0)),
     "sum": Sum(SquaredExponential(1.0, 0.3), Matern52(0.5, 2.0)),
     "product": Product(SquaredExponential(1.2, 0.8), RationalQuadratic(0.5, 1.5, 0.7)),
     "product_of_materns": Product(Matern32(1.0, 0.9), Matern52(2.0, 0.4)),
@@ -49,6 +56,7 @@ DECAYING_PAIRS: dict[str, Kernel] = {
 OTHER_PAIRS: dict[str, Kernel] = {
     "quasi_periodic": Product(SquaredExponential(1.0, 2.0), Periodic(1.0, 0.8, 0.9)),
     "trend_and_season": Sum(SquaredExponential(2.0, 3.0), Periodic(0.5, 1.2, 0.7)),
+    "season_that_ends": Product(PiecewisePolynomial2(1.0, 1.7), Periodic(1.0, 1.0, 0.5)),
     "nested": Sum(
         Product(Matern52(1.0, 1.5), Periodic(1.0, 1.0, 1.1)), Sum(Periodic(0.3, 0.5, 2.0), Matern32(0.2, 0.3))
     ),
@@ -80,6 +88,17 @@ def formula(kernel: Kernel) -> Formula:
     return lambda r: std**2 * _CORRELATIONS[type(kernel)](r, *rest)
 
 
+def compact(q: int, s: Any) -> Any:
+    """Return φ_q(s) of Rasmussen and Williams, eq. (4.21), for one dimension; in any arithmetic that compares."""
+    j = q + 1
+    polynomials = {
+        2: [3, 3 * j + 6, j**2 + 4 * j + 3],
+        3: [15, 15 * j + 45, 6 * j**2 + 36 * j + 45, j**3 + 9 * j**2 + 23 * j + 15],
+    }
+    constant, *_ = coefficients = polynomials[q]
+    return (1 - s) ** (j + q) * sum(c * s**k for k, c in enumerate(coefficients)) / constant if s < 1 else 0 * s
+
+
 _CORRELATIONS: dict[type[Kernel], Callable[..., Any]] = {
     SquaredExponential: lambda r, ell: mp.exp(-(r**2) / (2 * ell**2)),
     Matern32: lambda r, ell: (1 + mp.sqrt(3) * abs(r) / ell) * mp.exp(-mp.sqrt(3) * abs(r) / ell),
@@ -87,6 +106,8 @@ _CORRELATIONS: dict[type[Kernel], Callable[..., Any]] = {
         (1 + mp.sqrt(5) * abs(r) / ell + 5 * r**2 / (3 * ell**2)) * mp.exp(-mp.sqrt(5) * abs(r) / ell)
     ),
     RationalQuadratic: lambda r, ell, alpha: mp.power(1 + r**2 / (2 * alpha * ell**2), -alpha),
+    PiecewisePolynomial2: lambda r, ell: compact(2, abs(r) / ell),
+    PiecewisePolynomial3: lambda r, ell: compact(3, abs(r) / ell),
     Periodic: lambda r, ell, period: mp.exp(-2 / ell**2 * mp.sin(mp.pi * r / period) ** 2),
 }
 
@@ -114,6 +135,8 @@ decaying_kernels = st.recursive(
         st.builds(Matern32, _positive, _positive),
         st.builds(Matern52, _positive, _positive),
         st.builds(RationalQuadratic, _positive, _positive, _positive),
+        st.builds(PiecewisePolynomial2, _positive, _positive),
+        st.builds(PiecewisePolynomial3, _positive, _positive),
     ),
     lambda parts: st.builds(Sum, parts, parts) | st.builds(Product, parts, parts),
     max_leaves=3,

@@ -16,6 +16,7 @@ from trackable.gp.factors.toeplitz import Toeplitz
 from trackable.gp.kernels.base import Product, Sum
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import IllConditioned
@@ -45,6 +46,7 @@ FAMILIES = {
         "se",
         "se_short",
         "se_loud",
+        "piecewise3_loud",
         "matern32_short",
         "matern52_long",
         "rq_heavy",
@@ -147,6 +149,8 @@ def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
         (Matern32(1.0, 2.0), TIMES["random"](500), Dense),
         (Matern32(1.0, 2.0), TIMES["even"](500), Toeplitz),
         (Matern32(1.0, 0.02), TIMES["random"](500), Band),
+        (PiecewisePolynomial2(1.0, 0.3), TIMES["random"](1000), Band),
+        (PiecewisePolynomial3(1.0, 0.5), TIMES["random"](1000), Band),
         (Periodic(1.0, 1.0, 10.0), TIMES["random"](1000), LowRank),
         (SquaredExponential(1.0, 1e-3), np.append(np.sort(random(400, 0, 1e-3)), 1 + 7e-4 * np.arange(400)), Band),
     ],

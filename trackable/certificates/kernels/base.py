@@ -105,7 +105,9 @@ class KernelBalls(ABC):
         if not (self.is_analytic or side):
             # A middle of uncertain sign is next to the kink, or else nothing is known.
             known = r > 0 or r < 0 or abs(r) < box.half / 1000
-            found += self._oddness(box) if known else arb.pos_inf()
+            # The branch of the box's middle is continued, and its odd powers are those of the branch at the kink.
+            same_branch = self.jump(arb(0), abs(r)).is_zero()
+            found += self._oddness(box) if known and same_branch else arb.pos_inf()
         return found
 
     def _oddness(self, box: Expansion) -> arb:

@@ -7,11 +7,13 @@ from trackable.certificates.kernels.combinations import CombinationBalls, Produc
 from trackable.certificates.kernels.elementary import ElementaryBalls
 from trackable.certificates.kernels.matern import Matern32Balls, Matern52Balls
 from trackable.certificates.kernels.periodic import PeriodicBalls
+from trackable.certificates.kernels.piecewise_polynomial import PiecewisePolynomial2Balls, PiecewisePolynomial3Balls
 from trackable.certificates.kernels.rational_quadratic import RationalQuadraticBalls
 from trackable.certificates.kernels.squared_exponential import SquaredExponentialBalls
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 
@@ -21,6 +23,8 @@ _ELEMENTARY: dict[type[Kernel], type[ElementaryBalls]] = {
     Matern52: Matern52Balls,
     RationalQuadratic: RationalQuadraticBalls,
     Periodic: PeriodicBalls,
+    PiecewisePolynomial2: PiecewisePolynomial2Balls,
+    PiecewisePolynomial3: PiecewisePolynomial3Balls,
 }
 _COMBINATIONS: dict[type[Kernel], type[CombinationBalls]] = {Sum: SumBalls, Product: ProductBalls}
 

@@ -8,7 +8,7 @@ from mpmath.ctx_iv import MPIntervalContext
 
 
 class Real(Protocol):
-    """An interval of mpmath that contains a real number; comparisons are None where intervals overlap."""
+    """An interval of mpmath that contains a real number; comparisons raise ValueError where intervals overlap."""
 
     @property
     def a(self) -> "Real": ...

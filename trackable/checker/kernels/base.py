@@ -81,7 +81,10 @@ class Kernel(ABC):
         missed = self.largest_on_disc(r, radius) * _rest(h / radius, n) + self.jump(r, h)
         if self.has_kink and not (before or after):
             # r ≥ 0 is not certain right on the kink: then 1.01 h must still reach to the end of the box
-            missed += self._oddness(1.01 * h, radius, n) if at_most(-0.01 * h, side * r) else INFINITE
+            reached = at_most(-0.01 * h, side * r)
+            # the branch of the box's middle must be that of the kink: its odd powers are bounded
+            same_branch = at_most(self.jump(ZERO, abs(r)), ZERO)
+            missed += self._oddness(1.01 * h, radius, n) if reached and same_branch else INFINITE
         return Model(self.taylor(side * r, side * h, n), missed)
 
     def _oddness(self, reach: Real, radius: Real, n: int) -> Real:

@@ -3,6 +3,7 @@
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 
@@ -12,6 +13,8 @@ KERNELS: dict[str, type[Kernel]] = {
     "matern52": Matern52,
     "rational_quadratic": RationalQuadratic,
     "periodic": Periodic,
+    "piecewise_polynomial2": PiecewisePolynomial2,
+    "piecewise_polynomial3": PiecewisePolynomial3,
     "sum": Sum,
     "product": Product,
 }

@@ -10,6 +10,7 @@ from mpmath import mp
 from tests.trackable.gp.instances import DECAYING, OTHER_PAIRS, PERIODIC, RADIAL, decaying_kernels, formula, over
 from trackable.gp.kernels.base import Product, Sum
 from trackable.gp.kernels.matern import Matern32, Matern52
+from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 
@@ -65,6 +66,8 @@ def test_decay_distance_is_sharp(kernel):
         (Matern32(3.0, 0.7), 0.404145188432738),
         (Matern52(3.0, 0.7), 0.506524758424985),
         (RationalQuadratic(3.0, 0.7, 1.0), 0.571547606649408),
+        (PiecewisePolynomial2(3.0, 0.7), 0.193184698670207),
+        (PiecewisePolynomial3(3.0, 0.7), 0.167988443205505),
     ],
 )
 def test_decay_distances_in_numbers(kernel, zeta):

@@ -1,0 +1,89 @@
+"""Piecewise polynomial kernels in ball arithmetic: a polynomial for r < θ₂, and zero from θ₂ on."""
+
+from typing import ClassVar, TypeVar
+
+from flint import arb, arb_series
+
+from trackable.certificates.kernels.elementary import RadialBalls
+
+_X = TypeVar("_X", arb, arb_series)
+
+
+class PiecewisePolynomialBalls(RadialBalls):
+    """κ(r) = θ₁² (1 − s)ᵖ Q(s) with s = |r|/θ₂ < 1, Q with positive `coefficients` from s⁰ on; zero for s ≥ 1.
+
+    Two branches hold for positive differences: the polynomial, and zero. Each is entire.
+    """
+
+    power: ClassVar[int]
+    coefficients: ClassVar[tuple[int, ...]]
+
+    @property
+    def is_analytic(self) -> bool:
+        return False
+
+    def taylor(self, r: arb_series) -> arb_series:
+        return self._polynomial(r / self.length) if self._is_inside(r[0]) else r * 0
+
+    def on_disc(self, r: arb, radius: arb) -> arb:
+        if not self._is_inside(r):
+            return arb(0)
+        # |1 − z| ≤ |1 − s| + ρ and |Q(z)| ≤ Q(s + ρ) on |z − s| ≤ ρ.
+        s, rho = abs(r) / self.length, radius / self.length
+        return self.variance * self._powered(abs(1 - s) + rho) * self._factor(s + rho)
+
+    def jump(self, r: arb, half: arb) -> arb:
+        # |(1 − s)ᵖ Q(s)| falls up to s = 1 and rises from there on: it is largest at the end that is farther from 1.
+        if self._is_inside(r):
+            end = abs(r) + half
+            return arb(0) if end <= self.length else abs(self._polynomial(end / self.length))
+        start = (abs(r) - half).max(arb(0))
+        return arb(0) if start >= self.length else abs(self._polynomial(start / self.length))
+
+    def moment(self, reach: arb, size: arb) -> arb:
+        # s φ(s) ≤ 0.165
+        return size * self.length * arb(17) / 100
+
+    def _is_inside(self, r: arb) -> bool:
+        """Return whether the polynomial is the branch at |r|, as it is at θ₂ and where no branch holds for certain."""
+        return not abs(r) > self.length
+
+    def _polynomial(self, s: _X) -> _X:
+        return self._powered(1 - s) * self._factor(s) * self.variance
+
+    def _powered(self, y: _X) -> _X:
+        """yᵖ by multiplication, which balls around zero allow."""
+        found = y
+        for _ in range(self.power - 1):
+            found = found * y
+        return found
+
+    def _factor(self, s: _X) -> _X:
+        """Q, by Horner's rule."""
+        found = s * 0
+        for coefficient in reversed(self.coefficients):
+            found = found * s + coefficient
+        return found
+
+
+class PiecewisePolynomial2Balls(PiecewisePolynomialBalls):
+    """κ(r) = θ₁² (1 − s)⁵ (8 s² + 5 s + 1)."""
+
+    power = 5
+    coefficients = (1, 5, 8)
+
+    @property
+    def steepest(self) -> arb:
+        return self.length * (3 + arb(105).sqrt()) / 48
+
+
+class PiecewisePolynomial3Balls(PiecewisePolynomialBalls):
+    """κ(r) = θ₁² (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1)."""
+
+    power = 7
+    coefficients = (1, 7, 19, 21)
+
+    @property
+    def steepest(self) -> arb:
+        # The root of 105 s³ + 13 s² − 5 s − 1 lies in this ball.
+        return self.length * arb("0.239983490293579 +/- 1e-14")
