@@ -36,12 +36,12 @@ Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0 
      estimate, the error of the first n terms of κ's Taylor series about s is at most M (h/ρ)ⁿ/(1 − h/ρ). A kernel may
      have kinks, at a difference of 0 and where its support ends; between them it is analytic. The branch κ₊ that holds
      in the middle of the box is continued over all of the box. At most two errors are added. If a kink at 0 is in the
-     box, the error at distance r beyond it is |κ₊(r) − κ₊(−r)|, as κ is even: twice the odd powers of κ₊'s Taylor series
-     about 0, which are bounded in the same way. If other kinks are in the box, the error beyond them is the distance of
-     κ from κ₊ on the positive side (`jump`). κ is even, so that both together bound the error on the negative side. A
-     box that contains 0, but whose middle is on another branch, is refused (`kernels.base`). Formulas of such
-     polynomials are again polynomials, with a bound of their error (`arithmetic.models`). A polynomial lies in the
-     convex hull of its Bernstein coefficients, on the whole box or on each of its parts (`arithmetic.polynomials`,
+     box, the error at distance r beyond it is |κ₊(r) − κ₊(−r)|, as κ is even: twice the odd powers of the Taylor series
+     of κ₊ about 0, which are bounded in the same way. If other kinks are in the box, the error beyond them is the
+     distance of κ from κ₊ on the positive side (`jump`). κ is even, so that both together bound the error on the
+     negative side. A box that contains 0, but whose middle is on another branch, is refused (`kernels.base`). Formulas
+     of such polynomials are again polynomials, with a bound of their error (`arithmetic.models`). A polynomial lies in
+     the convex hull of its Bernstein coefficients, on the whole box or on each of its parts (`arithmetic.polynomials`,
      `steps.boxes`).
   3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`steps.instants`).
      Let K_i and D_i bound |κ(r)| and |κ̇(r)| at all distances r = t − t_i with t ≥ t₀. Then, for all t ≥ t₀,
