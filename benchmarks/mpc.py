@@ -84,9 +84,10 @@ def rows(horizon: int = 20) -> Iterator[Row]:
             # Without cached properties, the controller has to build its programs again.
             return replace(controller).step(0, start, reference)
 
-        for status in (Status.SOLVED, Status.UNBOUNDED):
+        for status in (Status.SOLVED, Status.NO_ACTIVE_BOUND):
             some = found[status][:_STARTS]
-            problem = f"{n} states, horizon {horizon}, {'no bound' if status is Status.UNBOUNDED else 'bounds'} active"
+            active = "bounds" if status is Status.SOLVED else "no bound"
+            problem = f"{n} states, horizon {horizon}, {active} active"
             for rival, function, rounds in (("built afresh", afresh, 3), ("do-mpc", theirs, 5)):
                 yield duel(
                     "one step of the controller",

@@ -1,9 +1,9 @@
-"""What a user can mend, and what is nobody's fault."""
+"""Errors with an explanation for the user."""
 
 
 class InputError(Exception):
-    """Something handed in is not usable; the message says what was expected, what came, and where. Exit code 2."""
+    """An input is not usable; the message says what was expected, what was given, and where. Exit code 2."""
 
 
 class NoReferenceError(Exception):
-    """A well-posed question whose answer is that no trackable reference was found; says by how much. Exit code 1."""
+    """The problem is well posed, but no trackable reference was found; the message says by how much. Exit code 1."""

@@ -103,7 +103,7 @@ class TrackableReference:
     def _off(self) -> dict[str, Array]:
         """Samples minus what the reference says of them."""
         flat = zip(self.prior.names, self.samples, self.reference.signals, strict=True)
-        return {name: of.values - of.stencil.seen(signal, of.times) for name, of, signal in flat}
+        return {name: of.values - of.stencil.measured(signal, of.times) for name, of, signal in flat}
 
     @property
     def _distances(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""A certificate: a claim about a stored reference, with everything that a checker needs to verify it."""
+"""A certificate: a claim about a stored reference, with all that a checker needs to verify it."""
 
 from dataclasses import dataclass
 
@@ -10,11 +10,11 @@ from trackable.systems.reference import Reference
 
 @dataclass(frozen=True)
 class Certificate:
-    """States and inputs of `reference` keep their bounds at the times that `claim` names, with room for rounding.
+    """States and inputs of `reference` keep their bounds at the times of `claim`, in float64 evaluation too.
 
-    Each quantity stays at least `evaluation_error` away from its bounds. So what float64 evaluation gives at a float64
-    time |t| ≤ `evaluated_until` [s] stays inside too. `covers` holds the boxes of the proof by quantity (none for
-    instants); `terms` is the number of Taylor coefficients with which each box was enclosed (0 without boxes).
+    Each quantity stays at least `evaluation_error` away from its bounds. So its float64 value at a float64 time
+    |t| ≤ `evaluated_until` [s] stays inside too. `covers` holds the boxes of the proof by quantity (none for instants).
+    `terms` is the number of Taylor coefficients of each enclosure (0 without boxes).
     """
 
     reference: Reference

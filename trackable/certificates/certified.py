@@ -1,4 +1,4 @@
-"""Learning with a proof: fit, try to prove; then give the proof more room, or constrain a longer time; repeat."""
+"""Learn with a proof: fit, try to prove; then take a larger back-off, or constrain a longer window; repeat."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ _MOST_ATTEMPTS = 30
 
 @dataclass(frozen=True)
 class Attempt:
-    """A fit with bounds drawn in by `backoff` (a part of their width), l there, and whether it could be `proved`."""
+    """A fit with bounds drawn in by `backoff` (a part of their width), its `objective` l, and `proved` or not."""
 
     backoff: float
     objective: float
@@ -37,8 +37,8 @@ class Attempt:
 class Certified:
     """A learned reference with its proof.
 
-    Bounds were drawn in by `backoff` (a part of their width). This costs `cost` in l, compared with the smallest
-    back-off, which the optimiser itself needs. `attempts` counts the fits that were tried, each of several programs.
+    Bounds were drawn in by `backoff` (a part of their width). `cost` is the increase of l compared with the smallest
+    back-off, which is the optimiser's tolerance. `attempts` counts the fits; each solves several nonlinear programs.
     """
 
     solution: Solution
@@ -62,14 +62,14 @@ def learn_certified(
     goal: Goal | None = None,
     on_attempt: Callable[[Attempt], object] = lambda attempt: None,
 ) -> Certified | NoSolution | Counterexample | Unproved:
-    """Return the best reference that provably keeps its bounds; otherwise what stands in the way. Deterministic.
+    """Return the best reference that provably keeps its bounds, or why there is none. Deterministic.
 
-    The goal is all times where none is given. `on_attempt` is called after each fit and its attempted proof.
+    Without a `goal` all times are proved. `on_attempt` is called after each fit and its attempted proof.
     """
     goal = goal or for_all_times(samples, prior, plant)
     learning = _Learning(samples, prior, plant, space, on_attempt)
     outcome = learning.towards(goal)
-    while isinstance(outcome, Failure) and goal.asks_beyond(_failed_at(outcome)) and learning.may_go_on:
+    while isinstance(outcome, Failure) and goal.extends_to(_failed_at(outcome)) and learning.may_go_on:
         longer = goal.longer(_failed_at(outcome))
         if longer is None:
             break
@@ -80,7 +80,7 @@ def learn_certified(
 
 @dataclass
 class _Learning:
-    """What is learned from, and the number of attempts so far."""
+    """The data of the learning problem, and the number of attempts so far."""
 
     samples: tuple[Samples, ...]
     prior: JointPrior
@@ -94,7 +94,7 @@ class _Learning:
         return self.attempts < _MOST_ATTEMPTS
 
     def towards(self, goal: Goal) -> Certified | NoSolution | Failure:
-        """Fit and try to prove, with more back-off each time, unless the proof fails where nothing is constrained."""
+        """Fit and try to prove, each time with a larger back-off. Stop if it fails later than all constraints."""
         backoff = ROUNDING_BACKOFF
         first = found = best_solution(self._problem(goal, backoff))
         while isinstance(found, Solution):
@@ -106,7 +106,7 @@ class _Learning:
                 assert isinstance(first, Solution), "every later fit follows a first one"
                 cost = found.objective - first.objective
                 return Certified(found, reference, outcome, backoff, cost, self.attempts)
-            if goal.asks_beyond(_failed_at(outcome)) or not self.may_go_on:
+            if goal.extends_to(_failed_at(outcome)) or not self.may_go_on:
                 return outcome
             backoff = max(10 * backoff, 4 * _relative_error(reference))
             if backoff > _LARGEST_BACKOFF:
@@ -115,7 +115,7 @@ class _Learning:
         return found
 
     def _problem(self, goal: Goal, backoff: float) -> ConstrainedProblem:
-        """Keep half of the back-off between the times of the program too; the other half is the program's own room."""
+        """Split the back-off: one half for times between those of the program, one as the optimiser's tolerance."""
         constraints = [Constraint(_drawn_in(q, backoff / 2), goal.times, backoff / 2) for q in self.plant.quantities]
         return ConstrainedProblem(self.samples, self.prior, self.space, tuple(constraints))
 
@@ -125,12 +125,15 @@ def _drawn_in(quantity: Quantity, by: float) -> Quantity:
 
 
 def _failed_at(outcome: Failure) -> float:
-    """The time [s] at which a bound is broken, or from which on nothing is proved."""
+    """Return the time [s] at which a bound is broken, or from which nothing is proved."""
     return outcome.time if isinstance(outcome, Counterexample) else outcome.box[0]
 
 
 def _relative_error(reference: Reference) -> float:
-    """The largest error of float64 evaluation in a period or soon after the samples, as a part of a bound's width."""
+    """Return the largest error of float64 evaluation, as a part of a bound's width.
+
+    It is bounded up to 1000 periods, or up to 1000 times the latest centre if there is no period.
+    """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.signals)
     until = 1e3 * (reference_period(reference) or latest)
     errors = evaluation_errors(reference, until)

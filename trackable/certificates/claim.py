@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class AllTimes:
-    """Every real t ≥ 0, by a cover of [0, tail_start] and an envelope that decays from `tail_start` [s] on."""
+    """Every real t ≥ 0: by boxes on [0, tail_start], and by a decaying envelope from `tail_start` [s] on."""
 
     tail_start: float
 
@@ -21,7 +21,7 @@ class AllTimes:
 
 @dataclass(frozen=True)
 class AllPhases:
-    """Every real t, by a cover of one `period` [s] (the stored float64, taken exactly) of a periodic kernel."""
+    """Every real t: by boxes on one `period` [s] (the exact value of the stored float64) of a periodic kernel."""
 
     period: float
 
@@ -56,7 +56,7 @@ class OnWindow:
 
 @dataclass(frozen=True)
 class AtInstants:
-    """Every sampled instant k T_s, k = 0, 1, 2, …: one by one up to `last_step`, by the envelope from there on."""
+    """Every instant k T_s, k = 0, 1, 2, …: one by one up to `last_step`, by a decaying envelope after it."""
 
     last_step: int
 

@@ -1,4 +1,4 @@
-"""Enclose a quantity over a box of time: a Taylor polynomial about its middle, and a bound of what that misses."""
+"""Enclose a quantity over a box of time: a Taylor polynomial about the midpoint, and a bound of its error."""
 
 import math
 from collections.abc import Collection
@@ -10,22 +10,22 @@ from flint import arb, arb_poly
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.balls.models import Enclosure, Models
-from trackable.certificates.exact import ExactFunctional, ExactQuantity, Look
+from trackable.certificates.exact import ExactFunctional, ExactQuantity, ShiftedSignal
 from trackable.certificates.kernels.base import Expansion
 from trackable.certificates.kernels.table import balls_of
 from trackable.systems.formulas.evaluation import evaluate
 from trackable.systems.formulas.expression import Variable
 
-_REMEMBERED = 4096  # enclosures of looks: quantities are bisected alike
-_ROOM = 4
-"""A checker that bounds what formulas miss a little more crudely still agrees."""
+_REMEMBERED = 4096  # enclosures of shifted signals: several quantities use the same boxes
+_ENLARGED = 4
+"""Remainders of formulas are enlarged by this factor: a checker with slightly cruder bounds then still agrees."""
 
 _RATIOS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0)
 
 
 @dataclass(frozen=True)
 class Box:
-    """The real times of [start, end] [s], start < end; `radius` [s] of the discs used in Cauchy's estimate."""
+    """All real times in [start, end] [s], start < end; `radius` [s] of the discs in Cauchy's estimate."""
 
     start: float
     end: float
@@ -33,56 +33,59 @@ class Box:
 
 
 def remainder(functional: ExactFunctional, box: Box, terms: int) -> arb:
-    """Bound what a Taylor polynomial of so many terms leaves out in the box; infinite if the disc is small."""
+    """Bound the error of a Taylor polynomial with `terms` terms in the box; infinite if the disc is too small."""
     with ball_arithmetic(2):
-        return sum((abs(weight) * _missed(look, box, terms) for weight, look in functional.terms), arb(0))
+        return sum((abs(weight) * _missed(shifted, box, terms) for weight, shifted in functional.terms), arb(0))
 
 
 @lru_cache(_REMEMBERED)
-def _missed(look: Look, box: Box, terms: int) -> arb:
-    """Σ_i |c_i| times what the Taylor polynomial of κ(t + s − t_i) leaves out."""
-    kernel = balls_of(look.signal.kernel)
+def _missed(shifted: ShiftedSignal, box: Box, terms: int) -> arb:
+    """Return Σ_i |c_i| times the bound of the error of the Taylor polynomial of κ(t + s − t_i)."""
+    kernel = balls_of(shifted.signal.kernel)
     with ball_arithmetic(2):
         middle, half = _midpoint(box)
         expansion = Expansion(half, arb(box.radius), terms)
         return sum(
-            (abs(c) * kernel.missed(middle + shift, expansion, _side(box, shift)) for shift, c in look.summands), arb(0)
+            (abs(c) * kernel.missed(middle + shift, expansion, _side(box, shift)) for shift, c in shifted.summands),
+            arb(0),
         )
 
 
 def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
-    """Return a polynomial with so many terms, and its remainder. UndefinedError where q may not be defined."""
+    """Return a polynomial with `terms` terms and its remainder. UndefinedError where q may not be defined."""
     arguments = {name: _enclosure(functional, box, terms) for name, functional in quantity.arguments.items()}
     if isinstance(quantity.formula, Variable):
         return arguments[quantity.formula.name]
     with ball_arithmetic(terms):
         found = evaluate(quantity.formula, arguments, Models())
-        return Enclosure(found.coefficients, _ROOM * found.remainder)
+        return Enclosure(found.coefficients, _ENLARGED * found.remainder)
 
 
 def _enclosure(functional: ExactFunctional, box: Box, terms: int) -> Enclosure:
     with ball_arithmetic(terms):
-        polynomial = sum((_polynomial(look, box, terms) * weight for weight, look in functional.terms), arb_poly())
+        polynomial = sum(
+            (_polynomial(shifted, box, terms) * weight for weight, shifted in functional.terms), arb_poly()
+        )
         return Enclosure(polynomial + functional.offset, remainder(functional, box, terms))
 
 
 @lru_cache(_REMEMBERED)
-def _polynomial(look: Look, box: Box, terms: int) -> arb_poly:
-    """Σ_i c_i κ(middle + h x + s − t_i), as so many terms of its Taylor series in x."""
-    kernel = balls_of(look.signal.kernel)
+def _polynomial(shifted: ShiftedSignal, box: Box, terms: int) -> arb_poly:
+    """Return the first `terms` terms of the Taylor series of Σ_i c_i κ(middle + h x + s − t_i) in x."""
+    kernel = balls_of(shifted.signal.kernel)
     with ball_arithmetic(terms):
         middle, half = _midpoint(box)
         expansion, polynomial = Expansion(half, arb(box.radius), terms), arb_poly()
-        for shift, c in look.summands:
+        for shift, c in shifted.summands:
             polynomial += kernel.polynomial(middle + shift, expansion, _side(box, shift)) * c
         return polynomial
 
 
-def best_radius(looks: Collection[Look], start: float, end: float, terms: int) -> float:
-    """Return a radius of discs [s] that makes remainders small in the box [start, end] [s]; others are valid too."""
+def best_radius(signals: Collection[ShiftedSignal], start: float, end: float, terms: int) -> float:
+    """Return a disc radius [s] with small remainders in the box [start, end] [s]. Every radius is valid."""
     half = (end - start) / 2
     with ball_arithmetic(2):
-        nearest = [(balls_of(look.signal.kernel), _nearest(look, start + half)) for look in looks]
+        nearest = [(balls_of(shifted.signal.kernel), _nearest(shifted, start + half)) for shifted in signals]
         radii = [half * ratio for ratio in _RATIOS]
         bounds = [
             sum((kernel.on_disc(r, arb(radius)) for kernel, r in nearest), arb(0)) * (arb(half) / arb(radius)) ** terms
@@ -92,11 +95,11 @@ def best_radius(looks: Collection[Look], start: float, end: float, terms: int) -
         return radii[sizes.index(min(sizes))]
 
 
-def _nearest(look: Look, middle: float) -> arb:
-    """Return about how far the nearest centre is [s]; zero for kernels that repeat, as some crest is always near."""
-    if balls_of(look.signal.kernel).has_periodic_part:
+def _nearest(shifted: ShiftedSignal, middle: float) -> arb:
+    """Estimate the distance [s] to the nearest centre; zero for periodic kernels, whose maxima are always near."""
+    if balls_of(shifted.signal.kernel).has_periodic_part:
         return arb(0)
-    return arb(float(np.min(np.abs(middle + float(look.shift) - look.signal.centres))))
+    return arb(float(np.min(np.abs(middle + float(shifted.shift) - shifted.signal.centres))))
 
 
 def _midpoint(box: Box) -> tuple[arb, arb]:
@@ -104,7 +107,7 @@ def _midpoint(box: Box) -> tuple[arb, arb]:
 
 
 def _side(box: Box, shift: arb) -> int:
-    """Return the sign that t + shift certainly has for all t in the box: −1, 1, or 0 where it may have both."""
+    """Return the sign of t + shift if it is certain for all t in the box (−1 or 1), otherwise 0."""
     if arb(box.start) + shift >= 0:
         return 1
     return -1 if arb(box.end) + shift <= 0 else 0

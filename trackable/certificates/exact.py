@@ -18,10 +18,10 @@ from trackable.systems.sets.interval import Interval
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
-    """z(t + s) − m = Σ_i c_i κ(t + s − t_i): a `signal` as it is `shift` s [s] later.
+class ShiftedSignal:
+    """z(t + s) − m = Σ_i c_i κ(t + s − t_i), with z the `signal` and s the `shift` [s].
 
-    Quantities share the looks at their signals, so that each look is enclosed once for all of them.
+    Quantities share these objects, so that each shifted signal is enclosed once for all quantities.
     """
 
     signal: KernelSum
@@ -43,23 +43,23 @@ class Look:
 
 @dataclass(frozen=True)
 class ExactFunctional:
-    """q(t) = offset + Σ_j w_j (z_j(t + s_j) − m_j), with pairs (w_j, look) in `terms`; offset is its value at rest.
+    """q(t) = offset + Σ_j w_j (z_j(t + s_j) − m_j), with pairs (w_j, shifted signal) in `terms`.
 
-    The weights are those of the formulas, not of their float64 evaluation: 1/b is a ball, no rounded quotient.
+    `offset` is the value at rest. The weights enclose the exact weights: 1/b is a ball, not a rounded quotient.
     """
 
-    terms: tuple[tuple[arb, Look], ...]
+    terms: tuple[tuple[arb, ShiftedSignal], ...]
     offset: arb
 
     def at(self, t: arb) -> arb:
         """Enclose q(t)."""
         with ball_arithmetic():
-            return self.offset + sum((weight * look.at(t) for weight, look in self.terms), arb(0))
+            return self.offset + sum((weight * shifted.at(t) for weight, shifted in self.terms), arb(0))
 
 
 @dataclass(frozen=True)
 class ExactQuantity:
-    """A `formula` of functionals, by name in `arguments`, wanted in `bounds`."""
+    """A `formula` of the functionals in `arguments` (by name), which has to stay in `bounds`."""
 
     name: str
     formula: Expression
@@ -67,9 +67,9 @@ class ExactQuantity:
     bounds: Interval
 
     @property
-    def looks(self) -> tuple[Look, ...]:
-        """Every look at a signal."""
-        return tuple(look for functional in self.arguments.values() for _, look in functional.terms)
+    def shifted_signals(self) -> tuple[ShiftedSignal, ...]:
+        """All shifted signals on which the quantity depends."""
+        return tuple(shifted for functional in self.arguments.values() for _, shifted in functional.terms)
 
     def at(self, t: arb) -> arb:
         """Enclose q(t). UndefinedError where it may not be defined."""
@@ -84,29 +84,31 @@ class ExactQuantity:
 
 
 def exact_quantities(reference: Reference) -> tuple[ExactQuantity, ...]:
-    """Return everything that is bounded."""
-    looks: dict[tuple[int, int], Look] = {}
+    """Return all bounded quantities."""
+    known: dict[tuple[int, int], ShiftedSignal] = {}
     return tuple(
         ExactQuantity(
             quantity.name,
             quantity.trajectory.formula,
-            {name: _exact(reference, functional, looks) for name, functional in quantity.trajectory.arguments},
+            {name: _exact(reference, functional, known) for name, functional in quantity.trajectory.arguments},
             quantity.bounds,
         )
         for quantity in reference.quantities
     )
 
 
-def _exact(reference: Reference, functional: Functional, looks: dict[tuple[int, int], Look]) -> ExactFunctional:
-    """Return an exact functional, with the looks that are there already; new ones are added to them."""
+def _exact(
+    reference: Reference, functional: Functional, known: dict[tuple[int, int], ShiftedSignal]
+) -> ExactFunctional:
+    """Return an exact functional. Take shifted signals from `known`; add new ones to it."""
     with ball_arithmetic():
         terms = []
         for c, weights in enumerate(functional.weights):
             for j, w in enumerate(weights):
                 if w:
-                    new = Look(reference.signals[c], j * arb(functional.sampling_time))
-                    terms.append((rational(w), looks.setdefault((c, j), new)))
-        at_rest = rational(functional.offset) + sum((w * arb(look.signal.mean) for w, look in terms), arb(0))
+                    new = ShiftedSignal(reference.signals[c], j * arb(functional.sampling_time))
+                    terms.append((rational(w), known.setdefault((c, j), new)))
+        at_rest = rational(functional.offset) + sum((w * arb(shifted.signal.mean) for w, shifted in terms), arb(0))
     return ExactFunctional(tuple(terms), at_rest)
 
 

@@ -1,4 +1,4 @@
-"""What is claimed of a certified reference: at which times its bounds are constrained, and how they are proved."""
+"""The goal of certified learning: the times at which bounds are constrained, and the function that proves them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,26 +21,29 @@ _LONGER, _FAR = 1.5, 1e3
 
 @dataclass(frozen=True)
 class Goal:
-    """Bounds are constrained at `times` and proved by `prove`, which may cover later times too if the goal `grows`."""
+    """Bounds are constrained at `times` and proved by `prove`.
+
+    If the goal `is_extensible`, the proof covers later times too, and `times` is extended if the proof fails there.
+    """
 
     times: IndexSet
     prove: Callable[[Reference], Outcome]
-    grows: bool = False
+    is_extensible: bool = False
 
-    def asks_beyond(self, failed_at: float) -> bool:
-        """Whether a proof that fails at this time [s] fails where nothing was constrained."""
-        return self.grows and isinstance(self.times, Window) and failed_at > self.times.end
+    def extends_to(self, failed_at: float) -> bool:
+        """Whether the window is extended if the proof fails at this time [s], which is later than all constraints."""
+        return self.is_extensible and isinstance(self.times, Window) and failed_at > self.times.end
 
     def longer(self, failed_at: float) -> Self | None:
-        """Return the goal with constraints beyond a time [s] at which it failed; None where that is too far away."""
-        assert isinstance(self.times, Window), "only a window grows"
+        """Return the goal with constraints up to beyond `failed_at` [s]; None if that is too far away."""
+        assert isinstance(self.times, Window), "only a window can be extended"
         if not failed_at < _FAR * self.times.end:
             return None
         return replace(self, times=Window(self.times.start, _LONGER * failed_at))
 
 
 def goal_for(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
-    """Return the goal of a claim. Raises ValueError where the prior's kernels do not suit it."""
+    """Return the goal for a claim. Raises ValueError if the claim cannot be proved with the prior's kernels."""
     if isinstance(claim, tuple):
         return on_window(*claim)
     if reason := refusal(claim, prior):
@@ -49,7 +52,7 @@ def goal_for(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plan
 
 
 def refusal(claim: Claim, prior: JointPrior) -> str | None:
-    """Return why this claim cannot be proved with these kernels; None where they suit it."""
+    """Return why this claim cannot be proved with the prior's kernels; None if it can."""
     kernels = ", ".join(type(part.kernel).__name__ for part in prior.parts)
     if claim == "all_phases" and not has_period(prior):
         return f"all_phases needs periodic kernels of one period, got {kernels}"
@@ -61,13 +64,13 @@ def refusal(claim: Claim, prior: JointPrior) -> str | None:
 def for_all_times(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
     """Return the goal for every real t ≥ 0, by the claim that suits the kernels.
 
-    With one period whatever is learned, all phases are constrained. Otherwise a window from 0 on is constrained, which
-    grows where later times fail, and an envelope that decays proves all times after it.
+    If all kernels have one period, all phases are constrained. Otherwise a window from 0 on is constrained, and a
+    decaying envelope proves later times. The window is extended if the proof fails at a later time.
     """
     if has_period(prior):
         return Goal(AllPhases(), prove)
     first, last = min(float(s.times[0]) for s in samples), max(float(s.times[-1]) for s in samples)
-    return Goal(Window(0.0, 2 * last - first + plant.sampling_time), prove_while_settling, grows=True)
+    return Goal(Window(0.0, 2 * last - first + plant.sampling_time), prove_while_settling, is_extensible=True)
 
 
 def on_window(start: float, end: float) -> Goal:

@@ -1,4 +1,4 @@
-"""Bounds of a reference's quantities for all later times, as its signals come to rest."""
+"""Bound a reference's quantities for all times after a start, where its signals decay to their means."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -36,7 +36,9 @@ def limits_beyond(reference: Reference, start: arb) -> dict[str, tuple[arb, arb]
 def _limits(quantity: Quantity, exact: ExactQuantity, envelopes: list[Decay]) -> tuple[arb, arb]:
     trajectory, step = quantity.trajectory, arb(quantity.trajectory.sampling_time)
     reaches = {
-        name: sum((_reach(_looks(w), e, step) for w, e in zip(functional.weights, envelopes, strict=True)), arb(0))
+        name: sum(
+            (_reach(_exact_weights(w), e, step) for w, e in zip(functional.weights, envelopes, strict=True)), arb(0)
+        )
         for name, functional in trajectory.arguments
     }
     rest = {name: functional.offset for name, functional in exact.arguments.items()}
@@ -44,8 +46,8 @@ def _limits(quantity: Quantity, exact: ExactQuantity, envelopes: list[Decay]) ->
         return at_balls(trajectory.formula, rest), at_balls(trajectory.formula, reaches)
     around = {name: level + arb(0, 1) * reaches[name] for name, level in rest.items()}
     try:
-        at_balls(trajectory.formula, around)  # defined all the way
-        weights = zip(_weights(trajectory, around), envelopes, strict=True)
+        at_balls(trajectory.formula, around)  # raises where the formula may not be defined
+        weights = zip(_formula_weights(trajectory, around), envelopes, strict=True)
         return at_balls(trajectory.formula, rest), sum((_reach(w, e, step) for w, e in weights), arb(0))
     except UndefinedError:
         return arb(0), arb.pos_inf()
@@ -53,18 +55,18 @@ def _limits(quantity: Quantity, exact: ExactQuantity, envelopes: list[Decay]) ->
 
 @dataclass(frozen=True)
 class _Weights:
-    """w_j of one signal, and their sum."""
+    """Weights w_j of one signal, and their sum."""
 
     each: list[arb]
     sum: arb
 
 
-def _looks(weights: tuple[Fraction, ...]) -> _Weights:
+def _exact_weights(weights: tuple[Fraction, ...]) -> _Weights:
     return _Weights([rational(w) for w in weights], rational(sum(weights, Fraction(0))))
 
 
-def _weights(trajectory: Trajectory, around: dict[str, arb]) -> Iterator[_Weights]:
-    """Yield Σ_a ∂q/∂q_a w_acj for each signal c, with slopes over the whole range of values."""
+def _formula_weights(trajectory: Trajectory, around: dict[str, arb]) -> Iterator[_Weights]:
+    """Yield the weights Σ_a ∂q/∂q_a w_acj of each signal c; the slopes enclose those at all values in `around`."""
     slopes = {name: at_balls(s, around) for name, s in trajectory.derivatives.items() if s is not None}
     longest = max(len(w) for _, functional in trajectory.arguments for w in functional.weights)
     for c, shift in enumerate(trajectory.level_derivatives):
@@ -84,7 +86,7 @@ def _reach(weights: _Weights, envelope: Decay, step: arb) -> arb:
 
 
 def _envelope(signal: KernelSum, start: arb) -> Decay:
-    """Return R and D."""
+    """Return bounds R of |z − m| and D of |ż| for all t ≥ `start`."""
     kernel, size, slope = balls_of(signal.kernel), arb(0), arb(0)
     for t_i, c in zip(signal.centres.tolist(), signal.weights.tolist(), strict=True):
         of_kernel = kernel.beyond((start - arb(t_i)).max(arb(0)))

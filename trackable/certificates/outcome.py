@@ -1,4 +1,4 @@
-"""Outcomes without a proof: failures are values, each with an explaining sentence."""
+"""Failures of a proof: values, each with a sentence that explains it."""
 
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ class Counterexample:
 
 @dataclass(frozen=True)
 class Unproved:
-    """Nothing is proved and no bound is shown to be broken: the margin lacks `shortfall`, in the unit of the quantity.
+    """Neither a proof nor a counterexample was found: the margin is too small by `shortfall` (the quantity's unit).
 
     The proof of `quantity` fails in `box` [s]; `reason` says why.
     """

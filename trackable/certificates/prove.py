@@ -1,4 +1,4 @@
-"""Prove that a reference keeps its bounds: the outcome is a certificate, a counterexample, or what is missing."""
+"""Prove a claim about a reference; return a certificate, a counterexample, or what is missing."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,37 +31,37 @@ _LATEST_STEP = 100_000
 
 
 def prove(reference: Reference) -> Outcome:
-    """Prove the bounds for all real t ≥ 0: over one period if there is one, else by boxes and a decaying envelope."""
+    """Prove the bounds for all real t ≥ 0: over one period, or by boxes and a decaying envelope if there is none."""
     period = reference_period(reference)
     return prove_while_settling(reference) if period is None else prove_for_all_phases(reference, period)
 
 
 def prove_for_all_phases(reference: Reference, period: float) -> Outcome:
-    """Prove the bounds for all real t, by boxes over one `period` [s]. ValueError unless all kernels have this one."""
+    """Prove the bounds for all real t, by boxes over one `period` [s]. ValueError unless it is that of all kernels."""
     if period != reference_period(reference):
         raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
-    return _Task(reference, period).cover_window(AllPhases(period), 0.0, period)
+    return _ProofProblem(reference, period).cover_window(AllPhases(period), 0.0, period)
 
 
 def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
     """Prove the bounds for all real t from `start` to `end` [s], and for no other times."""
-    return _Task(reference, max(abs(start), abs(end))).cover_window(OnWindow(start, end), start, end)
+    return _ProofProblem(reference, max(abs(start), abs(end))).cover_window(OnWindow(start, end), start, end)
 
 
 def prove_while_settling(reference: Reference) -> Outcome:
-    """Prove the bounds for all real t ≥ 0: boxes cover the time until the kernels' envelope lies inside the bounds."""
-    task = _Task(reference, _span(reference))
-    start = task.settled
-    return task.never_settles if start is None else task.cover_window(AllTimes(start), 0.0, start)
+    """Prove the bounds for all real t ≥ 0: by boxes, then by a decaying envelope that lies inside them."""
+    problem = _ProofProblem(reference, _span(reference))
+    start = problem.settled
+    return problem.unsettled if start is None else problem.cover_window(AllTimes(start), 0.0, start)
 
 
 def prove_at_instants(reference: Reference) -> Outcome:
-    """Prove the bounds at all instants k T_s, k ≥ 0, of a reference that settles, and nothing between instants."""
-    task = _Task(reference, _span(reference))
-    start, step = task.settled, reference.plant.sampling_time
+    """Prove the bounds at all instants k T_s, k ≥ 0, of a reference that decays; prove nothing between instants."""
+    problem = _ProofProblem(reference, _span(reference))
+    start, step = problem.settled, reference.plant.sampling_time
     if start is None or start / step > _LATEST_STEP:
-        return task.never_settles
-    return task.look_at_instants(int(np.ceil(start / step)))
+        return problem.unsettled
+    return problem.prove_instants(int(np.ceil(start / step)))
 
 
 def reference_period(reference: Reference) -> float | None:
@@ -75,8 +75,11 @@ def _span(reference: Reference) -> float:
 
 
 @dataclass(frozen=True)
-class _Task:
-    """A reference to prove, evaluated far beyond a `window` [s] too. Raises ValueError where nothing is bounded."""
+class _ProofProblem:
+    """What is needed to prove a reference; float64 evaluation is bounded up to far beyond `window` [s].
+
+    Raises ValueError where nothing is bounded.
+    """
 
     reference: Reference
     window: float
@@ -109,9 +112,9 @@ class _Task:
             if failure := self._failure_at(quantity, arb(drawn.worst_time), drawn.worst_time):
                 return failure
         covers: dict[str, Cover] = {}
-        looks = tuple(dict.fromkeys(look for quantity in self.quantities for look in quantity.looks))
+        signals = tuple(dict.fromkeys(shifted for quantity in self.quantities for shifted in quantity.shifted_signals))
         for quantity, drawn in zip(self.quantities, sketches, strict=True):
-            found = cover(quantity, looks, drawn, start, end, self.errors[quantity.name])
+            found = cover(quantity, signals, drawn, start, end, self.errors[quantity.name])
             if isinstance(found, Hole):
                 return self._explained(quantity, found)
             covers[quantity.name] = found
@@ -120,7 +123,7 @@ class _Task:
     def _sketches(self, start: float, end: float) -> list[Sketch]:
         return [sketch(self.reference, quantity, start, end) for quantity in self.reference.quantities]
 
-    def look_at_instants(self, last_step: int) -> Outcome:
+    def prove_instants(self, last_step: int) -> Outcome:
         step = self.reference.plant.sampling_time
         for k in range(last_step + 1):
             with ball_arithmetic():
@@ -131,14 +134,14 @@ class _Task:
         return Certificate(self.reference, AtInstants(last_step), 0, {}, self.errors, self.until)
 
     @property
-    def never_settles(self) -> Failure:
-        """Return a counterexample far out, or that nothing is proved there."""
+    def unsettled(self) -> Failure:
+        """Explain why no envelope keeps the bounds: a counterexample if one is found, otherwise what is missing."""
         if not has_sane_numbers(self.reference):
             return self._beyond_analysis
         if unbounded := [quantity for quantity in self.quantities if not np.isfinite(self.errors[quantity.name])]:
             worst = zip(self.quantities, self._sketches(0.0, self.window), strict=True)
-            seen = (self._failure_at(q, arb(drawn.worst_time), drawn.worst_time) for q, drawn in worst)
-            broken = (failure for failure in seen if isinstance(failure, Counterexample))
+            failures = (self._failure_at(q, arb(drawn.worst_time), drawn.worst_time) for q, drawn in worst)
+            broken = (failure for failure in failures if isinstance(failure, Counterexample))
             return next(broken, None) or self._unbounded_error(unbounded[0])
         far = 1e6 * self.window
         margins = settled_margins(self.reference, arb(far), self.errors)
@@ -156,7 +159,7 @@ class _Task:
         return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _failure_at(self, quantity: ExactQuantity, t: arb, time: float, step: int | None = None) -> Failure | None:
-        """Return the failure that is certain from one time, exactly t; None where there is none."""
+        """Return the failure that the value at the exact time t shows; None where the bound is kept there."""
         reserve = self.errors[quantity.name]
         try:
             margin = quantity.margin_at(t)

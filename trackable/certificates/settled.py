@@ -1,4 +1,4 @@
-"""The time from which the decay of the kernels keeps every bound for ever."""
+"""Find a time from which the decaying envelope of the signals keeps every bound for ever."""
 
 import numpy as np
 from flint import arb
@@ -11,21 +11,21 @@ _DOUBLINGS, _BISECTIONS = 100, 8
 
 
 def settled_margins(reference: Reference, start: arb, reserve: dict[str, float]) -> dict[str, float]:
-    """Return under-estimates of each quantity's margin over all real t ≥ start, less its reserve: proved where ≥ 0."""
+    """Under-estimate each quantity's margin minus its reserve over all real t ≥ start: proved where ≥ 0."""
     margins = {}
     limits = limits_beyond(reference, start)
     with ball_arithmetic(2):
         for quantity in reference.quantities:
             centre, reach = limits[quantity.name]
-            room = (centre - arb(quantity.bounds.lower)).min(arb(quantity.bounds.upper) - centre)
-            margins[quantity.name] = float_below(room - reach - arb(reserve[quantity.name]))
+            margin = (centre - arb(quantity.bounds.lower)).min(arb(quantity.bounds.upper) - centre)
+            margins[quantity.name] = float_below(margin - reach - arb(reserve[quantity.name]))
     return margins
 
 
 def earliest_settled(reference: Reference, reserve: dict[str, float]) -> float | None:
     """Return a time [s] from which the envelope keeps every bound, nearly the earliest; None where there is none.
 
-    The envelope falls with its start: doubling finds such a time, and bisection an early one.
+    The later the start, the smaller the envelope: so doubling finds such a time, and bisection an earlier one.
     """
 
     def holds(start: float) -> bool:

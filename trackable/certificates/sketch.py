@@ -1,4 +1,4 @@
-"""Margins in float64: they choose the boxes of a proof and the times to look at, and prove nothing."""
+"""Approximate margins in float64: they guide the choice of boxes and of candidate times, and prove nothing."""
 
 from dataclasses import dataclass
 
@@ -9,19 +9,19 @@ from trackable.learning.index_set import Window
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
 
-_LOOKS = 1025
+_GRID_POINTS = 1025
 
 
 @dataclass(frozen=True)
 class Sketch:
-    """Margins of a quantity at increasing times [s], and |∂q/∂q_i| for each of its functionals: shape (n,) all."""
+    """Margins of a quantity at increasing times [s], and |∂q/∂q_i| for each of its functionals; all of shape (n,)."""
 
     times: Array
     margins: Array
     slopes: dict[str, Array]
 
     def smallest(self, start: float, end: float) -> float:
-        """Return the smallest margin at times in [start, end] or right beside it."""
+        """Return the smallest margin at grid times in [start, end], and at the next one on either side."""
         return float(np.min(self.margins[self._within(start, end)]))
 
     def steepest(self, start: float, end: float) -> dict[str, float]:
@@ -39,19 +39,19 @@ class Sketch:
 
 
 def sketch(reference: Reference, quantity: Quantity, start: float, end: float) -> Sketch:
-    """Return margins on a regular grid, at their local minima, and at each centre, where short length scales show."""
+    """Return margins on a regular grid, at their local minima, and near each centre (for short length scales)."""
     signals, trajectory = reference.signals, quantity.trajectory
 
     def margin(t: Array) -> Array:
         return quantity.margin(signals, t)
 
-    looks = [
+    near_centres = [
         (signals[c].centres[:, None] - trajectory.sampling_time * np.arange(len(weights))).ravel()
         for _, functional in trajectory.arguments
         for c, weights in functional.rounded
     ]
     lowest = Window(start, end).local_minima(margin, [signal.kernel for signal in signals])
-    times = np.unique(np.concatenate([np.linspace(start, end, _LOOKS), *looks, lowest]))
+    times = np.unique(np.concatenate([np.linspace(start, end, _GRID_POINTS), *near_centres, lowest]))
     times = times[(times >= start) & (times <= end)]
     slopes = trajectory.slopes({name: functional(signals, times) for name, functional in trajectory.arguments})
     sizes = {name: np.broadcast_to(np.abs(slope), times.shape) for name, slope in slopes.items()}

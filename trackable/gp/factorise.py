@@ -17,11 +17,11 @@ from trackable.gp.factors.toeplitz import Toeplitz
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 
-LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes, and minutes
+LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_BLOCK = LARGEST_DENSE // 2
 _FEWEST = 150  # samples: for fewer, the dense matrix is faster than looking for structure
-_NEGLIGIBLE = 2.0**-53  # of the variance: adding less to a diagonal entry changes nothing
-_AGREEMENT = 3e-9  # with the dense factorisation, relative: below the promised 1e-8, as errors are estimated here
+_NEGLIGIBLE = 2.0**-53  # of the variance: a smaller addition to a diagonal entry is lost in rounding
+_AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
 _LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
 _EPS = float(np.finfo(float).eps)
 
@@ -32,7 +32,7 @@ def noise_variance(prior: Prior, samples: Samples) -> Array:
 
 
 class Candidate(NamedTuple):
-    """A factorisation to `compute` in about `cost` nanoseconds: None if A is not positive definite in float64."""
+    """A way to factorise A = K + V: `compute` takes about `cost` nanoseconds; None if A is not positive definite."""
 
     cost: float
     compute: Callable[[], Factorisation | None]
@@ -47,7 +47,7 @@ def factorise(prior: Prior, samples: Samples, covariance: Covariance) -> Factori
 
 
 def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[Candidate]:
-    """Return all factorisations that agree up to rounding.
+    """Return all factorisations that are exact up to rounding.
 
     Their costs were measured on one machine; only their order matters.
     """
@@ -80,7 +80,7 @@ def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Itera
         if len(rows) > 2 and max(row.stop - row.start for row in rows) <= _LARGEST_BLOCK:
             yield Candidate(_cost_of_band(rows), partial(Band.of, times, rows, covariance, variances))
 
-    # Chebyshev points are computed for times from 0 on; moving them to the first sample rounds them.
+    # Chebyshev points are computed for times from 0 on; shifting them to the first sample rounds them.
     moved = float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
     placed = slope * moved <= (tolerance if n <= LARGEST_DENSE else _LOOSENED * tolerance)
     resolved = placed and kernel.is_analytic and ROUNDING * largest + lengths <= allowed

@@ -1,8 +1,8 @@
 """Hyperparameters: known numbers, or learned from samples within an interval.
 
-A field that is a `Hyperparameter` takes a number (known), a pair (learned between the two), or nothing (learned in an
-interval chosen from the samples). Its value is always a number; one that is learned is a `Learned`, the present value
-with its interval. Nothing else says which hyperparameters are learned.
+A `Hyperparameter` field takes a number (known), a pair (learned between the two), or nothing (learned in an interval
+chosen from the samples). Its value is a number. The value of a learned hyperparameter is a `Learned`: the present
+value with the interval. Only this type says which hyperparameters are learned.
 """
 
 import math
@@ -15,7 +15,7 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class Scales:
-    """Sizes that `count` samples show: the signal's `amplitude`, `span` and smallest `spacing` [s] of the times."""
+    """Scales of `count` samples: the signal's `amplitude`, and the `span` and smallest `spacing` [s] of the times."""
 
     amplitude: float
     span: float
@@ -24,9 +24,9 @@ class Scales:
 
 
 class Search(NamedTuple):
-    """The interval in which a hyperparameter is sought, and the one from which searches start.
+    """The interval in which a hyperparameter is sought, and the interval in which searches start.
 
-    They start in the middle half of the bounds (of their logarithms) where `starts` is None.
+    If `starts` is None, searches start in the middle half of the bounds (of their logarithms).
     """
 
     bounds: Interval
@@ -34,7 +34,7 @@ class Search(NamedTuple):
 
 
 class Learned(float):
-    """The present value of a hyperparameter that is learned in `interval`; None: in one chosen from the samples."""
+    """The present value of a hyperparameter learned in `interval`; if None, the interval is chosen from the samples."""
 
     __slots__ = ("interval",)
     interval: Interval | None
@@ -45,13 +45,13 @@ class Learned(float):
         return learned
 
     @classmethod
-    def within(cls, lower: float, upper: float) -> Self:
-        """Return a hyperparameter learned between two numbers, now in their middle (of the logarithms)."""
+    def between(cls, lower: float, upper: float) -> Self:
+        """Return a hyperparameter learned between two numbers; its present value is their geometric mean."""
         return cls(math.sqrt(lower * upper), (lower, upper))
 
 
 class Hyperparameter:
-    """A positive field of a frozen dataclass, known or learned; `search` chooses the interval that is not given."""
+    """A positive field of a frozen dataclass, known or learned; `search` chooses the interval if none is given."""
 
     def __init__(self, search: Callable[[Scales], Search]) -> None:
         self.search = search
@@ -68,7 +68,7 @@ class Hyperparameter:
 
     def __get__(self, owner: object | None, kind: type) -> float | None:
         if owner is None:
-            return None  # what a dataclass takes for the default: left out, it is learned
+            return None  # the default value that the dataclass sees: without a value it is learned
         value: float = vars(owner)[self.name]
         return value
 
@@ -80,29 +80,29 @@ class Hyperparameter:
 
 
 def hyperparameter(given: Any) -> float:
-    """Return a hyperparameter as it is stored. ValueError, whose message says what is expected, for what is none."""
+    """Return a hyperparameter as it is stored. ValueError, which says what is expected, if it is not valid."""
     match given:
         case None:
             return Learned(1.0)
         case (lower, upper) if _is_positive(lower) and _is_positive(upper) and lower < upper:
-            return Learned.within(float(lower), float(upper))
+            return Learned.between(float(lower), float(upper))
         case _ if _is_positive(given):
             return given if isinstance(given, Learned) else float(given)
     raise ValueError("a positive number (known) or [lower, upper] with 0 < lower < upper (learned)")
 
 
 def learned(value: float) -> Learned:
-    """Return a hyperparameter that is learned, now at a value; one that is learned already keeps its interval."""
+    """Return a learned hyperparameter with this present value; if it is learned already, it keeps its interval."""
     return value if isinstance(value, Learned) else Learned(value)
 
 
-def at(stored: float, value: float) -> float:
-    """Return a hyperparameter at another value: learned as it was, or known."""
+def with_value(stored: float, value: float) -> float:
+    """Return `stored` with another value: learned in the same interval, or known."""
     return Learned(value, stored.interval) if isinstance(stored, Learned) else float(value)
 
 
 def amplitude(scales: Scales) -> Search:
-    """Search for a standard deviation of the signal; it may have to fade far before a reference is feasible."""
+    """Search for a standard deviation of the signal; it may have to become small until a reference is feasible."""
     return Search(*_times(scales.amplitude, (1e-12, 1e3), (0.1, 10.0)))
 
 
@@ -117,22 +117,22 @@ def duration(scales: Scales) -> Search:
 
 
 def fraction_of_period(_: Scales) -> Search:
-    """Search for a length scale that is measured in periods."""
+    """Search for a length scale in units of the period."""
     return Search((0.1, 10.0))
 
 
 def repetition(scales: Scales) -> Search:
     """Search for a time [s] after which the signal repeats.
 
-    The samples show it once at least, and three of them fall into it: with two it may be an alias. Local minima lie
-    everywhere between.
+    The samples cover at least one period, and each period has at least three of them: with two it may be an alias. The
+    likelihood has local minima in the whole interval, so searches start in all of it.
     """
     whole = scales.span * min(0.5, 3 / max(scales.count - 1, 1)), scales.span
     return Search(whole, whole)
 
 
 def tail_weight(_: Scales) -> Search:
-    """Search for the shape of a rational quadratic kernel: a number without unit."""
+    """Search for the shape of a rational quadratic kernel, which has no unit."""
     return Search((1e-2, 1e4), (0.3, 30.0))
 
 

@@ -20,7 +20,7 @@ class JointPrior:
     """Independent processes with `names`, one prior each; hyperparameters named in `shared` are the same for all.
 
     A hyperparameter is called `<process>.<name>`, but plainly `<name>` if it is shared or there is one process only.
-    Raises ValueError where names repeat, where what is shared is unknown, and where it is not given alike for all.
+    Raises ValueError if names repeat, if a shared hyperparameter is unknown, or if it is not the same in all priors.
     """
 
     parts: tuple[Prior, ...]
@@ -63,9 +63,9 @@ class JointPrior:
         return np.log([self.hyperparameters[name] for name in self.learned])
 
     def search(self, name: str, scales: Sequence[Scales]) -> Search:
-        """Return where a learned hyperparameter is sought, from the scales of each process's samples.
+        """Return the search interval of a learned hyperparameter, from the scales of its process's samples.
 
-        Samples of the first process decide about a shared one.
+        For a shared one, the samples of the first process count.
         """
         place = self.learned.index(name)
         process = next(i for i, places in enumerate(self.places) if place in places)
@@ -73,20 +73,20 @@ class JointPrior:
         return part.search(part.learned[self.places[process].index(place)], scales[process])
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
-        """The inverse of `log_hyperparameters`."""
+        """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
         values = dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True))
         parts = [
             part.with_hyperparameters({name: values[self.called(process, name)] for name in part.learned})
             for process, part in self._named
         ]
         moved = type(self)(tuple(parts), self.names, self.shared)
-        # Names do not depend on the values; an optimiser would ask again at every step.
+        # Names do not depend on values: keep them, so that an optimiser does not compute them at every step.
         vars(moved).update(learned=self.learned, places=self.places)
         return moved
 
     @cached_property
     def places(self) -> tuple[list[int], ...]:
-        """For each process, the places of its learned hyperparameters among all learned ones."""
+        """For each process, the indices of its learned hyperparameters among all learned ones."""
         return tuple(
             [self.learned.index(self.called(process, name)) for name in part.learned] for process, part in self._named
         )
@@ -96,14 +96,14 @@ class JointPrior:
         return list(zip(self.names, self.parts, strict=True))
 
     def called(self, process: str, name: str) -> str:
-        """Return the name of a process's hyperparameter among all."""
+        """Return the full name of a process's hyperparameter."""
         plain = len(self.parts) == 1 or name in self.shared
         return name if plain else f"{process}.{name}"
 
 
 @dataclass(frozen=True)
 class JointPosterior:
-    """Each process given its own samples. Raises IllConditioned, on first use, where one cannot be factored."""
+    """Posteriors of all processes. Raises IllConditioned, on first use, if K + σ_n² I of one cannot be factored."""
 
     prior: JointPrior
     samples: tuple[Samples, ...]

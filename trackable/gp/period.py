@@ -1,4 +1,4 @@
-"""The period of kernels: with one for all signals, one period of times stands for all times."""
+"""The common period of kernels: if there is one, constraints on one period hold for all times."""
 
 from collections.abc import Sequence
 
@@ -15,8 +15,7 @@ def common_period(kernels: Sequence[Kernel]) -> float | None:
 def period_of(kernels: Sequence[Kernel]) -> float:
     """Return the period [s] that all kernels have. Raises TypeError where there is none.
 
-    Without a common period, what happens in one stretch of time says nothing of the others, so that no finite set of
-    constraints gives a guarantee for all times.
+    Without a common period, constraints on a finite window say nothing about other times.
     """
     needed = "a guarantee for all times from one period needs"
     for kernel in kernels:
@@ -29,7 +28,7 @@ def period_of(kernels: Sequence[Kernel]) -> float:
 
 
 def has_period(prior: JointPrior) -> bool:
-    """Whether all kernels have one period, whatever values the learned hyperparameters take."""
+    """Whether all kernels have one common period for all values of the learned hyperparameters."""
     names = [name for name in prior.hyperparameters if name.endswith("period")]
     is_known = not {*names} & {*prior.learned}
     return common_period([part.kernel for part in prior.parts]) is not None and (is_known or names == ["period"])

@@ -93,15 +93,15 @@ class Posterior:
 
     @cached_property
     def _residual(self) -> Array:
-        """y minus the prior mean of what is sampled, shape (n,)."""
+        """y minus the prior mean of the samples, shape (n,)."""
         return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
 
     def _variance_of(self, weights: Array, step: float, t: Array) -> tuple[Array]:
-        kernel, seen = self.prior.kernel, self.samples.stencil.weights
+        kernel, sample_weights = self.prior.kernel, self.samples.stencil.weights
         shifts = step * np.arange(len(weights))
-        looks = kernel(t[..., None, None] + shifts[:, None] - self._centres)
-        parts = np.split(weights @ looks, len(seen), axis=-1)
-        cross = np.asarray(sum(w * part for w, part in zip(seen, parts, strict=True)))
+        covariances = kernel(t[..., None, None] + shifts[:, None] - self._centres)
+        parts = np.split(weights @ covariances, len(sample_weights), axis=-1)
+        cross = np.asarray(sum(w * part for w, part in zip(sample_weights, parts, strict=True)))
         columns = cross.reshape(-1, len(self.samples)).T
         explained = np.sum(cross * self._factored.solve(columns).T.reshape(cross.shape), axis=-1)
         before = weights @ kernel(shifts[:, None] - shifts) @ weights

@@ -1,4 +1,4 @@
-"""What is believed before any sample, and which part of it is learned."""
+"""The prior of one process: mean, kernel and noise, with hyperparameters that are known or learned."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.hyperparameter import Hyperparameter, Learned, Scales, Search, at, learned, noise
+from trackable.gp.hyperparameter import Hyperparameter, Learned, Scales, Search, learned, noise, with_value
 from trackable.gp.kernels.base import Kernel
 
 NOISE = "noise_std"
@@ -19,8 +19,8 @@ NOISE = "noise_std"
 class Prior:
     """A constant `mean` m, a `kernel` κ, and the standard deviation `noise_std` σ_n of independent noise on samples.
 
-    The kernel's hyperparameters and σ_n are known or learned, each as it is given. Raises ValueError for a mean that is
-    not finite.
+    Each of the kernel's hyperparameters and σ_n is known or learned, as it is given (see `gp.hyperparameter`). Raises
+    ValueError for a mean that is not finite.
     """
 
     kernel: Kernel
@@ -43,7 +43,7 @@ class Prior:
 
     @cached_property
     def places(self) -> list[int]:
-        """The places of the learned hyperparameters among all."""
+        """The indices of the learned hyperparameters among all."""
         return [i for i, value in enumerate(self.hyperparameters.values()) if isinstance(value, Learned)]
 
     @property
@@ -52,22 +52,22 @@ class Prior:
         return np.log([self.hyperparameters[name] for name in self.learned])
 
     def search(self, name: str, scales: Scales) -> Search:
-        """Return where a hyperparameter is sought: in its own interval, or in one that suits these `scales`."""
+        """Return the search interval of a hyperparameter: its own, or one chosen from the `scales` of the samples."""
         value = self.hyperparameters[name]
         if isinstance(value, Learned) and value.interval:
             return Search(value.interval)
         return noise(scales) if name == NOISE else self.kernel.search(name, scales)
 
     def as_learned(self, names: Collection[str] | None = None) -> Self:
-        """Return the same prior with all hyperparameters learned, or those that are named, from where they are now."""
+        """Return the same prior with all hyperparameters learned, or only those in `names`; values do not change."""
         noise_std = learned(self.noise_std) if names is None or NOISE in names else self.noise_std
         return type(self)(self.kernel.as_learned(names), noise_std, self.mean)
 
     def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
-        """Return the same prior with other values of those that are named; learned ones stay learned."""
+        """Return the same prior with these values; learned hyperparameters stay learned."""
         kernel = self.kernel.with_hyperparameters({name: v for name, v in values.items() if name != NOISE})
-        moved = type(self)(kernel, at(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
-        # Names do not depend on the values; an optimiser would ask again at every step.
+        moved = type(self)(kernel, with_value(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
+        # Names do not depend on values: keep them, so that an optimiser does not compute them at every step.
         vars(moved).update(learned=self.learned, places=self.places)
         return moved
 

@@ -17,10 +17,10 @@ _UNIFORM = np.empty(0)
 class Samples:
     """`values` y_i observed at strictly increasing `times` t_i [s], both of shape (n,).
 
-    Sample i has noise of standard deviation σ_n · `relative_noise`_i; left out, these are ones. With σ_n = 1 they are
-    the standard deviations themselves. `stencil` says how samples depend on the process that is learned.
+    Sample i has noise of standard deviation σ_n · `relative_noise`_i; by default it is σ_n. With σ_n = 1 the relative
+    noise is the standard deviation itself. `stencil` says how samples depend on the process that is learned.
 
-    Raises ValueError, naming the first offending entry, where they are not finite, not increasing or not of one length.
+    Raises ValueError, which names the first wrong entry: not finite, times not increasing, or arrays of unequal length.
     """
 
     times: Array
@@ -28,7 +28,7 @@ class Samples:
     relative_noise: Array = field(default_factory=lambda: _UNIFORM)
     stencil: Stencil = POINT
 
-    if TYPE_CHECKING:  # arrays are made of what is given
+    if TYPE_CHECKING:  # sequences are accepted and converted to arrays
 
         def __init__(
             self, times: ArrayLike, values: ArrayLike, relative_noise: ArrayLike = ..., stencil: Stencil = ...
@@ -63,7 +63,7 @@ class Samples:
 
     @cached_property
     def bases(self) -> Bases:
-        """Bases that interpolate to the samples; kept here, as they do not depend on what is learned."""
+        """Bases for interpolation to the sample times; kept here, as they do not depend on hyperparameters."""
         return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
 
     def __len__(self) -> int:

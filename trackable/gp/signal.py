@@ -12,7 +12,7 @@ from trackable.gp.hyperparameter import Learned
 from trackable.gp.kernels.base import Kernel
 
 _LONG = 200  # centres
-_MANY = 2**22  # terms: fewer are summed sooner than it takes to see whether they are regular
+_MANY = 2**22  # terms: for fewer, direct summation is faster than looking for a regular grid
 
 
 @dataclass(frozen=True)
@@ -59,18 +59,18 @@ class KernelSum:
         return in_blocks(partial(self._summed, order), t, len(self.centres) * (order + 1))[0]
 
     def _summed(self, order: int, t: Array) -> tuple[Array]:
-        felt = self._felt(t)
-        return (self.kernel.jet(t[..., None] - self.centres[felt], order) @ self.weights[felt],)
+        nearby = self._relevant_centres(t)
+        return (self.kernel.jet(t[..., None] - self.centres[nearby], order) @ self.weights[nearby],)
 
-    def _felt(self, t: Array) -> slice:
-        """Return the centres that matter at some of the times; all others add zeros."""
+    def _relevant_centres(self, t: Array) -> slice:
+        """Return the centres whose kernels are not zero at some of the times."""
         reach = self.kernel.vanishing_distance
-        if not (self._is_long and np.isfinite(reach) and t.size):
+        if not (self._selects_centres and np.isfinite(reach) and t.size):
             return slice(None)
         first, last = np.searchsorted(self.centres, [np.min(t) - reach, np.max(t) + reach]).tolist()
         return slice(first, last)
 
     @cached_property
-    def _is_long(self) -> bool:
-        """Whether there are enough centres to leave some out, and they are in order."""
+    def _selects_centres(self) -> bool:
+        """Whether selecting nearby centres saves time: there are many, and they are in order."""
         return len(self.centres) >= _LONG and bool(np.all(np.diff(self.centres) >= 0))

@@ -10,7 +10,7 @@ from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.samples import Samples
 
-_FEWEST = 150  # samples: for fewer, all eigenvalues are found sooner than how many matter
+_FEWEST = 150  # samples: for fewer, computing all eigenvalues is faster
 
 
 class Spectrum(NamedTuple):

@@ -1,4 +1,4 @@
-"""How samples depend on a process: as a weighted sum of its values at shifted times."""
+"""The measurement stencil: a sample is a weighted sum of values of the process at shifted times."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from trackable.gp.kernels.base import Kernel
 
 @dataclass(frozen=True)
 class Stencil:
-    """y(t) = offset + Σ_j w_j g(t + j `step`), step in seconds: what is sampled, in terms of a process g.
+    """The measured signal y(t) = offset + Σ_j w_j g(t + j `step`) of a process g, with `weights` w and step in seconds.
 
     Raises ValueError without a weight different from zero.
     """
@@ -27,11 +27,11 @@ class Stencil:
             raise ValueError("stencil: samples must depend on the process, but all weights are zero")
 
     def at_rest(self, level: float) -> float:
-        """Return what is sampled of a constant process."""
+        """Return the measured value of a process that is constant at `level`."""
         return self.offset + sum(self.weights) * level
 
-    def seen(self, process: Callable[[Array], Array], t: Array) -> Array:
-        """Return what is sampled of a process at t [s]: the shape of t."""
+    def measured(self, process: Callable[[Array], Array], t: Array) -> Array:
+        """Return the measured signal of a process at t [s]: the shape of t."""
         return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
 
     def centres(self, t: Array) -> Array:
@@ -41,7 +41,7 @@ class Stencil:
     def spread(self, values: Array) -> Array:
         """Return values (…, n) at the samples as weighted values at the centres, (…, n · len(weights)).
 
-        This is the transpose of sampling.
+        This is the transpose of the linear map from process to samples.
         """
         return np.concatenate([w * values for w in self.weights], axis=-1)
 

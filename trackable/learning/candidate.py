@@ -1,4 +1,4 @@
-"""A point of the search, and what the constraints say there."""
+"""A point of the search, with the values of the objective and the constraints there."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +17,7 @@ Places = tuple[Array, ...]
 
 @dataclass(frozen=True)
 class Candidate:
-    """A point ln θ with its posterior, l there, and places and margins of each constraint's local minima."""
+    """A point ln θ with its posterior, its objective l, and each constraint's local `minima` (places and margins)."""
 
     log_theta: Array
     posterior: JointPosterior
@@ -32,8 +32,8 @@ class Candidate:
         minima = tuple(constraint.closest(posterior) for constraint in problem.constraints)
         return cls(log_theta, posterior, objective, minima)
 
-    def everywhere(self, problem: ConstrainedProblem) -> "Candidate":
-        """Add the places where a bound is broken that `closest` has left out."""
+    def with_overlooked(self, problem: ConstrainedProblem) -> "Candidate":
+        """Add the places where a bound is violated that the coarse grid of `closest` missed."""
         added = [constraint.overlooked(self.posterior) for constraint in problem.constraints]
         minima = [
             (np.concatenate([places, more]), np.concatenate([margins, below]))
@@ -60,17 +60,17 @@ class Candidate:
         """The places where margins are smallest and defined."""
         return tuple(places[np.isfinite(margins)] for places, margins in self.minima)
 
-    def broken(self, known: Places) -> Places | None:
-        """Return the places that break a bound; None where all of them are `known`.
+    def violated(self, known: Places) -> Places | None:
+        """Return the places where a bound is violated; None if all of them are `known`.
 
-        A place where the quantity is not defined is left out, because it has no gradient there: another constraint has
-        to lead back to where it is defined.
+        Places where the quantity is not defined are left out, because it has no gradient there: another constraint has
+        to lead the search back to its domain.
         """
         found = tuple(places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima)
         return found if any(len(m) > len(k) for m, k in zip(merged(known, found), known, strict=True)) else None
 
     def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
-        """Explain which bound is broken most, given that no candidate comes closer."""
+        """Explain which bound is violated most; call it for the candidate with the smallest violation."""
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
         means, quantities = [part.mean for part in problem.prior.parts], [c.quantity for c in problem.constraints]
@@ -79,7 +79,7 @@ class Candidate:
 
 
 def merged(known: Places, new: Places) -> Places:
-    """Return, for each constraint, the known places and the new ones that are not among them, sorted."""
+    """Return, for each constraint, the union of known and new places, sorted."""
     return tuple(_united(*pair) for pair in zip(known, new, strict=True))
 
 

@@ -1,4 +1,4 @@
-"""Constraints of the learning problem: a quantity, its bounds, and the places at which it has to keep them."""
+"""Constraints of the learning problem: a quantity, its bounds, and the places (times) at which they have to hold."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from trackable.learning.index_set import IndexSet
 from trackable.systems.flat.functional import Functional
 from trackable.systems.quantity import Quantity
 
-# Bounds are drawn in by this part of their width, so that rounding in the optimiser cannot leave them.
+# Bounds are drawn in by this part of their width: the optimiser's rounding errors are smaller.
 ROUNDING_BACKOFF = 1e-9
 
 
 class Bounded(ABC):
     """A quantity that has to stay inside its bounds, which are drawn in by `backoff` (a part of their width).
 
-    The places at which it has to do so are rows of an array: a time each, or what else a subclass needs.
+    Each row of an array of places is one place: a time, or several times in subclasses that need them.
     """
 
     quantity: Quantity
@@ -28,17 +28,17 @@ class Bounded(ABC):
     @property
     @abstractmethod
     def none(self) -> Array:
-        """An array of no places."""
+        """An empty array of places."""
 
     @abstractmethod
     def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
         """Return the places of the margin's local minima, and the relative margins (n,) there.
 
-        A relative margin is a part of the bounds' width: negative where they are broken, 1/2 at the centre.
+        A relative margin is a part of the bounds' width: negative where they are violated, 1/2 at the centre.
         """
 
     def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
-        """Return places where a bound is broken that `closest` has left out, and the relative margins."""
+        """Return places where a bound is violated that the coarse grid of `closest` missed, and relative margins."""
         return self.none, np.empty(0)
 
     @abstractmethod
@@ -69,7 +69,7 @@ class Constraint(Bounded):
         return times, margin(times)
 
     def relative_margin(self, posterior: JointPosterior, t: Array) -> Array:
-        """Return the distance to the nearer bound at t [s] as a part of the bounds' width: negative where broken."""
+        """Return the distance to the nearer bound at t [s] as a part of the bounds' width: negative where violated."""
         return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
 
     def _curvature(self, posterior: JointPosterior) -> float:

@@ -1,8 +1,8 @@
-"""Exchange: constraints by the thousand (or a continuum) cost nothing if only the few that matter enter the program.
+"""Exchange method: solve a problem with a continuum of constraints by programs with constraints at few places.
 
-Solve with constraints at few places, find the places at which the result breaks a bound, add them, repeat. Every
+Solve with constraints at few places, find the places at which the result violates a bound, add them, repeat. Every
 program on the way is a relaxation of the whole problem: the first minimiser that keeps all bounds solves the whole
-problem, and a minimiser that is no better than a solution in hand can be given up.
+problem, and a minimiser that is no better than a known solution can be given up.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -20,7 +20,7 @@ _MAX_ROUNDS = 60
 _MAX_HALVINGS = 60
 _SAME_POINT = 1e-6
 _SAME_BASIN = 1e-2
-# The first step of a start that is good already may change no hyperparameter by more than a tenth.
+# From a promising start the first step changes each ln θ by at most this much, to stay in its basin.
 _NEARBY = 0.1
 
 Step = Callable[[Program, Array], Array | None]
@@ -28,7 +28,7 @@ Step = Callable[[Program, Array], Array | None]
 
 @dataclass(frozen=True)
 class _Path:
-    """The end of a path, and the rounds that led there."""
+    """The present end of a local search, and the rounds that led there."""
 
     end: Array
     rounds: tuple[Round, ...] = ()
@@ -36,10 +36,11 @@ class _Path:
 
 @dataclass
 class Exchange:
-    """Lead starts to local minima; keep the `best` that keeps all bounds, and the `closest`, which breaks them least.
+    """Run local searches; keep the `best` feasible point, and the `closest`, the point with the smallest violation.
 
-    Starts are led `together`, with all places in one program, or one by one (`follow`), each with places of its own.
-    `active` are the places in the program, `rounds` led to the best, `fits` counts the nonlinear programs.
+    `together` runs searches from several starts with the same places in their programs; `follow` runs one search with
+    places of its own. `active` are the places of the last program, `rounds` are the rounds that led to the best point,
+    and `fits` counts the nonlinear programs.
     """
 
     problem: ConstrainedProblem
@@ -58,49 +59,50 @@ class Exchange:
         return self.closest.infeasible(self.problem) if self.closest else NothingFactored(self.problem.prior)
 
     def follow(self, start: Array) -> None:
-        """Lead one start that is good already to the local minimum next to it, with places of its own.
+        """Search from one promising start for the local minimum of its basin, with places of its own.
 
-        The first program has the places where the start is closest to its bounds. A start that ends at no better
-        solution tries once more: it may stay in its basin if the first program has all places met so far.
+        The first program has the places where the start is closest to its bounds. If the search finds no better
+        solution, repeat it once with all places found so far in the first program, as the search may have left its
+        basin.
         """
         try:
             places = merged(self._no_places, Candidate.at(self.problem, start).closest_places)
         except IllConditioned:
             return
-        met = self._followed(start, places)
+        met = self._search_from(start, places)
         if met is not None:
-            self._followed(start, met)
+            self._search_from(start, met)
 
     def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
-        """Improve all points by `step` until none breaks a bound at a place that is not yet `active`."""
+        """Improve all points by `step` until none violates a bound at a place that is not yet `active`."""
         self.active = self._exchanged([_Path(point) for point in points], self.active or self._no_places, step)
 
-    def keep_faded(self, points: Iterable[Array]) -> None:
+    def keep_scaled_down(self, points: Iterable[Array]) -> None:
         """Halve the signals' amplitudes at each point until all bounds hold; keep the best result."""
         for point in points:
             for halvings in range(_MAX_HALVINGS):
-                candidate = self._judged(self.problem.space.faded(point, 2.0**halvings))
+                candidate = self._evaluated(self.problem.space.scaled_down(point, 2.0**halvings))
                 if candidate and candidate.is_feasible:
                     self._keep(candidate)
                     break
 
     def try_all(self, points: Iterable[Array]) -> None:
-        """Evaluate some points without improving them; keep the best, or the one that breaks the bounds least."""
+        """Evaluate some points without improving them; keep the best, or the one with the smallest violation."""
         for point in points:
-            if (candidate := self._judged(point)) and candidate.is_feasible:
+            if (candidate := self._evaluated(point)) and candidate.is_feasible:
                 self._keep(candidate)
 
     @property
     def _no_places(self) -> Places:
         return tuple(constraint.none for constraint in self.problem.constraints)
 
-    def _followed(self, start: Array, places: Places) -> Places | None:
-        """Return the places met if a second try may help; None if the start led to a new best, or to nothing new."""
+    def _search_from(self, start: Array, places: Places) -> Places | None:
+        """Return all places found if a second search may help; None if this one found a new best, or nothing new."""
         best, end = self.best, _nearby(Program(self.problem, places), start)
         self.fits += 1
         if end is None or self._is_visited(end):
             return None
-        paths, met = self._onward([(_Path(start), end)], places)
+        paths, met = self._promising([(_Path(start), end)], places)
         if paths:
             met = self._exchanged(paths, met, _nearby)
         if self.best is not best:
@@ -109,55 +111,55 @@ class Exchange:
         return met if paths else None
 
     def _exchanged(self, paths: Sequence[_Path], places: Places, step: Step) -> Places:
-        """Continue paths while they break bounds at places that their program did not have; return all places met."""
+        """Continue searches while they violate bounds at places that are not in their program; return all places."""
         for _ in range(_MAX_ROUNDS):
             if not paths:
                 break
             program = Program(self.problem, places)
             ends = [(path, step(program, path.end)) for path in paths]
             self.fits += len(ends)
-            paths, places = self._onward(ends, places)
+            paths, places = self._promising(ends, places)
         return places
 
-    def _onward(self, ends: Iterable[tuple[_Path, Array | None]], places: Places) -> tuple[list[_Path], Places]:
-        """Judge the ends of paths; return the paths that break bounds and may become the best, and all places met."""
-        onward, met, count = [], places, sum(map(len, places))
+    def _promising(self, ends: Iterable[tuple[_Path, Array | None]], places: Places) -> tuple[list[_Path], Places]:
+        """Evaluate the ends of searches; return those that violate bounds but may become the best, and all places."""
+        promising, met, count = [], places, sum(map(len, places))
         for path, end in _distinct(ends):
-            candidate = self._judged(end)
-            if candidate is None or self._is_beaten(candidate):
+            candidate = self._evaluated(end)
+            if candidate is None or self._is_no_better(candidate):
                 continue
             done = Round(end, candidate.objective, candidate.worst[0], count)
             longer = _Path(end, (*path.rounds, done))
             if candidate.is_feasible:
                 self._keep(candidate, longer.rounds)
-            # Compare with the places of this program: another path of this round may have met the same ones.
-            elif (broken := candidate.broken(places)) is not None:
-                met = merged(met, broken)
-                onward.append(longer)
-        return onward, met
+            # Compare with the places of this program: another search of this round may have found the same ones.
+            elif (violated := candidate.violated(places)) is not None:
+                met = merged(met, violated)
+                promising.append(longer)
+        return promising, met
 
-    def _judged(self, point: Array) -> Candidate | None:
-        """Evaluate a point, on the whole index sets if it may be the best; None where K + σ_n² I has no factor."""
+    def _evaluated(self, point: Array) -> Candidate | None:
+        """Evaluate a point, on the whole index sets if it may be the best; None if K + σ_n² I cannot be factored."""
         try:
             candidate = Candidate.at(self.problem, point)
         except IllConditioned:
             return None
-        if candidate.is_feasible and not self._is_beaten(candidate):
-            candidate = candidate.everywhere(self.problem)
+        if candidate.is_feasible and not self._is_no_better(candidate):
+            candidate = candidate.with_overlooked(self.problem)
         if self.closest is None or candidate.worst[0] > self.closest.worst[0]:
             self.closest = candidate
         return candidate
 
     def _keep(self, candidate: Candidate, rounds: tuple[Round, ...] = ()) -> None:
-        if not self._is_beaten(candidate):
+        if not self._is_no_better(candidate):
             self.best, self.rounds = candidate, rounds
             self._visited += [done.log_theta for done in rounds]
 
-    def _is_beaten(self, candidate: Candidate) -> bool:
+    def _is_no_better(self, candidate: Candidate) -> bool:
         return self.best is not None and candidate.objective >= self.best.objective
 
     def _is_visited(self, end: Array) -> bool:
-        """Whether a path to a former best passed here, so that it is known where this point leads."""
+        """Whether a search that led to a former best has passed this point, so that it would end there again."""
         return any(np.max(np.abs(end - other), initial=0.0) < _SAME_BASIN for other in self._visited)
 
 

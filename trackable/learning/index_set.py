@@ -11,13 +11,13 @@ from trackable.arrays import Array
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.period import period_of
 
-# A signal cannot turn much faster than its kernel's correlation time: this many grid points in each find every dip,
-# which refinement then follows to its bottom.
+# A signal cannot change much faster than its kernel's correlation time: with this many grid points in each correlation
+# time the grid shows every local minimum, which is then refined.
 _POINTS_PER_CORRELATION_TIME = 12
 _FEWEST_POINTS, _MOST_POINTS = 64, 50_000
 _REFINEMENTS, _NARROWER = 4, 0.1
-_FEW_STEPS = 4096  # to evaluate all of them costs no more than to choose among them
-_PARTS = 16  # of the steps around a dip: the margin is evaluated at the ends of each
+_FEW_STEPS = 4096  # up to so many, all steps are evaluated
+_PARTS = 16  # into which an interval of steps is divided: the margin is evaluated at the ends of each
 
 
 class IndexSet(ABC):
@@ -30,9 +30,9 @@ class IndexSet(ABC):
     def overlooked(
         self, margin: Callable[[Array], Array], kernels: Sequence[Kernel], curvature: Callable[[], float]
     ) -> Array:
-        """Return local minima below zero that `local_minima` may have left out; none for sets that are intervals.
+        """Return local minima below zero that `local_minima` may have missed; none for sets that are intervals.
 
-        The margin is the smallest of some functions whose second derivatives are no larger than `curvature` [1/s²].
+        The margin is the minimum of some functions, whose second derivatives are at most `curvature` [1/s²].
         """
         return np.empty(0)
 
@@ -41,8 +41,7 @@ class IndexSet(ABC):
 class Steps(IndexSet):
     """The instants k T_s for k = first … last.
 
-    Where they are many, local minima are found as those of an interval: on a grid of some of them, and on closer ones
-    around each dip.
+    If there are many, local minima are found on a grid of some instants, and then on finer grids around each minimum.
     """
 
     first: int
@@ -51,11 +50,11 @@ class Steps(IndexSet):
 
     def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
         grid = self._grid(kernels)
-        dips = _dips(margin(grid * self.sampling_time))
+        minima = _minima_of_sequence(margin(grid * self.sampling_time))
         if self._are_few(grid):
-            return np.asarray(grid[dips] * self.sampling_time)
-        at = grid[dips]
-        before, after = grid[np.maximum(dips - 1, 0)], grid[np.minimum(dips + 1, len(grid) - 1)]
+            return np.asarray(grid[minima] * self.sampling_time)
+        at = grid[minima]
+        before, after = grid[np.maximum(minima - 1, 0)], grid[np.minimum(minima + 1, len(grid) - 1)]
         while np.any(np.maximum(at - before, after - at) > 1):
             closer = np.rint(np.linspace(before, after, _PARTS + 1))
             lowest = np.argmin(margin(closer * self.sampling_time), axis=0)
@@ -73,7 +72,7 @@ class Steps(IndexSet):
         steps, values, most = [grid], [margin(grid * self.sampling_time)], curvature()
         edges, at_edges = np.stack([grid[:-1], grid[1:]]), np.stack([values[0][:-1], values[0][1:]])
         while True:
-            # Between two times that lie h apart a function is at most h²/8 times its curvature below the lower one.
+            # Between two times at distance h, a function is at most h²/8 · curvature below its smaller end value.
             before, after = edges[:-1].ravel(), edges[1:].ravel()
             lower = np.minimum(at_edges[:-1], at_edges[1:]).ravel()
             apart = np.maximum(after - before, 1) * self.sampling_time
@@ -86,15 +85,15 @@ class Steps(IndexSet):
             values.append(at_edges.ravel())
         met, first = np.unique(np.concatenate(steps), return_index=True)
         margins = np.concatenate(values)[first]
-        dips = _dips(margins)
-        return np.asarray(met[dips[margins[dips] < 0]] * self.sampling_time)
+        minima = _minima_of_sequence(margins)
+        return np.asarray(met[minima[margins[minima] < 0]] * self.sampling_time)
 
     @property
     def _all(self) -> Array:
         return np.arange(self.first, self.last + 1, dtype=float)
 
     def _grid(self, kernels: Sequence[Kernel]) -> Array:
-        """Return the steps of the first grid: all, where they are few."""
+        """Return the steps of the first grid: all steps, if there are few."""
         count = self.last - self.first + 1
         intervals = _grid_intervals((count - 1) * self.sampling_time, kernels)
         if count <= max(_FEW_STEPS, intervals + 1):
@@ -118,9 +117,9 @@ class Window(IndexSet):
 
 @dataclass(frozen=True)
 class AllPhases(IndexSet):
-    """All real times of signals whose kernels have one period: those of one period, with its present value.
+    """All real times, for signals whose kernels have one common period: local minima are sought in [0, period].
 
-    A time found here stays a time of the set when the period changes. TypeError for kernels without a common one.
+    Every time stays in the set when the learned period changes. TypeError for kernels without a common period.
     """
 
     def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
@@ -128,32 +127,32 @@ class AllPhases(IndexSet):
 
 
 def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, kernels: Sequence[Kernel]) -> Array:
-    """Return local minima of a continuous margin: dips of a grid, each refined by ever narrower parabolas."""
+    """Return local minima of a continuous margin: those on a grid, refined by parabolas through ever closer points."""
     times = np.linspace(start, end, _grid_intervals(end - start, kernels) + 1)
     values, reach = margin(times), times[1] - times[0]
-    dips = _dips(values)
-    at = times[dips]
+    minima = _minima_of_sequence(values)
+    at = times[minima]
     for _ in range(_REFINEMENTS):
         centre = np.clip(at, start + reach, end - reach)  # at an end the parabola leans inwards
         left, middle, right = margin(np.concatenate([centre - reach, centre, centre + reach])).reshape(3, -1)
-        with np.errstate(invalid="ignore"):  # where a margin is infinite the dip stays as it was found
+        with np.errstate(invalid="ignore"):  # where a margin is infinite, the minimum on the grid stays
             curvature = left - 2 * middle + right
             step = np.divide(
                 reach / 2 * (left - right), curvature, out=at - centre, where=np.isfinite(curvature) & (curvature > 0)
             )
         at, reach = np.clip(centre + step, centre - reach, centre + reach), reach * _NARROWER
     at = np.clip(at, start, end)
-    at = np.where(margin(at) < values[dips], at, times[dips])
+    at = np.where(margin(at) < values[minima], at, times[minima])
     return np.asarray(np.unique(at))
 
 
 def _grid_intervals(length: float, kernels: Sequence[Kernel]) -> int:
-    """Return the number of grid intervals for an interval of time of this `length` [s]."""
+    """Return the number of grid intervals for a window of this `length` [s]."""
     wanted = _POINTS_PER_CORRELATION_TIME * length / min(kernel.correlation_time for kernel in kernels)
     return int(np.clip(wanted, _FEWEST_POINTS, _MOST_POINTS))
 
 
-def _dips(values: Array) -> npt.NDArray[np.intp]:
+def _minima_of_sequence(values: Array) -> npt.NDArray[np.intp]:
     """Return the indices of a sequence's local minima, ends included; a plateau counts once, by its first entry."""
     walled = np.concatenate([[np.inf], values, [np.inf]])
     return np.flatnonzero((walled[1:-1] < walled[:-2]) & (walled[1:-1] <= walled[2:]))

@@ -11,7 +11,7 @@ from trackable.learning.problem import ConstrainedProblem
 
 @dataclass(frozen=True)
 class Landscape:
-    """l(θ) and the worst relative margin at each (`theta1[j]`, `theta2[i]`), shapes (len(theta2), len(theta1)).
+    """l(θ) and the smallest relative margin at each (`theta1[j]`, `theta2[i]`), shapes (len(theta2), len(theta1)).
 
     The point is feasible where `margin` ≥ 0. Both are NaN where K + σ_n² I cannot be factored.
     """
@@ -23,7 +23,7 @@ class Landscape:
 
 
 def landscape(problem: ConstrainedProblem, theta1: Array, theta2: Array) -> Landscape:
-    """Evaluate a problem of two learned hyperparameters on a grid (ValueError for another number of them)."""
+    """Evaluate a problem on a grid of its two learned hyperparameters. ValueError unless there are two."""
     if len(problem.prior.learned) != 2:
         raise ValueError(f"a landscape needs two learned hyperparameters, got {', '.join(problem.prior.learned)}")
     values = np.array([[_at(problem, np.log([first, second])) for first in theta1] for second in theta2])

@@ -1,4 +1,4 @@
-"""A learned reference with the method that found it, and the iterations of Algorithm 1 as arrays."""
+"""The result of a method: a learned reference; and the iterations of Algorithm 1 as arrays."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -16,10 +16,10 @@ from trackable.systems.reference import Reference
 
 @dataclass(frozen=True)
 class LearnedReference:
-    """A reference, the `method` that found it, the `prior` at the learned hyperparameters, and the `objective` l there.
+    """The result of a method: the reference, the `prior` with the learned hyperparameters, and its `objective` l.
 
-    `final_step` is k̄ at the end of Algorithm 1, `fits` the number of nonlinear programs that were solved; None for
-    methods without them.
+    `method` is the method's name. `final_step` is k̄ at the end of Algorithm 1, `fits` is the number of nonlinear
+    programs that were solved; each is None for methods without it.
     """
 
     method: str
@@ -45,7 +45,7 @@ class LearnedReference:
 
 @dataclass(frozen=True)
 class Trace:
-    """The iterations of Algorithm 1, an entry for each. Bounds are NaN while the ζ-test fails; tests are 0 or 1.
+    """The iterations of Algorithm 1, one array entry each. Bounds are NaN while the ζ-test fails; tests are 0 or 1.
 
     `mean_bound` m̄ is in the unit of the state, `derivative_bound` and the growth rates are per second.
     """

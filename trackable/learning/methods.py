@@ -1,4 +1,4 @@
-"""Methods beside the paper's own, called alike: (samples, prior, plant, space, …) → Solution or NoSolution."""
+"""Methods that the paper does not have. Each maps (samples, prior, plant, space, …) to a Solution or NoSolution."""
 
 from trackable.gp.joint import JointPrior
 from trackable.gp.period import period_of
@@ -37,5 +37,5 @@ def exact(
 
 
 def all_phases(plant: ConstrainedSystem, backoff: float = ROUNDING_BACKOFF) -> tuple[Constraint, ...]:
-    """Return a constraint for each bounded quantity at all phases, whatever value the period takes."""
+    """Constrain every bounded quantity at all phases of the learned period."""
     return tuple(Constraint(quantity, AllPhases(), backoff) for quantity in plant.quantities)

@@ -1,4 +1,4 @@
-"""The problem with its constraints at finitely many times: one nonlinear program in ln θ, with exact gradients."""
+"""The problem with constraints at finitely many places: a nonlinear program in ln θ, with exact gradients."""
 
 from dataclasses import dataclass
 
@@ -22,11 +22,11 @@ class Program:
         return self._run(start, weight=1.0, radius=radius)
 
     def minimise_violation(self, start: Array) -> Array | None:
-        """Return ln θ of a local minimum of the largest relative violation from `start`; None as above."""
+        """Return ln θ of a local minimum of the largest relative violation; None as in `minimise`."""
         return self._run(start, weight=0.0)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
-        """Return objective and slacks with their derivatives, from one factor; None where one does not exist."""
+        """Return objective and slacks with their derivatives; None where one of them does not exist."""
         posterior = self.problem.posterior(log_theta)
         try:
             value, gradient = posterior.negative_log_marginal_likelihood()

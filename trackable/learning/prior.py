@@ -1,4 +1,4 @@
-"""The prior of the flat outputs, from what is believed of the sampled states."""
+"""The prior of the flat outputs, from priors of the sampled states."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -14,9 +14,9 @@ def prior_for(
 ) -> JointPrior:
     """Return the prior of a plant's flat outputs, in their order.
 
-    `believed` has one entry for each of them, by the name of the state (or of the flat output, z1, z2, …) that is
-    sampled: the kernel of the flat output, σ_n of the samples, and the mean of what is sampled. Hyperparameters that
-    `shared` names are the same for all. Raises ValueError where names do not fit the plant.
+    `believed` has one prior for each of them, by the name of the sampled state (or of the flat output, z1, z2, …): the
+    kernel of the flat output, σ_n of the samples, and the mean of the sampled state. Hyperparameters named in `shared`
+    are the same for all flat outputs. Raises ValueError where names do not fit the plant.
     """
     stencils = stencils_by_name(plant, believed)
     parts = []

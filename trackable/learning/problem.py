@@ -49,8 +49,8 @@ class ConstrainedProblem:
 
 @dataclass(frozen=True)
 class Round:
-    """One round of the exchange: the minimiser ln θ, l there, the smallest relative margin, and how many `places` were
-    in the program (of all constraints)."""
+    """One round of the exchange: the minimiser ln θ, its objective l, the smallest relative margin, and the number of
+    `places` in the program (of all constraints)."""
 
     log_theta: Array
     objective: float
@@ -62,8 +62,8 @@ class Round:
 class Solution:
     """Learned hyperparameters that satisfy every constraint on its whole index set.
 
-    `objective` is l there, `active` holds the places of each constraint in the last program, `fits` counts the
-    nonlinear programs that were solved, and `rounds` are the rounds that led from a start to this solution.
+    `objective` is l at the solution. `active` holds the places of each constraint in the last program. `fits` counts
+    the nonlinear programs that were solved. `rounds` are the rounds that led from a start to this solution.
     """
 
     posterior: JointPosterior
@@ -102,8 +102,8 @@ class Infeasible(NoSolution):
     """No point of the search space was found that satisfies the constraints; `best` came closest.
 
     It breaks the bounds of `quantity` at `time` [s] by `violation` (in the quantity's unit). `broken_at_rest` are the
-    quantities that leave their bounds, or touch them, if the prior mean is held for ever. Without any, signals of small
-    amplitude are feasible, so that only the search space can be the reason.
+    quantities that leave or touch their bounds if the prior mean is held for ever. If there are none, signals of small
+    amplitude are feasible: then the search space is too small.
     """
 
     best: JointPosterior

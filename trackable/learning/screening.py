@@ -1,8 +1,8 @@
-"""Choose starts for periodic kernels: evaluate many length scales and periods, each at its best amplitude.
+"""Find starting points: evaluate a grid of length scales and periods, each at its best amplitude.
 
 The objective of a periodic kernel has a local minimum at nearly every period that samples do not exclude: a few starts
-find only a few of them. But K = θ₁² C, and the eigenvalues of C serve all amplitudes θ₁: to evaluate a whole ray of
-amplitudes, bounds included, costs less than one step of an optimiser.
+find only a few of them. But K = θ₁² C, and the eigenvalues of C serve all amplitudes θ₁: evaluating all amplitudes at
+one length scale and period, bounds included, costs less than one step of an optimiser.
 """
 
 from dataclasses import replace
@@ -20,7 +20,7 @@ from trackable.learning.space import SearchSpace, amplitude
 _POINTS = 1200
 _AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0
 _PHASES = 24
-# Two starts have to differ by this much in ln θ (longer or shorter memory, another period), or one of them is enough.
+# Two starts have to differ by more than this in some ln θ, otherwise only the better one is kept.
 _APART = {"lengthscale": 0.3, "period": 0.03, NOISE: 0.3}
 
 
@@ -32,15 +32,15 @@ def can_screen(prior: JointPrior) -> bool:
 def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
     """Return ln θ of up to `keep` starts, the most promising first. Raises TypeError for other kernels than `Periodic`.
 
-    First come points that keep all bounds at a few phases, sorted by objective; then others, sorted by violation.
-    Bounds are evaluated at phases of one period, whatever the index sets of the constraints are. Of several signals,
-    which share bounds, only the objective is evaluated.
+    First come points that keep all bounds at a few phases, sorted by objective; then the others, sorted by violation.
+    Bounds are evaluated at phases of one period, whatever the index sets of the constraints are. For several signals,
+    bounds are not evaluated, as one bound may depend on all of them.
     """
     if not can_screen(problem.prior):
         names = ", ".join(type(part.kernel).__name__ for part in problem.prior.parts)
         raise TypeError(f"screening needs periodic kernels, got {names}")
     signals = _signals(problem)
-    evaluated = [_evaluated(signals, point) for point in problem.space.points(_POINTS)]
+    evaluated = [_evaluate(signals, point) for point in problem.space.points(_POINTS)]
     apart = np.array([_APART.get(name.rsplit(".", 1)[-1], np.inf) for name in problem.prior.learned])
     kept: list[Array] = []
     for _, _, point in sorted(evaluated, key=lambda found: found[:2]):
@@ -63,24 +63,24 @@ def _signals(problem: ConstrainedProblem) -> list[tuple[ConstrainedProblem, Arra
     return found
 
 
-def _evaluated(signals: list[tuple[ConstrainedProblem, Array, list[int]]], point: Array) -> tuple[float, float, Array]:
-    """Return violation, objective and ln θ with every signal at the best of its amplitudes."""
+def _evaluate(signals: list[tuple[ConstrainedProblem, Array, list[int]]], point: Array) -> tuple[float, float, Array]:
+    """Return violation, objective and ln θ, with the best amplitude of every signal."""
     found, violation, objective = point.copy(), 0.0, 0.0
     for problem, amplitudes, places in signals:
-        broken, own, found[places] = _best_amplitude(problem, amplitudes, point[places])
-        violation, objective = max(violation, broken), objective + own
+        own_violation, own, found[places] = _best_amplitude(problem, amplitudes, point[places])
+        violation, objective = max(violation, own_violation), objective + own
     return violation, objective, found
 
 
 def _best_amplitude(problem: ConstrainedProblem, amplitudes: Array, log_theta: Array) -> tuple[float, float, Array]:
-    """Return violation, objective and ln θ at the best of some amplitudes; the other hyperparameters stay."""
+    """Return violation, objective and ln θ at the best of the amplitudes; the other hyperparameters do not change."""
     (prior,), (samples,) = problem.prior.with_log_hyperparameters(log_theta).parts, problem.samples
     kernel = prior.kernel
     assert isinstance(kernel, Periodic)
     unit = replace(kernel, signal_std=1.0)
     residual = samples.values - samples.stencil.at_rest(prior.mean)
     c = Spectrum.of(samples, unit, residual)
-    # Eigenvalues of K + σ_n² I, one row for each amplitude; beyond those of C there is only noise.
+    # Eigenvalues of K + σ_n² I, one row for each amplitude; those that C does not have are σ_n².
     noise, beside = prior.noise_std**2, len(samples) - len(c.power)
     spectrum = amplitudes[:, None] ** 2 * np.maximum(c.power, 0) + noise
     objective = np.sum(np.log(spectrum) + c.along**2 / spectrum, axis=1)

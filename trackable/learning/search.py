@@ -1,4 +1,4 @@
-"""The one route to a solution, constrained or not: from which starts, and what is tried where nothing is feasible."""
+"""Search for the solution of a problem, constrained or not: choose starts, and restore feasibility if needed."""
 
 from dataclasses import replace
 
@@ -17,8 +17,8 @@ def best_solution(problem: ConstrainedProblem, near: Solution | None = None) -> 
     """Return the best local minimum that keeps every bound on its whole index set, or why there is none. Deterministic.
 
     The likelihood of periodic kernels has a basin for nearly every period: the most promising ones are searched one by
-    one. Other kernels are searched from the starts of the search space, which share what they learn of the constraints.
-    `near` is the solution of a problem with fewer or slightly different constraints: it is a start too.
+    one. Other kernels are searched from the starts of the search space, with the same places in their programs. `near`
+    is the solution of a problem with fewer or slightly different constraints: it is a start too.
     """
     exchange = Exchange(problem)
     if can_screen(problem.prior):
@@ -32,17 +32,17 @@ def best_solution(problem: ConstrainedProblem, near: Solution | None = None) -> 
 def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Solve a problem that only adds constraints to the one that `solution` solves.
 
-    Where the old minimiser keeps the new bounds too it is the new minimiser: nothing is left to do.
+    If the old minimiser keeps the new bounds too, it is the new minimiser.
     """
-    if Candidate.at(problem, *_point(solution)).everywhere(problem).is_feasible:
+    if Candidate.at(problem, *_point(solution)).with_overlooked(problem).is_feasible:
         return replace(solution, fits=0)
     return best_solution(problem, near=solution)
 
 
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem whose bounds are those of `solution`'s, moved a little: its minimiser leads to the new one.
+    """Solve a problem whose bounds differ a little from those of `solution`: search from its minimiser.
 
-    Where that is lost on the way, all starts are tried again.
+    If that finds no feasible point, search from all starts again.
     """
     exchange = Exchange(problem, active=solution.active)
     exchange.together(_point(solution))
@@ -50,19 +50,19 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 
 
 def _from_spread_starts(exchange: Exchange, near: Solution | None) -> None:
-    """Search from the starts of the search space, for a point that keeps all bounds too.
+    """Search from the starts of the search space, and find a feasible point if these searches do not.
 
-    Where the prior mean is an equilibrium inside the bounds, a feasible point is found by letting the signal fade
-    towards it; it is kept in hand and improved. Elsewhere the violation is minimised first.
+    If the prior mean is an equilibrium inside the bounds, a feasible point is found by scaling the signal down towards
+    it; it is kept and then improved. Otherwise the violation is minimised first.
     """
     space = exchange.problem.space
     starts = list(space.start_points())
     exchange.active = near.active if near else ()
     exchange.together([*_point(near), *starts])
     if exchange.best is None:
-        exchange.keep_faded(starts)
+        exchange.keep_scaled_down(starts)
     if any(places.size for places in exchange.active):
-        # What the first sweep learned about the constraints may lead the same starts to better minima.
+        # With the places that the first sweep found, the same starts may lead to better minima.
         exchange.together([*_best(exchange), *starts])
     if exchange.closest is None:
         return

@@ -12,7 +12,7 @@ from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.systems.sets.interval import Interval
 
-# Weights of a difference add up to zero, but for rounding.
+# Relative to the largest weight: the sum of a difference's weights is smaller, zero up to rounding.
 _CANCELLED = 1e-9
 
 
@@ -20,7 +20,7 @@ _CANCELLED = 1e-9
 class SearchSpace:
     """A box of learned hyperparameters (natural units, positive `bounds`), and the number of `starts` spread over it.
 
-    Starts lie in the interval that `sought` gives, otherwise in the middle half of the bounds (of their logarithms).
+    Starts lie in the interval in `sought`, if there is one, otherwise in the middle half of the bounds (of logarithms).
     """
 
     bounds: dict[str, Interval]
@@ -41,10 +41,10 @@ class SearchSpace:
         prior: JointPrior,
         starts: int = 8,
     ) -> Self:
-        """Return the intervals of the prior's learned hyperparameters, and intervals for those that have none.
+        """Return the search intervals of the prior's learned hyperparameters, as given or chosen from the samples.
 
-        These follow from the scales of the samples: amplitudes from the root mean square of y − m, times from the span
-        and the smallest spacing.
+        Chosen ones follow from the scales of the samples: amplitudes from the root mean square of y − m, times from the
+        span and the smallest spacing.
         """
         scales = [_scales(s, part) for s, part in zip(samples, prior.parts, strict=True)]
         found = {name: prior.search(name, scales) for name in prior.learned}
@@ -63,7 +63,7 @@ class SearchSpace:
         return np.log([interval.upper for interval in self.bounds.values()])
 
     def start_points(self) -> Array:
-        """Return ln θ of the starts, shape (starts, p): an additive recurrence in the intervals in which they lie."""
+        """Return ln θ of the starts, shape (starts, p): an additive recurrence in their intervals."""
         low, high = np.array([self._log_sought(name) for name in self.bounds]).reshape(-1, 2).T
         return np.asarray(low + (high - low) * self._spread(self.starts))
 
@@ -72,7 +72,7 @@ class SearchSpace:
         return np.asarray(self.log_lower + (self.log_upper - self.log_lower) * self._spread(count))
 
     def _spread(self, count: int) -> Array:
-        # The most irrational steps in p dimensions: powers of the root of x^(p+1) = x + 1 (the golden ratio for p = 1).
+        # Steps of the recurrence in p dimensions: powers of the root of x^(p+1) = x + 1 (the golden ratio for p = 1).
         p = len(self.bounds)
         root = 2.0
         for _ in range(60):
@@ -85,8 +85,8 @@ class SearchSpace:
         low, high = np.log([self.bounds[name].lower, self.bounds[name].upper]).tolist()
         return (3 * low + high) / 4, (low + 3 * high) / 4
 
-    def faded(self, log_theta: Array, by: float) -> Array:
-        """Return the point with every signal_std divided by `by`, as far as the box allows."""
+    def scaled_down(self, log_theta: Array, by: float) -> Array:
+        """Return ln θ with every signal_std divided by `by`, but not below the lower bounds."""
         amplitude = np.array([name.endswith("signal_std") for name in self.bounds])
         return np.asarray(np.maximum(log_theta - np.log(by) * amplitude, self.log_lower))
 
@@ -94,10 +94,10 @@ class SearchSpace:
 def amplitude(samples: Samples, prior: Prior) -> float:
     """Return the root mean square of y − m in the unit of the process; σ_n where it is zero."""
     stencil = samples.stencil
-    seen = float(np.sqrt(np.mean((samples.values - stencil.at_rest(prior.mean)) ** 2))) or prior.noise_std
+    size = float(np.sqrt(np.mean((samples.values - stencil.at_rest(prior.mean)) ** 2))) or prior.noise_std
     gain = abs(sum(stencil.weights))
-    sees_levels = gain > _CANCELLED * max(map(abs, stencil.weights))
-    return seen / gain if sees_levels else seen
+    measures_levels = gain > _CANCELLED * max(map(abs, stencil.weights))
+    return size / gain if measures_levels else size
 
 
 def _scales(samples: Samples, prior: Prior) -> Scales:

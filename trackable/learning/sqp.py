@@ -4,9 +4,9 @@ minimise f(x) subject to g(x) ≥ 0 inside a box, by Fletcher's exact-penalty tr
 
     min ½ dᵀ B d + ∇fᵀ d + ρ (s + s²/2)   subject to   g + J d + s ≥ 0,   s ≥ 0,   x + d in the box,   |d| ≤ Δ,
 
-which is feasible wherever it is asked. One slack s for all constraints makes the merit f + ρ (v + v²/2) with
-v = max(0, −min g): exact, because its slope in v is at least ρ. So a start may break any constraint, and where no point
-keeps them the method still ends at a local minimum of the violation.
+which is always feasible. One slack s for all constraints gives the merit f + ρ (v + v²/2) with v = max(0, −min g): an
+exact penalty, because its slope in v is at least ρ. So a start may violate any constraint, and where no point keeps
+them, the method still ends at a local minimum of the violation.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from trackable.arrays import Array
 _MAX_ITERATIONS = 300
 _STEP_TOLERANCE = 1e-10
 _FEASIBLE = 1e-12
-_ROUNDING = 1e-10  # of constraints: an order less than what the library draws its bounds in by
+_ROUNDING = 1e-10  # of constraints: a tenth of the back-off of their bounds
 FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
 _FIRST_PENALTY, _LARGEST_PENALTY = 1e2, 1e9
 _STEERED = 0.5
@@ -37,24 +37,24 @@ class Evaluation(NamedTuple):
 
     @property
     def violation(self) -> float:
-        return _broken(self.slack)
+        return _violation(self.slack)
 
     def merit(self, penalty: float) -> float:
         return self.value + penalty * _price(self.violation)
 
     def linear_violation(self, d: Array) -> float:
-        """The violation at x + d as the linearised constraints see it."""
-        return _broken(self.slack + self.jacobian @ d)
+        """Return the violation of the linearised constraints at x + d."""
+        return _violation(self.slack + self.jacobian @ d)
 
     def predicted(self, d: Array, curvature: Array, penalty: float) -> float:
-        """The merit at x + d, by the model that chose d."""
+        """Return the merit at x + d of the quadratic model."""
         price = penalty * _price(self.linear_violation(d))
         return float(self.value + self.gradient @ d + d @ curvature @ d / 2 + price)
 
 
 @dataclass(frozen=True)
 class Minimum:
-    """Where the iteration ended; `converged` says whether at a point that no step improves."""
+    """The last point of the iteration; `converged` if no step improves it."""
 
     x: Array
     at: Evaluation
@@ -68,10 +68,10 @@ def minimise(
     upper: Array,
     radius: float = FIRST_RADIUS,
 ) -> Minimum | None:
-    """A local minimum from `start`; None where f has no value there.
+    """Return a local minimum from `start`; None if f has no value at `start`.
 
-    `evaluate` returns None at points that must not be entered. The first step is no longer than `radius`: a short one
-    stays in the basin of a start that is good already.
+    `evaluate` returns None where f has no value. The first step is no longer than `radius`: with a small radius the
+    iteration stays in the basin of a good start.
     """
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
@@ -90,7 +90,7 @@ def minimise(
             continue
         there = evaluate(x + d)
         if there is not None and there.merit(penalty) > here.merit(penalty) - 0.1 * gain:
-            # Curved constraints can make a good step look bad: aim again, with the constraints as found over there.
+            # Curved constraints can spoil a good step: correct it to second order, with the constraints at x + d.
             corrected, _ = _quadratic_step(curvature, here, there.slack - here.jacobian @ d, box, penalty)
             if (again := evaluate(x + corrected)) is not None and again.merit(penalty) < there.merit(penalty):
                 d, there = corrected, again
@@ -109,10 +109,10 @@ def minimise(
 def _steered_step(
     curvature: Array, here: Evaluation, box: tuple[Array, Array], penalty: float
 ) -> tuple[Array, Array, float]:
-    """The step, its multipliers, and a penalty high enough that it takes most of what can be taken off the violation.
+    """Return the step, its multipliers, and the penalty, raised until the step removes enough of the violation.
 
-    With a low penalty the iteration would first run to where f is small, and come back to another part of the feasible
-    set, or none (Byrd, Nocedal and Waltz on steering).
+    "Enough" is half of the violation that any step can remove. With a low penalty the iteration would first run to
+    where f is small, and come back to another part of the feasible set, or to none (Byrd, Nocedal and Waltz: steering).
     """
     d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
     if here.linear_violation(d) <= _FEASIBLE:
@@ -125,8 +125,8 @@ def _steered_step(
     return d, multipliers, penalty
 
 
-def _broken(slack: Array) -> float:
-    """By how much the worst constraint is broken. Rounding does not count: a high penalty would hear nothing else."""
+def _violation(slack: Array) -> float:
+    """Return the largest violation. Rounding errors do not count, because a high penalty would amplify them."""
     return max(0.0, -float(np.min(slack, initial=0.0)) - _ROUNDING)
 
 
@@ -137,10 +137,10 @@ def _price(violation: float) -> float:
 def _quadratic_step(
     curvature: Array, at: Evaluation, slack: Array, box: tuple[Array, Array], penalty: float
 ) -> tuple[Array, Array]:
-    """The step d and the multipliers of its constraints, by the dual: a non-negative least squares problem.
+    """Return the step d and the multipliers of its constraints, by the dual: a non-negative least squares problem.
 
-    With z = (d, s), H = diag(B, ρ) = L Lᵀ and y = Lᵀ z + L⁻¹ c the quadratic program asks for the shortest y in a
-    polyhedron A y ≥ b, and that is the residual of min ‖(Aᵀ; bᵀ) u − (0; 1)‖ over u ≥ 0 (Lawson and Hanson).
+    With z = (d, s), H = diag(B, ρ) = L Lᵀ and y = Lᵀ z + L⁻¹ c the quadratic program minimises ‖y‖ over a polyhedron
+    A y ≥ b. Its solution follows from the residual of min ‖(Aᵀ; bᵀ) u − (0; 1)‖ over u ≥ 0 (Lawson and Hanson).
     """
     p, m = len(at.gradient), len(slack)
     factor = np.zeros((p + 1, p + 1))
@@ -163,13 +163,13 @@ def _quadratic_step(
 
 
 def _solved(factor: Array, right: Array, transposed: bool = False) -> Array:
-    """L⁻¹ r or L⁻ᵀ r for a lower triangular L."""
+    """Return L⁻¹ r or L⁻ᵀ r for a lower triangular L."""
     solution, _ = scipy.linalg.lapack.dtrtrs(factor, right, lower=True, trans=int(transposed))
     return np.asarray(solution)
 
 
 def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array) -> Array:
-    """Powell's damped BFGS update of the Lagrangian's Hessian: stays positive definite whatever the curvature is."""
+    """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite."""
     change = there.gradient - here.gradient - (there.jacobian - here.jacobian).T @ multipliers
     image = curvature @ d
     along, modelled = float(d @ change), float(d @ image)
@@ -178,5 +178,5 @@ def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, mu
         change = weight * change + (1 - weight) * image
         along = 0.2 * modelled
     updated = curvature - np.outer(image, image) / modelled + np.outer(change, change) / along
-    # A cap on the condition number: beyond it the factor, and with it the step, would be noise.
+    # Limit the condition number: beyond it, rounding errors would dominate the step.
     return np.asarray(updated + 1e-10 * np.trace(updated) * np.eye(len(d)))

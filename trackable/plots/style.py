@@ -1,4 +1,4 @@
-"""The style of all figures, and their conversion to SVG: equal figures give equal bytes."""
+"""Style of all figures, with reproducible output: equal figures give equal bytes of SVG."""
 
 from collections.abc import Callable, Iterable
 from functools import wraps

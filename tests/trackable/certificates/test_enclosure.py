@@ -124,7 +124,7 @@ def test_boxes_hold_the_quantity(make, seed):
         start = float(rng.uniform(-0.2, 1) * chosen.end)
         end = start + float(chosen.end * 10 ** rng.uniform(-6, -0.5))
         half = (end - start) / 2
-        for radius in (best_radius(quantity.looks, start, end, 12), 1.7 * half):
+        for radius in (best_radius(quantity.shifted_signals, start, end, 12), 1.7 * half):
             found = enclosure(quantity, Box(start, end, radius), 12)
             for t in [start, end, *rng.uniform(start, end, 5)]:
                 with mp.workdps(naive.DIGITS), ball_arithmetic():
@@ -148,7 +148,7 @@ def test_limits_hold_from_their_start_on(make, seed):
 def test_stays_in_means_what_it_says():
     chosen = case(1)
     state = exact_quantities(chosen.reference)[0]
-    box = Box(0.0, chosen.end / 64, best_radius(state.looks, 0.0, chosen.end / 64, 16))
+    box = Box(0.0, chosen.end / 64, best_radius(state.shifted_signals, 0.0, chosen.end / 64, 16))
     values = naive.extended(chosen.reference, "state", np.linspace(box.start, box.end, 400))
     low, high = float(np.min(values)), float(np.max(values))
     slack = 1e-6 * (high - low) + 1e-9 * abs(high)

@@ -68,7 +68,7 @@ def broken(request) -> Reference:
 @pytest.fixture
 def blind(monkeypatch):
     """The search for a counterexample finds nothing."""
-    monkeypatch.setattr(prove._Task, "_failure_at", lambda *_: None)
+    monkeypatch.setattr(prove._ProofProblem, "_failure_at", lambda *_: None)
 
 
 def test_a_prover_that_believes_every_box(broken, monkeypatch, blind):

@@ -121,7 +121,7 @@ def test_samples_of_differences_have_a_scale(weights):
 def test_fading_lowers_the_amplitudes_of_all_processes():
     space = SearchSpace.around((SAMPLES, OTHERS), TWO)
     point = space.start_points()[0]
-    np.testing.assert_allclose(space.faded(point, 2.0) - point, [-np.log(2), 0, 0, -np.log(2)], atol=1e-14)
+    np.testing.assert_allclose(space.scaled_down(point, 2.0) - point, [-np.log(2), 0, 0, -np.log(2)], atol=1e-14)
 
 
 def test_samples_are_needed_for_each_process():
@@ -146,7 +146,7 @@ def test_fading_lowers_every_amplitude_and_nothing_else(kernel):
     prior = joint(kernel, Learned(0.1))
     space = SearchSpace.around((SAMPLES,), prior)
     point = space.start_points()[0]
-    change = space.faded(point, 1.25) - point
+    change = space.scaled_down(point, 1.25) - point
     expected = [-np.log(1.25) if name.endswith("signal_std") else 0.0 for name in prior.learned]
     np.testing.assert_allclose(change, expected, atol=1e-14)
-    assert np.all(space.faded(point, 1e300) >= space.log_lower)
+    assert np.all(space.scaled_down(point, 1e300) >= space.log_lower)

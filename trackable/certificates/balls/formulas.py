@@ -1,4 +1,4 @@
-"""Formulas in ball arithmetic; UndefinedError where they may not be defined."""
+"""Evaluate formulas in ball arithmetic; raise UndefinedError where they may not be defined."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,7 @@ from trackable.systems.formulas.evaluation import evaluate
 from trackable.systems.formulas.expression import Expression
 
 MOST_MULTIPLIED = 64
-"""Whole exponents up to this size are repeated multiplication; others are exp(p log x), for x > 0."""
+"""Powers with whole exponents up to this size are repeated multiplication; others are exp(p log x), for x > 0."""
 
 
 class UndefinedError(ArithmeticError):
@@ -16,7 +16,7 @@ class UndefinedError(ArithmeticError):
 
 
 def at_balls(formula: Expression, values: Mapping[str, arb]) -> arb:
-    """Enclose the formula at all values in these balls. UndefinedError where it may not be defined at some."""
+    """Enclose the formula for all `values` in the balls. UndefinedError if it may be undefined for some of them."""
     found = evaluate(formula, values, _Balls())
     if not found.is_finite():
         raise UndefinedError(DIVISION)
@@ -32,20 +32,20 @@ _POSITIVE = {
 
 
 def require_positive(function: str, argument: arb) -> None:
-    """Raise UndefinedError for a function that needs a positive argument and may not get it."""
+    """Raise UndefinedError if the function needs a positive argument and this one may not be positive."""
     if function in _POSITIVE and not argument > 0:
         raise UndefinedError(_POSITIVE[function])
 
 
 def is_multiplied(exponent: float) -> bool:
-    """Whether a power is repeated multiplication: defined at negative numbers too."""
+    """Whether a power is repeated multiplication, which is defined for negative numbers too."""
     return exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED
 
 
 def whole_power(x: arb, exponent: int) -> arb:
-    """x^exponent by multiplication, tightly; flint's own goes by the logarithm where x is no number but a ball.
+    """Enclose x^exponent tightly, by multiplication; flint's own power takes logarithms if x is a ball.
 
-    Powers of |x| rise with it, so that the ends of the ball are enough. UndefinedError for 1/x^n where x may be zero.
+    Powers are monotone in |x|, so that the ends of the ball are enough. UndefinedError for 1/x^n where x may be zero.
     """
     if exponent < 0:
         if not (x > 0 or x < 0):

@@ -1,6 +1,6 @@
-"""Taylor models: polynomials in x ∈ [−1, 1] with a bound of what they miss, and arithmetic with them.
+"""Taylor models: polynomials in x ∈ [−1, 1] with a bound of their error, and arithmetic with them.
 
-Sums cancel coefficient by coefficient: of x(t + T) − x(t) only what really differs remains.
+Differences cancel coefficient by coefficient: so the enclosure of x(t + T) − x(t) stays narrow.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _MAX_CUTS = 400
 class Enclosure:
     """q(midpoint + h x) for x in [−1, 1] lies within `remainder` of the polynomial with these `coefficients`.
 
-    Arithmetic is that of the ambient precision, and cuts polynomials at the ambient number of terms (`ctx.cap`).
+    Arithmetic uses the precision of the context, and cuts polynomials at its number of terms (`ctx.cap`).
     """
 
     coefficients: arb_poly
@@ -72,7 +72,7 @@ class Models:
 
 
 def composed(function: str, inner: Enclosure, exponent: float = 0.0) -> Enclosure:
-    """φ of a model, by φ's own Taylor polynomial about the model's constant term c, with Lagrange's remainder.
+    """Return φ(model), by the Taylor polynomial of φ about the model's constant term c, with Lagrange's remainder.
 
     φ(c + d) = Σ_(k < n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d. UndefinedError where the model's
     range leaves the domain of φ.
@@ -105,7 +105,7 @@ def _series(function: str, x: arb_series, exponent: float) -> arb_series:
 
 
 def _coefficient(function: str, x: arb, k: int, exponent: float) -> arb:
-    """Enclosure of |φ⁽ᵏ⁾(ξ)|/k! over all ξ of a ball x."""
+    """Enclose φ⁽ᵏ⁾(ξ)/k!, up to its sign, over all ξ in the ball x."""
     match function:
         case "exp":
             found = x.exp() / factorial(k)
@@ -130,13 +130,13 @@ def _constant(value: arb) -> Enclosure:
 
 
 def _cut(polynomial: arb_poly) -> tuple[arb_poly, arb]:
-    """The first terms, and a bound of the others on [−1, 1]."""
+    """Return the first terms, and a bound of the others on [−1, 1]."""
     terms, coefficients = int(ctx.cap), polynomial.coeffs()
     return arb_poly(coefficients[:terms]), sum((abs(c) for c in coefficients[terms:]), arb(0))
 
 
 def _is_positive(polynomial: arb_poly) -> bool:
-    """Whether a polynomial is certainly ≥ 0 on [−1, 1]: Bernstein coefficients, on halves of halves where needed.
+    """Whether a polynomial is certainly ≥ 0 on [−1, 1], by Bernstein coefficients; intervals are halved where needed.
 
     A polynomial lies in the convex hull of its Bernstein coefficients; the outer two are its values at the ends.
     """
@@ -156,7 +156,7 @@ def _is_positive(polynomial: arb_poly) -> bool:
 
 
 def _halves(b: list[arb]) -> tuple[list[arb], list[arb]]:
-    """De Casteljau: the Bernstein coefficients on the left and on the right half."""
+    """Return the Bernstein coefficients on the left and on the right half (de Casteljau)."""
     left, right = [b[0]], [b[-1]]
     while len(b) > 1:
         b = [(p + q) / 2 for p, q in pairwise(b)]

@@ -1,6 +1,6 @@
-"""Bounds of the error of evaluating a formula in float64: intervals with errors, carried from node to node.
+"""Bound the error of evaluating a formula in float64: each node of the formula gets an interval and an error.
 
-Assumed, as everywhere: + − · / and NumPy's functions as `rounding.references` says. Bounds over-estimate.
+The assumptions about + − · / and NumPy's functions are those of `rounding.references`. Bounds over-estimate.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from trackable.certificates.balls.formulas import DIVISION, UndefinedError, is_m
 
 _UNIT = arb(2) ** -53 * arb(1.02)
 _FUNCTION = 10
-"""Roundings of a function: 4 units in the last place are 8 of these at most."""
+"""Roundings of a function: 4 units in the last place are at most 8 roundings of size u."""
 
 _TINY = arb(2) ** -999
 _LARGEST = arb(10) ** 300
@@ -20,53 +20,53 @@ _LARGEST = arb(10) ** 300
 
 @dataclass(frozen=True)
 class Rounded:
-    """A real number somewhere in the ball `exact`, and a float64 within `error` of it."""
+    """A real number in the ball `exact`, and its float64 value, which differs from it by at most `error`."""
 
     exact: arb
     error: arb
 
     @property
-    def seen(self) -> arb:
-        """A ball that holds the float64, and the real number too."""
+    def computed(self) -> arb:
+        """A ball that contains the float64 value and the real number."""
         return self.exact + arb(0, 1) * self.error
 
     def __add__(self, other: Self) -> "Rounded":
-        return _rounded(self.exact + other.exact, self.error + other.error, self.seen + other.seen)
+        return _rounded(self.exact + other.exact, self.error + other.error, self.computed + other.computed)
 
     def __sub__(self, other: Self) -> "Rounded":
-        return _rounded(self.exact - other.exact, self.error + other.error, self.seen - other.seen)
+        return _rounded(self.exact - other.exact, self.error + other.error, self.computed - other.computed)
 
     def __mul__(self, other: Self) -> "Rounded":
-        moved = self.error * abs(other.seen) + abs(self.exact) * other.error
-        return _rounded(self.exact * other.exact, moved, self.seen * other.seen)
+        propagated = self.error * abs(other.computed) + abs(self.exact) * other.error
+        return _rounded(self.exact * other.exact, propagated, self.computed * other.computed)
 
     def __truediv__(self, other: Self) -> "Rounded":
-        if not (other.seen > 0 or other.seen < 0):
+        if not (other.computed > 0 or other.computed < 0):
             raise UndefinedError(DIVISION)
         exact = self.exact / other.exact
-        moved = (self.error + abs(exact) * other.error) / abs(other.seen)
-        return _rounded(exact, moved, self.seen / other.seen)
+        propagated = (self.error + abs(exact) * other.error) / abs(other.computed)
+        return _rounded(exact, propagated, self.computed / other.computed)
 
 
 class RoundedArithmetic:
-    """The arithmetic of formulas on rounded numbers."""
+    """Constants, powers and functions of rounded numbers; + − · / are operators of `Rounded`."""
 
     def constant(self, value: float) -> Rounded:
         return Rounded(arb(value), arb(0))
 
     def power(self, base: Rounded, exponent: float) -> Rounded:
         if not is_multiplied(exponent):
-            require_positive("power", base.seen)
-            slope = (base.seen.log() * (arb(exponent) - 1)).exp() * arb(exponent)
-            ends = [(x.log() * arb(exponent)).exp() for x in (base.exact, base.seen)]
+            require_positive("power", base.computed)
+            slope = (base.computed.log() * (arb(exponent) - 1)).exp() * arb(exponent)
+            ends = [(x.log() * arb(exponent)).exp() for x in (base.exact, base.computed)]
         else:
             whole = int(exponent)
-            slope = whole * whole_power(base.seen, whole - 1) if whole else arb(0)
-            ends = [whole_power(x, whole) for x in (base.exact, base.seen)]
+            slope = whole * whole_power(base.computed, whole - 1) if whole else arb(0)
+            ends = [whole_power(x, whole) for x in (base.exact, base.computed)]
         return _rounded(ends[0], abs(slope) * base.error, ends[1], _FUNCTION)
 
     def function(self, name: str, argument: Rounded) -> Rounded:
-        require_positive(name, argument.seen)
+        require_positive(name, argument.computed)
         slopes = {
             "exp": lambda x: x.exp(),
             "log": lambda x: 1 / x,
@@ -74,12 +74,12 @@ class RoundedArithmetic:
             "sin": lambda x: x.cos(),
             "cos": lambda x: x.sin(),
         }
-        exact, seen = (getattr(x, name)() for x in (argument.exact, argument.seen))
-        return _rounded(exact, abs(slopes[name](argument.seen)) * argument.error, seen, _FUNCTION)
+        exact, computed = (getattr(x, name)() for x in (argument.exact, argument.computed))
+        return _rounded(exact, abs(slopes[name](argument.computed)) * argument.error, computed, _FUNCTION)
 
 
-def _rounded(exact: arb, moved: arb, seen: arb, roundings: int = 1) -> Rounded:
-    """Return a result that is `moved` by the errors of its operands and then rounded from somewhere in `seen`."""
-    if not abs(seen) < _LARGEST:
+def _rounded(exact: arb, propagated: arb, computed: arb, roundings: int = 1) -> Rounded:
+    """Round a value whose operands have errors: add roundings of the `computed` value to the `propagated` error."""
+    if not abs(computed) < _LARGEST:
         raise UndefinedError("its float64 evaluation may overflow")
-    return Rounded(exact, (moved + roundings * _UNIT * abs(seen) + _TINY).upper())
+    return Rounded(exact, (propagated + roundings * _UNIT * abs(computed) + _TINY).upper())

@@ -1,8 +1,8 @@
-"""Bounds of the error of evaluating a reference in float64, known beforehand.
+"""Bound the error of evaluating a reference in float64, without evaluating it.
 
 Assumed: IEEE arithmetic rounding to nearest (u = 2⁻⁵³), a dot product in any order, and NumPy's functions and powers
 within 4 units in the last place. Everything else follows from the formulas in trackable.gp. All bounds over-estimate;
-what is of second order in u is covered by a per cent on top.
+enlarging them by 2 % (`_SLACK`) covers terms of second order in u.
 """
 
 import math
@@ -37,8 +37,8 @@ _LARGEST, _SMALLEST, _LARGEST_KERNEL = 1e30, 1e-30, 1e100
 def evaluation_errors(reference: Reference, until: float) -> dict[str, float]:
     """Bound |float64 − exact| of each bounded quantity of a reference at all times |t| ≤ `until` [s].
 
-    The bounds hold at a float64 t, and against the exact k T_s where t is the rounded product. Bounds of formulas hold
-    while the states lie in their set, and are infinite where that is not enough.
+    "exact" means the value at the float64 t itself, or at the exact k T_s if t is the rounded product. Bounds of
+    formulas hold while the states lie in their set; they are infinite where a formula may not be defined even then.
     """
     errors = {}
     for row in _rows(reference.plant):
@@ -50,7 +50,7 @@ def evaluation_errors(reference: Reference, until: float) -> dict[str, float]:
 
 
 def why_unbounded(reference: Reference, until: float) -> str:
-    """Return why an error is infinite; empty where none is."""
+    """Return why an error is infinite; an empty string where all are finite."""
     try:
         for row in _rows(reference.plant):
             _row_error(reference, row, until)
@@ -82,28 +82,28 @@ def _rows(plant: ConstrainedSystem) -> list[_Row]:
 
 
 def _row_error(reference: Reference, row: _Row, until: float) -> float:
-    """UndefinedError where there is no bound."""
+    """Bound the error of a row. UndefinedError where there is no bound."""
     plant = reference.plant
     with ball_arithmetic(2):
         latest = arb(until) + max(plant.flatness.orders) * arb(plant.sampling_time)
         of_signals = [signal_error(signal, latest) for signal in reference.signals]
         roundings = 8 + sum(plant.flatness.orders) + len(plant.system.states) + len(plant.system.inputs)
         if not row.formulas:
-            weights, offset = _uncancelled(row.weights, row.functionals)
+            weights, offset = _absolute_weights(row.weights, row.functionals)
             return float_above(_SLACK * _functional_error(weights, offset, of_signals, roundings).error)
         total, size = arb(0), arb(0)
         for weight, part in zip(row.weights, row.formulas, strict=True):
             if weight:
                 found = _formula_error(plant, part, of_signals, roundings)
                 total += rational(abs(weight)) * found.error
-                size += rational(abs(weight)) * abs(found.seen)
+                size += rational(abs(weight)) * abs(found.computed)
         return float_above(_SLACK * (total + roundings * arb(2) ** -53 * size) + arb(2) ** -300)
 
 
 def _functional_error(
     weights: list[Fraction], offset: Fraction, of_signals: list[tuple[arb, arb]], roundings: int
 ) -> Rounded:
-    """Of Σ_c w_c z_c + offset, and where it lies whatever cancels."""
+    """Bound the error of Σ_c w_c z_c + offset, and its size, as if no terms cancelled."""
     total = sum((rational(w) * error for w, (error, _) in zip(weights, of_signals, strict=True)), arb(0))
     size = sum((rational(w) * size for w, (_, size) in zip(weights, of_signals, strict=True)), rational(offset))
     tiny = arb(2) ** -300 * (1 + rational(sum(weights, Fraction(0))))  # underflows
@@ -113,10 +113,10 @@ def _functional_error(
 def _formula_error(
     plant: ConstrainedSystem, trajectory: Trajectory, of_signals: list[tuple[arb, arb]], roundings: int
 ) -> Rounded:
-    """Bound the error of a formula, whose arguments lie where the signals can be, and states in the state set."""
+    """Bound the error of a formula whose arguments take all values that signals can have, and states those of X."""
     values = {}
     for name, functional in trajectory.arguments:
-        found = _functional_error(*_uncancelled([Fraction(1)], [functional]), of_signals, roundings)
+        found = _functional_error(*_absolute_weights([Fraction(1)], [functional]), of_signals, roundings)
         exact = (
             _within(plant, plant.system.states.index(name), found.exact) if name in plant.system.states else found.exact
         )
@@ -125,7 +125,7 @@ def _formula_error(
 
 
 def _within(plant: ConstrainedSystem, i: int, exact: arb) -> arb:
-    """Return the part of a ball in which rows of the state set that contain the i-th coordinate alone keep it."""
+    """Return the part of a ball that rows of the state set allow, from rows that bound the i-th state alone."""
     low, high = exact.lower(), exact.upper()
     for row, bounds in plant.state_set.intervals:
         if row[i] and not any(np.delete(row, i)):
@@ -134,10 +134,10 @@ def _within(plant: ConstrainedSystem, i: int, exact: arb) -> arb:
     return low.union(high)
 
 
-def _uncancelled(row: Sequence[Fraction], functionals: list[Functional]) -> tuple[list[Fraction], Fraction]:
-    """Σ_i |row_i| Σ_j |w_ij| of every signal, and Σ_i |row_i offset_i|.
+def _absolute_weights(row: Sequence[Fraction], functionals: list[Functional]) -> tuple[list[Fraction], Fraction]:
+    """Return Σ_i |row_i| Σ_j |w_ij| of every signal, and Σ_i |row_i offset_i|.
 
-    What cancels in exact arithmetic need not cancel when states are evaluated one by one and combined then.
+    Terms that cancel in exact arithmetic may not cancel if states are evaluated one by one and then combined.
     """
     sizes = [abs(v) for v in row]
     weights = [
@@ -148,15 +148,15 @@ def _uncancelled(row: Sequence[Fraction], functionals: list[Functional]) -> tupl
 
 
 def evaluated_until(signals: Iterable[KernelSum], window: float) -> float:
-    """Return up to when evaluation is claimed [s]: a thousand times the window where errors grow with time."""
+    """Return the time [s] up to which evaluation is claimed: a thousand windows if errors grow with time."""
     return 1e3 * window if any(balls_of(signal.kernel).has_periodic_part for signal in signals) else LATEST
 
 
 def has_sane_numbers(reference: Reference) -> bool:
-    """Return whether the analysis above holds for the sizes of all stored numbers (no overflow, no lost factor)."""
+    """Whether all stored numbers have sizes for which the analysis above holds (no overflow, no underflow)."""
     plant = reference.plant
     rows = _rows(plant)
-    gross = [_uncancelled(row.weights, row.functionals) for row in rows if not row.formulas]
+    gross = [_absolute_weights(row.weights, row.functionals) for row in rows if not row.formulas]
     weights = [w for of_signals, offset in gross for w in (*of_signals, offset) if w]
     weights += [abs(w) for row in rows if row.formulas for w in row.weights if w]
     weights += [abs(Fraction(c)) for row in rows for part in row.formulas for c in _constants(part) if c]

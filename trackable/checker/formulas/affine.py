@@ -1,6 +1,8 @@
-"""Step 0 of the proof, nonlinear systems: x⁺ = f(x, u) solved for u by the rules that the theorem states.
+"""Step 0 of the proof, nonlinear systems: split f into parts, and solve x⁺ = f(x, u) for u.
 
-A part that is not there is None. Splitting leaves no part of f out: what contains no input becomes drift or gain.
+Each formula is split into f0_i(x) + Σ_j G_ij(x) u_j: a sum or difference term by term, a product or quotient by the one
+factor that contains inputs, which is no denominator. Other f are refused. A missing part is None. Splitting leaves no
+part of f out: each part without inputs becomes a part of the drift f0 or of a gain G.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Formulas in float64: intervals of real numbers, each with a bound of how far its float64 is away.
+"""Formulas in float64: intervals of real numbers, each with a bound of the error of its float64 value.
 
 Assumed: + − · / are rounded once; functions and powers are off by 4 units in the last place at most, 8 roundings.
 """
@@ -14,49 +14,49 @@ _OVERFLOW = exactly(10) ** 300
 
 @dataclass(frozen=True)
 class Rounded:
-    """A real number somewhere in `exact`, and a float64 within `error` of it."""
+    """A real number in `exact`, and its float64 value, which differs from it by at most `error`."""
 
     exact: Real
     error: Real
 
     @property
-    def seen(self) -> Real:
-        """An interval that contains both."""
+    def computed(self) -> Real:
+        """An interval that contains the float64 value and the real number."""
         return self.exact + SIGN * self.error
 
     def __add__(self, other: "Rounded") -> "Rounded":
-        return _rounded(self.exact + other.exact, self.error + other.error, self.seen + other.seen)
+        return _rounded(self.exact + other.exact, self.error + other.error, self.computed + other.computed)
 
     def __sub__(self, other: "Rounded") -> "Rounded":
-        return _rounded(self.exact - other.exact, self.error + other.error, self.seen - other.seen)
+        return _rounded(self.exact - other.exact, self.error + other.error, self.computed - other.computed)
 
     def __mul__(self, other: "Rounded") -> "Rounded":
-        moved = self.error * abs(other.seen) + abs(self.exact) * other.error
-        return _rounded(self.exact * other.exact, moved, self.seen * other.seen)
+        propagated = self.error * abs(other.computed) + abs(self.exact) * other.error
+        return _rounded(self.exact * other.exact, propagated, self.computed * other.computed)
 
 
 class RoundedFormulas:
-    """The arithmetic of formulas on rounded numbers."""
+    """Constants, quotients, powers and functions of rounded numbers; + − · are operators of `Rounded`."""
 
     def constant(self, value: float) -> Rounded:
         return Rounded(exactly(value), ZERO)
 
     def over(self, a: Rounded, b: Rounded) -> Rounded:
-        domains.require_nonzero(b.seen)
+        domains.require_nonzero(b.computed)
         exact = a.exact / b.exact
-        return _rounded(exact, (a.error + abs(exact) * b.error) / abs(b.seen), a.seen / b.seen)
+        return _rounded(exact, (a.error + abs(exact) * b.error) / abs(b.computed), a.computed / b.computed)
 
     def power(self, a: Rounded, exponent: float) -> Rounded:
-        slope = domains.slope_of_power(a.seen, exponent)
-        exact, seen = (domains.power(x, exponent) for x in (a.exact, a.seen))
-        return _rounded(exact, abs(slope) * a.error, seen, 8)
+        slope = domains.slope_of_power(a.computed, exponent)
+        exact, computed = (domains.power(x, exponent) for x in (a.exact, a.computed))
+        return _rounded(exact, abs(slope) * a.error, computed, 8)
 
     def function(self, name: str, a: Rounded) -> Rounded:
-        exact, seen = (domains.function(name, x) for x in (a.exact, a.seen))
-        return _rounded(exact, abs(domains.slope_of_function(name, a.seen)) * a.error, seen, 8)
+        exact, computed = (domains.function(name, x) for x in (a.exact, a.computed))
+        return _rounded(exact, abs(domains.slope_of_function(name, a.computed)) * a.error, computed, 8)
 
 
-def _rounded(exact: Real, moved: Real, seen: Real, roundings: int = 1) -> Rounded:
-    """Return a result that is `moved` by the errors of its operands and then rounded from somewhere in `seen`."""
-    domains.required(bool(abs(seen).b < _OVERFLOW), "it may overflow")
-    return Rounded(exact, exactly((moved + roundings * UNIT * abs(seen) + _UNDERFLOW).b))
+def _rounded(exact: Real, propagated: Real, computed: Real, roundings: int = 1) -> Rounded:
+    """Round a value whose operands have errors: add roundings of the `computed` value to the `propagated` error."""
+    domains.required(bool(abs(computed).b < _OVERFLOW), "it may overflow")
+    return Rounded(exact, exactly((propagated + roundings * UNIT * abs(computed) + _UNDERFLOW).b))

@@ -1,4 +1,4 @@
-"""Step 2 of the proof, first half: Taylor models of the signals, and of what is bounded, in a box of time."""
+"""Step 2 of the proof, first half: Taylor models of the signals, and of the bounded quantities, in a box of time."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -7,7 +7,7 @@ from trackable.checker.arithmetic.intervals import ZERO, Real, exactly, ratio
 from trackable.checker.arithmetic.models import Model, Models
 from trackable.checker.certificate import Certificate, Signal
 from trackable.checker.formulas.formula import evaluate
-from trackable.checker.steps.quantities import Look, Quantity
+from trackable.checker.steps.quantities import LinearCombination, Quantity
 
 _MOST_TERMS = 64
 
@@ -22,7 +22,7 @@ class Box(NamedTuple):
 
 @dataclass(frozen=True)
 class Enclosures:
-    """Enclosures over boxes as x ∈ [−1, 1], with so many `terms`; a signal in a box is enclosed once."""
+    """Enclosures over boxes, mapped to x ∈ [−1, 1], with this many `terms`; each signal is enclosed once in a box."""
 
     certificate: Certificate
     terms: int
@@ -30,12 +30,12 @@ class Enclosures:
 
     def enclose(self, q: Quantity, box: Box) -> Model:
         """Enclose a quantity. Raise UndefinedError where it may not be defined somewhere in the box."""
-        looks = {name: self._look(look, box) for name, look in q.looks.items()}
-        return evaluate(q.formula, looks, Models(self._terms))
+        arguments = {name: self._combination(argument, box) for name, argument in q.arguments.items()}
+        return evaluate(q.formula, arguments, Models(self._terms))
 
-    def _look(self, look: Look, box: Box) -> Model:
-        found = Models(self._terms).number(look.offset)
-        for s, weights in enumerate(look.weights):
+    def _combination(self, argument: LinearCombination, box: Box) -> Model:
+        found = Models(self._terms).number(argument.offset)
+        for s, weights in enumerate(argument.weights):
             for j, w in enumerate(weights):
                 if w:
                     found += self._signal(s, j, box).times(ratio(w))

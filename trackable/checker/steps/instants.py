@@ -1,11 +1,11 @@
-"""Instead of boxes, for a claim about sampled instants only: each quantity at k T, one by one."""
+"""Check each quantity at the instants k T, one by one: instead of boxes, if only instants are claimed."""
 
 from trackable.checker.arithmetic.domains import UndefinedError
 from trackable.checker.arithmetic.intervals import Real, at_most, ratio
 from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.values import Intervals
-from trackable.checker.steps.quantities import Look, Quantity
+from trackable.checker.steps.quantities import LinearCombination, Quantity
 
 
 def check_instants(certificate: Certificate, quantities: list[Quantity]) -> str | None:
@@ -15,9 +15,11 @@ def check_instants(certificate: Certificate, quantities: list[Quantity]) -> str 
         return None
     for k in range(claim.last_step + 1):
         for q in quantities:
-            looks = {name: _value(certificate, look, k * certificate.step) for name, look in q.looks.items()}
+            arguments = {
+                name: _value(certificate, argument, k * certificate.step) for name, argument in q.arguments.items()
+            }
             try:
-                value = evaluate(q.formula, looks, Intervals())
+                value = evaluate(q.formula, arguments, Intervals())
             except UndefinedError as undefined:
                 return f"instants: the {q.name} is not shown to be defined at step {k}: {undefined}"
             if not (at_most(q.lower, value) and at_most(value, q.upper)):
@@ -25,10 +27,10 @@ def check_instants(certificate: Certificate, quantities: list[Quantity]) -> str 
     return None
 
 
-def _value(certificate: Certificate, look: Look, t: Real) -> Real:
-    """Return the look at a time: offset + Σ w c κ(t + j T − t_i)."""
-    value = look.offset
-    for signal, weights in zip(certificate.signals, look.weights, strict=True):
+def _value(certificate: Certificate, argument: LinearCombination, t: Real) -> Real:
+    """Return the linear combination at time t: offset + Σ w c κ(t + j T − t_i)."""
+    value = argument.offset
+    for signal, weights in zip(certificate.signals, argument.weights, strict=True):
         for j, w in enumerate(weights):
             for t_i, c in signal.pairs if w else ():
                 value += ratio(w) * c * signal.kernel.value(t + j * certificate.step - t_i)

@@ -1,4 +1,4 @@
-"""What is bounded: formulas of weighted sums of the signals at shifted times."""
+"""The bounded quantities: formulas of linear combinations of the signals at shifted times."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,10 +13,11 @@ _ITSELF = "itself"
 
 
 @dataclass(frozen=True)
-class Look:
-    """offset + Σ_s Σ_j w_sj (z_s(t + j T) − m_s) with `weights[s][j]` = w_sj; `offset` is its value at rest.
+class LinearCombination:
+    """A linear combination of shifted signals: offset + Σ_s Σ_j w_sj (z_s(t + j T) − m_s).
 
-    `gross[s]` and `gross_offset` are what the sizes of w_s and of the constants add up to if nothing cancels.
+    `weights[s][j]` is w_sj, and `offset` is the value at rest. `gross[s]` and `gross_offset` are the sums of the
+    absolute values of w_s and of the constants, of which they consist before any terms cancel.
     """
 
     weights: list[list[Fraction]]
@@ -27,27 +28,27 @@ class Look:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A formula of looks at the signals, by name.
+    """A formula of `arguments`, which are linear combinations of the signals, by name.
 
-    `parts` are the formulas of inputs with their weights in the row; none for weighted sums of signals.
+    If the row bounds inputs given by formulas, `parts` holds these formulas with their weights; otherwise it is empty.
     [lower, upper] is the certificate's bound, drawn in by its evaluation error.
     """
 
     name: str
     formula: Formula
-    looks: Mapping[str, Look]
+    arguments: Mapping[str, LinearCombination]
     parts: list[tuple[Fraction, Formula]]
     lower: Real
     upper: Real
 
     @property
-    def look(self) -> Look | None:
-        """The only look of a weighted sum of signals; None for other formulas."""
-        return self.looks[_ITSELF] if not self.parts else None
+    def combination(self) -> LinearCombination | None:
+        """The quantity itself if it is a linear combination of signals; None for other formulas."""
+        return self.arguments[_ITSELF] if not self.parts else None
 
 
 def quantities(certificate: Certificate) -> list[Quantity]:
-    """Return all that is bounded. Raise UnsolvableError where f cannot be solved for the inputs."""
+    """Return all bounded quantities. Raise UnsolvableError where f cannot be solved for the inputs."""
     system, solved = certificate.system, dict[str, Formula]()
     if isinstance(system, NonlinearSystem):
         solved = inputs_of(system.f, system.successors, system.inputs)
@@ -58,16 +59,16 @@ def _quantity(certificate: Certificate, bound: Bound, solved: Mapping[str, Formu
     away = exactly(certificate.errors[bound.name])
     lower, upper = exactly(bound.lower) + away, exactly(bound.upper) - away
     if not (solved and bound.of == "input"):
-        look = _combined(certificate, bound.row, functionals(certificate, bound.of))
-        return Quantity(bound.name, Name(_ITSELF), {_ITSELF: look}, [], lower, upper)
+        argument = _combined(certificate, bound.row, functionals(certificate, bound.of))
+        return Quantity(bound.name, Name(_ITSELF), {_ITSELF: argument}, [], lower, upper)
     parts = [(r, solved[u]) for r, u in zip(bound.row, certificate.system.inputs, strict=True) if r]
     terms = [part if r == 1 else Operation("*", Number(as_float(r)), part) for r, part in parts]
     formula = terms[0]
     for term in terms[1:]:
         formula = Operation("+", formula, term)
     contained = names(formula)
-    looks = {name: look for name, look in _states_and_successors(certificate).items() if name in contained}
-    return Quantity(bound.name, formula, looks, parts, lower, upper)
+    arguments = {name: argument for name, argument in _states_and_successors(certificate).items() if name in contained}
+    return Quantity(bound.name, formula, arguments, parts, lower, upper)
 
 
 def functionals(certificate: Certificate, of: Side) -> tuple[Functional, ...]:
@@ -83,15 +84,15 @@ def _signal(certificate: Certificate, i: int, weights: tuple[int, ...]) -> Funct
     return Functional(Fraction(0), tuple(tuple(Fraction(w if s == i else 0) for w in weights) for s in every))
 
 
-def _states_and_successors(certificate: Certificate) -> dict[str, Look]:
-    looks = {}
+def _states_and_successors(certificate: Certificate) -> dict[str, LinearCombination]:
+    arguments = {}
     for i, state in enumerate(certificate.system.states):
-        looks[state] = _combined(certificate, (Fraction(1),), (_signal(certificate, i, (1,)),))
-        looks[f"{state}⁺"] = _combined(certificate, (Fraction(1),), (_signal(certificate, i, (0, 1)),))
-    return looks
+        arguments[state] = _combined(certificate, (Fraction(1),), (_signal(certificate, i, (1,)),))
+        arguments[f"{state}⁺"] = _combined(certificate, (Fraction(1),), (_signal(certificate, i, (0, 1)),))
+    return arguments
 
 
-def _combined(certificate: Certificate, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> Look:
+def _combined(certificate: Certificate, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
     """Return Σ_i row_i part_i."""
     counts = [len(weights) for weights in parts[0].weights]
     weights = [
@@ -108,4 +109,4 @@ def _combined(certificate: Certificate, row: tuple[Fraction, ...], parts: tuple[
         for w in of_signal
     )
     offsets = exact_sum(abs(r * part.offset) for r, part in zip(row, parts, strict=True))
-    return Look(weights, ratio(at_rest), gross, offsets)
+    return LinearCombination(weights, ratio(at_rest), gross, offsets)

@@ -1,4 +1,4 @@
-"""Step 6 of the proof, redundant inputs: where u(t) keeps the attainable rows, some input in U acts as u(t) does."""
+"""Step 6 of the proof, redundant inputs: if u(t) keeps the attainable rows, some input in U acts as u(t) does."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -19,7 +19,7 @@ def check_input_set(certificate: Certificate) -> str | None:
 
 
 def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: tuple[Row, ...]) -> str | None:
-    """Return why inputs that keep the attainable rows may have no counterpart in the set; None if they all have."""
+    """Return why some u that keeps the attainable rows may have no u + v in U with B v = 0; None if all have one."""
     m = len(system.inputs)
     if any(len(side.row) != m or not side.lower <= side.upper for side in rows):
         return "input_set: every row needs a number for each input, and lower ≤ upper"
@@ -40,7 +40,7 @@ def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: 
 
 
 def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tuple[int, Fraction]]]:
-    """Yield rows with factors: the only relation of rows of which no fewer have one."""
+    """Yield the circuits, as pairs (row, factor): the linear relations of rows that have minimal support."""
     for size in range(1, dimension + 2):
         for support in combinations(range(len(moved)), size):
             relations = _null_space([[moved[i][k] for i in support] for k in range(dimension)], size)

@@ -1,4 +1,4 @@
-"""Step 5 of the proof: roundings of float64 evaluation add up to no more than the stated errors."""
+"""Step 5 of the proof: the rounding errors of float64 evaluation are at most the stated errors."""
 
 from trackable.checker.arithmetic.domains import UndefinedError
 from trackable.checker.arithmetic.intervals import (
@@ -16,7 +16,7 @@ from trackable.checker.arithmetic.intervals import (
 from trackable.checker.certificate import Certificate, NonlinearSystem, Signal
 from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.rounded import Rounded, RoundedFormulas
-from trackable.checker.steps.quantities import Look, Quantity, functionals
+from trackable.checker.steps.quantities import LinearCombination, Quantity, functionals
 
 _TINY = exactly(2) ** -300
 
@@ -24,7 +24,8 @@ _TINY = exactly(2) ** -300
 def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str | None:
     """Return the first quantity whose error may exceed the stated one.
 
-    Errors of signals are of first order in u, with a per cent added; those of formulas go from operation to operation.
+    Errors of signals are bounded to first order in u, enlarged by 1 %. Errors of formulas are propagated from operation
+    to operation.
     """
     of_signals = [_signal_error(certificate, signal) for signal in certificate.signals]
     for q in quantities:
@@ -38,31 +39,31 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
 
 
 def _error(certificate: Certificate, q: Quantity, of_signals: list[Rounded]) -> Real:
-    if q.look is not None:
-        return _look(certificate, q.look, of_signals).error
-    values = {name: _look(certificate, look, of_signals) for name, look in q.looks.items()}
+    if q.combination is not None:
+        return _combination(certificate, q.combination, of_signals).error
+    values = {name: _combination(certificate, argument, of_signals) for name, argument in q.arguments.items()}
     for i, state in enumerate(certificate.system.states):
         if state in values:  # bounds of states are proved without any use of this step
             values[state] = Rounded(_within(certificate, i, values[state].exact), values[state].error)
     error, size = ZERO, ZERO
     for r, part in q.parts:
         found = evaluate(part, values, RoundedFormulas())
-        error, size = error + abs(ratio(r)) * found.error, size + abs(ratio(r)) * abs(found.seen)
+        error, size = error + abs(ratio(r)) * found.error, size + abs(ratio(r)) * abs(found.computed)
     return 1.01 * (error + (len(certificate.system.inputs) + 2) * UNIT * size) + _TINY
 
 
-def _look(certificate: Certificate, look: Look, of_signals: list[Rounded]) -> Rounded:
-    error = total(ratio(w) * z.error for w, z in zip(look.gross, of_signals, strict=True))
-    size = ratio(look.gross_offset) + total(
-        ratio(w) * abs(z.exact) for w, z in zip(look.gross, of_signals, strict=True)
+def _combination(certificate: Certificate, argument: LinearCombination, of_signals: list[Rounded]) -> Rounded:
+    error = total(ratio(w) * z.error for w, z in zip(argument.gross, of_signals, strict=True))
+    size = ratio(argument.gross_offset) + total(
+        ratio(w) * abs(z.exact) for w, z in zip(argument.gross, of_signals, strict=True)
     )
     roundings = 5 + _terms(certificate) + max(len(certificate.system.states), len(certificate.system.inputs))
-    tiny = _TINY * (1 + ratio(exact_sum(look.gross)))
+    tiny = _TINY * (1 + ratio(exact_sum(argument.gross)))
     return Rounded(SIGN * size, 1.01 * (error + roundings * UNIT * size) + tiny)
 
 
 def _within(certificate: Certificate, i: int, exact: Real) -> Real:
-    """Return the part of an interval that the bounds of the i-th state by itself leave."""
+    """Return the part of an interval that is inside all bounds of the i-th state alone."""
     low, high = exact.a, exact.b
     for bound in certificate.state_set.rows:
         row = bound.row
@@ -76,21 +77,21 @@ def _within(certificate: Certificate, i: int, exact: Real) -> Real:
 
 
 def _terms(certificate: Certificate) -> int:
-    """Return how many looks at signals an input takes together."""
+    """Return the number of shifted signals that an input depends on."""
     if isinstance(certificate.system, NonlinearSystem):
         return 2
     return sum(map(len, functionals(certificate, "input")[0].weights))
 
 
 def _longest(certificate: Certificate) -> int:
-    """Return how many looks at one signal an input takes."""
+    """Return the largest number of shifts of one signal that an input depends on."""
     if isinstance(certificate.system, NonlinearSystem):
         return 2
     return max(len(w) for part in functionals(certificate, "input") for w in part.weights)
 
 
 def _signal_error(certificate: Certificate, signal: Signal) -> Rounded:
-    """Return where z can be, and over-estimate |float64 − exact|, for |t| ≤ until and the few steps beyond."""
+    """Over-estimate |z| and |float64 − exact| for |t| ≤ until, and for the shifts T, 2 T, … beyond."""
     latest = exactly(max(map(abs, signal.centres)))
     farthest = certificate.until + _longest(certificate) * certificate.step + latest
     kernel = signal.kernel.sizes(farthest)

@@ -1,4 +1,4 @@
-"""Before step 5 of the proof: numbers have sizes for which the analysis of rounding holds."""
+"""Before step 5 of the proof: all numbers have sizes for which the analysis of rounding holds."""
 
 from fractions import Fraction
 
@@ -28,9 +28,9 @@ def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | N
 
 
 def _factors(certificate: Certificate, quantities: list[Quantity]) -> list[Fraction]:
-    """Return what evaluation multiplies by, but for zeros."""
-    looks = [look for q in quantities for look in q.looks.values()]
-    factors = [size for look in looks for size in (*look.gross, look.gross_offset)]
+    """Return all factors other than zero that occur in float64 evaluation."""
+    arguments = [argument for q in quantities for argument in q.arguments.values()]
+    factors = [size for argument in arguments for size in (*argument.gross, argument.gross_offset)]
     factors += [abs(r) for q in quantities for r, _ in q.parts]
     if isinstance(certificate.system, NonlinearSystem):
         factors += [abs(Fraction(v)) for formula in certificate.system.f for v in numbers(formula)]

@@ -1,4 +1,4 @@
-"""Step 3 of the proof: where quantities stay as the signals come to rest, from the end of the cover on."""
+"""Step 3 of the proof: bounds of the quantities for all times after the cover, where the signals decay."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.slopes import Sloped, SlopedFormulas
 from trackable.checker.formulas.values import Intervals
 from trackable.checker.kernels.base import Decay
-from trackable.checker.steps.quantities import Look, Quantity
+from trackable.checker.steps.quantities import LinearCombination, Quantity
 
 
 def check_tail(certificate: Certificate, quantities: list[Quantity]) -> str | None:
@@ -54,21 +54,21 @@ def _envelope(signal: Signal, start: Real) -> Decay:
 
 
 def _limits(q: Quantity, envelopes: list[Decay], step: Real) -> tuple[Real, Real]:
-    """Return middle and reach of an interval that contains q: the mean-value form, with slopes wherever q can be."""
+    """Return middle and reach of an interval that contains q: the mean-value form, with slopes over all its values."""
     reaches = {
-        name: total(_reach(_weights(w), e, step) for w, e in zip(look.weights, envelopes, strict=True))
-        for name, look in q.looks.items()
+        name: total(_reach(_weights(w), e, step) for w, e in zip(argument.weights, envelopes, strict=True))
+        for name, argument in q.arguments.items()
     }
-    at_rest = {name: look.offset for name, look in q.looks.items()}
-    if q.look is not None:
+    at_rest = {name: argument.offset for name, argument in q.arguments.items()}
+    if q.combination is not None:
         (reach,) = reaches.values()
-        return q.look.offset, reach
+        return q.combination.offset, reach
     slopes = _slopes(q, {name: around(value, reaches[name]) for name, value in at_rest.items()}, len(envelopes))
     reach = ZERO
     for s, envelope in enumerate(envelopes):
-        each = [ZERO] * max(len(look.weights[s]) for look in q.looks.values())
-        for name, look in q.looks.items():
-            for j, w in enumerate(look.weights[s]):
+        each = [ZERO] * max(len(argument.weights[s]) for argument in q.arguments.values())
+        for name, argument in q.arguments.items():
+            for j, w in enumerate(argument.weights[s]):
                 each[j] += slopes[name] * ratio(w)
         reach += _reach(_Weights(each, slopes[s]), envelope, step)
     return evaluate(q.formula, at_rest, Intervals()), reach
@@ -87,25 +87,26 @@ def _weights(weights: list[Fraction]) -> _Weights:
 
 
 def _reach(weights: _Weights, envelope: Decay, step: Real) -> Real:
-    """Over-estimate Σ_j w_j (z(t + j T) − m)."""
+    """Over-estimate |Σ_j w_j (z(t + j T) − m)|."""
     by_size = total(abs(w) for w in weights.each) * envelope.size
     by_slope = step * total(j * abs(w) for j, w in enumerate(weights.each)) * envelope.slope
     return lesser(by_size, abs(weights.sum) * envelope.size + by_slope)
 
 
 def _slopes(q: Quantity, box: Mapping[str, Real], signals: int) -> dict[str | int, Real]:
-    """Return how the formula moves with each look by itself, and with each signal s if that moves at all times alike.
+    """Return the slopes of the formula: by each argument alone, and by all arguments of one signal s together.
 
-    Each look is at one signal with the weight 1: what moves a signal moves all looks at it by as much.
+    Each argument is one shifted signal with the weight 1. So if a signal changes by the same amount at all times, all
+    its arguments change by this amount.
     """
-    along: list[str | int] = [*q.looks, *range(signals)]
+    along: list[str | int] = [*q.arguments, *range(signals)]
     values = {
-        name: Sloped(value, [ONE if _moves(direction, name, q.looks[name]) else ZERO for direction in along])
+        name: Sloped(value, [ONE if _moves(direction, name, q.arguments[name]) else ZERO for direction in along])
         for name, value in box.items()
     }
     found = evaluate(q.formula, values, SlopedFormulas(len(along)))
     return dict(zip(along, found.slopes, strict=True))
 
 
-def _moves(direction: str | int, name: str, look: Look) -> bool:
-    return direction == name if isinstance(direction, str) else any(look.weights[direction])
+def _moves(direction: str | int, name: str, argument: LinearCombination) -> bool:
+    return direction == name if isinstance(direction, str) else any(argument.weights[direction])

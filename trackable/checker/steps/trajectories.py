@@ -7,7 +7,7 @@ from trackable.checker.certificate import Certificate, Functional, LinearSystem
 
 
 def check_trajectories(certificate: Certificate) -> str | None:
-    """Verify x(t + T) = A x(t) + B u(t) + c whatever the signals are; for f, which is solved for u, nothing remains."""
+    """Verify x(t + T) = A x(t) + B u(t) + c for all signals. A nonlinear f is solved for u: nothing is to verify."""
     system, trajectories = certificate.system, certificate.trajectories
     if not isinstance(system, LinearSystem) or trajectories is None:
         return None
@@ -32,5 +32,5 @@ def check_trajectories(certificate: Certificate) -> str | None:
 
 
 def _column(parts: tuple[Functional, ...], s: int, j: int) -> list[Fraction]:
-    """Weights of z_s(t + j T) in each part, zero beyond the ends."""
+    """Return the weights of z_s(t + j T) in each part, zero beyond the ends."""
     return [part.weights[s][j] if 0 <= j < len(part.weights[s]) else Fraction(0) for part in parts]

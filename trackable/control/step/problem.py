@@ -52,7 +52,7 @@ class StepProblem:
     def without_bounds(self) -> Plan | None:
         """Return the optimum without bounds, if it keeps them."""
         unforced = self.model.error_model.unforced_errors(self.initial_error, self.model.defects)
-        plan = self.plan(self.model.without_bounds.input_errors(unforced), Status.UNBOUNDED)
+        plan = self.plan(self.model.without_bounds.input_errors(unforced), Status.NO_ACTIVE_BOUND)
         return plan if plan.slack >= -_ROUNDING else None
 
     def solved(self) -> Plan | None:

@@ -9,8 +9,8 @@ from trackable.arrays import Array
 class Status(StrEnum):
     """How a plan was found."""
 
-    UNBOUNDED = "unbounded"
-    """No bound is active: the optimum is linear in the error."""
+    NO_ACTIVE_BOUND = "unbounded"
+    """No bound is active: the optimum is linear in the error. Logs store "unbounded"."""
     SOLVED = "solved"
     """A bound is active: the optimum solves a quadratic program."""
     WIDENED = "widened"

@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.hyperparameter import Scales, Search, at, learned
+from trackable.gp.hyperparameter import Scales, Search, learned, with_value
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Kernel(ABC):
         """
         if unknown := values.keys() - self.hyperparameters.keys():
             raise TypeError(f"{type(self).__name__} has no hyperparameter {', '.join(sorted(unknown))}")
-        return self.changed(lambda name, value: at(value, values[name]) if name in values else value)
+        return self.changed(lambda name, value: with_value(value, values[name]) if name in values else value)
 
     def as_learned(self, names: Collection[str] | None = None) -> Self:
         """Return the same kernel with all hyperparameters learned, or those that are named, from where they are now."""

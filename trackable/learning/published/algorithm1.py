@@ -23,9 +23,10 @@ from trackable.systems.sets.interval import Interval
 
 @dataclass(frozen=True)
 class Reading:
-    """What the paper leaves open: which steps iteration k̄ constrains, and which states the growth rates must serve.
+    """The choices that the paper leaves open: the steps that iteration k̄ constrains, and the states of growth rates.
 
-    `last_state(k̄)` and `last_input(k̄)` are the last constrained steps; the input at k decides the step into k + 1.
+    `last_state(k̄)` and `last_input(k̄)` are the last constrained steps; the input at k leads to the state at k + 1.
+    `growth_states` returns the interval of states for which the growth rates have to hold.
     """
 
     name: str
@@ -35,10 +36,10 @@ class Reading:
 
     def constraints(self, plant: ConstrainedSystem, k_bar: int) -> tuple[Constraint, ...]:
         """Return the constraints of iteration k̄. Raises ValueError for systems that are not scalar."""
-        state, entry = state_and_input(plant)
+        state, input_ = state_and_input(plant)
         return (
             Constraint(state, Steps(0, self.last_state(k_bar), plant.sampling_time)),
-            Constraint(entry, Steps(0, self.last_input(k_bar), plant.sampling_time)),
+            Constraint(input_, Steps(0, self.last_input(k_bar), plant.sampling_time)),
         )
 
 
@@ -48,17 +49,18 @@ def _around_posterior_mean(bounds: Tail, posterior: JointPosterior) -> Interval:
 
 
 AS_PUBLISHED = Reading("as_published", lambda k: k - 1, lambda k: k - 2, _around_posterior_mean)
-"""The reading that reproduces the published trace. Nothing proves the step into k̄."""
+"""The reading that reproduces the published trace. The step from k̄ − 1 to k̄ is not constrained."""
 
 SOUND = Reading("sound", lambda k: k, lambda k: k - 1, lambda bounds, _: bounds.states)
-"""The reading that the paper's proof supports: states up to k̄, all steps into k̄, growth rates for all later states."""
+"""The reading that the paper's proof supports: states up to k̄, inputs up to k̄ − 1, rates for all later states."""
 
 
 @dataclass(frozen=True)
 class Iteration:
-    """One iteration at k̄ = `k_bar`: the solution, and whether its bounds from t̄ on keep states and growth rates.
+    """One iteration at k̄ = `k_bar`: the solution, and the two tests of its bounds from t̄ on.
 
     `tail` holds the bounds and `growth_rates` are [τ_low, τ_high] per second; both are None while the ζ-test fails.
+    `keeps_states`: later states stay in X. `keeps_rates`: later steps stay within the growth rates.
     """
 
     k_bar: int
@@ -74,7 +76,7 @@ class Iteration:
 
     @property
     def explanation(self) -> str:
-        """Which test fails, so that the loop does not end here, and by how much."""
+        """Say which test fails, and by how much."""
         if self.tail is None or self.growth_rates is None:
             zeta = self.solution.posterior.signals[0].kernel.decay_distance
             return f"at k̄ = {self.k_bar} a sample still lies within ζ = {zeta:.4g} s of t̄, so that no bound is monotone"
@@ -89,7 +91,7 @@ class Iteration:
 
 @dataclass(frozen=True)
 class Run:
-    """All iterations and their outcome: a Solution, NoSolution, or None where no iteration passed its tests."""
+    """All iterations and their outcome: a Solution, NoSolution, or None if no iteration passed its tests."""
 
     iterations: tuple[Iteration, ...]
     outcome: Solution | NoSolution | None
@@ -100,7 +102,7 @@ class Run:
 
     @property
     def explanation(self) -> str:
-        """Why there is no reference; empty where there is one."""
+        """Say why there is no reference; an empty string if there is one."""
         if isinstance(self.outcome, NoSolution):
             done = f" after k̄ = {self.iterations[-1].k_bar}" if self.iterations else ""
             return f"no solution{done}: {self.outcome.explanation}"

@@ -1,4 +1,4 @@
-"""The input constraints of the paper's program (9): growth rates of the tube, constant on each of η intervals."""
+"""The input constraints of the paper's program (9), with constant growth rates on each of η intervals."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,15 +19,15 @@ from trackable.systems.sets.interval import Interval
 
 @dataclass(frozen=True)
 class GrowthRates(Bounded):
-    """On each interval between `edges` [s], min ṁ⁺ and max ṁ⁺ lie within the growth rates of all states met there.
+    """On each interval between `edges` [s], min ṁ⁺ and max ṁ⁺ lie within the growth rates of all states there.
 
-    The rate τ is a growth rate of the state x where x + τ T_s = a x + b u + c for some u ∈ U. So the smallest and the
-    largest rate, over all x = m⁺(s) of the interval, bound ṁ⁺(t) for all its t exactly where
+    The rate τ is a growth rate of the state x if x + τ T_s = a x + b u + c for some u ∈ U. So ṁ⁺(t) is a growth rate of
+    all states x = m⁺(s) of the interval, for all t of the interval, if and only if
 
         (T_s ṁ⁺(t) + (1 − a) m⁺(s) − c)/b ∈ U   for all t and s of the interval.
 
-    That is a semi-infinite constraint, smooth in θ, whose places are pairs (t, s): minima and maxima need not be
-    differentiated. Unlike the exact input form, it lets derivative and state be worst at different times.
+    This is a semi-infinite constraint, smooth in θ, whose places are pairs (t, s): minima and maxima need not be
+    differentiated. It is stricter than the exact input constraint, which has t = s.
     """
 
     plant: ConstrainedSystem
@@ -36,8 +36,8 @@ class GrowthRates(Bounded):
 
     @cached_property
     def quantity(self) -> Quantity:  # type: ignore[override]
-        _, entry = state_and_input(self.plant)
-        return entry
+        _, input_ = state_and_input(self.plant)
+        return input_
 
     @property
     def none(self) -> Array:
@@ -77,7 +77,7 @@ class GrowthRates(Bounded):
 
 
 def interval_growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tuple[float, ...]) -> tuple[Array, Array]:
-    """Return [τ_low, τ_high] per second on each of the η intervals between `edges` [s], for the states met there.
+    """Return [τ_low, τ_high] per second on each of the η intervals between `edges` [s], for all states there.
 
     Shapes (η,). Raises ValueError for systems that are not scalar.
     """
@@ -88,7 +88,7 @@ def interval_growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tu
 
 
 def _extremes(signal: KernelSum, edges: tuple[float, ...], order: int, sign: float) -> tuple[Array, Array]:
-    """Return the times at which sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest in each interval: extrema or ends."""
+    """Return the times in each interval at which sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest."""
 
     def derivative(t: Array) -> Array:
         return np.asarray(sign * signal.jet(t, order)[order])

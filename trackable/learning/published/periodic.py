@@ -22,7 +22,7 @@ def grid(
 ) -> Solution | NoSolution:
     """Solve problem (6) of the paper with k̄ = `last_step` ≥ T_p/T_s: constraints at sampled instants only.
 
-    The paper's closing remark prefers this to (9). Where the period is no multiple of T_s it proves nothing for k > k̄.
+    The paper's closing remark prefers this to (9). If the period is no multiple of T_s, nothing is proved for k > k̄.
     Raises TypeError for kernels without a period and ValueError for systems that are not scalar.
     """
     return _learned(samples, prior, space, on_grid(plant, last_step))
@@ -51,9 +51,9 @@ def intervals(
 def sampled(
     samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, space: SearchSpace
 ) -> Solution | NoSolution:
-    """Constrain the n instants of one period, for a known period n T_s: no others occur, so they suffice for all k.
+    """Constrain the n instants of one period, for a known period n T_s: the values repeat, so this suffices for all k.
 
-    Raises ValueError where the period is learned or no whole multiple of T_s, and for systems that are not scalar, and
+    Raises ValueError if the period is learned or no whole multiple of T_s, and for systems that are not scalar. Raises
     TypeError for kernels without a period.
     """
     once = Steps(0, steps_of_period(prior, plant) - 1, plant.sampling_time)
@@ -62,9 +62,9 @@ def sampled(
 
 def on_grid(plant: ConstrainedSystem, last_step: int) -> tuple[Constraint, Constraint]:
     """Return constraints on the state at steps 0 … k̄ and on the input at the steps before k̄ = `last_step`."""
-    state, entry = state_and_input(plant)
+    state, input_ = state_and_input(plant)
     states, inputs = Steps(0, last_step, plant.sampling_time), Steps(0, last_step - 1, plant.sampling_time)
-    return Constraint(state, states), Constraint(entry, inputs)
+    return Constraint(state, states), Constraint(input_, inputs)
 
 
 def steps_of_period(prior: JointPrior, plant: ConstrainedSystem) -> int:

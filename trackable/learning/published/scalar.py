@@ -28,14 +28,14 @@ def is_scalar(plant: ConstrainedSystem) -> bool:
 def state_and_input(plant: ConstrainedSystem) -> tuple[Quantity, Quantity]:
     """Return the state and the input of a scalar system. ValueError for other systems, and where one is not bounded."""
     _refuse_others(plant)
-    state, entry = plant.quantities
-    return state, entry
+    state, input_ = plant.quantities
+    return state, input_
 
 
 def interval_sets(plant: ConstrainedSystem) -> tuple[Interval, Interval]:
     """Return X and U of a scalar system. Raises ValueError as `state_and_input`."""
-    state, entry = state_and_input(plant)
-    return state.bounds, entry.bounds
+    state, input_ = state_and_input(plant)
+    return state.bounds, input_.bounds
 
 
 def coefficients(plant: ConstrainedSystem) -> tuple[float, float, float]:
@@ -46,7 +46,7 @@ def coefficients(plant: ConstrainedSystem) -> tuple[float, float, float]:
 
 
 def successor_set(plant: ConstrainedSystem, x: Array) -> tuple[Array, Array]:
-    """Return lower and upper end of {a x + b u + c : u ∈ U}, the reachable tube one step on: exact, elementwise in x.
+    """Return lower and upper end of {a x + b u + c : u ∈ U}, the states reachable in one step: exact, elementwise in x.
 
     Raises ValueError for systems that are not scalar.
     """
@@ -59,9 +59,9 @@ def successor_set(plant: ConstrainedSystem, x: Array) -> tuple[Array, Array]:
 def growth_rates(plant: ConstrainedSystem, states: Interval) -> tuple[float, float]:
     """Return [τ_low, τ_high] of Assumption 5: x + [τ_low, τ_high] T_s stays in the successor set of each x in `states`.
 
-    The largest such rates (an inner approximation of the tube) in units per second. The tube's ends move linearly with
-    x, so the ends of `states` decide. Where τ_low > τ_high there is no common rate at all. Raises ValueError for
-    systems that are not scalar.
+    The interval is the largest one (an inner approximation of the tube), in units per second. The tube's ends are
+    affine in x, so it is enough to evaluate them at the ends of `states`. If τ_low > τ_high, there is no common rate.
+    Raises ValueError for systems that are not scalar.
     """
     x = np.array([states.lower, states.upper])
     low, high = successor_set(plant, x)
@@ -75,7 +75,7 @@ def equilibrium_input(plant: ConstrainedSystem, x: float) -> float:
 
 
 def reachable_tube(reference: Reference, t: Array) -> tuple[Array, Array]:
-    """Return the ends of the tube at t + T_s: what the system can reach from x_r(t) in one step. Shapes as t [s].
+    """Return the ends of the tube at t + T_s: the states reachable from x_r(t) in one step. Shapes as t [s].
 
     Raises ValueError for systems that are not scalar.
     """

@@ -1,4 +1,4 @@
-"""Results of studies of the periodic methods: how conservative program (9) is, and what another draw would change."""
+"""Results of two studies of the periodic methods: the conservatism of program (9), and other draws of the samples."""
 
 from dataclasses import dataclass
 
@@ -22,9 +22,9 @@ class Conservatism:
 class Draws:
     """The same experiment with samples drawn from other `seeds`: arrays with one entry for each seed.
 
-    `free_…` describes the unconstrained optimum, `exact_…` the one with all phases constrained; they are the same where
-    the unconstrained optimum keeps all bounds. Each has l, the learned period [s] and the root mean square distance to
-    the true reference. The margins are the smallest of the unconstrained optimum over all phases.
+    `free_…` describes the unconstrained optimum, `exact_…` the optimum with all phases constrained; both are the same
+    if the unconstrained optimum keeps all bounds. Each has l, the learned period [s] and the root mean square distance
+    to the true reference. The margins are the smallest margins of the unconstrained optimum over all phases.
     """
 
     seeds: Array

@@ -48,7 +48,7 @@ def test_enclosures_hold_the_true_values(name):
     with mp.workdps(50):
         true = true_values(name, reference, times)
         for quantity in exact_quantities(reference):
-            box = Box(start, end, best_radius(quantity.looks, start, end, 12))
+            box = Box(start, end, best_radius(quantity.shifted_signals, start, end, 12))
             found = enclosure(quantity, box, 12)
             missed = mp.mpf(float_above(found.remainder))
             assert missed < 1e-6

@@ -150,7 +150,7 @@ def test_a_prover_with_a_wrong_function(monkeypatch):
         found = right(*arguments)
         return Enclosure(found.coefficients * arb(0.9), found.remainder)
 
-    monkeypatch.setattr(prove._Task, "_failure_at", lambda *_: None)
+    monkeypatch.setattr(prove._ProofProblem, "_failure_at", lambda *_: None)
     monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
     monkeypatch.setattr(models, "composed", smaller)
     false = replace(loose, plant=replace(loose.plant, input_set=BOX([-99.0], [highest - 1e-2])))
@@ -169,7 +169,7 @@ def test_a_prover_that_takes_another_law(monkeypatch):
             tight("tank").plant, system=Nonlinear.of(lambda x, u: [x[0] + 0.05 * u[0]], ("level",), ("inflow",), T_S)
         ),
     )
-    monkeypatch.setattr(prove._Task, "_failure_at", lambda *_: None)
+    monkeypatch.setattr(prove._ProofProblem, "_failure_at", lambda *_: None)
     monkeypatch.setattr(prove, "exact_quantities", lambda _: right(tight("tank")))
     monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
     found = prove_on_window(other, 0.0, 1.0)
