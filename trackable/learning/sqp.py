@@ -18,7 +18,7 @@ import scipy
 
 from trackable.arrays import Array
 
-_MAX_ITERATIONS = 300
+_MAX_ITERATIONS = 1000
 _STEP_TOLERANCE = 1e-10
 _FEASIBLE = 1e-12
 _ROUNDING = 1e-10  # of constraints: a tenth of the back-off of their bounds
