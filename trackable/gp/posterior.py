@@ -87,6 +87,40 @@ class Posterior:
         by_kernel, by_noise = self._factored.likelihood_traces(c)
         return float(value + n * _LOG_TAU), np.array([*by_kernel.tolist(), 2 * by_noise])[self.prior.places]
 
+    def cross_covariance(self, t: Array) -> Array:
+        """Return the covariance of the process at t [s], shape (P,), and the n samples: shape (P, n)."""
+        return self._by_sample(self.prior.kernel(t[:, None] - self._centres))
+
+    def solve(self, right: Array) -> Array:
+        """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for the columns of an (n, m)."""
+        return self._factored.solve(right)
+
+    def with_kernels(self, t: Array, weights: Array) -> KernelSum:
+        """Return m⁺ + Σ_p u_p κ⁺(·, t_p) as a sum of kernels, for `weights` u at t [s]: both of shape (P,).
+
+        κ⁺ is the covariance given the samples, so that part of the weights goes to the samples' centres.
+        """
+        own = self.weights - self.solve(weights @ self.cross_covariance(t))
+        stencil, factored = self.samples.stencil, self._factored
+        centres = np.concatenate([stencil.centres(factored.centres(self.samples.times)), t])
+        together = np.concatenate([stencil.spread(factored.weights_at_centres(own)), weights])
+        places, at = np.unique(centres, return_inverse=True)
+        return KernelSum(self.prior.kernel, self.prior.mean, places, np.bincount(at, together))
+
+    def energy_gradient(self, t: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ of ‖m⁺ + h − m‖²_H + ‖noise‖² with all weights held, h = Σ_p u_p κ⁺(·, t_p): shape (p,).
+
+        With weights w of the samples and u at t [s], both from `with_kernels`, it is the derivative of
+        wᵀ A w + 2 uᵀ κ(t, S) w + uᵀ κ(t, t) u.
+        """
+        own = self.weights - self.solve(weights @ self.cross_covariance(t))
+        _, across = self.prior.kernel.value_and_gradient(t[:, None] - self._centres)
+        _, among = self.prior.kernel.value_and_gradient(t[:, None] - t)
+        by_kernel = self._factored.gradient_times(own) @ own
+        by_kernel += weights @ (2 * across @ self.samples.stencil.spread(own) + among @ weights).T
+        by_noise = 2 * noise_variance(self.prior, self.samples) @ own**2
+        return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
+
     @cached_property
     def _centres(self) -> Array:
         return self.samples.stencil.centres(self.samples.times)
@@ -97,15 +131,20 @@ class Posterior:
         return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
 
     def _variance_of(self, weights: Array, step: float, t: Array) -> tuple[Array]:
-        kernel, sample_weights = self.prior.kernel, self.samples.stencil.weights
+        kernel = self.prior.kernel
         shifts = step * np.arange(len(weights))
         covariances = kernel(t[..., None, None] + shifts[:, None] - self._centres)
-        parts = np.split(weights @ covariances, len(sample_weights), axis=-1)
-        cross = np.asarray(sum(w * part for w, part in zip(sample_weights, parts, strict=True)))
+        cross = self._by_sample(weights @ covariances)
         columns = cross.reshape(-1, len(self.samples)).T
         explained = np.sum(cross * self._factored.solve(columns).T.reshape(cross.shape), axis=-1)
         before = weights @ kernel(shifts[:, None] - shifts) @ weights
         return (np.maximum(before - explained, 0.0),)
+
+    def _by_sample(self, covariances: Array) -> Array:
+        """Combine covariances (…, centres) with the sample centres to those with the samples: shape (…, n)."""
+        weights = self.samples.stencil.weights
+        parts = np.split(covariances, len(weights), axis=-1)
+        return np.asarray(sum(w * part for w, part in zip(weights, parts, strict=True)))
 
     def _jet_and_gradient(self, order: int, t: Array) -> tuple[Array, Array]:
         jet, gradient = self.prior.kernel.jet_and_gradient(t[..., None] - self.signal.centres, order)

@@ -1,0 +1,67 @@
+"""Rows: finitely many linear functionals of the processes, each a weighted sum of values at shifted times."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+import scipy
+
+from trackable.arrays import Array
+
+
+@dataclass(frozen=True)
+class Terms:
+    """The terms of some rows that concern one process g: row `of_row[p]` has the term `weights[p]` g(`times[p]`).
+
+    All arrays have the shape (P,). Rows count from zero, times are in seconds.
+    """
+
+    times: Array
+    weights: Array
+    of_row: npt.NDArray[np.intp]
+
+    def spread(self, multipliers: Array) -> Array:
+        """Return Σ_a ν_a L_a as weights at the `times`, shape (P,), from one multiplier ν_a for each row."""
+        return np.asarray(self.weights * multipliers[self.of_row])
+
+    def summed(self, values: Array, count: int) -> Array:
+        """Return L_a v for each of `count` rows, from values v (P, …) at the `times`: shape (count, …)."""
+        entries = self.weights, (self.of_row, np.arange(len(self.times)))
+        return np.asarray(scipy.sparse.csr_array(entries, shape=(count, len(self.times))) @ values)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """q_a = `offsets`[a] + Σ_c L_a g_c for a = 0 … n − 1: shape (n,), with the terms of process c in `terms[c]`."""
+
+    offsets: Array
+    terms: tuple[Terms, ...]
+
+    @classmethod
+    def joined(cls, parts: Sequence["Rows"], processes: int) -> Self:
+        """Return the rows of all parts, below each other; every part has terms for each of the `processes`."""
+        starts = np.cumsum([0, *map(len, parts)]).tolist()
+        return cls(
+            np.concatenate([np.empty(0), *(part.offsets for part in parts)]),
+            tuple(_joined([part.terms[c] for part in parts], starts) for c in range(processes)),
+        )
+
+    def __len__(self) -> int:
+        return len(self.offsets)
+
+    def values(self, signals: Sequence[Callable[[Array], Array]]) -> Array:
+        """Return all q_a of some signals, shape (n,)."""
+        parts = (terms.summed(g(terms.times), len(self)) for g, terms in zip(signals, self.terms, strict=True))
+        return np.asarray(sum(parts, self.offsets))
+
+
+def _joined(parts: Sequence[Terms], starts: Sequence[int]) -> Terms:
+    return Terms(
+        np.concatenate([np.empty(0), *(part.times for part in parts)]),
+        np.concatenate([np.empty(0), *(part.weights for part in parts)]),
+        np.concatenate(
+            [np.empty(0, dtype=np.intp), *(part.of_row + start for part, start in zip(parts, starts, strict=False))]
+        ),
+    )
