@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackable.files import write_atomically
+from trackable.plots.formulas import parsed_once
 from trackable.systems.sets.interval import Interval
 
 P = ParamSpec("P")
@@ -51,7 +52,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        with matplotlib.style.context(SHEETS):
+        with matplotlib.style.context(SHEETS), parsed_once():
             figure = draw(*args, **kwargs)
             for _ in range(_LAYOUTS):
                 figure.draw_without_rendering()
@@ -105,7 +106,7 @@ def legend_above(figure: Figure, columns: int | None = None) -> None:
 def svg(figure: Figure) -> bytes:
     """Return the figure as SVG, with letters as paths. Equal figures give equal bytes."""
     buffer = BytesIO()
-    with matplotlib.style.context(SHEETS):
+    with matplotlib.style.context(SHEETS), parsed_once():
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     return buffer.getvalue()
 
