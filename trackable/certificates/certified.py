@@ -12,9 +12,9 @@ from trackable.certificates.prove import Failure, reference_period
 from trackable.certificates.rounding.references import evaluation_errors
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
-from trackable.learning.constraint import ROUNDING_BACKOFF, Constraint
-from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
-from trackable.learning.search import best_solution, continued
+from trackable.learning.constraint import Constraint
+from trackable.learning.learner import HYPERPARAMETERS, Learner
+from trackable.learning.problem import ConstrainedProblem, NoSolution, Pin, Solution
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.quantity import Quantity
@@ -61,13 +61,16 @@ def learn_certified(
     space: SearchSpace,
     goal: Goal | None = None,
     on_attempt: Callable[[Attempt], object] = lambda attempt: None,
+    learner: Learner = HYPERPARAMETERS,
+    pins: tuple[Pin, ...] = (),
 ) -> Certified | NoSolution | Counterexample | Unproved:
     """Return the best reference that provably keeps its bounds, or why there is none. Deterministic.
 
-    Without a `goal` all times are proved. `on_attempt` is called after each fit and its attempted proof.
+    Without a `goal` all times are proved. `on_attempt` is called after each fit and its attempted proof. `pins` need a
+    learner of functions.
     """
     goal = goal or for_all_times(samples, prior, plant)
-    learning = _Learning(samples, prior, plant, space, on_attempt)
+    learning = _Learning(samples, prior, plant, space, on_attempt, learner, pins)
     outcome = learning.towards(goal)
     while isinstance(outcome, Failure) and goal.extends_to(_failed_at(outcome)) and learning.may_go_on:
         longer = goal.longer(_failed_at(outcome))
@@ -87,7 +90,10 @@ class _Learning:
     plant: ConstrainedSystem
     space: SearchSpace
     on_attempt: Callable[[Attempt], object]
+    learner: Learner
+    pins: tuple[Pin, ...]
     attempts: int = 0
+    last: Solution | None = None
 
     @property
     def may_go_on(self) -> bool:
@@ -95,10 +101,12 @@ class _Learning:
 
     def towards(self, goal: Goal) -> Certified | NoSolution | Failure:
         """Fit and try to prove, each time with a larger back-off. Stop if it fails later than all constraints."""
-        backoff = ROUNDING_BACKOFF
-        first = found = best_solution(self._problem(goal, backoff))
+        backoff, learner = self.learner.first_backoff, self.learner
+        problem = self._problem(goal, backoff)
+        first = found = learner.solve(problem) if self.last is None else learner.extended(self.last, problem)
         while isinstance(found, Solution):
-            reference = Reference(found.posterior.signals, self.plant)
+            self.last = found
+            reference = Reference(found.signals, self.plant)
             outcome = goal.prove(reference)
             self.attempts += 1
             self.on_attempt(Attempt(backoff, found.objective, isinstance(outcome, Certificate)))
@@ -111,13 +119,13 @@ class _Learning:
             backoff = max(10 * backoff, 4 * _relative_error(reference))
             if backoff > _LARGEST_BACKOFF:
                 return outcome
-            found = continued(found, self._problem(goal, backoff))
+            found = learner.continued(found, self._problem(goal, backoff))
         return found
 
     def _problem(self, goal: Goal, backoff: float) -> ConstrainedProblem:
         """Split the back-off: one half for times between those of the program, one as the optimiser's tolerance."""
         constraints = [Constraint(_drawn_in(q, backoff / 2), goal.times, backoff / 2) for q in self.plant.quantities]
-        return ConstrainedProblem(self.samples, self.prior, self.space, tuple(constraints))
+        return ConstrainedProblem(self.samples, self.prior, self.space, tuple(constraints), self.pins)
 
 
 def _drawn_in(quantity: Quantity, by: float) -> Quantity:

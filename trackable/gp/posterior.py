@@ -10,6 +10,7 @@ from trackable.gp.factorise import factorise, noise_variance
 from trackable.gp.factors.blocks import in_blocks
 from trackable.gp.factors.factorisation import Covariance, Factorisation
 from trackable.gp.prior import Prior
+from trackable.gp.row_kernel import RowKernel
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
 
@@ -87,38 +88,38 @@ class Posterior:
         by_kernel, by_noise = self._factored.likelihood_traces(c)
         return float(value + n * _LOG_TAU), np.array([*by_kernel.tolist(), 2 * by_noise])[self.prior.places]
 
-    def cross_covariance(self, t: Array) -> Array:
-        """Return the covariance of the process at t [s], shape (P,), and the n samples: shape (P, n)."""
-        return self._by_sample(self.prior.kernel(t[:, None] - self._centres))
+    def covariance_with(self, rows: RowKernel) -> Array:
+        """Return the covariance of rows and the n samples: shape (rows, n)."""
+        return self._by_sample(rows.across(self._centres))
 
     def solve(self, right: Array) -> Array:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for the columns of an (n, m)."""
         return self._factored.solve(right)
 
-    def with_kernels(self, t: Array, weights: Array) -> KernelSum:
-        """Return m⁺ + Σ_p u_p κ⁺(·, t_p) as a sum of kernels, for `weights` u at t [s]: both of shape (P,).
+    def weights_beside(self, multipliers: Array, across: Array) -> Array:
+        """Return c − A⁻¹ (L κ(·, S))ᵀ ν: the weights of the samples in m⁺ + Σ_a ν_a κ⁺(·, L_a), shape (n,).
 
-        κ⁺ is the covariance given the samples, so that part of the weights goes to the samples' centres.
+        `across` is the covariance of the rows and the samples.
         """
-        own = self.weights - self.solve(weights @ self.cross_covariance(t))
+        return self.weights - self.solve(multipliers @ across)
+
+    def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
+        """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p) with w = `own` of the samples, u = `weights` at t [s]."""
         stencil, factored = self.samples.stencil, self._factored
-        centres = np.concatenate([stencil.centres(factored.centres(self.samples.times)), t])
-        together = np.concatenate([stencil.spread(factored.weights_at_centres(own)), weights])
+        centres = np.concatenate([stencil.centres(factored.centres(self.samples.times)), t[weights != 0]])
+        together = np.concatenate([stencil.spread(factored.weights_at_centres(own)), weights[weights != 0]])
         places, at = np.unique(centres, return_inverse=True)
-        return KernelSum(self.prior.kernel, self.prior.mean, places, np.bincount(at, together))
+        return KernelSum(self.prior.kernel, self.prior.mean, places, np.bincount(at, together).astype(float))
 
-    def energy_gradient(self, t: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of ‖m⁺ + h − m‖²_H + ‖noise‖² with all weights held, h = Σ_p u_p κ⁺(·, t_p): shape (p,).
+    def energy_gradient(self, rows: RowKernel, multipliers: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ of wᵀ A w + 2 νᵀ (L κ(·, S)) w + νᵀ (L L κ) ν at held `multipliers` ν and `weights` w: (p,).
 
-        With weights w of the samples and u at t [s], both from `with_kernels`, it is the derivative of
-        wᵀ A w + 2 uᵀ κ(t, S) w + uᵀ κ(t, t) u.
+        With the weights w (n,) of the samples that belong to ν, it is what a function costs by norm and misfit.
         """
-        own = self.weights - self.solve(weights @ self.cross_covariance(t))
-        _, across = self.prior.kernel.value_and_gradient(t[:, None] - self._centres)
-        _, among = self.prior.kernel.value_and_gradient(t[:, None] - t)
-        by_kernel = self._factored.gradient_times(own) @ own
-        by_kernel += weights @ (2 * across @ self.samples.stencil.spread(own) + among @ weights).T
-        by_noise = 2 * noise_variance(self.prior, self.samples) @ own**2
+        by_kernel = self._factored.gradient_times(weights) @ weights
+        by_kernel += 2 * rows.across_gradient(multipliers, self._centres, self.samples.stencil.spread(weights))
+        by_kernel += rows.among_gradient(multipliers)
+        by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2
         return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
 
     @cached_property

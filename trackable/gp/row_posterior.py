@@ -8,7 +8,8 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import Posterior
-from trackable.gp.rows import Rows, Terms
+from trackable.gp.row_kernel import RowKernel, row_kernel
+from trackable.gp.rows import Rows
 from trackable.gp.signal import KernelSum
 
 
@@ -27,35 +28,44 @@ class RowPosterior:
     @cached_property
     def covariance(self) -> Array:
         """K⁺_ab = L_a L_b κ⁺, shape (n, n)."""
-        parts = (self._covariance(*pair) for pair in zip(self.posterior.parts, self.rows.terms, strict=True))
+        each = zip(self.posterior.parts, self._kernels, self._across, strict=True)
+        parts = (self._covariance(*of_process) for of_process in each)
         return np.asarray(sum(parts, np.zeros((len(self.rows), len(self.rows)))))
 
     def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
         """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process: again sums of kernels, for multipliers ν of shape (n,)."""
         return tuple(
-            part.with_kernels(terms.times, terms.spread(multipliers)) if len(terms.times) else part.signal
-            for part, terms in zip(self.posterior.parts, self.rows.terms, strict=True)
+            part.with_kernels(
+                part.weights_beside(multipliers, across), kernel.centres.times, kernel.centres.spread(multipliers)
+            )
+            for part, kernel, across in zip(self.posterior.parts, self._kernels, self._across, strict=True)
         )
 
     def price_gradient(self, multipliers: Array) -> Array:
         """Return ∂/∂ln θ of 2 νᵀ(b − L m⁺) − νᵀ K⁺ ν at held multipliers ν and bounds b: shape (p,).
 
-        With the weights w of m⁺ + Σ_a ν_a κ⁺(·, L_a) on all centres, it is the difference of −wᵀ ∂G w with and without
-        the rows, G being the Gram matrix of all centres: no term for L m⁺ or K⁺ is needed.
+        With w the weights of m⁺ + Σ_a ν_a κ⁺(·, L_a) on samples and rows, and G the Gram matrix of these, it is the
+        difference of −wᵀ ∂G w with and without the rows: neither L m⁺ nor K⁺ has to be differentiated.
         """
         gradient = np.zeros(len(self.posterior.prior.learned))
-        none = np.empty(0)
-        for part, terms, places in zip(
-            self.posterior.parts, self.rows.terms, self.posterior.prior.places, strict=True
+        for part, kernel, across, places in zip(
+            self.posterior.parts, self._kernels, self._across, self.posterior.prior.places, strict=True
         ):
-            with_rows = part.energy_gradient(terms.times, terms.spread(multipliers))
-            gradient[places] += part.energy_gradient(none, none) - with_rows
+            own = part.weights_beside(multipliers, across)
+            gradient[places] += part.energy_gradient(kernel, 0 * multipliers, part.weights)
+            gradient[places] -= part.energy_gradient(kernel, multipliers, own)
         return gradient
 
-    def _covariance(self, part: Posterior, terms: Terms) -> Array:
-        n = len(self.rows)
-        before = part.prior.kernel(terms.times[:, None] - terms.times)
-        among = terms.summed(terms.summed(before, n).T, n)
-        across = terms.summed(part.cross_covariance(terms.times), n)
-        covariance = among - across @ part.solve(across.T)
+    @cached_property
+    def _kernels(self) -> tuple[RowKernel, ...]:
+        pairs = zip(self.posterior.parts, self.rows.terms, strict=True)
+        return tuple(row_kernel(part.prior.kernel, terms, len(self.rows)) for part, terms in pairs)
+
+    @cached_property
+    def _across(self) -> tuple[Array, ...]:
+        """The covariances of rows and samples, process by process."""
+        return tuple(part.covariance_with(k) for part, k in zip(self.posterior.parts, self._kernels, strict=True))
+
+    def _covariance(self, part: Posterior, kernel: RowKernel, across: Array) -> Array:
+        covariance = kernel.among() - across @ part.solve(across.T)
         return np.asarray((covariance + covariance.T) / 2)

@@ -22,6 +22,17 @@ class Terms:
     weights: Array
     of_row: npt.NDArray[np.intp]
 
+    @classmethod
+    def joined(cls, parts: Sequence["Terms"], starts: Sequence[int] | None = None) -> Self:
+        """Return the terms of all parts; the rows of part i count from `starts[i]` on, or all from zero."""
+        shifts = [0] * len(parts) if starts is None else starts
+        rows = [part.of_row + start for part, start in zip(parts, shifts, strict=True)]
+        return cls(
+            np.concatenate([np.empty(0), *(part.times for part in parts)]),
+            np.concatenate([np.empty(0), *(part.weights for part in parts)]),
+            np.concatenate([np.empty(0, dtype=np.intp), *rows]),
+        )
+
     def spread(self, multipliers: Array) -> Array:
         """Return Σ_a ν_a L_a as weights at the `times`, shape (P,), from one multiplier ν_a for each row."""
         return np.asarray(self.weights * multipliers[self.of_row])
@@ -30,6 +41,16 @@ class Terms:
         """Return L_a v for each of `count` rows, from values v (P, …) at the `times`: shape (count, …)."""
         entries = self.weights, (self.of_row, np.arange(len(self.times)))
         return np.asarray(scipy.sparse.csr_array(entries, shape=(count, len(self.times))) @ values)
+
+    def first_times(self, count: int) -> Array:
+        """Return the earliest time [s] of each row, shape (count,); zero for rows without terms."""
+        first = np.full(count, np.inf)
+        np.minimum.at(first, self.of_row, self.times)
+        return np.where(np.isfinite(first), first, 0.0)
+
+    def absolute(self, count: int) -> Array:
+        """Return Σ_p |w_p| of each row, shape (count,)."""
+        return np.bincount(self.of_row, np.abs(self.weights), count).astype(float)
 
 
 @dataclass(frozen=True)
@@ -42,10 +63,10 @@ class Rows:
     @classmethod
     def joined(cls, parts: Sequence["Rows"], processes: int) -> Self:
         """Return the rows of all parts, below each other; every part has terms for each of the `processes`."""
-        starts = np.cumsum([0, *map(len, parts)]).tolist()
+        starts = np.cumsum([0, *map(len, parts)]).tolist()[:-1]
         return cls(
             np.concatenate([np.empty(0), *(part.offsets for part in parts)]),
-            tuple(_joined([part.terms[c] for part in parts], starts) for c in range(processes)),
+            tuple(Terms.joined([part.terms[c] for part in parts], starts) for c in range(processes)),
         )
 
     def __len__(self) -> int:
@@ -55,13 +76,3 @@ class Rows:
         """Return all q_a of some signals, shape (n,)."""
         parts = (terms.summed(g(terms.times), len(self)) for g, terms in zip(signals, self.terms, strict=True))
         return np.asarray(sum(parts, self.offsets))
-
-
-def _joined(parts: Sequence[Terms], starts: Sequence[int]) -> Terms:
-    return Terms(
-        np.concatenate([np.empty(0), *(part.times for part in parts)]),
-        np.concatenate([np.empty(0), *(part.weights for part in parts)]),
-        np.concatenate(
-            [np.empty(0, dtype=np.intp), *(part.of_row + start for part, start in zip(parts, starts, strict=False))]
-        ),
-    )

@@ -73,9 +73,7 @@ class Candidate:
         """Explain which bound is violated most; call it for the candidate with the smallest violation."""
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
-        means, quantities = [part.mean for part in problem.prior.parts], [c.quantity for c in problem.constraints]
-        at_rest = tuple(q for q in quantities if not q.bounds.strictly_contains(q.at_rest(means)))
-        return Infeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, at_rest)
+        return Infeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, problem.broken_at_rest)
 
 
 def merged(known: Places, new: Places) -> Places:

@@ -3,17 +3,26 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
+from trackable.gp.signal import KernelSum
 from trackable.learning.index_set import IndexSet
 from trackable.systems.flat.functional import Functional
 from trackable.systems.quantity import Quantity
 
 # Bounds are drawn in by this part of their width: the optimiser's rounding errors are smaller.
 ROUNDING_BACKOFF = 1e-9
+
+
+class Signalled(Protocol):
+    """What has signals: a posterior, or a function learned under bounds."""
+
+    @property
+    def signals(self) -> tuple[KernelSum, ...]: ...
 
 
 class Bounded(ABC):
@@ -31,13 +40,13 @@ class Bounded(ABC):
         """An empty array of places."""
 
     @abstractmethod
-    def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
+    def closest(self, posterior: Signalled) -> tuple[Array, Array]:
         """Return the places of the margin's local minima, and the relative margins (n,) there.
 
         A relative margin is a part of the bounds' width: negative where they are violated, 1/2 at the centre.
         """
 
-    def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
+    def overlooked(self, posterior: Signalled) -> tuple[Array, Array]:
         """Return places where a bound is violated that the coarse grid of `closest` missed, and relative margins."""
         return self.none, np.empty(0)
 
@@ -58,21 +67,21 @@ class Constraint(Bounded):
     def none(self) -> Array:
         return np.empty(0)
 
-    def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
+    def closest(self, posterior: Signalled) -> tuple[Array, Array]:
         margin = partial(self.relative_margin, posterior)
         times = self.index_set.local_minima(margin, [signal.kernel for signal in posterior.signals])
         return times, margin(times)
 
-    def overlooked(self, posterior: JointPosterior) -> tuple[Array, Array]:
+    def overlooked(self, posterior: Signalled) -> tuple[Array, Array]:
         margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
         times = self.index_set.overlooked(margin, [signal.kernel for signal in posterior.signals], curvature)
         return times, margin(times)
 
-    def relative_margin(self, posterior: JointPosterior, t: Array) -> Array:
+    def relative_margin(self, posterior: Signalled, t: Array) -> Array:
         """Return the distance to the nearer bound at t [s] as a part of the bounds' width: negative where violated."""
         return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
 
-    def _curvature(self, posterior: JointPosterior) -> float:
+    def _curvature(self, posterior: Signalled) -> float:
         """Return a bound of |d²/dt²| of the relative margin [1/s²], an over-estimate; infinite for formulas."""
         if (functional := self.quantity.functional) is None:
             return np.inf

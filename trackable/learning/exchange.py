@@ -50,12 +50,22 @@ class Exchange:
     rounds: tuple[Round, ...] = ()
     fits: int = 0
     _visited: list[Array] = field(default_factory=list)
+    _ends: list[tuple[float, Array]] = field(default_factory=list)
 
     @property
     def outcome(self) -> Solution | NoSolution:
         """The best solution, or why there is none."""
         if self.best is not None:
-            return Solution(self.best.posterior, self.best.objective, self.active, self.fits, self.rounds)
+            posterior, objective = self.best.posterior, self.best.objective
+            return Solution(
+                posterior,
+                posterior.signals,
+                objective,
+                self.active,
+                self.fits,
+                self.rounds,
+                others=self._other_minima(self.best.log_theta),
+            )
         return self.closest.infeasible(self.problem) if self.closest else NothingFactored(self.problem.prior)
 
     def follow(self, start: Array) -> None:
@@ -126,6 +136,8 @@ class Exchange:
         promising, met, count = [], places, sum(map(len, places))
         for path, end in _distinct(ends):
             candidate = self._evaluated(end)
+            if candidate is not None and candidate.is_feasible:
+                self._ends.append((candidate.objective, end))
             if candidate is None or self._is_no_better(candidate):
                 continue
             done = Round(end, candidate.objective, candidate.worst[0], count)
@@ -157,6 +169,14 @@ class Exchange:
 
     def _is_no_better(self, candidate: Candidate) -> bool:
         return self.best is not None and candidate.objective >= self.best.objective
+
+    def _other_minima(self, best: Array) -> tuple[Array, ...]:
+        """Return the other ends of searches that keep all bounds, the best first."""
+        kept = [best]
+        for _, end in sorted(self._ends, key=lambda found: found[0]):
+            if all(np.max(np.abs(end - other), initial=0.0) >= _SAME_BASIN for other in kept):
+                kept.append(end)
+        return tuple(kept[1:])
 
     def _is_visited(self, end: Array) -> bool:
         """Whether a search that led to a former best has passed this point, so that it would end there again."""

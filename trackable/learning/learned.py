@@ -40,7 +40,7 @@ class LearnedReference:
         fits: int | None = None,
     ) -> Self:
         posterior = solution.posterior
-        return cls(method, posterior.prior, Reference(posterior.signals, plant), solution.objective, final_step, fits)
+        return cls(method, posterior.prior, Reference(solution.signals, plant), solution.objective, final_step, fits)
 
 
 @dataclass(frozen=True)

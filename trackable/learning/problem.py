@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -9,9 +10,22 @@ from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior, JointPrior
 from trackable.gp.prior import NOISE
 from trackable.gp.samples import Samples
+from trackable.gp.signal import KernelSum
 from trackable.learning.constraint import Bounded
 from trackable.learning.space import SearchSpace
+from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.quantity import Quantity
+
+
+@dataclass(frozen=True)
+class Pin:
+    """A quantity, by `name`, that has to be equal to `value` at `time` [s], up to `tolerance` (in its unit)."""
+
+    name: str
+    trajectory: Trajectory
+    time: float
+    value: float
+    tolerance: float
 
 
 @dataclass(frozen=True)
@@ -26,6 +40,7 @@ class ConstrainedProblem:
     prior: JointPrior
     space: SearchSpace
     constraints: tuple[Bounded, ...] = field(default=())
+    pins: tuple[Pin, ...] = field(default=())
 
     def __post_init__(self) -> None:
         count = sum(len(samples) for samples in self.samples)
@@ -43,6 +58,13 @@ class ConstrainedProblem:
                 f"got {', '.join(self.space.bounds)}"
             )
 
+    @property
+    def broken_at_rest(self) -> tuple[Quantity, ...]:
+        """The quantities that leave or touch their bounds if the prior mean is held for ever."""
+        means = [part.mean for part in self.prior.parts]
+        quantities = [constraint.quantity for constraint in self.constraints]
+        return tuple(q for q in quantities if not q.bounds.strictly_contains(q.at_rest(means)))
+
     def posterior(self, log_theta: Array) -> JointPosterior:
         return JointPosterior(self.prior.with_log_hyperparameters(log_theta), self.samples)
 
@@ -58,19 +80,52 @@ class Round:
     places: int
 
 
+Side = Literal["lower", "upper", "equal"]
+
+
+@dataclass(frozen=True)
+class ActiveBound:
+    """A bound that holds the function back at one `time` [s]: it costs `price` in the unit of l.
+
+    `name` is that of the quantity, `side` is "lower" or "upper", or "equal" for a pin; `multiplier` λ is in the unit of
+    l per unit of the quantity, divided by 2. The prices of all active bounds sum up to D.
+    """
+
+    name: str
+    side: Side
+    time: float
+    multiplier: float
+    price: float
+
+
 @dataclass(frozen=True)
 class Solution:
-    """Learned hyperparameters that satisfy every constraint on its whole index set.
+    """Learned hyperparameters and signals that satisfy every constraint on its whole index set.
 
-    `objective` is l at the solution. `active` holds the places of each constraint in the last program. `fits` counts
-    the nonlinear programs that were solved. `rounds` are the rounds that led from a start to this solution.
+    `objective` is J = l + D, where D = `price` is what `active_bounds` cost; without them the `signals` are the
+    posterior means, and J = l. `active` holds the places of each constraint in the last program. `fits` counts the
+    nonlinear programs that were solved. `rounds` are the rounds that led from a start to this solution. `others` are
+    ln θ of other local minima, the best first.
     """
 
     posterior: JointPosterior
+    signals: tuple[KernelSum, ...]
     objective: float
     active: tuple[Array, ...]
     fits: int
     rounds: tuple[Round, ...] = ()
+    active_bounds: tuple[ActiveBound, ...] = ()
+    others: tuple[Array, ...] = ()
+
+    @property
+    def price(self) -> float:
+        """D, what the bounds cost for the learned hyperparameters."""
+        return sum(bound.price for bound in self.active_bounds)
+
+    @property
+    def nlml(self) -> float:
+        """l, the negative log marginal likelihood of the learned hyperparameters."""
+        return self.objective - self.price
 
 
 class NoSolution(ABC):
@@ -95,6 +150,22 @@ class NothingFactored(NoSolution):
             f"K + σ_n² I is not positive definite in float64 at any point of the search: noise_std = "
             f"{noise} is too small for samples this close, or the search space too wide"
         )
+
+
+@dataclass(frozen=True)
+class Contradiction(NoSolution):
+    """Bounds and pins contradict each other whatever the function: `among` are those with the largest multipliers.
+
+    The multipliers are a dual ray of the program at the hyperparameters of `posterior`.
+    """
+
+    posterior: JointPosterior
+    among: tuple[ActiveBound, ...]
+
+    @property
+    def explanation(self) -> str:
+        said = "; ".join(f"{bound.name} ({bound.side}) at t = {bound.time:.6g} s" for bound in self.among)
+        return f"bounds contradict each other, whatever the function between the samples: {said}"
 
 
 @dataclass(frozen=True)

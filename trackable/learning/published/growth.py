@@ -9,7 +9,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.signal import KernelSum
-from trackable.learning.constraint import ROUNDING_BACKOFF, Bounded
+from trackable.learning.constraint import ROUNDING_BACKOFF, Bounded, Signalled
 from trackable.learning.index_set import Window
 from trackable.learning.published.scalar import coefficients, growth_rates, state_and_input
 from trackable.systems.constrained import ConstrainedSystem
@@ -43,7 +43,7 @@ class GrowthRates(Bounded):
     def none(self) -> Array:
         return np.empty((0, 2))
 
-    def closest(self, posterior: JointPosterior) -> tuple[Array, Array]:
+    def closest(self, posterior: Signalled) -> tuple[Array, Array]:
         """Return the two worst pairs of each interval, one for each bound of U."""
         (signal,), (a, b, _) = posterior.signals, self._coefficients
         slowest, fastest = _extremes(signal, self.edges, order=1, sign=1 / b)
@@ -52,7 +52,7 @@ class GrowthRates(Bounded):
         bounds = self.quantity.bounds
         return pairs, bounds.margin(self.value(posterior, pairs)) / bounds.width
 
-    def value(self, posterior: JointPosterior, places: Array) -> Array:
+    def value(self, posterior: Signalled, places: Array) -> Array:
         """Return the quantity at n pairs (t, s): shape (n,)."""
         t, s = places.T
         return self._combined(posterior.signals[0].derivative(t), posterior.signals[0](s)) - self._offset

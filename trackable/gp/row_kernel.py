@@ -1,0 +1,180 @@
+"""Covariances of rows, and how they move with the hyperparameters: by sums over terms, or by Taylor's series.
+
+A row such as (g(t + 2h) − 2 g(t + h) + g(t))/h² is small beside its terms. In sums over terms the rounding errors of κ
+are multiplied by 1/h⁴: for h = 0.01 s nothing is left of them. Taylor's series about the row's first time,
+
+    L g = Σ_p w_p g(t_p) = Σ_n μ_n g⁽ⁿ⁾(t_0),        μ_n = Σ_p w_p (t_p − t_0)ⁿ/n!,
+
+has no such differences: L L' κ = Σ_n Σ_m μ_n μ'_m (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(t_0 − t'_0).
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from math import factorial
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.rows import Terms
+
+_EPS = float(np.finfo(float).eps)
+_LARGEST_ERROR = 1e-12  # of sums over terms, as a part of a row's variance
+_NEGLIGIBLE = 1e-15  # of a row's standard deviation: a smaller term ends the series
+_LONGEST = 14
+_NODES, _APART = 7, 0.1  # correlation times: the sums of kernels that stand for rows err by (7 · 0.1/2)⁷/√7!
+
+
+class RowKernel(ABC):
+    """Covariances of `count` rows of one process with each other, and with values at other times."""
+
+    @property
+    @abstractmethod
+    def centres(self) -> Terms:
+        """The times and weights by which κ(·, L_a) is a sum of kernels, up to a small part of it."""
+
+    @abstractmethod
+    def among(self) -> Array:
+        """Return L_a L_b κ: shape (count, count)."""
+
+    @abstractmethod
+    def across(self, t: Array) -> Array:
+        """Return L_a κ(·, t) for times t [s] of shape (n,): shape (count, n)."""
+
+    @abstractmethod
+    def among_gradient(self, multipliers: Array) -> Array:
+        """Return ∂/∂ln θ of νᵀ (L L κ) ν, for multipliers ν (count,): one entry a hyperparameter of the kernel."""
+
+    @abstractmethod
+    def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ of νᵀ (L κ(·, t)) w, for weights w at t, both (n,)."""
+
+
+def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
+    """Return the sums over terms, or Taylor's series where rounding errors of the sums are too large."""
+    direct = Direct(kernel, terms, count)
+    if not (kernel.is_analytic and len(terms.times)):
+        return direct
+    first = terms.first_times(count)
+    series = []
+    for n in range(_LONGEST):
+        reach = (terms.times - first[terms.of_row]) ** n / factorial(n)
+        series.append(terms.summed(reach, count))
+    moments = np.array(series).T
+    spread = np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))  # standard deviation of g⁽ⁿ⁾
+    sizes = np.abs(moments) * spread
+    row = np.max(sizes, axis=1)
+    error = _EPS * (terms.absolute(count) * spread[0]) ** 2
+    if np.all(error <= _LARGEST_ERROR * row**2):
+        return direct
+    needed = np.flatnonzero(np.any(sizes > _NEGLIGIBLE * row[:, None], axis=0))
+    if needed[-1] == _LONGEST - 1:  # the series does not end: h is not small beside the correlation time
+        return direct
+    return Taylor(kernel, first, moments[:, : needed[-1] + 1])
+
+
+@dataclass(frozen=True)
+class Direct(RowKernel):
+    """Sums over terms."""
+
+    kernel: Kernel
+    terms: Terms
+    count: int
+
+    @property
+    def centres(self) -> Terms:
+        return self.terms
+
+    def among(self) -> Array:
+        before = self.kernel(self._apart)
+        return self.terms.summed(self.terms.summed(before, self.count).T, self.count)
+
+    def across(self, t: Array) -> Array:
+        return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)
+
+    def among_gradient(self, multipliers: Array) -> Array:
+        u = self.terms.spread(multipliers)
+        _, gradient = self.kernel.value_and_gradient(self._apart)
+        return np.asarray(gradient @ u @ u)
+
+    def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
+        _, gradient = self.kernel.value_and_gradient(self.terms.times[:, None] - t)
+        return np.asarray(gradient @ weights @ self.terms.spread(multipliers))
+
+    @property
+    def _apart(self) -> Array:
+        return self.terms.times[:, None] - self.terms.times
+
+
+@dataclass(frozen=True)
+class Taylor(RowKernel):
+    """Taylor's series about the first time of each row, shape (count,), with `moments` μ_n of shape (count, N)."""
+
+    kernel: Kernel
+    first: Array
+    moments: Array
+
+    @property
+    def centres(self) -> Terms:
+        """Terms with the same first moments at times that lie far apart: their weights are smaller by far.
+
+        With h = 0.01 s the weights 1/h² of a second difference would dominate all rounding errors of the reference.
+        """
+        nodes, weights = self._stencil
+        times = self.first[:, None] + nodes
+        of_row = np.broadcast_to(np.arange(len(self.first))[:, None], times.shape)
+        return Terms(times.ravel(), weights.ravel(), of_row.ravel())
+
+    def among(self) -> Array:
+        jet = self.kernel.jet(self._apart, 2 * self._order)
+        return np.asarray(sum(jet[n + m] * factor for n, m, factor in self._pairs))
+
+    def across(self, t: Array) -> Array:
+        jet = self.kernel.jet(self.first[:, None] - t, self._order)
+        return np.asarray(np.einsum("an,nai->ai", self.moments, jet))
+
+    def among_gradient(self, multipliers: Array) -> Array:
+        _, gradient = self.kernel.jet_and_gradient(self._apart, 2 * self._order)
+        return np.asarray(
+            sum(
+                gradient[:, n + m] @ (multipliers * self._signed[:, m]) @ (multipliers * self.moments[:, n])
+                for n in range(self._order + 1)
+                for m in range(self._order + 1)
+            )
+        )
+
+    def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
+        _, gradient = self.kernel.jet_and_gradient(self.first[:, None] - t, self._order)
+        moved = multipliers[:, None] * self.moments
+        return np.asarray(np.einsum("pnai,an,i->p", gradient, moved, weights, optimize=True))
+
+    @cached_property
+    def _stencil(self) -> tuple[Array, Array]:
+        """Nodes k H [s], and weights for each row with Σ_k w_k (k H)ⁿ/n! = μ_n for as many n as there are nodes."""
+        powers = np.arange(_NODES)
+        nodes = np.asarray((powers - _NODES // 2) * (_APART * self.kernel.correlation_time), dtype=float)
+        vandermonde = nodes ** powers[:, None] / np.array([factorial(n) for n in powers.tolist()])[:, None]
+        moments = np.zeros((len(self.first), _NODES))
+        known = self.moments[:, :_NODES]
+        moments[:, : known.shape[1]] = known
+        scale = nodes[-1] ** -powers
+        return nodes, np.asarray(np.linalg.solve(scale[:, None] * vandermonde, (scale * moments).T).T)
+
+    @property
+    def _order(self) -> int:
+        return int(self.moments.shape[1]) - 1
+
+    @property
+    def _apart(self) -> Array:
+        return self.first[:, None] - self.first
+
+    @cached_property
+    def _signed(self) -> Array:
+        """(−1)ᵐ μ_m: derivatives with respect to the second time."""
+        return self.moments * (-1.0) ** np.arange(self._order + 1)
+
+    @property
+    def _pairs(self) -> list[tuple[int, int, Array]]:
+        orders = range(self._order + 1)
+        return [(n, m, np.outer(self.moments[:, n], self._signed[:, m])) for n in orders for m in orders]

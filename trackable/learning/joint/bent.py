@@ -1,0 +1,103 @@
+"""The function for given hyperparameters: the posterior mean, bent as little as its bounds at some places ask for.
+
+    g* = argmin ‖y − S g‖²_{Σ⁻¹} + ‖g − m‖²_H   subject to the rows   =   m⁺ + Σ_a λ_a κ⁺(·, L_a),
+
+a convex program whose minimum is that of the posterior mean plus D(θ) = min ‖g − m⁺‖²_{H⁺}. Formulas are linearised at
+the last function, until the function does not change any more.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.joint import JointPosterior
+from trackable.gp.row_posterior import RowPosterior
+from trackable.gp.signal import KernelSum
+from trackable.learning.joint.dual import solve_dual
+from trackable.learning.joint.places import Demands, Places, demands
+from trackable.learning.problem import ActiveBound, ConstrainedProblem
+
+_LINEARISATIONS = 40
+_SAME = 1e-9  # as a part of the bounds' widths
+
+
+@dataclass(frozen=True)
+class BentMean:
+    """m⁺ + Σ_a λ_a κ⁺(·, L_a), with `multipliers` λ (r,) of the rows, and the price D(θ) as `price`.
+
+    If `contradicts` holds, no function meets all demands; `multipliers` then say which rows contradict each other.
+    """
+
+    posterior: JointPosterior
+    demanded: Demands
+    multipliers: Array
+    price: float
+    contradicts: bool
+
+    @cached_property
+    def signals(self) -> tuple[KernelSum, ...]:
+        return self.given.signals(self.multipliers)
+
+    @cached_property
+    def given(self) -> RowPosterior:
+        """What the samples say of the rows."""
+        return RowPosterior(self.posterior, self.demanded.rows)
+
+    @property
+    def active_bounds(self) -> tuple[ActiveBound, ...]:
+        """The rows with a multiplier, and what each of them costs: D = Σ_a λ_a (b_a − L_a m⁺)."""
+        prices = self.multipliers * (self.demanded.limits - self.given.mean)
+        return tuple(
+            ActiveBound(*self.demanded.labels[a], self.multipliers[a].item(), prices[a].item())
+            for a in np.flatnonzero(self.multipliers)
+        )
+
+    def price_gradient(self) -> Array:
+        """Return ∂D/∂ln θ, shape (p,): multipliers and linearisation are held (envelope theorem)."""
+        return self.given.price_gradient(self.multipliers)
+
+
+def bent_mean(
+    problem: ConstrainedProblem, posterior: JointPosterior, places: Places, near: Sequence[KernelSum] | None = None
+) -> BentMean | None:
+    """Return the function that meets its bounds at the places; None where formulas lead nowhere.
+
+    `near` are the signals at which formulas are linearised first, by default those of the posterior. Raises
+    IllConditioned.
+    """
+    at = tuple(near) if near is not None else posterior.signals
+    for _ in range(1 if is_linear(problem) else _LINEARISATIONS):
+        demanded = demands(problem, places, at)
+        if not (np.all(np.isfinite(demanded.limits)) and np.all(np.isfinite(demanded.rows.offsets))):
+            return None
+        found = _bent(posterior, demanded)
+        if found is None or found.contradicts or is_linear(problem):
+            return found
+        if _is_linearised_at(problem, places, found):
+            return found
+        at = found.signals
+    return None
+
+
+def is_linear(problem: ConstrainedProblem) -> bool:
+    """Whether every bounded quantity is a functional, so that the program is convex."""
+    return all(c.quantity.functional is not None for c in problem.constraints)
+
+
+def _bent(posterior: JointPosterior, demanded: Demands) -> BentMean | None:
+    given = RowPosterior(posterior, demanded.rows)
+    dual = solve_dual(given.covariance, demanded.limits - given.mean, demanded.is_equation)
+    if dual is None:
+        return None
+    return BentMean(posterior, demanded, dual.multipliers, dual.value, dual.contradicts)
+
+
+def _is_linearised_at(problem: ConstrainedProblem, places: Places, found: BentMean) -> bool:
+    """Whether the rows, linearised at the function found, have the values that they had before."""
+    again = demands(problem, places, found.signals)
+    before, after = found.demanded.rows.values(found.signals), again.rows.values(found.signals)
+    with np.errstate(invalid="ignore"):
+        return bool(np.all(np.abs(after - before) <= _SAME * found.demanded.widths))

@@ -1,0 +1,75 @@
+"""The dual of the smallest change of a function that meets its bounds: a non-negative quadratic program.
+
+    min ‖δ‖²  subject to  L_a δ ≥ d_a   is   max over λ ≥ 0 of  2 λᵀ d − λᵀ K λ,   with  K_ab = ⟨L_a, L_b⟩,
+
+and δ = Σ_a λ_a L_a (representer theorem). An equation L_a δ = d_a has a multiplier of any sign.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy
+
+from trackable.arrays import Array
+
+# Rows at neighbouring places explain each other: this part of every row's norm is added to the diagonal.
+_JITTER = 1e-12
+_LARGEST_JITTER = 1e-4
+# Rows of a contradiction are missed by this part of the largest demand, whatever the multipliers.
+_MISSED = 1e-2
+
+
+@dataclass(frozen=True)
+class DualSolution:
+    """Multipliers λ (r,) of the rows, and the dual `value`: a lower bound of ‖δ‖² for every δ that meets all rows.
+
+    If `contradicts` holds, no δ of reasonable size meets all rows; λ is then a dual ray up to its length: the rows with
+    the largest multipliers contradict each other.
+    """
+
+    multipliers: Array
+    value: float
+    contradicts: bool
+
+
+def solve_dual(covariance: Array, demand: Array, is_equation: npt.NDArray[np.bool_]) -> DualSolution | None:
+    """Return the multipliers for K (r, r) and d (r,); None if K is not positive semidefinite up to rounding.
+
+    The non-negative part is solved as a least squares problem (Lawson and Hanson): min ‖Rᵀ λ − R⁻¹ d‖ with K = R Rᵀ.
+    """
+    scale = np.sqrt(np.maximum(covariance.diagonal(), np.finfo(float).tiny))
+    scaled, wanted = covariance / np.outer(scale, scale), demand / scale
+    jitter = _JITTER
+    while jitter <= _LARGEST_JITTER:
+        if (found := _solved(scaled + jitter * np.eye(len(scaled)), wanted, is_equation)) is not None:
+            missed = float(np.max(jitter * np.abs(found), initial=0.0))
+            contradicts = missed > _MISSED * float(np.max(np.abs(wanted), initial=0.0))
+            return DualSolution(found / scale, float(found @ wanted), contradicts)
+        jitter *= 100
+    return None
+
+
+def _solved(K: Array, d: Array, is_equation: npt.NDArray[np.bool_]) -> Array | None:
+    """Return the multipliers for a positive definite K; None if it has no Cholesky factor in float64."""
+    free, bounded = np.flatnonzero(is_equation), np.flatnonzero(~is_equation)
+    found = np.zeros(len(d))
+    try:
+        if len(free):  # eliminate the equations
+            factor = scipy.linalg.cho_factor(K[np.ix_(free, free)], lower=True)
+            across = scipy.linalg.cho_solve(factor, K[np.ix_(free, bounded)])
+            alone = scipy.linalg.cho_solve(factor, d[free])
+            left, wanted = (
+                K[np.ix_(bounded, bounded)] - K[np.ix_(bounded, free)] @ across,
+                d[bounded] - alone @ K[free][:, bounded],
+            )
+        else:
+            left, wanted = K, d
+        if len(bounded):
+            R = scipy.linalg.cholesky(left, lower=True)
+            found[bounded], _ = scipy.optimize.nnls(R.T, scipy.linalg.solve_triangular(R, wanted, lower=True))
+        if len(free):
+            found[free] = alone - across @ found[bounded]
+    except np.linalg.LinAlgError:
+        return None
+    return found

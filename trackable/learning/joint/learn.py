@@ -1,0 +1,72 @@
+"""Learn hyperparameters and function together, from several starts: those of the likelihood and of θ alone."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.posterior import IllConditioned
+from trackable.learning.joint.search import JointSearch, Point
+from trackable.learning.problem import ConstrainedProblem, Contradiction, Infeasible, NoSolution, Solution
+from trackable.learning.search import best_solution
+
+_OTHER_MINIMA = 3  # of the likelihood: they are starts too
+_TOLD = 4  # bounds that contradict each other
+
+
+def learn_jointly(problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Return the best local minimum of J = l + D that keeps every bound at all times, or why there is none.
+
+    Starts are the likelihood's minima and the minimum over θ alone (the paper's problem, in which D = 0), so that J is
+    never larger than there. Where the function can be found from no start (formulas may lead nowhere), the minimum over
+    θ alone is returned: it has no active bounds. Deterministic.
+    """
+    free = best_solution(ConstrainedProblem(problem.samples, problem.prior, problem.space))
+    if not isinstance(free, Solution):
+        return free
+    alone = best_solution(replace(problem, pins=()))
+    search = JointSearch(problem)
+    for start in (free, alone):
+        if isinstance(start, Solution):
+            search.follow(start.posterior.prior.log_hyperparameters)
+    for other in free.others[:_OTHER_MINIMA]:
+        if search.best is None or _nlml(problem, other) < search.best.objective:
+            search.follow(other)
+    fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
+    least = search.best.objective if search.best else np.inf
+    if isinstance(alone, Solution) and not problem.pins and alone.objective < least:
+        return replace(alone, fits=fits)
+    if search.best is not None:
+        return _solution(search.best, fits)
+    return _no_solution(problem, search.closest) if search.closest else alone
+
+
+def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Solve a problem whose bounds or times differ a little from those of `solution`: search from its minimiser."""
+    search = JointSearch(problem)
+    places = solution.active if solution.active_bounds else None
+    search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals)
+    return _solution(search.best, search.fits) if search.best else learn_jointly(problem)
+
+
+def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
+    try:
+        return problem.posterior(log_theta).negative_log_marginal_likelihood()[0]
+    except IllConditioned:
+        return np.inf
+
+
+def _solution(point: Point, fits: int) -> Solution:
+    bent = point.function.bent
+    active = point.function.places
+    return Solution(bent.posterior, bent.signals, point.objective, active, fits, active_bounds=bent.active_bounds)
+
+
+def _no_solution(problem: ConstrainedProblem, closest: Point) -> NoSolution:
+    bent, function = closest.function.bent, closest.function
+    if bent.contradicts:
+        largest = sorted(bent.active_bounds, key=lambda bound: -abs(bound.price))
+        return Contradiction(bent.posterior, tuple(largest[:_TOLD]))
+    quantity = problem.constraints[function.constraint].quantity
+    violation = -function.margin * quantity.bounds.width
+    return Infeasible(bent.posterior, quantity, function.time, violation, problem.broken_at_rest)

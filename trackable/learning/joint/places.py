@@ -1,0 +1,83 @@
+"""Places of bounds in the program of the function: a time and a side; and the rows that they are."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from trackable.arrays import Array
+from trackable.gp.rows import Rows, Terms
+from trackable.gp.signal import KernelSum
+from trackable.learning.problem import ConstrainedProblem, Side
+from trackable.systems.flat.trajectory import Trajectory
+
+LOWER, UPPER = 1.0, -1.0
+
+Flags = npt.NDArray[np.bool_]
+
+Places = tuple[Array, ...]
+"""For each constraint an array (n, 2) of times [s] and sides: `LOWER` or `UPPER`."""
+
+
+class Label(NamedTuple):
+    """Which bound a row is: of the quantity `name`, at `time` [s]."""
+
+    name: str
+    side: Side
+    time: float
+
+
+@dataclass(frozen=True)
+class Demands:
+    """Rows that have to be at least `limits`, or equal to them where `is_equation` holds: shapes (r,).
+
+    The row of an upper bound has the opposite sign. `widths` are those of the bounds, to compare violations. `labels`
+    are the name, the side and the time [s] of each row.
+    """
+
+    rows: Rows
+    limits: Array
+    is_equation: Flags
+    widths: Array
+    labels: tuple[Label, ...]
+
+
+def demands(problem: ConstrainedProblem, places: Places, near: Sequence[KernelSum]) -> Demands:
+    """Return all places as rows; formulas are linearised at the signals `near`."""
+    processes = len(problem.prior.parts)
+    parts, limits, widths, labels = [], [np.empty(0)], [np.empty(0)], []
+    for constraint, of_constraint in zip(problem.constraints, places, strict=True):
+        times, sides = of_constraint.T
+        bounds = constraint.quantity.bounds.shrunk(constraint.backoff * constraint.quantity.bounds.width)
+        parts.append(_rows(constraint.quantity.trajectory, times, sides, near, processes))
+        limits.append(np.where(sides == LOWER, bounds.lower, -bounds.upper))
+        widths.append(np.full(len(times), constraint.quantity.bounds.width))
+        name = constraint.quantity.name
+        labels += [Label(name, "lower" if side == LOWER else "upper", time) for time, side in of_constraint.tolist()]
+    for pin in problem.pins:
+        parts.append(_rows(pin.trajectory, np.array([pin.time]), np.ones(1), near, processes))
+        limits.append(np.array([pin.value]))
+        widths.append(np.array([pin.tolerance]))
+        labels.append(Label(pin.name, "equal", pin.time))
+    count = sum(map(len, limits))
+    is_equation = np.arange(count) >= count - len(problem.pins)
+    rows = Rows.joined(parts, processes)
+    return Demands(rows, np.concatenate(limits), is_equation, np.concatenate(widths), tuple(labels))
+
+
+def _rows(trajectory: Trajectory, times: Array, sides: Array, near: Sequence[KernelSum], processes: int) -> Rows:
+    """Linearise: q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), with v_i the arguments at the signals `near`."""
+    at = {name: functional(near, times) for name, functional in trajectory.arguments}
+    slopes = trajectory.slopes(at)
+    offsets = np.array(trajectory.value(at))
+    terms: list[list[Terms]] = [[] for _ in range(processes)]
+    for name, functional in trajectory.arguments:
+        slope = sides * slopes[name]
+        offsets += slopes[name] * (float(functional.offset) - at[name])
+        for c, weights in functional.rounded:
+            instants = functional.instants(times, len(weights))
+            of_row = np.broadcast_to(np.arange(len(times)), instants.shape)
+            terms[c].append(Terms(instants.ravel(), np.outer(weights, slope).ravel(), of_row.ravel()))
+    return Rows(sides * offsets, tuple(Terms.joined(of_process) for of_process in terms))

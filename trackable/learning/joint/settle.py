@@ -1,0 +1,129 @@
+"""The function for given hyperparameters at all times, by exchange: solve at few places, add those that are broken."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.joint import JointPosterior
+from trackable.gp.signal import KernelSum
+from trackable.learning.constraint import Bounded
+from trackable.learning.joint.bent import BentMean, bent_mean
+from trackable.learning.joint.places import LOWER, UPPER, Places
+from trackable.learning.problem import ConstrainedProblem
+
+_MAX_ROUNDS = 40
+_CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
+_SAME_TIME = 3e-4  # of a correlation time: between closer places a bound cannot be broken by much
+_NO_GAIN = 1e-9  # of the price: what is broken then is not worth another program
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A function with the `places` of its program; `margin` is the smallest relative one, at `time` [s] of a bound.
+
+    It keeps all bounds at all times if `keeps_bounds` holds. `rounds` counts the programs that were solved.
+    """
+
+    bent: BentMean
+    places: Places
+    margin: float
+    constraint: int
+    time: float
+    rounds: int
+
+    @property
+    def keeps_bounds(self) -> bool:
+        return self.margin >= 0 and not self.bent.contradicts
+
+
+def settled(
+    problem: ConstrainedProblem,
+    posterior: JointPosterior,
+    places: Places,
+    near: tuple[KernelSum, ...] | None = None,
+) -> Settled | None:
+    """Return the function that keeps all bounds at all times of their index sets, or the last one of the exchange.
+
+    None where it cannot be computed (formulas that lead nowhere). Raises IllConditioned.
+    """
+    best: Settled | None = None
+    price = -np.inf
+    for count in range(1, _MAX_ROUNDS + 1):
+        bent = bent_mean(problem, posterior, places, near)
+        if bent is None:
+            return best
+        minima = [constraint.closest(bent) for constraint in problem.constraints]
+        if min((np.min(margins, initial=np.inf) for _, margins in minima), default=np.inf) >= 0:
+            minima = [_with_overlooked(c, bent, found) for c, found in zip(problem.constraints, minima, strict=True)]
+        margin, constraint, time = _worst(minima)
+        kept = _active(bent, places)
+        close = [places_at(c, bent, *found) for c, found in zip(problem.constraints, minima, strict=True)]
+        met = merged(kept, tuple(close), same_time(bent.signals))
+        best = Settled(bent, met, margin, constraint, time, count)
+        gain, price = bent.price - price, bent.price
+        if best.keeps_bounds or bent.contradicts or _is_same(met, places):
+            return best
+        if 0 <= gain <= _NO_GAIN * price:
+            return best
+        places = met
+        near = bent.signals
+    return best
+
+
+def same_time(signals: tuple[KernelSum, ...]) -> float:
+    """Return the distance [s] below which two places count as one."""
+    return _SAME_TIME * min(signal.kernel.correlation_time for signal in signals)
+
+
+def merged(places: Places, new: Places, same: float) -> Places:
+    """Return the union of places, sorted; of places closer than `same` [s] the known one stays."""
+    return tuple(_united(*pair, same) for pair in zip(places, new, strict=True))
+
+
+def no_places(problem: ConstrainedProblem) -> Places:
+    """Return no place for any constraint."""
+    return tuple(np.empty((0, 2)) for _ in problem.constraints)
+
+
+def places_at(constraint: Bounded, bent: BentMean, times: Array, margins: Array) -> Array:
+    """Return places (n, 2) at the times whose margin is small, each at the nearer bound."""
+    times = times[np.isfinite(margins) & (margins < _CLOSE)]
+    values, bounds = constraint.quantity(bent.signals, times), constraint.quantity.bounds
+    sides = np.where(values - bounds.lower < bounds.upper - values, LOWER, UPPER)
+    return np.column_stack([times, sides])
+
+
+def _worst(minima: list[tuple[Array, Array]]) -> tuple[float, int, float]:
+    found = [
+        (float(np.min(margins)), i, float(times[np.argmin(margins)]))
+        for i, (times, margins) in enumerate(minima)
+        if len(margins)
+    ]
+    return min(found, default=(np.inf, -1, np.nan))
+
+
+def _with_overlooked(constraint: Bounded, bent: BentMean, found: tuple[Array, Array]) -> tuple[Array, Array]:
+    times, margins = constraint.overlooked(bent)
+    return np.concatenate([found[0], times]), np.concatenate([found[1], margins])
+
+
+def _active(bent: BentMean, places: Places) -> Places:
+    """Return the places with a multiplier."""
+    ends = np.cumsum([len(of_constraint) for of_constraint in places])
+    parts = np.split(bent.multipliers, ends)
+    return tuple(of_constraint[m > 0] for of_constraint, m in zip(places, parts, strict=False))
+
+
+def _united(places: Array, new: Array, same: float) -> Array:
+    """Return places with those new ones that have no other on their side nearby."""
+    found = list(places)
+    for time, side in new:
+        if not any(abs(time - t) <= same and side == s for t, s in found):
+            found.append(np.array([time, side]))
+    joined = np.array(found).reshape(-1, 2)
+    return joined[np.lexsort(joined.T[::-1])]
+
+
+def _is_same(one: Places, other: Places) -> bool:
+    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))

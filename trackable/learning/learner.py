@@ -1,0 +1,32 @@
+"""Learners: ways to solve a constrained problem, and to go on from a solution when the problem has changed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from trackable.learning.constraint import ROUNDING_BACKOFF
+from trackable.learning.joint import learn as joint
+from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackable.learning.search import best_solution, continued
+
+Outcome = Solution | NoSolution
+
+
+@dataclass(frozen=True)
+class Learner:
+    """How constrained problems are solved.
+
+    `solve` starts from nothing, `continued` from the solution of a problem with other bounds, `extended` from that of a
+    problem with fewer times. `first_backoff` is the part of a bound's width that is kept free at first.
+    """
+
+    solve: Callable[[ConstrainedProblem], Outcome]
+    continued: Callable[[Solution, ConstrainedProblem], Outcome]
+    extended: Callable[[Solution, ConstrainedProblem], Outcome]
+    first_backoff: float
+
+
+HYPERPARAMETERS = Learner(best_solution, continued, lambda _, problem: best_solution(problem), ROUNDING_BACKOFF)
+"""The hyperparameters alone, as in the paper: the reference is a posterior mean."""
+
+JOINT = Learner(joint.learn_jointly, joint.continued, joint.continued, first_backoff=1e-6)
+"""The function together with its hyperparameters."""
