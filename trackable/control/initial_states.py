@@ -1,18 +1,22 @@
 """Initial states on a reference and beside it, in the scales of a plant's sets."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.control.controller import Controller
 from trackable.control.references import TrackedReference
 from trackable.control.step.result import Plan
+
+if TYPE_CHECKING:  # figures name initial states, and need not wait for the controller's solvers
+    from trackable.control.controller import Controller
 
 ON, ABOVE, BELOW = "on", "above", "below"
 _SMALLEST = 1e-3
 """Initial states closer to the reference than this part of the widths are not tried."""
 
 
-def initial_states(controller: Controller, reference: TrackedReference) -> dict[str, Array]:
+def initial_states(controller: "Controller", reference: TrackedReference) -> dict[str, Array]:
     """Return states (n,) at step 0 by name: `on` the reference, `above` it and `below` it.
 
     The latter two differ from the reference by ± half the widths of the state set, halved until the state lies in the
@@ -30,6 +34,6 @@ def initial_states(controller: Controller, reference: TrackedReference) -> dict[
     return found
 
 
-def _is_feasible(controller: Controller, reference: TrackedReference, state: Array) -> bool:
+def _is_feasible(controller: "Controller", reference: TrackedReference, state: Array) -> bool:
     inside = bool(controller.plant.state_set.margin(state) >= 0)
     return inside and isinstance(controller.step(0, state, reference), Plan)

@@ -8,6 +8,7 @@ from trackable.arrays import Array
 from trackable.control.closed_loop import ClosedLoop
 from trackable.control.controller import Controller
 from trackable.control.references import TabulatedReference, TrackedReference
+from trackable.control.repeated_steps import RepeatedSteps
 from trackable.control.step.result import Infeasible, Plan, Status
 
 InfeasibilityPolicy = Callable[[Infeasible], Array | None]
@@ -44,12 +45,12 @@ def simulate(
     finds no plan, `on_infeasible` chooses the input or ends the simulation early. Raises as `Controller.step`.
     """
     table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
-    system = controller.plant.system
+    system, repeated = controller.plant.system, RepeatedSteps(controller)
     states, inputs = [np.array(initial_state, dtype=float)], []
     values, infeasible, widened = [], [], 0
     initial_guess: Array | None = None
     for k in range(first_step, first_step + steps):
-        result = controller.step(k, states[-1], table, initial_guess)
+        result = repeated.step(k, states[-1], table, initial_guess)
         initial_guess = shifted_inputs(result, table) if isinstance(result, Plan) else None
         applied: Array | None
         if isinstance(result, Plan):

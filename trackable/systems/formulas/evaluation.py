@@ -13,8 +13,6 @@ from trackable.systems.formulas.expression import (
     Function,
     Power,
     Variable,
-    all_nodes,
-    operands,
 )
 
 V = TypeVar("V")
@@ -32,10 +30,10 @@ class Arithmetic(Protocol[V]):
 
 def evaluate(expression: Expression, values: Mapping[str, V], arithmetic: Arithmetic[V]) -> V:
     """Evaluate an expression for these values of its variables; shared nodes are computed once."""
-    known: dict[int, V] = {}
-    for node in all_nodes(expression):
-        known[id(node)] = _computed(node, [known[id(operand)] for operand in operands(node)], values, arithmetic)
-    return known[id(expression)]
+    known: list[V] = []
+    for node, places in expression.steps:
+        known.append(_computed(node, [known[place] for place in places], values, arithmetic))
+    return known[-1]
 
 
 def _computed(node: Expression, inner: list[V], values: Mapping[str, V], arithmetic: Arithmetic[V]) -> V:

@@ -8,6 +8,7 @@ import operator
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos")
@@ -16,6 +17,14 @@ FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos")
 
 class Expression:
     """A node of a formula; `str` gives the formula as text."""
+
+    @cached_property
+    def steps(self) -> "tuple[tuple[Expression, tuple[int, ...]], ...]":
+        """Every node of the graph once, operands before the node that uses them, with the places of its operands."""
+        places: dict[int, int] = {}
+        for node in all_nodes(self):
+            places[id(node)] = len(places)
+        return tuple((node, tuple(places[id(operand)] for operand in operands(node))) for node in all_nodes(self))
 
     def __str__(self) -> str:
         return _text(self, 0)

@@ -20,6 +20,7 @@ from trackable.systems.formulas.expression import (
     Constant,
     Variable,
     all_nodes,
+    operands,
     size_and_depth,
     variables,
 )
@@ -148,3 +149,15 @@ def test_what_is_shared_counts_each_time_it_is_written():
     assert size_and_depth(x) == (2**41 - 1, 41)
     assert variables(x) == {"x"}
     assert float(evaluate_floats(x, {"x": np.array(1.0)})) == 2.0**40
+
+
+def test_the_steps_of_a_formula_compute_each_node_once_after_its_operands():
+    x, y = Variable("x"), Variable("y")
+    shared = BINARY[2](x, y)
+    formula = BINARY[0](shared, BINARY[1](shared, x))
+    computed = [node for node, _ in formula.steps]
+    assert len(computed) == len({id(node) for node in computed}) == 5
+    assert computed[-1] is formula
+    for place, (node, operands_at) in enumerate(formula.steps):
+        assert [id(computed[i]) for i in operands_at] == [id(operand) for operand in operands(node)]
+        assert all(i < place for i in operands_at)
