@@ -111,14 +111,23 @@ class Posterior:
         places, at = np.unique(centres, return_inverse=True)
         return KernelSum(self.prior.kernel, self.prior.mean, places, np.bincount(at, together).astype(float))
 
+    @cached_property
+    def misfit_gradient(self) -> Array:
+        """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m), which is ∂/∂ln θ of cᵀ A c at held weights c: shape (p,)."""
+        return self._form_gradient(self.weights)
+
     def energy_gradient(self, rows: RowKernel, multipliers: Array, weights: Array) -> Array:
         """Return ∂/∂ln θ of wᵀ A w + 2 νᵀ (L κ(·, S)) w + νᵀ (L L κ) ν at held `multipliers` ν and `weights` w: (p,).
 
         With the weights w (n,) of the samples that belong to ν, it is what a function costs by norm and misfit.
         """
-        by_kernel = self._factored.gradient_times(weights) @ weights
-        by_kernel += 2 * rows.across_gradient(multipliers, self._centres, self.samples.stencil.spread(weights))
+        by_kernel = 2 * rows.across_gradient(multipliers, self._centres, self.samples.stencil.spread(weights))
         by_kernel += rows.among_gradient(multipliers)
+        return np.asarray(self._form_gradient(weights) + np.append(by_kernel, 0.0)[self.prior.places])
+
+    def _form_gradient(self, weights: Array) -> Array:
+        """Return ∂/∂ln θ of wᵀ A w at held weights w: shape (p,)."""
+        by_kernel = self._factored.gradient_times(weights) @ weights
         by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2
         return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
 

@@ -23,7 +23,7 @@ _EPS = float(np.finfo(float).eps)
 _LARGEST_ERROR = 1e-12  # of sums over terms, as a part of a row's variance
 _NEGLIGIBLE = 1e-15  # of a row's standard deviation: a smaller term ends the series
 _LONGEST = 14
-_NODES, _APART = 7, 0.1  # correlation times: the sums of kernels that stand for rows err by (7 · 0.1/2)⁷/√7!
+_NODES, _APART = 9, 0.1  # correlation times: the sums of kernels that stand for rows err by about 0.4⁹/√9!
 
 
 class RowKernel(ABC):
@@ -87,24 +87,26 @@ class Direct(RowKernel):
         return self.terms
 
     def among(self) -> Array:
-        before = self.kernel(self._apart)
+        before = self.kernel(self.terms.times[:, None] - self.terms.times)
         return self.terms.summed(self.terms.summed(before, self.count).T, self.count)
 
     def across(self, t: Array) -> Array:
         return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)
 
     def among_gradient(self, multipliers: Array) -> Array:
-        u = self.terms.spread(multipliers)
-        _, gradient = self.kernel.value_and_gradient(self._apart)
+        t, u = self._weighted(multipliers)
+        _, gradient = self.kernel.value_and_gradient(t[:, None] - t)
         return np.asarray(gradient @ u @ u)
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
-        _, gradient = self.kernel.value_and_gradient(self.terms.times[:, None] - t)
-        return np.asarray(gradient @ weights @ self.terms.spread(multipliers))
+        times, u = self._weighted(multipliers)
+        _, gradient = self.kernel.value_and_gradient(times[:, None] - t)
+        return np.asarray(gradient @ weights @ u)
 
-    @property
-    def _apart(self) -> Array:
-        return self.terms.times[:, None] - self.terms.times
+    def _weighted(self, multipliers: Array) -> tuple[Array, Array]:
+        """Return the times [s] that have a weight, and the weights."""
+        u = self.terms.spread(multipliers)
+        return self.terms.times[u != 0], u[u != 0]
 
 
 @dataclass(frozen=True)
@@ -127,27 +129,30 @@ class Taylor(RowKernel):
         return Terms(times.ravel(), weights.ravel(), of_row.ravel())
 
     def among(self) -> Array:
-        jet = self.kernel.jet(self._apart, 2 * self._order)
-        return np.asarray(sum(jet[n + m] * factor for n, m, factor in self._pairs))
+        jet = self.kernel.jet(self.first[:, None] - self.first, 2 * self._order)
+        by_second = (self.moments * (-1.0) ** np.arange(self._order + 1)).T[:, None, :]
+        orders = np.arange(self._order + 1)
+        return np.asarray(sum(self.moments[:, n, None] * np.sum(jet[n + orders] * by_second, axis=0) for n in orders))
 
     def across(self, t: Array) -> Array:
         jet = self.kernel.jet(self.first[:, None] - t, self._order)
         return np.asarray(np.einsum("an,nai->ai", self.moments, jet))
 
     def among_gradient(self, multipliers: Array) -> Array:
-        _, gradient = self.kernel.jet_and_gradient(self._apart, 2 * self._order)
-        return np.asarray(
-            sum(
-                gradient[:, n + m] @ (multipliers * self._signed[:, m]) @ (multipliers * self.moments[:, n])
-                for n in range(self._order + 1)
-                for m in range(self._order + 1)
-            )
-        )
+        first, moments = self._weighted(multipliers)
+        _, gradient = self.kernel.jet_and_gradient(first[:, None] - first, 2 * self._order)
+        pairs = [(n, m) for n in range(self._order + 1) for m in range(self._order + 1)]
+        return np.asarray(sum((-1.0) ** m * (gradient[:, n + m] @ moments[:, m] @ moments[:, n]) for n, m in pairs))
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
-        _, gradient = self.kernel.jet_and_gradient(self.first[:, None] - t, self._order)
-        moved = multipliers[:, None] * self.moments
-        return np.asarray(np.einsum("pnai,an,i->p", gradient, moved, weights, optimize=True))
+        first, moments = self._weighted(multipliers)
+        _, gradient = self.kernel.jet_and_gradient(first[:, None] - t, self._order)
+        return np.asarray(np.einsum("pna,an->p", gradient @ weights, moments))
+
+    def _weighted(self, multipliers: Array) -> tuple[Array, Array]:
+        """Return the first times [s] of the rows that have a multiplier, and their moments multiplied by it."""
+        active = multipliers != 0
+        return self.first[active], multipliers[active, None] * self.moments[active]
 
     @cached_property
     def _stencil(self) -> tuple[Array, Array]:
@@ -164,17 +169,3 @@ class Taylor(RowKernel):
     @property
     def _order(self) -> int:
         return int(self.moments.shape[1]) - 1
-
-    @property
-    def _apart(self) -> Array:
-        return self.first[:, None] - self.first
-
-    @cached_property
-    def _signed(self) -> Array:
-        """(−1)ᵐ μ_m: derivatives with respect to the second time."""
-        return self.moments * (-1.0) ** np.arange(self._order + 1)
-
-    @property
-    def _pairs(self) -> list[tuple[int, int, Array]]:
-        orders = range(self._order + 1)
-        return [(n, m, np.outer(self.moments[:, n], self._signed[:, m])) for n in orders for m in orders]

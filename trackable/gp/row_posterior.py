@@ -52,8 +52,7 @@ class RowPosterior:
             self.posterior.parts, self._kernels, self._across, self.posterior.prior.places, strict=True
         ):
             own = part.weights_beside(multipliers, across)
-            gradient[places] += part.energy_gradient(kernel, 0 * multipliers, part.weights)
-            gradient[places] -= part.energy_gradient(kernel, multipliers, own)
+            gradient[places] += part.misfit_gradient - part.energy_gradient(kernel, multipliers, own)
         return gradient
 
     @cached_property

@@ -20,6 +20,7 @@ from trackable.arrays import Array
 
 _MAX_ITERATIONS = 1000
 _STEP_TOLERANCE = 1e-10
+_PRECISION = 1e-15
 _FEASIBLE = 1e-12
 _ROUNDING = 1e-10  # of constraints: a tenth of the back-off of their bounds
 FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
@@ -54,11 +55,12 @@ class Evaluation(NamedTuple):
 
 @dataclass(frozen=True)
 class Minimum:
-    """The last point of the iteration; `converged` if no step improves it."""
+    """The last point of the iteration; `converged` if no step improves it. `curvature` is that of the Lagrangian."""
 
     x: Array
     at: Evaluation
     converged: bool
+    curvature: Array
 
 
 def minimise(
@@ -67,25 +69,28 @@ def minimise(
     lower: Array,
     upper: Array,
     radius: float = FIRST_RADIUS,
+    curvature: Array | None = None,
+    precision: float = _PRECISION,
 ) -> Minimum | None:
     """Return a local minimum from `start`; None if f has no value at `start`.
 
     `evaluate` returns None where f has no value. The first step is no longer than `radius`: with a small radius the
-    iteration stays in the basin of a good start.
+    iteration stays in the basin of a good start. It starts with the `curvature` of a similar problem if there is one,
+    and ends where a step promises to gain less than `precision` (relative to 1 + |f|).
     """
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
         return None
+    curvature, penalty = np.eye(len(x)) if curvature is None else curvature, _FIRST_PENALTY
     if not len(x):
-        return Minimum(x, here, converged=True)
-    curvature, penalty = np.eye(len(x)), _FIRST_PENALTY
+        return Minimum(x, here, True, curvature)
     for _ in range(_MAX_ITERATIONS):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
         d, multipliers, penalty = _steered_step(curvature, here, box, penalty)
         gain = here.merit(penalty) - here.predicted(d, curvature, penalty)
-        if np.max(np.abs(d)) < _STEP_TOLERANCE or gain <= 1e-15 * (1 + abs(here.value)):
+        if np.max(np.abs(d)) < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
             if here.violation <= _FEASIBLE or penalty >= _LARGEST_PENALTY:
-                return Minimum(x, here, converged=True)
+                return Minimum(x, here, True, curvature)
             penalty, radius = 100 * penalty, max(radius, 1e-3)
             continue
         there = evaluate(x + d)
@@ -97,13 +102,13 @@ def minimise(
         if there is None or there.merit(penalty) >= here.merit(penalty):
             radius = np.max(np.abs(d)).item() / 4
             if radius < _SMALLEST_RADIUS:
-                return Minimum(x, here, converged=False)
+                return Minimum(x, here, False, curvature)
             continue
         agreement = (here.merit(penalty) - there.merit(penalty)) / gain
         curvature = _updated(curvature, d, here, there, multipliers)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
-    return Minimum(x, here, converged=False)
+    return Minimum(x, here, False, curvature)
 
 
 def _steered_step(

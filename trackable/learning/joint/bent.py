@@ -16,11 +16,12 @@ from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.row_posterior import RowPosterior
 from trackable.gp.signal import KernelSum
-from trackable.learning.joint.dual import solve_dual
+from trackable.learning.joint.dual import solve_dual, solve_symmetric
 from trackable.learning.joint.places import Demands, Places, demands
 from trackable.learning.problem import ActiveBound, ConstrainedProblem
 
 _LINEARISATIONS = 40
+_CORRECTIONS = 5
 _SAME = 1e-9  # as a part of the bounds' widths
 
 
@@ -39,7 +40,22 @@ class BentMean:
 
     @cached_property
     def signals(self) -> tuple[KernelSum, ...]:
-        return self.given.signals(self.multipliers)
+        """The function as sums of kernels, corrected until active rows have the values that were demanded.
+
+        Sums of kernels stand for rows up to a small part of them, and K⁺ was raised a little on its diagonal.
+        """
+        active = np.flatnonzero(self.multipliers)
+        multipliers, least = self.multipliers.copy(), np.inf
+        kept = found = self.given.signals(multipliers)
+        for _ in range(_CORRECTIONS if len(active) else 0):
+            missed = (self.demanded.limits - self.demanded.rows.values(found))[active]
+            largest = float(np.max(np.abs(missed) / self.demanded.widths[active]))
+            if not largest < least / 2:
+                break
+            kept, least = found, largest
+            multipliers[active] += solve_symmetric(self.given.covariance[np.ix_(active, active)], missed)
+            found = self.given.signals(multipliers)
+        return kept
 
     @cached_property
     def given(self) -> RowPosterior:

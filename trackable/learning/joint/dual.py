@@ -16,6 +16,7 @@ from trackable.arrays import Array
 # Rows at neighbouring places explain each other: this part of every row's norm is added to the diagonal.
 _JITTER = 1e-12
 _LARGEST_JITTER = 1e-4
+_WEAK = 1e-9
 # Rows of a contradiction are missed by this part of the largest demand, whatever the multipliers.
 _MISSED = 1e-2
 
@@ -48,6 +49,15 @@ def solve_dual(covariance: Array, demand: Array, is_equation: npt.NDArray[np.boo
             return DualSolution(found / scale, float(found @ wanted), contradicts)
         jitter *= 100
     return None
+
+
+def solve_symmetric(covariance: Array, right: Array) -> Array:
+    """Return x with K x = r for the covariance K of a few rows; directions that K does not have stay zero."""
+    scale = np.sqrt(np.maximum(covariance.diagonal(), np.finfo(float).tiny))
+    powers, directions = np.linalg.eigh(covariance / np.outer(scale, scale))
+    strong = powers > _WEAK * powers[-1]
+    along = directions[:, strong]
+    return np.asarray(along @ (along.T @ (right / scale) / powers[strong]) / scale)
 
 
 def _solved(K: Array, d: Array, is_equation: npt.NDArray[np.bool_]) -> Array | None:

@@ -15,6 +15,7 @@ from trackable.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 30
 _SAME_VALUE = 1e-9
+_PRECISION = 1e-11  # of J: the covariances of rows are not more precise
 _NEARBY = 0.1
 # A function that breaks bounds by less, as a part of their width, is one whose evaluation is rounded: a larger
 # back-off will mend it, and no other start.
@@ -29,10 +30,10 @@ class JointProgram:
     places: Places
     near: tuple[KernelSum, ...]
 
-    def minimise(self, start: Array) -> sqp.Minimum | None:
+    def minimise(self, start: Array, curvature: Array | None) -> sqp.Minimum | None:
         """Return a local minimum from `start`; None where J has no value there."""
-        space = self.problem.space
-        return sqp.minimise(self.evaluate, start, space.log_lower, space.log_upper, _NEARBY)
+        lower, upper = self.problem.space.log_lower, self.problem.space.log_upper
+        return sqp.minimise(self.evaluate, start, lower, upper, _NEARBY, curvature, _PRECISION)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return J with its gradient, which the envelope theorem gives; None where J has no value."""
@@ -86,16 +87,17 @@ class JointSearch:
         point ends the search.
         """
         met = no_places(self.problem) if places is None else places
-        point = self._at(start, met, near)
+        point, curvature = self._at(start, met, near), None
         for _ in range(_MAX_ROUNDS):
             if point is None:
                 return
             signals = point.function.bent.signals
             met = merged(met, point.function.places, same_time(signals))
-            found = JointProgram(self.problem, met, signals).minimise(point.log_theta)
+            found = JointProgram(self.problem, met, signals).minimise(point.log_theta, curvature)
             self.fits += 1
             if found is None or self._is_no_better(found.at.value):
                 return
+            curvature = found.curvature
             point = self._at(found.x, met, signals)
 
     def _at(self, log_theta: Array, places: Places, near: tuple[KernelSum, ...] | None) -> Point | None:
