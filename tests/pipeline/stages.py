@@ -1,27 +1,27 @@
 """The command line from outside, as a user calls it, and from inside, without the second that Python takes to start."""
 
 import contextlib
-import io
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from unittest import mock
 
-from pipeline import __main__ as command_line
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
 from pipeline.compare.model import Row, Status
 from pipeline.compare.tolerances import load_tolerances
+from pipeline.drawings import algorithm1, drawings
 from pipeline.experiments import load_experiment
-from pipeline.figures import drawings
 from pipeline.storage.results import Results
+from tests.pipeline.command import Done, call, few_periods
+from tests.pipeline.params import written_to
 from tests.project import ROOT
-from trackable.plots import svg
+from trackable.plots import style, svg
 
 STAGES = ("generate", "fit", "verify", "control", "figures")
 _AGREE = {Status.IDENTICAL, Status.WITHIN}
-Done = subprocess.CompletedProcess[str]
 
 
 def run(stage: str, folder: Path, experiment: str = "example1", **environment: str) -> Done:
@@ -29,9 +29,9 @@ def run(stage: str, folder: Path, experiment: str = "example1", **environment: s
     return _python("-m", "pipeline", stage, *_arguments(folder, experiment), **environment)
 
 
-def run_all(folder: Path, experiment: str = "example1", stages: tuple[str, ...] = STAGES, **environment: str) -> Done:
-    """Stages one after the other in one process: what a stage leaves in memory must not reach the next one."""
-    return _python("-m", "tests.pipeline.stages", ",".join(stages), *_arguments(folder, experiment), **environment)
+def run_all(folder: Path, stages: tuple[str, ...], experiment: str = "example1", **environment: str) -> Done:
+    """Stages one after the other in one new process, with few periods to begin from as `run_all_here`."""
+    return _python("-m", "tests.pipeline.command", ",".join(stages), *_arguments(folder, experiment), **environment)
 
 
 def run_here(stage: str, folder: Path, experiment: str = "example1") -> Done:
@@ -39,23 +39,21 @@ def run_here(stage: str, folder: Path, experiment: str = "example1") -> Done:
     return call(stage, *_arguments(folder, experiment))
 
 
-def call(*arguments: str, folder: Path = ROOT) -> Done:
-    """`python -m pipeline …` in this process, called in a folder."""
-    out, errors = io.StringIO(), io.StringIO()
-    with (
-        mock.patch.object(sys, "argv", ["pipeline", *arguments]),
-        contextlib.chdir(folder),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(errors),
-    ):
-        try:
-            command_line.run()
-        except SystemExit as ended:
-            code = ended.code or 0
-        else:
-            code = 0
-    assert isinstance(code, int)
-    return subprocess.CompletedProcess(arguments, code, out.getvalue(), errors.getvalue())
+@contextlib.contextmanager
+def sketched() -> Iterator[None]:
+    """Figures with a coarse landscape and panels at matplotlib's own places: tests of plots examine their layout."""
+    with mock.patch.object(algorithm1, "_GRID_POINTS", 8), mock.patch.object(style, "_LAYOUTS", 0):
+        yield
+
+
+def run_all_here(folder: Path, experiment: str, text: str, stages: tuple[str, ...] = STAGES) -> Path:
+    """Stages one after the other in this process, with these parameters: they have to end without a word."""
+    written_to(folder, text)
+    with few_periods, sketched():
+        for stage in stages:
+            done = run_here(stage, folder, experiment)
+            assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), f"{stage}: {done.stderr}"
+    return folder
 
 
 def written(folder: Path) -> dict[str, bytes]:
@@ -66,9 +64,10 @@ def written(folder: Path) -> dict[str, bytes]:
 
 
 def drawn_here(folder: Path, experiment: str, *names: str) -> dict[str, bytes]:
-    """Some figures of the results in `folder`, as a stage would write them, drawn in this process and not saved."""
+    """Some figures of the results in `folder`, as `run_all_here` writes them, not saved."""
     draw = drawings(load_experiment(experiment, folder / "params.yaml"), Results(experiment, folder / "results"))
-    return {f"{experiment}/figures/{name}.svg": svg(draw[name]()) for name in names}
+    with sketched():
+        return {f"{experiment}/figures/{name}.svg": svg(draw[name]()) for name in names}
 
 
 def moved(base: Path, new: Path) -> list[Row]:
@@ -92,11 +91,3 @@ def _python(*arguments: str, **environment: str) -> Done:
         text=True,
         check=False,
     )
-
-
-if __name__ == "__main__":
-    for each in sys.argv[1].split(","):
-        ended = call(each, *sys.argv[2:])
-        sys.stderr.write(ended.stderr)
-        if ended.returncode:
-            sys.exit(ended.returncode)

@@ -14,7 +14,7 @@ import pytest
 from pipeline.storage.results import Results
 from pipeline.storage.tables import read_columns
 from tests.pipeline.params import PARAMS, changed, written_to
-from tests.pipeline.stages import STAGES, drawn_here, moved, run, run_all, run_here, written
+from tests.pipeline.stages import STAGES, drawn_here, moved, run, run_all, run_all_here, run_here, written
 from tests.project import ROOT
 from trackable import __main__ as library
 
@@ -29,12 +29,7 @@ SHORT = changed(
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Example 1 from samples to figures, begun at k̄ = 128 to save time: the optimum is the same."""
-    folder = tmp_path_factory.mktemp("finished")
-    written_to(folder, SHORT)
-    for stage in STAGES:
-        done = run(stage, folder)
-        assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
-    return folder
+    return run_all_here(tmp_path_factory.mktemp("finished"), "example1", SHORT)
 
 
 def test_stages_leave_what_they_promise(finished: Path) -> None:
@@ -96,13 +91,15 @@ def test_the_committed_trace_is_complete() -> None:
 
 
 def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> None:
-    """Also with other numbers of BLAS threads and another hash seed: neither may reach the results.
+    """Also with other numbers of BLAS threads and another hash seed, and with a process for each stage: nothing that is
+    in memory before a stage may reach its results.
 
-    Of the figures those of loops, and one more: tests/test_plots.py draws the others twice.
+    Of the figures those of loops, and one more: tests/trackable/plots/test_plots.py draws the others twice.
     """
     written_to(tmp_path, SHORT)
-    done = run_all(tmp_path, stages=STAGES[:-1], PYTHONHASHSEED="7", OPENBLAS_NUM_THREADS="2")
-    assert done.returncode == 0, done.stderr
+    for stage in STAGES[:-1]:
+        done = run(stage, tmp_path, PYTHONHASHSEED="7", OPENBLAS_NUM_THREADS="2")
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
     before = written(finished)
     assert written(tmp_path) == {name: content for name, content in before.items() if "/figures/" not in name}
     again = drawn_here(

@@ -12,7 +12,7 @@ from pipeline.experiments import load_experiment
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
 from tests.pipeline.params import changed, written_to
-from tests.pipeline.stages import STAGES, moved, written
+from tests.pipeline.stages import STAGES, moved, run_all_here, written
 from tests.pipeline.stages import run_all as run_all_stages
 from tests.pipeline.stages import run_here as run_stage_here
 from tests.project import ROOT
@@ -22,21 +22,17 @@ run_all, run_here = (partial(f, experiment="example2") for f in (run_all_stages,
 METHODS = ("unconstrained", "grid", "intervals", "exact")
 SHORT = changed(
     "example2",
-    ("conservatism: [4, 8, 16, 32, 64, 128, 256], draws: 30", "conservatism: [4, 8], draws: 2"),
-    ("steps: 10000, shown: 400", "steps: 150, shown: 100, horizons: [2, 20]"),
-    ("search: {starts: 16}", "search: {starts: 12}"),
+    ("conservatism: [4, 8, 16, 32, 64, 128, 256], draws: 30", "conservatism: [8, 16], draws: 2"),
+    ("steps: 10000, shown: 400", "steps: 40, shown: 40, horizons: [2, 20]"),
+    ("search: {starts: 16}", "search: {starts: 6}"),
 )
-ONE_START = changed("example2", ("starts: 12", "starts: 1"), text=SHORT)
-WITHOUT_STUDY = changed("example2", ("    study: {conservatism: [4, 8], draws: 2}\n", ""), text=SHORT)
+ONE_START = changed("example2", ("starts: 6", "starts: 1"), text=SHORT)
+WITHOUT_STUDY = changed("example2", ("    study: {conservatism: [8, 16], draws: 2}\n", ""), text=SHORT)
 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("finished")
-    written_to(folder, SHORT)
-    done = run_all(folder)
-    assert (done.returncode, done.stderr) == (0, ""), done.stderr
-    return folder
+    return run_all_here(tmp_path_factory.mktemp("finished"), "example2", SHORT)
 
 
 def test_stages_leave_what_they_promise(finished: Path) -> None:
@@ -107,7 +103,7 @@ def test_seconds_are_told_apart(finished: Path) -> None:
 def test_the_study_survives_its_log(finished: Path) -> None:
     study = read_fit(Results("example2", finished / "results")).study
     assert study is not None
-    assert study.conservatism.counts.tolist() == [4, 8]
+    assert study.conservatism.counts.tolist() == [8, 16]
     assert study.draws.seeds.tolist() == [0, 1]
     assert dumps(study) == dumps(read_fit(Results("example2", finished / "results")).study)
 
@@ -141,7 +137,7 @@ def test_an_infeasible_problem_ends_as_in_example_1(tmp_path: Path) -> None:
 def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> None:
     text = changed(
         "example2",
-        ("starts: 12", "starts: 1"),
+        ("starts: 6", "starts: 1"),
         ("kernel: {type: periodic}", "kernel: {type: periodic, period: 3.14}"),
         ("exact, certified]", "exact, sampled, certified]"),
         text=WITHOUT_STUDY,

@@ -16,7 +16,7 @@ from pipeline.published.record import record
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.results import Results
 from tests.pipeline.params import PARAMS
-from tests.pipeline.stages import run_all
+from tests.pipeline.stages import run_all_here
 from tests.project import ROOT
 from trackable.checker import Proved, check
 from trackable.errors import InputError
@@ -24,13 +24,13 @@ from trackable.plots import svg, tracking
 from trackable.systems.margins import margin_profile
 from trackable.systems.reference import Reference
 
-# Loops as long as the figures show: `make compare` runs them for as long as they are committed.
+# Short loops: `make repro` runs them for as long as they are committed.
 SHORT = (
     PARAMS.replace(
         "    verification: {last_step: 240, instants_per_step: 20}\n",
-        "    verification: {last_step: 240, instants_per_step: 20}\n    control: {steps: 150, logged: 150}\n",
+        "    verification: {last_step: 240, instants_per_step: 20}\n    control: {steps: 40, logged: 40, shown: 40}\n",
     )
-    .replace("      horizon: 6\n      shown: 100\n", "      horizon: 6\n      steps: 100\n      shown: 100\n")
+    .replace("      horizon: 6\n      shown: 100\n", "      horizon: 6\n      steps: 40\n      shown: 40\n")
     .replace("online: {first: 12, window: 8, every: 6}", "online: {first: 12, window: 8, every: 24}")
 )
 BREATHING = sorted((ROOT.parent / "shared" / "data" / "breathing").glob("*.csv"))
@@ -39,11 +39,8 @@ BREATHING = sorted((ROOT.parent / "shared" / "data" / "breathing").glob("*.csv")
 @pytest.fixture(scope="module", params=["vehicle", "tank"])
 def finished(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     """Samples to figures."""
-    folder, name = tmp_path_factory.mktemp("tracking"), request.param
-    (folder / "params.yaml").write_text(SHORT, encoding="utf-8")
-    done = run_all(folder, name)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
-    return name, folder / "results"
+    name = request.param
+    return name, run_all_here(tmp_path_factory.mktemp("tracking"), name, SHORT) / "results"
 
 
 def test_the_certified_reference_keeps_every_bound_and_the_other_does_not(finished: tuple[str, Path]) -> None:
@@ -108,9 +105,7 @@ def test_what_is_learned_of_a_recording_and_what_is_held_out() -> None:
 def test_real_recordings_take_the_place_of_the_simulated_one(path: Path, tmp_path: Path) -> None:
     """Nothing but the file changes, and what comes after is followed no worse than by the usual fit."""
     changed = PARAMS.replace("data/recordings/breathing.csv", str(path))
-    (tmp_path / "params.yaml").write_text(changed, encoding="utf-8")
-    done = run_all(tmp_path, "robot-axis", stages=("generate", "fit"))
-    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    run_all_here(tmp_path, "robot-axis", changed, stages=("generate", "fit"))
     results = Results("robot-axis", tmp_path / "results")
     fitted = read_fit(results)
     assert len(fitted.sampled.only) > 50
@@ -186,9 +181,7 @@ def redundant() -> str:
 
 
 def test_redundant_inputs_from_samples_to_figures(tmp_path: Path) -> None:
-    (tmp_path / "params.yaml").write_text(redundant(), encoding="utf-8")
-    done = run_all(tmp_path, "vehicle", stages=("generate", "fit", "verify"))
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
+    run_all_here(tmp_path, "vehicle", redundant(), stages=("generate", "fit", "verify"))
     fitted = read_fit(Results("vehicle", tmp_path / "results"))
     assert svg(tracking({name: found.reference for name, found in fitted.learned.items()}, {}, np.linspace(0, 12, 100)))
     reference = fitted.learned["certified"].reference
