@@ -57,11 +57,8 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
     if not (kernel.is_analytic and len(terms.times)):
         return direct
     first = terms.first_times(count)
-    series = []
-    for n in range(_LONGEST):
-        reach = (terms.times - first[terms.of_row]) ** n / factorial(n)
-        series.append(terms.summed(reach, count))
-    moments = np.array(series).T
+    after = terms.times - first[terms.of_row]
+    moments = terms.summed(np.stack([after**n / factorial(n) for n in range(_LONGEST)], axis=1), count)
     spread = np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))  # standard deviation of g⁽ⁿ⁾
     sizes = np.abs(moments) * spread
     row = np.max(sizes, axis=1)

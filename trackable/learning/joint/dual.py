@@ -17,6 +17,7 @@ from trackable.arrays import Array
 _JITTER = 1e-12
 _LARGEST_JITTER = 1e-4
 _WEAK = 1e-9
+_MOST_STEPS = 30  # a row
 # Rows of a contradiction are missed by this part of the largest demand, whatever the multipliers.
 _MISSED = 1e-2
 
@@ -63,23 +64,19 @@ def solve_symmetric(covariance: Array, right: Array) -> Array:
 def _solved(K: Array, d: Array, is_equation: npt.NDArray[np.bool_]) -> Array | None:
     """Return the multipliers for a positive definite K; None if it has no Cholesky factor in float64."""
     free, bounded = np.flatnonzero(is_equation), np.flatnonzero(~is_equation)
-    found = np.zeros(len(d))
+    found, across, alone = np.zeros(len(d)), np.zeros((len(free), len(bounded))), np.zeros(len(free))
     try:
         if len(free):  # eliminate the equations
             factor = scipy.linalg.cho_factor(K[np.ix_(free, free)], lower=True)
             across = scipy.linalg.cho_solve(factor, K[np.ix_(free, bounded)])
             alone = scipy.linalg.cho_solve(factor, d[free])
-            left, wanted = (
-                K[np.ix_(bounded, bounded)] - K[np.ix_(bounded, free)] @ across,
-                d[bounded] - alone @ K[free][:, bounded],
-            )
-        else:
-            left, wanted = K, d
         if len(bounded):
-            R = scipy.linalg.cholesky(left, lower=True)
-            found[bounded], _ = scipy.optimize.nnls(R.T, scipy.linalg.solve_triangular(R, wanted, lower=True))
-        if len(free):
-            found[free] = alone - across @ found[bounded]
-    except np.linalg.LinAlgError:
+            beside = K[np.ix_(free, bounded)]
+            R = scipy.linalg.cholesky(K[np.ix_(bounded, bounded)] - beside.T @ across, lower=True)
+            wanted = d[bounded] - alone @ beside
+            right = scipy.linalg.solve_triangular(R, wanted, lower=True)
+            found[bounded], _ = scipy.optimize.nnls(R.T, right, maxiter=_MOST_STEPS * len(bounded))
+        found[free] = alone - across @ found[bounded]
+    except (np.linalg.LinAlgError, RuntimeError):  # no factor; or too many steps, where rows are nearly dependent
         return None
     return found
