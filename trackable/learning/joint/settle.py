@@ -15,6 +15,7 @@ from trackable.learning.problem import ConstrainedProblem
 _MAX_ROUNDS = 40
 _CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
 _SAME_TIME = 3e-4  # of a correlation time: between closer places a bound cannot be broken by much
+_PARTS = 8  # into which the time between two places is divided
 _NO_GAIN = 1e-9  # of the price: what is broken then is not worth another program
 
 
@@ -53,7 +54,7 @@ def settled(
         bent = bent_mean(problem, posterior, places, near)
         if bent is None:
             return best
-        minima = [constraint.closest(bent) for constraint in problem.constraints]
+        minima = [_closest(c, bent, at[:, 0]) for c, at in zip(problem.constraints, places, strict=True)]
         if min((np.min(margins, initial=np.inf) for _, margins in minima), default=np.inf) >= 0:
             minima = [_with_overlooked(c, bent, found) for c, found in zip(problem.constraints, minima, strict=True)]
         margin, constraint, time = _worst(minima)
@@ -92,6 +93,20 @@ def places_at(constraint: Bounded, bent: BentMean, times: Array, margins: Array)
     values, bounds = constraint.quantity(bent.signals, times), constraint.quantity.bounds
     sides = np.where(values - bounds.lower < bounds.upper - values, LOWER, UPPER)
     return np.column_stack([times, sides])
+
+
+def _closest(constraint: Bounded, bent: BentMean, places: Array) -> tuple[Array, Array]:
+    """Return the local minima of the margin, and where it is negative between neighbouring places.
+
+    A function bent at two places may leave its bounds between them, where the grid of the index set has no time.
+    """
+    times, margins = constraint.closest(bent)
+    if len(places) < 2:
+        return times, margins
+    gaps, quantity = np.linspace(places[:-1], places[1:], _PARTS + 1)[1:-1], constraint.quantity
+    inside = quantity.margin(bent.signals, gaps) / quantity.bounds.width
+    lowest, at = np.min(inside, axis=0), gaps[np.argmin(inside, axis=0), np.arange(len(places) - 1)]
+    return np.concatenate([times, at[lowest < 0]]), np.concatenate([margins, lowest[lowest < 0]])
 
 
 def _worst(minima: list[tuple[Array, Array]]) -> tuple[float, int, float]:
