@@ -16,6 +16,7 @@ from trackable.systems.quantity import Quantity
 
 # Bounds are drawn in by this part of their width: the optimiser's rounding errors are smaller.
 ROUNDING_BACKOFF = 1e-9
+_PARTS = 8  # into which the time between two places is divided
 
 
 class Signalled(Protocol):
@@ -50,6 +51,10 @@ class Bounded(ABC):
         """Return places where a bound is violated that the coarse grid of `closest` missed, and relative margins."""
         return self.none, np.empty(0)
 
+    def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:
+        """Return places between neighbouring `places` where a bound is violated, and relative margins."""
+        return self.none, np.empty(0)
+
     @abstractmethod
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
         """Return the quantity at n places and its ∂/∂ln θ: shapes (n,), (p, n); NaN or infinite where not defined."""
@@ -76,6 +81,15 @@ class Constraint(Bounded):
         margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
         times = self.index_set.overlooked(margin, [signal.kernel for signal in posterior.signals], curvature)
         return times, margin(times)
+
+    def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:
+        if len(places) < 2:
+            return self.none, np.empty(0)
+        times = self.index_set.nearest(np.linspace(places[:-1], places[1:], _PARTS + 1)[1:-1])
+        margins = self.relative_margin(posterior, times)
+        lowest, pick = np.argmin(margins, axis=0), np.arange(len(places) - 1)
+        at, margin = times[lowest, pick], margins[lowest, pick]
+        return at[margin < 0], margin[margin < 0]
 
     def relative_margin(self, posterior: Signalled, t: Array) -> Array:
         """Return the distance to the nearer bound at t [s] as a part of the bounds' width: negative where violated."""

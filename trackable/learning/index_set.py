@@ -27,6 +27,10 @@ class IndexSet(ABC):
     def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
         """Return the times of the set at which `margin` has its local minima, in increasing order."""
 
+    def nearest(self, t: Array) -> Array:
+        """Return the times of the set that are nearest to t [s], which lies between times of the set."""
+        return t
+
     def overlooked(
         self, margin: Callable[[Array], Array], kernels: Sequence[Kernel], curvature: Callable[[], float]
     ) -> Array:
@@ -87,6 +91,9 @@ class Steps(IndexSet):
         margins = np.concatenate(values)[first]
         minima = _minima_of_sequence(margins)
         return np.asarray(met[minima[margins[minima] < 0]] * self.sampling_time)
+
+    def nearest(self, t: Array) -> Array:
+        return np.asarray(np.rint(t / self.sampling_time) * self.sampling_time)
 
     @property
     def _all(self) -> Array:

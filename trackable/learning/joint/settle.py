@@ -15,7 +15,6 @@ from trackable.learning.problem import ConstrainedProblem
 _MAX_ROUNDS = 40
 _CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
 _SAME_TIME = 3e-4  # of a correlation time: between closer places a bound cannot be broken by much
-_PARTS = 8  # into which the time between two places is divided
 _NO_GAIN = 1e-9  # of the price: what is broken then is not worth another program
 
 
@@ -101,12 +100,8 @@ def _closest(constraint: Bounded, bent: BentMean, places: Array) -> tuple[Array,
     A function bent at two places may leave its bounds between them, where the grid of the index set has no time.
     """
     times, margins = constraint.closest(bent)
-    if len(places) < 2:
-        return times, margins
-    gaps, quantity = np.linspace(places[:-1], places[1:], _PARTS + 1)[1:-1], constraint.quantity
-    inside = quantity.margin(bent.signals, gaps) / quantity.bounds.width
-    lowest, at = np.min(inside, axis=0), gaps[np.argmin(inside, axis=0), np.arange(len(places) - 1)]
-    return np.concatenate([times, at[lowest < 0]]), np.concatenate([margins, lowest[lowest < 0]])
+    between, inside = constraint.between(bent, places)
+    return np.concatenate([times, between]), np.concatenate([margins, inside])
 
 
 def _worst(minima: list[tuple[Array, Array]]) -> tuple[float, int, float]:
