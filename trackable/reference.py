@@ -22,6 +22,7 @@ from trackable.gp.samples import Samples
 from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
+from trackable.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Coordinate
 from trackable.systems.reference import Reference, Window
@@ -81,6 +82,28 @@ class TrackableReference:
             return self._std(plant.flatness.inputs, t)
         each = [self._std(self.reference.inputs_near(at), np.asarray(at)) for at in t.ravel().tolist()]
         return np.array(each).reshape(*t.shape, len(plant.flatness.inputs))
+
+    def draws(self, k: Array | int, count: int = 1000, seed: int = 0) -> Draws:
+        """Return draws of states and inputs at steps k, given the samples and the bounds; the same for the same seed.
+
+        Every draw keeps the bounds at the steps k, at up to 51 steps between the first sample and the last, and where
+        the reference is at a bound; nothing is promised between these steps. Inputs of a nonlinear system are drawn to
+        first order around the reference. Shapes (count, *k.shape, n) and (count, *k.shape, m).
+
+        Raises ValueError for steps outside of what is proved and for too many of them, and NoRoom (an ArithmeticError)
+        where the bounds leave nothing to draw.
+        """
+        self._refuse_unproved(k)
+        also = bounded_steps(self.reference, self.samples, self.certificate.claim.span)
+        return draws_within_bounds(self.reference, self._posterior, k, also, count, seed)
+
+    def bands(self, k: Array | int, coverage: float = 0.95, count: int = 2000, seed: int = 0) -> Bands:
+        """Return where each state and each input is at steps k with probability `coverage`: they stay in their bounds.
+
+        The shortest intervals that hold this part of `count` draws: shapes (*k.shape, n) and (*k.shape, m), each with
+        lower and upper ends. Raises ValueError and NoRoom as `draws` does.
+        """
+        return Bands(*(band(of, coverage) for of in self.draws(k, count, seed)))
 
     @property
     def hyperparameters(self) -> dict[str, float]:
