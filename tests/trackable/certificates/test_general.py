@@ -217,7 +217,7 @@ def test_a_prior_mean_that_is_no_admissible_equilibrium_is_explained():
 
 
 def test_before_it_is_said_that_there_is_none_the_whole_search_space_is_looked_at():
-    """All eight starts end where the velocity is broken; where it is kept, they do not see."""
+    """Both starts end where the velocity is broken; where it is kept, they do not see."""
     rng = np.random.default_rng(5)
     times = np.cumsum(rng.uniform(0.03, 0.07, 80))
     times -= times[0]
@@ -236,6 +236,7 @@ def test_before_it_is_said_that_there_is_none_the_whole_search_space_is_looked_a
         "all_times",
         noise_std=(0.002, 0.05),
         mean=0.5,
+        starts=2,
         progress=False,
     )
     assert found.objective < -357

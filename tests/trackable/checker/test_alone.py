@@ -42,12 +42,26 @@ def written(data: object, path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_one_file_checks_every_kind_on_a_bare_python(bundle, tmp_path, kind):
-    file = written(KINDS[kind](), tmp_path / "certificate.json")
-    found = run("-I", "-S", bundle, file, cwd=tmp_path, env={})
+# The checker's command line on one file after the other, and its exit codes: Python starts once for all of them.
+ONE_BY_ONE = """
+import runpy, sys
+bundle, *files = sys.argv[1:]
+for file in files:
+    sys.argv[1:] = [file]
+    try:
+        runpy.run_path(bundle, run_name="__main__")
+    except SystemExit as ended:
+        print("exit code", ended.code)
+"""
+
+
+def test_one_file_checks_every_kind_on_a_bare_python(bundle, tmp_path):
+    files = [written(make(), tmp_path / f"{kind}.json") for kind, make in KINDS.items()]
+    found = run("-I", "-S", "-c", ONE_BY_ONE, bundle, *files, cwd=tmp_path, env={})
     assert (found.returncode, found.stderr) == (0, "")
-    assert found.stdout.startswith("For all ")
+    said, codes = found.stdout.splitlines()[::2], found.stdout.splitlines()[1::2]
+    assert codes == ["exit code 0"] * len(KINDS)
+    assert all(line.startswith("For all ") for line in said)
 
 
 def test_exit_codes_and_words(bundle, tmp_path):
@@ -66,13 +80,14 @@ def test_exit_codes_and_words(bundle, tmp_path):
         "deep": ("[" * 100_000, 2, "error: {}: is not a certificate: JSON nested too deeply"),
         "bytes": (None, 2, "error: {}: is not a certificate: 'utf-8' codec"),
     }
-    for name, (text, code, words) in cases.items():
-        file = tmp_path / name
-        file.write_bytes(b"\xff" if text is None else text.encode())
-        found = run("-I", "-S", bundle, file)
-        assert (found.returncode, found.stdout) == (code, ""), name
-        assert found.stderr.startswith(words.format(file)), found.stderr
-    assert run("-I", "-S", bundle, tmp_path / "missing").returncode == 2
+    for name, (text, _, _) in cases.items():
+        (tmp_path / name).write_bytes(b"\xff" if text is None else text.encode())
+    found = run("-I", "-S", "-c", ONE_BY_ONE, bundle, *(tmp_path / name for name in cases), tmp_path / "missing")
+    assert found.stdout.splitlines() == [*(f"exit code {code}" for _, code, _ in cases.values()), "exit code 2"]
+    for (name, (_, _, words)), said in zip(cases.items(), found.stderr.splitlines(), strict=False):
+        assert said.startswith(words.format(tmp_path / name))
+    first = run("-I", "-S", bundle, tmp_path / "narrow")
+    assert (first.returncode, first.stdout, first.stderr) == (1, "", found.stderr.splitlines(keepends=True)[0])
     assert run("-I", "-S", bundle).returncode == 2
 
 

@@ -1,4 +1,4 @@
-"""Attack: a thousand random references whose bounds are kept or broken by a hair, and a search that knows no mercy."""
+"""Attack: hundreds of random references whose bounds are kept or broken by a hair, and a search that knows no mercy."""
 
 from collections import Counter
 
@@ -16,7 +16,7 @@ from trackable.checker import Proved, check
 from trackable.codec.certificates import encode_certificate
 from trackable.systems.reference import Reference
 
-CHUNKS, SIZE = 20, 52
+CHUNKS, SIZE = 10, 52
 
 
 def ask(seed: int, chosen: Case) -> Outcome:
@@ -64,7 +64,7 @@ def test_nothing_false_is_ever_claimed(chunk):
     assert min(said[Certificate], said[Counterexample]) >= SIZE // 6
 
 
-@pytest.mark.parametrize("chunk", range(4))
+@pytest.mark.parametrize("chunk", range(2))
 def test_nothing_false_is_ever_claimed_of_kernels_with_compact_support(chunk):
     seeds = range(9000 + chunk * 25, 9000 + (chunk + 1) * 25)
     said = assert_nothing_false_is_claimed({s: case(s, drawn=compact_kernel) for s in seeds})
@@ -74,7 +74,7 @@ def test_nothing_false_is_ever_claimed_of_kernels_with_compact_support(chunk):
 @pytest.mark.parametrize("chunk", range(4))
 def test_nothing_false_is_ever_claimed_of_general_systems(chunk):
     said = assert_nothing_false_is_claimed(
-        {s: general_case(s) for s in range(8000 + chunk * 15, 8000 + (chunk + 1) * 15)}
+        {s: general_case(s) for s in range(8000 + chunk * 10, 8000 + (chunk + 1) * 10)}
     )
     assert min(said[Certificate], said[Counterexample]) >= 2
 
@@ -83,21 +83,21 @@ def test_nothing_false_is_ever_claimed_of_general_systems(chunk):
 def test_the_checker_agrees_about_general_systems(chunk):
     """About a short window of each, and about other claims with few boxes or instants, so that it takes no minutes."""
     examined = Counter[type]()
-    for seed in range(8000 + chunk * 15, 8000 + (chunk + 1) * 15):
+    for seed in range(8000 + chunk * 10, 8000 + (chunk + 1) * 10):
         chosen = general_case(seed)
         for found in (prove_on_window(chosen.reference, 0.0, chosen.end / 32), ask(seed, chosen)):
             if isinstance(found, Certificate) and _size(found) <= 12:
                 verdict = check(encode_certificate(found))
                 assert isinstance(verdict, Proved), (seed, verdict)
                 examined[type(found.claim)] += 1
-    assert examined[OnWindow] >= 10  # of 15: bounds that are broken in the window have no certificate
+    assert examined[OnWindow] >= 6  # of 10: bounds that are broken in the window have no certificate
 
 
 def test_the_checker_agrees_about_kernels_with_compact_support():
     examined = Counter[type]()
     for seed in range(9000, 9040):
         found = ask(seed, case(seed, 1e-3, compact_kernel))
-        if isinstance(found, Certificate) and _size(found) <= 100:
+        if isinstance(found, Certificate) and _size(found) <= 24:
             verdict = check(encode_certificate(found))
             assert isinstance(verdict, Proved), (seed, verdict)
             examined[type(found.claim)] += 1
@@ -111,7 +111,7 @@ def _size(found: Certificate) -> int:
     return instants + sum(len(cover.radii) for cover in found.covers.values())
 
 
-@pytest.mark.parametrize("chunk", range(10))
+@pytest.mark.parametrize("chunk", range(5))
 def test_a_margin_of_a_millionth_is_enough(chunk):
     for seed in range(5000 + 15 * chunk, 5000 + 15 * (chunk + 1)):
         chosen = case(seed, margin=1e-6)
@@ -121,7 +121,7 @@ def test_a_margin_of_a_millionth_is_enough(chunk):
             assert isinstance(found, Certificate), (seed, found.explanation)
 
 
-@pytest.mark.parametrize("chunk", range(10))
+@pytest.mark.parametrize("chunk", range(5))
 def test_a_millionth_too_much_is_refuted(chunk):
     for seed in range(6000 + 15 * chunk, 6000 + 15 * (chunk + 1)):
         chosen = case(seed, margin=-1e-6)

@@ -39,10 +39,12 @@ class Enclosed:
         return abs(self.polynomial(arb(x)) - arb(mp.nstr(number, DIGITS)))
 
 
-def escaped(kernel: Kernel, seed: int = 0) -> Counter[str]:
-    """Count the points at which κ lies outside of its enclosure, and boxes with some finite enclosure."""
+def escaped(kernel: Kernel, seed: int = 0, most: float = np.inf) -> Counter[str]:
+    """Count the points at which κ lies outside of its enclosure, and boxes with some finite enclosure. Stop at more than `most`."""
     rng, counted = np.random.default_rng(seed), Counter[str]()
     for box in boxes(kernel, rng):
+        if counted["escaped"] > most:
+            break
         ratio = float(rng.choice([1.3, 2.0, 6.0, 30.0]))
         with mp.workdps(DIGITS + 10), ball_arithmetic(TERMS):
             found = Enclosed.of(balls_of(kernel), box, ratio)
@@ -55,7 +57,7 @@ def escaped(kernel: Kernel, seed: int = 0) -> Counter[str]:
 
 
 @over(KINKED)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_enclosures_hold_the_kernel(kernel, seed):
     counted = escaped(kernel, seed)
     assert counted["escaped"] == 0
@@ -159,4 +161,4 @@ FAULTS = [no_jump, half_a_jump, one_branch, jump_on_one_side, smooth_at_zero, wr
 @pytest.mark.parametrize("kernel", PAIR, ids=str)
 def test_planted_faults_are_seen(kernel, plant, monkeypatch):
     plant(monkeypatch)
-    assert escaped(kernel)["escaped"] > 0
+    assert escaped(kernel, most=0)["escaped"] > 0

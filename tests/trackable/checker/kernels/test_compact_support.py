@@ -29,12 +29,14 @@ def contains(found: Real, number) -> bool:
     return mp.mpf(found.a._mpi_[0]) - slack <= number <= mp.mpf(found.b._mpi_[1]) + slack
 
 
-def escaped(kernel: Kernel, seed: int = 0) -> Counter[str]:
-    """Count the points at which κ lies outside of its model, and boxes with some finite model."""
+def escaped(kernel: Kernel, seed: int = 0, most: float = np.inf) -> Counter[str]:
+    """Count the points at which κ lies outside of its model, and boxes with some finite model. Stop at more than `most`."""
     rng, counted, own = np.random.default_rng(seed), Counter[str](), checked(kernel)
     for box in boxes(kernel, rng):
         half = interval(box.half)
         model = own.model(interval(box.middle), half, half * float(rng.choice([1.3, 2.0, 6.0, 30.0])), TERMS)
+        if counted["escaped"] > most:
+            break
         counted["boxes"] += 1
         counted["finite"] += bool(model.missed.b < 1e300)
         with mp.workdps(DIGITS + 10):
@@ -45,9 +47,8 @@ def escaped(kernel: Kernel, seed: int = 0) -> Counter[str]:
 
 
 @over(KINKED)
-@pytest.mark.parametrize("seed", range(2))
-def test_models_hold_the_kernel(kernel, seed):
-    counted = escaped(kernel, seed)
+def test_models_hold_the_kernel(kernel):
+    counted = escaped(kernel)
     assert counted["escaped"] == 0
     assert counted["boxes"] >= 50
     assert counted["finite"] >= 0.8 * counted["boxes"]
@@ -136,4 +137,4 @@ FAULTS = [no_jump, half_a_jump, one_branch, zero_too_early, jump_on_one_side, sm
 @pytest.mark.parametrize("kernel", PAIR, ids=str)
 def test_planted_faults_are_seen(kernel, plant, monkeypatch):
     plant(monkeypatch)
-    assert escaped(kernel)["escaped"] > 0
+    assert escaped(kernel, most=0)["escaped"] > 0
