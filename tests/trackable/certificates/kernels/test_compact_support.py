@@ -40,7 +40,10 @@ class Enclosed:
 
 
 def escaped(kernel: Kernel, seed: int = 0, most: float = np.inf) -> Counter[str]:
-    """Count the points at which κ lies outside of its enclosure, and boxes with some finite enclosure. Stop at more than `most`."""
+    """Count the points at which κ lies outside of its enclosure, and boxes with some finite enclosure.
+
+    Stop where more than `most` points do.
+    """
     rng, counted = np.random.default_rng(seed), Counter[str]()
     for box in boxes(kernel, rng):
         if counted["escaped"] > most:

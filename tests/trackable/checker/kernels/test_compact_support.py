@@ -30,7 +30,10 @@ def contains(found: Real, number) -> bool:
 
 
 def escaped(kernel: Kernel, seed: int = 0, most: float = np.inf) -> Counter[str]:
-    """Count the points at which κ lies outside of its model, and boxes with some finite model. Stop at more than `most`."""
+    """Count the points at which κ lies outside of its model, and boxes with some finite model.
+
+    Stop where more than `most` points do.
+    """
     rng, counted, own = np.random.default_rng(seed), Counter[str](), checked(kernel)
     for box in boxes(kernel, rng):
         half = interval(box.half)
