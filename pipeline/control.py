@@ -8,7 +8,7 @@ from dataclasses import replace
 from tqdm import tqdm
 
 from pipeline.experiments import Experiment
-from pipeline.methods import CERTIFIED, UNCONSTRAINED
+from pipeline.methods import JOINT, UNCONSTRAINED
 from pipeline.relearn import relearn
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.loops import ClosedLoops, write_loops
@@ -41,12 +41,12 @@ def control(experiment: Experiment, results: Results) -> None:
     seconds: dict[str, float] = {}
     for name, reference in references.items():
         courses[name], found = {}, {}
-        for start, loop, taken in _loops(experiment, controller, references[CERTIFIED.name], reference, name):
+        for start, loop, taken in _loops(experiment, controller, references[JOINT.name], reference, name):
             courses[name][start], found[start] = LoopTrajectory.of(loop).until(wanted.logged), loop_metrics(loop, plant)
             seconds[f"{name}, {start}: seconds per step"] = round(taken / max(1, len(loop.inputs)), 7)
         metrics[name] = {"first_untrackable_step": first_untrackable_step(reference, plant, wanted.steps), **found}
     online = relearn(experiment, fitted.sampled, controller)
-    feasible = feasible_over_time(controller, references[CERTIFIED.name], wanted.horizons, wanted.shown)
+    feasible = feasible_over_time(controller, references[JOINT.name], wanted.horizons, wanted.shown)
     closed = ClosedLoops(courses, feasible)
     if online:
         metrics["online"] = {**loop_metrics(online.loop, plant), "offers": online.records}
@@ -57,15 +57,15 @@ def control(experiment: Experiment, results: Results) -> None:
 
 
 def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
-    """Return what the controller follows: the certified reference, the unconstrained mean, and straight lines.
+    """Return what the controller follows: the proved reference `joint`, the unconstrained mean, and straight lines.
 
     The lines connect the samples. There are none for samples that show only changes of a flat output.
     """
-    certified = fitted.learned[CERTIFIED.name].reference
+    joint = fitted.learned[JOINT.name].reference
     unconstrained = fitted.learned[UNCONSTRAINED.name].reference
-    found: dict[str, TrackedReference] = {CERTIFIED.name: certified, UNCONSTRAINED.name: unconstrained}
+    found: dict[str, TrackedReference] = {JOINT.name: joint, UNCONSTRAINED.name: unconstrained}
     with suppress(ValueError):  # samples of changes only
-        found[INTERPOLATED] = InterpolatedReference(fitted.sampled.samples, certified.plant)
+        found[INTERPOLATED] = InterpolatedReference(fitted.sampled.samples, joint.plant)
     return found
 
 

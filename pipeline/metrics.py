@@ -1,4 +1,4 @@
-"""Numbers that tell what a learned reference keeps, and how far it is from the truth."""
+"""Numbers that tell what a learned reference keeps, what that costs, and how far it is from samples and truth."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,6 +10,7 @@ from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
 from trackable.certificates.prove import reference_period
 from trackable.learning.learned import LearnedReference
+from trackable.learning.problem import ActiveBound
 from trackable.learning.published.scalar import is_scalar, state_and_input
 from trackable.learning.published.tail import tail
 from trackable.systems.definition import smallest_defect
@@ -21,15 +22,27 @@ _ROWS = 300  # a plot shows no more
 
 
 def metrics_of(
-    experiment: Experiment, sampled: Sampled, learned: LearnedReference, profiles: Sequence[MarginProfile]
+    experiment: Experiment,
+    sampled: Sampled,
+    learned: LearnedReference,
+    profiles: Sequence[MarginProfile],
+    baseline: LearnedReference,
 ) -> dict[str, Any]:
-    """Return the numbers of one learned reference by name; `profiles` are its margins at finely sampled times."""
+    """Return the numbers of one learned reference by name; `profiles` are its margins at finely sampled times.
+
+    The price is J minus l of the `baseline`, in the unit of l.
+    """
     last_step = experiment.verification.last_step
     reference = learned.reference
     violated = sorted({k for profile in _at_instants(reference, last_step) for k in profile.violated_steps})
     metrics: dict[str, Any] = {
         **learned.prior.hyperparameters,
-        "nlml": learned.objective,
+        "nlml": learned.nlml,
+        "objective": learned.objective,
+        "price": learned.objective - baseline.nlml,
+        "price_against": baseline.method,
+        "price_of_bounds": learned.price_of_bounds,
+        "price_by_bound": _by_bound(learned.active_bounds),
         "final_step": learned.final_step,
         "first_violated_step": violated[0] if violated else None,
         "last_violated_step": violated[-1] if violated else None,
@@ -54,17 +67,19 @@ def summary_of(
     *,
     baseline: str,
     guaranteed: str,
+    alone: str,
 ) -> dict[str, float | None]:
-    """Return the few numbers that tell an experiment, from those of two of its methods.
+    """Return the few numbers that tell an experiment, from those of its methods `baseline` and `guaranteed`.
 
-    l of both, and what the guarantee costs in l; the smallest margin of both as a part of the bound's width; the root
-    mean square distance of both to the truth, or to the samples held out where the truth is not known.
+    J of both (l where nothing is constrained), and what the guarantee costs; the smallest margin of both as a part of
+    the bound's width; the root mean square distance of both to the truth, or to the samples held out where the truth is
+    not known. Beside the price is that of the method `alone`.
     """
-    l_baseline, l_guaranteed = metrics[baseline]["nlml"], metrics[guaranteed]["nlml"]
     return {
-        f"l_{baseline}": l_baseline,
-        f"l_{guaranteed}": l_guaranteed,
-        "price_of_guarantee": l_guaranteed - l_baseline,
+        f"objective_{baseline}": metrics[baseline]["objective"],
+        f"objective_{guaranteed}": metrics[guaranteed]["objective"],
+        f"price_{guaranteed}": metrics[guaranteed]["price"],
+        f"price_{alone}": metrics[alone]["price"],
         **{f"worst_relative_margin_{name}": _relative(margins[name]) for name in (baseline, guaranteed)},
         **{f"rmse_{name}": _overall_error(metrics[name]) for name in (baseline, guaranteed)},
     }
@@ -93,12 +108,9 @@ def _relative(profiles: Sequence[MarginProfile]) -> float:
 
 
 def _overall_error(metrics: Mapping[str, Any]) -> float | None:
-    """Return the root mean square of the errors of all that is sampled; None where no error is known."""
-    for kind in ("rmse", "held_out_rmse"):
-        errors = [value for name, value in metrics.items() if name == kind or name.startswith(f"{kind}_")]
-        if known := [error for error in errors if error is not None]:
-            return float(np.sqrt(np.mean(np.square(known))))
-    return None
+    """Return the error against the truth, or against held-out samples; None where no error is known."""
+    found: float | None = metrics.get("rmse", metrics.get("held_out"))
+    return found
 
 
 def _at_instants(reference: Reference, last_step: int) -> list[MarginProfile]:
@@ -128,24 +140,43 @@ def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None
     }
 
 
-def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> dict[str, float | None]:
-    """Return root mean square distances of what is sampled.
+def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> dict[str, float]:
+    """Return root mean squares: `misfit` of the samples; `rmse` of the truth and `held_out` where they are known.
 
-    They are distances to the ground truth at the verified steps where that is known, and to the held-out samples.
+    The truth is compared at the verified steps.
     """
-    steps = np.arange(experiment.verification.last_step + 1, dtype=float)
-    alone = len(sampled.names) == 1
-    errors: dict[str, float | None] = {}
-    for name, truth in experiment.truths.items():
-        off = _sampled_state(reference, name, reference.instants(steps)) - truth(reference.instants(steps))
-        errors["rmse" if alone else f"rmse_{name}"] = float(np.sqrt(np.mean(off**2)))
-    if alone and not errors:
-        errors["rmse"] = None
-    for name, later in sampled.held_out_by_name.items():
-        off = _sampled_state(reference, name, later.times) - later.values
-        errors["held_out_rmse" if alone else f"held_out_rmse_{name}"] = float(np.sqrt(np.mean(off**2)))
-    return errors
+    times = reference.instants(np.arange(experiment.verification.last_step + 1, dtype=float))
+    flat = zip(sampled.by_name.items(), reference.signals, strict=True)
+    misfit = {name: of.values - of.stencil.measured(signal, of.times) for (name, of), signal in flat}
+    truth = {name: truth(times) - _sampled_state(reference, name, times) for name, truth in experiment.truths.items()}
+    held_out = {
+        name: later.values - _sampled_state(reference, name, later.times)
+        for name, later in sampled.held_out_by_name.items()
+    }
+    return {
+        **_root_mean_squares("misfit", misfit),
+        **_root_mean_squares("rmse", truth),
+        **_root_mean_squares("held_out", held_out),
+    }
+
+
+def _root_mean_squares(kind: str, errors: Mapping[str, Array]) -> dict[str, float]:
+    """Return that of all that is sampled, each with the same weight, and where there are several also that of each."""
+    by_name = {name: float(np.sqrt(np.mean(off**2))) for name, off in errors.items()}
+    if not by_name:
+        return {}
+    each = {f"{kind}_{name}": value for name, value in by_name.items()} if len(by_name) > 1 else {}
+    return {kind: float(np.sqrt(np.mean(np.square([*by_name.values()])))), **each}
 
 
 def _sampled_state(reference: Reference, name: str, t: Array) -> Array:
     return np.asarray(reference.state_at(t)[..., reference.plant.system.states.index(name)])
+
+
+def _by_bound(active: Sequence[ActiveBound]) -> dict[str, float]:
+    """Return what each bound costs, summed over the times at which it is active."""
+    prices: dict[str, float] = {}
+    for bound in active:
+        key = f"{bound.name} ({bound.side})"
+        prices[key] = prices.get(key, 0.0) + bound.price
+    return prices

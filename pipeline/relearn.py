@@ -21,6 +21,7 @@ from trackable.control.online import (
 )
 from trackable.errors import InputError, NoReferenceError
 from trackable.gp.samples import Samples
+from trackable.learning.learner import JOINT
 
 _AFTERWARDS = 50
 
@@ -69,7 +70,8 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
 
     def learner(samples: tuple[Samples, ...]) -> LearningResult:
         space = experiment.search_space(samples)
-        return learn_certified(samples, experiment.learned_prior, experiment.plant, space, experiment.goal(samples))
+        prior, goal = experiment.learned_prior, experiment.goal(samples)
+        return learn_certified(samples, prior, experiment.plant, space, goal, learner=JOINT)
 
     sampling_time = experiment.plant.sampling_time
     begin, end = (round(max(float(s.times[-1]) for s in parts) / sampling_time) for parts in (sampled.samples, stream))

@@ -5,7 +5,7 @@ from typing import Any
 from tqdm import tqdm
 
 from pipeline.experiments import Experiment
-from pipeline.methods import CERTIFIED, METHODS, UNCONSTRAINED
+from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED
 from pipeline.metrics import margins_over_time, metrics_of, summary_of
 from pipeline.storage.archive import read_fit, write_margins
 from pipeline.storage.results import Results
@@ -26,6 +26,7 @@ def verify(experiment: Experiment, results: Results) -> None:
     Raises NoReferenceError, before anything is written, where a method must have a proof and there is none.
     """
     fitted = read_fit(results)
+    baseline = fitted.learned[UNCONSTRAINED.name]
     margins: dict[str, list[MarginProfile]] = {}
     metrics: dict[str, dict[str, Any]] = {}
     certificates: dict[str, Certificate] = {}
@@ -36,7 +37,7 @@ def verify(experiment: Experiment, results: Results) -> None:
             certificates[method] = proof
         elif METHODS[method].must_be_proved:
             raise NoReferenceError(f"experiment {experiment.name}: {method} has no proof: {proof.explanation}")
-        numbers = metrics_of(experiment, fitted.sampled, learned, margins[method])
+        numbers = metrics_of(experiment, fitted.sampled, learned, margins[method], baseline)
         metrics[method] = {**numbers, "proof": proof.explanation}
     write_margins(results, margins, metrics, certificates)
     for method, certificate in certificates.items():
@@ -45,7 +46,7 @@ def verify(experiment: Experiment, results: Results) -> None:
         results.certificate(method).unlink(missing_ok=True)  # of an earlier run: it is about another reference
     write_text(results.margins, to_csv(margins_over_time(margins)))
     write_json(results.metrics, metrics)
-    summary = summary_of(metrics, margins, baseline=UNCONSTRAINED.name, guaranteed=CERTIFIED.name)
+    summary = summary_of(metrics, margins, baseline=baseline.method, guaranteed=JOINT.name, alone=HYPERPARAMETERS.name)
     write_json(results.summary, summary)
 
 

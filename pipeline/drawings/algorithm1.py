@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pipeline.experiments import Experiment
-from pipeline.methods import AS_PUBLISHED, SOUND, methods_in_figures
+from pipeline.methods import AS_PUBLISHED, HYPERPARAMETERS, SOUND, methods_in_figures
 from pipeline.storage.archive import Fitted
 from pipeline.storage.tables import read_columns
 from trackable import plots
@@ -40,9 +40,9 @@ def drawings(experiment: Experiment, fitted: Fitted) -> dict[str, Callable[[], F
     (prior,) = sound.prior.parts
     last_sample = round(float(fitted.sampled.only.times[-1]) / plant.sampling_time)
     by_name: dict[str, Callable[[], Figure]] = {
-        "tube": lambda: plots.tube(references[SOUND.name], np.arange(_STEPS_OF_TUBE, dtype=float)),
+        "tube": lambda: plots.tube(sound.reference, np.arange(_STEPS_OF_TUBE, dtype=float)),
         "asymptotic": lambda: plots.asymptotic(
-            references[SOUND.name], fitted.sampled.only, last_sample, final_step, round(1.5 * final_step)
+            sound.reference, fitted.sampled.only, last_sample, final_step, round(1.5 * final_step)
         ),
         "prediction": lambda: _prediction(experiment, fitted, final_step),
     }
@@ -90,7 +90,7 @@ def _prediction(experiment: Experiment, fitted: Fitted, final_step: int) -> Figu
     return plots.prediction(
         fitted.sampled.only,
         _references(fitted),
-        SOUND.name,
+        HYPERPARAMETERS.name,
         steps,
         true_reference=truth,
         published=_published(experiment),

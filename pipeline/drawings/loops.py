@@ -5,7 +5,7 @@ from collections.abc import Callable
 from matplotlib.figure import Figure
 
 from pipeline.experiments import Experiment
-from pipeline.methods import CERTIFIED, UNCONSTRAINED
+from pipeline.methods import JOINT, UNCONSTRAINED
 from pipeline.storage.loops import read_loops
 from pipeline.storage.results import Results
 from trackable import plots
@@ -30,8 +30,8 @@ def drawings(experiment: Experiment, results: Results) -> dict[str, Callable[[],
     if not closed.feasible:
         return by_name
     if len(plant.system.states) == 1:
-        certified = courses[CERTIFIED.name][ON]
-        by_name["feasible-set"] = lambda: plots.feasible_intervals(closed.feasible, certified, plant)
+        followed = courses[JOINT.name][ON]
+        by_name["feasible-set"] = lambda: plots.feasible_intervals(closed.feasible, followed, plant)
     else:
-        by_name["feasible-set"] = lambda: plots.feasible_polygons(closed.feasible, courses[CERTIFIED.name], plant)
+        by_name["feasible-set"] = lambda: plots.feasible_polygons(closed.feasible, courses[JOINT.name], plant)
     return by_name

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pipeline.experiments import Experiment
-from pipeline.methods import EXACT, INTERVALS, UNCONSTRAINED, methods_in_figures
+from pipeline.methods import EXACT, HYPERPARAMETERS, INTERVALS, JOINT, UNCONSTRAINED, methods_in_figures
 from pipeline.storage.archive import Fitted
 from pipeline.storage.tables import read_columns
 from trackable import plots
@@ -48,7 +48,7 @@ def _prediction(experiment: Experiment, fitted: Fitted) -> Figure:
     return plots.periodic_prediction(
         fitted.sampled.only,
         {method: fitted.learned[method].reference for method in _curves(fitted)},
-        EXACT.name,
+        HYPERPARAMETERS.name,
         steps,
         _FIRST_STEPS,
         true_reference=truth,
@@ -82,6 +82,6 @@ def _growth(experiment: Experiment, fitted: Fitted) -> dict[str, plots.GrowthInt
 
 def _conservatism(fitted: Fitted) -> Figure:
     assert fitted.study, "drawn only where there is one"
-    labels = {UNCONSTRAINED.name: UNCONSTRAINED.name, EXACT.name: "exact form, all phases"}
+    labels = {UNCONSTRAINED.name: UNCONSTRAINED.name, EXACT.name: "exact form, all phases", JOINT.name: "joint, J"}
     levels = {label: fitted.learned[name].objective for name, label in labels.items()}
     return plots.conservatism(fitted.study.conservatism, levels)

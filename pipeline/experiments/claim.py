@@ -1,4 +1,4 @@
-"""What an experiment claims of its certified reference, as written in params.yaml."""
+"""What an experiment claims of its certified references, as written in params.yaml."""
 
 import math
 from typing import Annotated

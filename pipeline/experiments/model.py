@@ -10,7 +10,7 @@ from pipeline.experiments.control import Control
 from pipeline.experiments.fields import PriorFields, ProjectPath, Published, Search, StudyFields, Verification, as_tuple
 from pipeline.experiments.plants import ModelField, SetField
 from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
-from pipeline.methods import CERTIFIED, METHODS, UNCONSTRAINED, Algorithm1, Method, Parameters, Periodic, Task
+from pipeline.methods import METHODS, REQUIRED, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.storage.yaml_file import Fields
 from trackable.certificates.goal import Goal, goal_for, refusal
@@ -39,8 +39,7 @@ def _methods(written: object) -> object:
         raise ValueError(f"there is no method {unknown[0]!r}; there are {', '.join(METHODS)}")
     if len(set(written)) < len(written):
         raise ValueError(f"expected each method once, got {', '.join(written)}")
-    # The loop is closed on both, and the summary compares them.
-    if missing := [method.name for method in (UNCONSTRAINED, CERTIFIED) if method.name not in written]:
+    if missing := [method.name for method in REQUIRED if method.name not in written]:
         raise ValueError(f"expected {' and '.join(missing)} among them, got {', '.join(written)}")
     return as_tuple(written)
 

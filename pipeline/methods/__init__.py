@@ -4,11 +4,13 @@ from pipeline.methods.model import Claims, Failed, Fit, Method, Task
 from pipeline.methods.parameters import Algorithm1, Parameters, Periodic
 from pipeline.methods.table import (
     AS_PUBLISHED,
-    CERTIFIED,
     EXACT,
     GRID,
+    HYPERPARAMETERS,
     INTERVALS,
+    JOINT,
     METHODS,
+    REQUIRED,
     SAMPLED,
     SOUND,
     UNCONSTRAINED,
@@ -17,11 +19,13 @@ from pipeline.methods.table import (
 
 __all__ = [
     "AS_PUBLISHED",
-    "CERTIFIED",
     "EXACT",
     "GRID",
+    "HYPERPARAMETERS",
     "INTERVALS",
+    "JOINT",
     "METHODS",
+    "REQUIRED",
     "SAMPLED",
     "SOUND",
     "UNCONSTRAINED",

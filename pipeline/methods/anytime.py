@@ -1,6 +1,7 @@
-"""Methods for every system and claim: without constraints, and with a proof."""
+"""Methods for every system and claim: without constraints, and with a proof, in two ways."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from pipeline.methods.model import Failed, Fit, Task
 from trackable.arrays import Array
 from trackable.certificates.certified import Attempt, Certified, learn_certified
 from trackable.learning import methods
+from trackable.learning.learner import Learner
 from trackable.learning.problem import Solution
 
 
@@ -20,15 +22,19 @@ def unconstrained(task: Task) -> Fit | Failed:
     return Fit(found, found.fits)
 
 
-def certified(task: Task) -> Fit | Failed:
-    """Learn with a proof of the experiment's claim."""
+def certified_by(learner: Learner) -> Callable[[Task], Fit | Failed]:
+    """Return the method that learns in this way, with a proof of the experiment's claim."""
+    return partial(_certified, learner)
+
+
+def _certified(learner: Learner, task: Task) -> Fit | Failed:
     attempts: list[Attempt] = []
 
     def on_attempt(attempt: Attempt) -> None:
         attempts.append(attempt)
         task.on_fit()
 
-    found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, on_attempt)
+    found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, on_attempt, learner)
     if not isinstance(found, Certified):
         return Failed(found.explanation)
     return Fit(found.solution, found.solution.fits, iterations=_columns(attempts))

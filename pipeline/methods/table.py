@@ -4,10 +4,15 @@ from collections.abc import Collection
 
 from pipeline.methods import algorithm1, anytime, periodic
 from pipeline.methods.model import Claims, Method
+from trackable.learning import learner
 from trackable.learning.published.algorithm1 import AS_PUBLISHED as PUBLISHED_READING
 from trackable.learning.published.algorithm1 import SOUND as SOUND_READING
 
 UNCONSTRAINED = Method("unconstrained", anytime.unconstrained, Claims.NOTHING)
+HYPERPARAMETERS = Method(
+    "hyperparameters", anytime.certified_by(learner.HYPERPARAMETERS), Claims.CLAIM, must_be_proved=True
+)
+JOINT = Method("joint", anytime.certified_by(learner.JOINT), Claims.CLAIM, must_be_proved=True)
 AS_PUBLISHED = Method(
     PUBLISHED_READING.name,
     algorithm1.learn_by(PUBLISHED_READING),
@@ -21,18 +26,27 @@ SOUND = Method(
     Claims.SAMPLED_INSTANTS,
     needs=("algorithm1",),
     check=algorithm1.check,
+    looks_like=HYPERPARAMETERS.name,
 )
-EXACT = Method("exact", periodic.exact, Claims.CLAIM, must_be_proved=True, needs=("periodic",), check=periodic.check)
+EXACT = Method(
+    "exact",
+    periodic.exact,
+    Claims.CLAIM,
+    must_be_proved=True,
+    needs=("periodic",),
+    check=periodic.check,
+    looks_like=HYPERPARAMETERS.name,
+)
 INTERVALS = Method("intervals", periodic.intervals, Claims.CLAIM, needs=("periodic",), check=periodic.check)
 # The instants of the grid are those of the first steps only: later ones fall on other phases.
 GRID = Method("grid", periodic.grid, Claims.NOTHING, needs=("periodic",), check=periodic.check, has_own_curve=False)
 # All instants that ever occur; of the times between them nothing is claimed.
 SAMPLED = Method("sampled", periodic.sampled, Claims.NOTHING, check=periodic.check_whole_steps, has_own_curve=False)
-CERTIFIED = Method("certified", anytime.certified, Claims.CLAIM, must_be_proved=True, looks_like=EXACT.name)
 
-METHODS = {
-    method.name: method for method in (UNCONSTRAINED, AS_PUBLISHED, SOUND, EXACT, INTERVALS, GRID, SAMPLED, CERTIFIED)
-}
+REQUIRED = (UNCONSTRAINED, HYPERPARAMETERS, JOINT)
+"""Every experiment compares these, and the loop is closed on the first and the last."""
+
+METHODS = {method.name: method for method in (*REQUIRED, AS_PUBLISHED, SOUND, EXACT, INTERVALS, GRID, SAMPLED)}
 
 
 def methods_in_figures(learned: Collection[str]) -> list[Method]:

@@ -1,7 +1,8 @@
 """Write and read the logs of an experiment's stages: their topics and attachments."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from trackable.systems.margins import MarginProfile
 
 _SAMPLES = "samples.json"
 _STUDY = "study.json"
+_SIDES = {"lower": -1.0, "equal": 0.0, "upper": 1.0}
+_SIDES_MEAN = "-1 lower, 0 equal, 1 upper"
 
 
 def write_samples(results: Results, sampled: Sampled, truths: Mapping[str, tuple[Array, Array]]) -> None:
@@ -52,13 +55,14 @@ class Fitted:
 
 
 def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
-    """Write references and traces losslessly, and the references as curves at `times` [s] for viewers."""
+    """Write references and traces losslessly; for viewers, references as curves at `times` [s], and active bounds."""
     series = [
         *(
             _trace(name, trace, fitted.learned[name].reference.plant.sampling_time)
             for name, trace in fitted.traces.items()
         ),
         *(_curves(fitted.sampled, reference, times) for reference in fitted.learned.values()),
+        *chain.from_iterable(map(_active_bounds, fitted.learned.values())),
     ]
     attachments = {f"{name}.json": dumps(reference) for name, reference in fitted.learned.items()}
     if fitted.study:
@@ -131,6 +135,19 @@ def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series
     if is_scalar(plant):
         curves["successor_lower"], curves["successor_upper"] = reachable_tube(reference, times)
     return Series(f"/references/{learned.method}", times, curves)
+
+
+def _active_bounds(learned: LearnedReference) -> Iterator[Series]:
+    """Yield the active bounds of each quantity over time, with what they cost in the unit of l."""
+    for name in sorted({bound.name for bound in learned.active_bounds}):
+        active = sorted((bound for bound in learned.active_bounds if bound.name == name), key=lambda bound: bound.time)
+        columns = {
+            "side": np.array([_SIDES[bound.side] for bound in active]),
+            "multiplier": np.array([bound.multiplier for bound in active]),
+            "price": np.array([bound.price for bound in active]),
+        }
+        times = np.array([bound.time for bound in active])
+        yield Series(f"/active_bounds/{learned.method}/{name}", times, columns, {"side": _SIDES_MEAN})
 
 
 def write_stage(results: Results, stage: str, series: Sequence[Series], attachments: Mapping[str, bytes]) -> None:

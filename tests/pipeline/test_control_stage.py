@@ -39,7 +39,7 @@ def _fit(folder: Path, example) -> None:
     free = best_solution(ConstrainedProblem(learning.samples, learning.prior, learning.space))
     learned = {
         name: LearnedReference.of(name, solution, learning.plant)
-        for name, solution in (("unconstrained", free), ("certified", example.learned.solution))
+        for name, solution in (("unconstrained", free), ("joint", example.learned.solution))
     }
     write_fit(
         Results("example1", folder / "results"), Fitted(Sampled(("state",), learning.samples), learned, {}), TIMES
@@ -69,18 +69,18 @@ def closed(finished) -> ClosedLoops:
 
 
 def test_the_metrics_say_what_happened(metrics):
-    assert set(metrics) == {"horizon", "certified", "unconstrained", "interpolated", "online"}
-    assert metrics["certified"]["first_untrackable_step"] is None
+    assert set(metrics) == {"horizon", "joint", "unconstrained", "interpolated", "online"}
+    assert metrics["joint"]["first_untrackable_step"] is None
     assert metrics["unconstrained"]["first_untrackable_step"] == 77
     for start in ("on", "above", "below"):
-        kept, lost = metrics["certified"][start], metrics["unconstrained"][start]
+        kept, lost = metrics["joint"][start], metrics["unconstrained"][start]
         assert (kept["steps"], kept["infeasible_steps"], kept["first_infeasible_step"]) == (120, 0, None)
         assert kept["largest_rise"] < 1e-12
         assert min(kept["worst_state_margin"], kept["worst_input_margin"]) >= 0
         assert (lost["infeasible_steps"], lost["first_infeasible_step"]) == (29, 57)
         assert "the state by" in lost["why"]
-    assert metrics["certified"]["on"]["first_cost"] < 1e-20
-    assert metrics["certified"]["above"]["first_cost"] > 0.1
+    assert metrics["joint"]["on"]["first_cost"] < 1e-20
+    assert metrics["joint"]["above"]["first_cost"] > 0.1
 
 
 def test_the_log_holds_what_the_metrics_count(metrics, closed):

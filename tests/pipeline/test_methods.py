@@ -3,7 +3,7 @@
 import pytest
 
 from pipeline.experiments import Experiment, load_experiments
-from pipeline.methods import CERTIFIED, METHODS, UNCONSTRAINED, Claims, Failed, Fit, methods_in_figures
+from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED, Claims, Failed, Fit, methods_in_figures
 from pipeline.methods.parameters import Parameters
 from tests.project import ROOT
 from trackable.certificates.certificate import Certificate
@@ -15,7 +15,7 @@ EXPERIMENTS = load_experiments(ROOT / "params.yaml")
 
 def test_entries_are_known_by_their_own_names() -> None:
     assert all(METHODS[method.name] is method for method in METHODS.values())
-    assert len(METHODS) == 8
+    assert len(METHODS) == 9
 
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
@@ -28,9 +28,9 @@ def test_an_entry_agrees_with_itself(method) -> None:
 
 def test_figures_show_methods_in_the_order_of_the_table_and_none_twice() -> None:
     shown = {name: [m.name for m in methods_in_figures(e.methods)] for name, e in EXPERIMENTS.items()}
-    assert shown["example1"] == ["unconstrained", "as_published", "sound", "certified"]
-    assert shown["example2"] == ["unconstrained", "exact", "intervals", "grid"]
-    assert shown["tank"] == ["unconstrained", "certified"]
+    assert shown["example1"] == ["unconstrained", "hyperparameters", "joint", "as_published"]
+    assert shown["example2"] == ["unconstrained", "hyperparameters", "joint", "intervals", "grid"]
+    assert shown["tank"] == ["unconstrained", "hyperparameters", "joint"]
 
 
 def test_a_method_says_why_it_finds_nothing() -> None:
@@ -41,18 +41,20 @@ def test_a_method_says_why_it_finds_nothing() -> None:
     task = experiment.task((Samples([0.0, 0.1, 0.2], [-0.9, -0.4, 0.0]),))
     free = UNCONSTRAINED.learn(task)
     assert isinstance(free, Fit)
-    lost = CERTIFIED.learn(task)
-    assert isinstance(lost, Failed)
-    assert "no admissible equilibrium" in lost.explanation
+    alone, joint = HYPERPARAMETERS.learn(task), JOINT.learn(task)
+    assert isinstance(alone, Failed)
+    assert "no admissible equilibrium" in alone.explanation
+    assert isinstance(joint, Failed)
+    assert "breaks" in joint.explanation
 
 
 def test_a_method_proves_what_it_claims() -> None:
     """On the published samples: all real times by one method, the sampled instants by another."""
     experiment = EXPERIMENTS["example1"]
     task = experiment.task((Samples([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6], [-0.99, -0.41, -0.05, 0.0, 0.0, 0.0, 0.0]),))
-    found = CERTIFIED.learn(task)
+    found = JOINT.learn(task)
     assert isinstance(found, Fit)
-    reference = Reference(found.solution.posterior.signals, task.plant)
+    reference = Reference(found.solution.signals, task.plant)
     statements = {claims: _proved(claims, task.goal, reference) for claims in (Claims.CLAIM, Claims.SAMPLED_INSTANTS)}
     assert statements[Claims.CLAIM].startswith("proved for all real t ≥ 0")
     assert statements[Claims.SAMPLED_INSTANTS].startswith("proved for all sampled instants")

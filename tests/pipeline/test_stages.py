@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.storage.archive import read_fit, read_stage
 from pipeline.storage.results import Results
 from pipeline.storage.tables import read_columns
 from tests.pipeline.params import PARAMS, changed, written_to
@@ -38,28 +39,46 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
     files = ["samples.mcap", "fit.mcap", "iterations.csv", "environment.json", "verification.mcap", "metrics.json"]
     files += ["summary.json", "margins.csv", "control.mcap", "control.json"]
     files += [f"figures/{name}.svg" for name in figures]
-    files += [f"certificates/{name}.json" for name in ("as_published", "sound", "certified")]
+    files += [f"certificates/{name}.json" for name in ("as_published", "sound", "hyperparameters", "joint")]
     assert written(finished).keys() == {f"example1/{name}" for name in files}
 
 
 def test_the_summary_tells_the_experiment(finished: Path) -> None:
     results = Results("example1", finished / "results")
     metrics, summary = (json.loads(path.read_text()) for path in (results.metrics, results.summary))
-    assert len(summary) == 7
-    for method in ("unconstrained", "certified"):
-        assert summary[f"l_{method}"] == metrics[method]["nlml"]
+    assert len(summary) == 8
+    for method in ("unconstrained", "joint"):
+        assert summary[f"objective_{method}"] == metrics[method]["objective"]
         assert summary[f"rmse_{method}"] == metrics[method]["rmse"]
         margins = metrics[method]["worst_state_margin"] / 2.05, metrics[method]["worst_input_margin"] / 1.0
         assert summary[f"worst_relative_margin_{method}"] == pytest.approx(min(margins), rel=1e-12)
-    assert summary["price_of_guarantee"] == summary["l_certified"] - summary["l_unconstrained"] > 0.1
+    assert summary["price_joint"] == summary["objective_joint"] - summary["objective_unconstrained"]
+    assert 0 < 10 * summary["price_joint"] < summary["price_hyperparameters"]
+
+
+def test_active_bounds_are_told_and_survive_their_log(finished: Path) -> None:
+    """The state touches its upper bound once, where the unconstrained mean leaves it."""
+    results = Results("example1", finished / "results")
+    (active,) = read_fit(results).learned["joint"].active_bounds
+    (topic,) = [series for series in read_stage(results, "fit").series if series.topic.startswith("/active_bounds/")]
+    assert (active.name, active.side, topic.topic) == ("state", "upper", "/active_bounds/joint/state")
+    assert topic.times.tolist() == [active.time] == pytest.approx([0.88], abs=0.05)
+    assert {name: values.tolist() for name, values in topic.fields.items()} == {
+        "side": [1.0],
+        "multiplier": [active.multiplier],
+        "price": [active.price],
+    }
+    metrics = json.loads(results.metrics.read_text())["joint"]
+    assert metrics["price_by_bound"] == {"state (upper)": active.price}
+    assert metrics["objective"] - metrics["nlml"] == pytest.approx(active.price, rel=1e-9)
 
 
 def test_the_table_of_margins_has_the_smallest_of_each_method(finished: Path) -> None:
     results = Results("example1", finished / "results")
     table, summary = read_columns(results.margins), json.loads(results.summary.read_text())
-    assert list(table) == ["time", "unconstrained", "as_published", "sound", "certified"]
+    assert list(table) == ["time", "unconstrained", "as_published", "sound", "hyperparameters", "joint"]
     assert (table["time"][0], len(table["time"])) == (0, 151)  # 301 sampling intervals, two in each row
-    for method in ("unconstrained", "certified"):
+    for method in ("unconstrained", "joint"):
         assert min(table[method]) == summary[f"worst_relative_margin_{method}"]
 
 
@@ -200,7 +219,7 @@ def test_certificates_are_checked_on_the_command_line(
     def check(path: Path) -> int:
         return library.main(["check", str(path)])
 
-    certificate = finished / "results/example1/certificates/certified.json"
+    certificate = finished / "results/example1/certificates/joint.json"
     assert check(certificate) == 0
     proved = capsys.readouterr()
     assert (proved.out.startswith("For all real t ≥ 0"), proved.err) == (True, "")
@@ -219,4 +238,5 @@ def test_every_reference_says_what_is_proved_of_it(finished: Path) -> None:
     metrics = json.loads((finished / "results/example1/metrics.json").read_text())
     assert "certainly breaks [-2, 0.05]" in metrics["unconstrained"]["proof"]
     assert metrics["sound"]["proof"].startswith("proved for all sampled instants")
-    assert metrics["certified"]["proof"].startswith("proved for all real t ≥ 0")
+    for method in ("hyperparameters", "joint"):
+        assert metrics[method]["proof"].startswith("proved for all real t ≥ 0")

@@ -50,7 +50,7 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
         "margins.csv",
         "summary.json",
     }
-    files |= {f"certificates/{method}.json" for method in ("intervals", "exact", "certified")}
+    files |= {f"certificates/{method}.json" for method in ("intervals", "exact", "hyperparameters", "joint")}
     assert written(finished).keys() == {f"example2/{name}" for name in files}
 
 
@@ -78,8 +78,19 @@ def test_rounding_moves_results_within_tolerance_only(finished: Path, tmp_path: 
 
 def test_metrics_of_the_four_methods(finished: Path) -> None:
     metrics = json.loads((finished / "results/example2/metrics.json").read_text())
-    assert tuple(metrics) == (*METHODS, "certified")
-    wanted = {"signal_std", "lengthscale", "period", "nlml", "rmse", "worst_state_margin", "worst_input_margin", "fits"}
+    assert tuple(metrics) == (*METHODS, "hyperparameters", "joint")
+    wanted = {
+        "signal_std",
+        "lengthscale",
+        "period",
+        "nlml",
+        "price",
+        "misfit",
+        "rmse",
+        "worst_state_margin",
+        "worst_input_margin",
+        "fits",
+    }
     for block in metrics.values():
         assert wanted <= block.keys()
         assert "seconds" not in block
@@ -96,8 +107,8 @@ def test_metrics_of_the_four_methods(finished: Path) -> None:
 
 def test_seconds_are_told_apart(finished: Path) -> None:
     seconds = json.loads((finished / "results/example2/timings.json").read_text())
-    assert tuple(seconds) == (*METHODS, "certified", "control")
-    assert all(seconds[method] > 0 for method in (*METHODS, "certified"))
+    assert tuple(seconds) == (*METHODS, "hyperparameters", "joint", "control")
+    assert all(seconds[method] > 0 for method in (*METHODS, "hyperparameters", "joint"))
 
 
 def test_the_study_survives_its_log(finished: Path) -> None:
@@ -139,7 +150,7 @@ def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> N
         "example2",
         ("starts: 6", "starts: 1"),
         ("kernel: {type: periodic}", "kernel: {type: periodic, period: 3.14}"),
-        ("exact, certified]", "exact, sampled, certified]"),
+        ("exact, hyper", "exact, sampled, hyper"),
         text=WITHOUT_STUDY,
     )
     written_to(tmp_path, text)
@@ -148,7 +159,7 @@ def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> N
         assert done.returncode == 0, done.stderr
     results = Results("example2", tmp_path / "results")
     metrics = json.loads(results.metrics.read_text())
-    assert tuple(metrics) == (*METHODS, "sampled", "certified")
+    assert tuple(metrics) == (*METHODS, "sampled", "hyperparameters", "joint")
     assert metrics["sampled"]["first_violated_step"] is None
     assert metrics["sampled"]["nlml"] <= metrics["exact"]["nlml"] + 1e-6
     experiment = load_experiment("example2", tmp_path / "params.yaml")

@@ -43,29 +43,34 @@ def finished(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     return name, run_all_here(tmp_path_factory.mktemp("tracking"), name, SHORT) / "results"
 
 
-def test_the_certified_reference_keeps_every_bound_and_the_other_does_not(finished: tuple[str, Path]) -> None:
+def test_proved_references_keep_every_bound_and_the_other_does_not(finished: tuple[str, Path]) -> None:
     name, results = finished
     metrics = json.loads((results / name / "metrics.json").read_text())
     worst = {
         method: min(value for key, value in of.items() if key.endswith("_margin_at_steps"))
         for method, of in metrics.items()
     }
-    assert worst["unconstrained"] < 0 <= worst["certified"]
+    assert worst["unconstrained"] < 0 <= min(worst["hyperparameters"], worst["joint"])
     assert metrics["unconstrained"]["first_violated_step"] is not None
-    assert metrics["certified"]["first_violated_step"] is None
-    assert metrics["certified"]["proof"].startswith("proved for all real t ≥ 0")
+    assert metrics["joint"]["first_violated_step"] is None
+    assert metrics["joint"]["proof"].startswith("proved for all real t ≥ 0")
     assert "certainly breaks" in metrics["unconstrained"]["proof"]
-    assert metrics["certified"]["nlml"] > metrics["unconstrained"]["nlml"]
+    alone, joint = metrics["hyperparameters"], metrics["joint"]
+    assert 0 < joint["price"] < alone["price"]
+    assert joint["price"] == joint["objective"] - metrics["unconstrained"]["nlml"]
+    assert sum(joint["price_by_bound"].values()) == pytest.approx(joint["objective"] - joint["nlml"], rel=1e-12)
+    assert alone["nlml"] == alone["objective"]
+    assert joint["misfit"] < alone["misfit"]
 
 
 def test_its_certificate_is_proved_by_the_checker(finished: tuple[str, Path]) -> None:
     name, results = finished
-    assert isinstance(check(json.loads((results / name / "certificates/certified.json").read_text())), Proved)
+    assert isinstance(check(json.loads((results / name / "certificates/joint.json").read_text())), Proved)
 
 
 def test_the_system_goes_where_the_stored_reference_goes(finished: tuple[str, Path]) -> None:
     name, results = finished
-    reference = read_fit(Results(name, results)).learned["certified"].reference
+    reference = read_fit(Results(name, results)).learned["joint"].reference
     states, inputs = reference.state(np.arange(2001)), reference.input(np.arange(2000))
     np.testing.assert_allclose(reference.plant.system.successor(states[:-1], inputs), states[1:], atol=1e-9)
 
@@ -110,10 +115,10 @@ def test_real_recordings_take_the_place_of_the_simulated_one(path: Path, tmp_pat
     fitted = read_fit(results)
     assert len(fitted.sampled.only) > 50
     assert results.iterations.read_text().splitlines()[-1].endswith(",1"), "proved in the end"
-    certified, free = (fitted.learned[name].reference for name in ("certified", "unconstrained"))
-    assert _held_out_rmse(fitted, certified) < 1.02 * _held_out_rmse(fitted, free)
-    assert [quantity.name for quantity in certified.quantities] == ["position", "velocity", "acceleration"]
-    assert all(margin_profile(certified, quantity, 5000, 1).worst[0] > 0 for quantity in certified.quantities)
+    joint, free = (fitted.learned[name].reference for name in ("joint", "unconstrained"))
+    assert _held_out_rmse(fitted, joint) < 1.02 * _held_out_rmse(fitted, free)
+    assert [quantity.name for quantity in joint.quantities] == ["position", "velocity", "acceleration"]
+    assert all(margin_profile(joint, quantity, 5000, 1).worst[0] > 0 for quantity in joint.quantities)
 
 
 def _held_out_rmse(fitted: Fitted, reference: Reference) -> float:
@@ -184,15 +189,15 @@ def test_redundant_inputs_from_samples_to_figures(tmp_path: Path) -> None:
     run_all_here(tmp_path, "vehicle", redundant(), stages=("generate", "fit", "verify"))
     fitted = read_fit(Results("vehicle", tmp_path / "results"))
     assert svg(tracking({name: found.reference for name, found in fitted.learned.items()}, {}, np.linspace(0, 12, 100)))
-    reference = fitted.learned["certified"].reference
+    reference = fitted.learned["joint"].reference
     assert [quantity.name for quantity in reference.quantities[-2:]] == ["ay", "ax+boost"]
     k = np.arange(3000)
     u = reference.input(k)
     assert np.min(reference.plant.input_set.margin(u)) > -1e-12
     assert np.max(np.abs(u[:, 0])) > 0.1, "more than both drives could do with the same input"
-    assert isinstance(check(json.loads((tmp_path / "results/vehicle/certificates/certified.json").read_text())), Proved)
+    assert isinstance(check(json.loads((tmp_path / "results/vehicle/certificates/joint.json").read_text())), Proved)
     metrics = json.loads((tmp_path / "results/vehicle/metrics.json").read_text())
-    assert metrics["certified"]["worst_ax+boost_margin"] >= 0
+    assert metrics["joint"]["worst_ax+boost_margin"] >= 0
     itself = compare(
         tmp_path / "results", tmp_path / "results", load_tolerances(ROOT / "tolerances.yaml"), Claims(claims=())
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.joint import JointPrior
-from trackable.learning.problem import Solution
+from trackable.learning.problem import ActiveBound, Solution
 from trackable.learning.published.algorithm1 import Iteration
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
@@ -16,8 +16,9 @@ from trackable.systems.reference import Reference
 
 @dataclass(frozen=True)
 class LearnedReference:
-    """The result of a method: the reference, the `prior` with the learned hyperparameters, and its `objective` l.
+    """The result of a method: the reference, the `prior` with the learned hyperparameters, and its `objective` J.
 
+    J = l + D, where D is what the `active_bounds` cost. Without them the reference is the posterior mean, and J = l.
     `method` is the method's name. `final_step` is k̄ at the end of Algorithm 1, `fits` is the number of nonlinear
     programs that were solved; each is None for methods without it.
     """
@@ -26,6 +27,7 @@ class LearnedReference:
     prior: JointPrior
     reference: Reference
     objective: float
+    active_bounds: tuple[ActiveBound, ...] = ()
     final_step: int | None = None
     fits: int | None = None
 
@@ -39,8 +41,18 @@ class LearnedReference:
         final_step: int | None = None,
         fits: int | None = None,
     ) -> Self:
-        posterior = solution.posterior
-        return cls(method, posterior.prior, Reference(solution.signals, plant), solution.objective, final_step, fits)
+        prior, reference = solution.posterior.prior, Reference(solution.signals, plant)
+        return cls(method, prior, reference, solution.objective, solution.active_bounds, final_step, fits)
+
+    @property
+    def price_of_bounds(self) -> float:
+        """D, what the bounds cost for the learned hyperparameters."""
+        return sum((bound.price for bound in self.active_bounds), start=0.0)
+
+    @property
+    def nlml(self) -> float:
+        """l, the negative log marginal likelihood of the learned hyperparameters."""
+        return self.objective - self.price_of_bounds
 
 
 @dataclass(frozen=True)

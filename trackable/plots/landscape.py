@@ -29,6 +29,7 @@ _OPTIMUM_MARKERS: Final[tuple[dict[str, Any], ...]] = (
     {"marker": "D", "markersize": 4.5},
     {"marker": "s", "markersize": 4.5},
     {"marker": "o", "markersize": 8.5, "markerfacecolor": "none", "markeredgewidth": 1.4},
+    {"marker": "^", "markersize": 12.5, "markerfacecolor": "none", "markeredgewidth": 1.2},
 )
 
 

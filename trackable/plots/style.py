@@ -44,6 +44,7 @@ _REFERENCES: Final[tuple[dict[str, Any], ...]] = (
     {"color": NAVY, "linestyle": (0, (2.6, 1.6)), "linewidth": 1.3, "zorder": 3.3},
     {"color": GREEN, "linestyle": "-", "linewidth": 2.4, "zorder": 3.0},
     {"color": PURPLE, "linestyle": ":", "linewidth": 1.6, "zorder": 3.4},
+    {"color": BLUE, "linestyle": (0, (7, 1.6, 1.2, 1.6, 1.2, 1.6)), "linewidth": 1.2, "zorder": 3.1},
 )
 
 

@@ -12,7 +12,7 @@ from trackable.errors import InputError
 NOISE = "kernel: {type: squared_exponential}, noise_std: 0.01"
 QUASI = "{type: product, left: {type: periodic}, right: {type: squared_exponential, signal_std: 1}}"
 KERNEL = "{type: squared_exponential}"
-LISTED = "[unconstrained, certified]"
+LISTED = "[unconstrained, hyperparameters, joint]"
 
 # The entry, what is replaced, by what, and a pattern of the sentence: field, expectation, and what came.
 WRONG = [
@@ -85,7 +85,7 @@ WRONG = [
     ("example2", "[4, 8, 16, 32, 64, 128, 256]", "[4, 0]", r"study\.conservatism\.1: .*got 0"),
     ("example2", "[4, 8, 16, 32, 64, 128, 256]", "4", r"study\.conservatism: .*got 4"),
     ("example2", "draws: 30", "draws: -1", r"study\.draws: .*got -1"),
-    ("example2", "exact, certified]", "exact, certified, sampled]", r"methods: sampled: the period is learned"),
+    ("example2", "joint]", "joint, sampled]", r"methods: sampled: the period is learned"),
     ("vehicle", "states: [x, y, vx, vy]", "states: [x, y, vx]", r"4 states and 2 inputs need as many different names"),
     ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", r"system\.A: expected a matrix: a list of rows of numbers, all"),
     ("vehicle", "upper: [0.2, 2.0, 1.2, 1.2]", "upper: [0.2, 2.0, 1.2]", r"as many lower as upper bounds are needed"),
@@ -127,7 +127,7 @@ WRONG = [
     (
         "tank",
         LISTED,
-        "[unconstrained, certified, best]",
+        "[unconstrained, hyperparameters, joint, best]",
         r"methods: there is no method 'best'; there are unconstrained,",
     ),
     (
@@ -142,11 +142,21 @@ WRONG = [
         "samples_from: x",
         r"all samples are drawn; expected",
     ),
-    ("tank", LISTED, "[certified]", r"methods: expected unconstrained among them, got certified"),
-    ("tank", LISTED, "[unconstrained, certified, certified]", r"methods: expected each method once"),
-    ("tank", LISTED, "[unconstrained, certified, sound]", r"algorithm1: is missing, but the method sound needs it"),
-    ("tank", LISTED, "[unconstrained, certified, grid]", r"methods: grid: only a linear system has growth rates"),
-    ("tank", LISTED, "certified", r"methods: expected a list of methods, got 'certified'"),
+    ("tank", LISTED, "[joint]", r"methods: expected unconstrained and hyperparameters among them, got joint"),
+    ("tank", LISTED, "[unconstrained, hyperparameters, joint, joint]", r"methods: expected each method once"),
+    (
+        "tank",
+        LISTED,
+        "[unconstrained, hyperparameters, joint, sound]",
+        r"algorithm1: is missing, but the method sound needs it",
+    ),
+    (
+        "tank",
+        LISTED,
+        "[unconstrained, hyperparameters, joint, grid]",
+        r"methods: grid: only a linear system has growth rates",
+    ),
+    ("tank", LISTED, "joint", r"methods: expected a list of methods, got 'joint'"),
 ]
 
 
