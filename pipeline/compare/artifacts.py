@@ -86,11 +86,11 @@ def artifact_rows(name: str, base: Path | None, new: Path | None, tolerances: To
     if same and not kind.divided:
         return [Row(name, "", "", Status.IDENTICAL)]
     sides, complaints = [], []
-    for label, path in (("BASE", base), ("NEW", new)):
+    for labels, path in ((("BASE", "NEW"), base),) if same else ((("BASE",), base), (("NEW",), new)):
         try:
-            sides.append(kind.read(path))
+            sides += [kind.read(path)] * len(labels)
         except UnreadableError as error:
-            complaints.append(f"cannot be read in {label}: {error}")
+            complaints += [f"cannot be read in {label}: {error}" for label in labels]
     if not complaints:
         try:
             rows = [judge(name, part, tolerances) for part in kind.parts(*sides)]

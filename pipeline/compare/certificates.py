@@ -1,6 +1,8 @@
 """Check that each certificate is about a reference that was learned: one for another reference proves nothing here."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 
 from pipeline.compare.content.documents import json_leaves, read_json
@@ -13,17 +15,32 @@ _FIT = "fit.mcap"
 
 def certificate_rows(artifacts: tuple[Mapping[str, Path], Mapping[str, Path]]) -> Iterator[Row]:
     """Yield a row for each certificate that belongs to no reference of its experiment's fit, in BASE or NEW."""
+    fits = _Fits({})
     for name in {**artifacts[0], **artifacts[1]}:
         complaints = [
             f"in {label}, {complaint}"
             for label, side in zip(("BASE", "NEW"), artifacts, strict=True)
-            if name in side and (complaint := _complaint(name, side))
+            if name in side and (complaint := _complaint(name, side, fits))
         ]
         if complaints:
             yield Row(name, "reference", "", Status.DIFFERENT, notes=tuple(complaints))
 
 
-def _complaint(name: str, side: Mapping[str, Path]) -> str | None:
+@dataclass(frozen=True)
+class _Fits:
+    """What logs of fits hold, by their bytes: several certificates are about one fit, and both sides may have it."""
+
+    known: dict[bytes, dict[str, Leaves]]
+
+    def learned(self, fit: Path) -> dict[str, Leaves]:
+        """Return the values of each learned reference, by method. Raises UnreadableError."""
+        digest = sha256(fit.read_bytes()).digest()
+        if digest not in self.known:
+            self.known[digest] = _learned(fit)
+        return self.known[digest]
+
+
+def _complaint(name: str, side: Mapping[str, Path], fits: _Fits) -> str | None:
     """Say what is wrong about the reference of a certificate; None where nothing is, or the file is no certificate."""
     certificate = _certificate(side[name])
     if certificate is None:
@@ -33,7 +50,7 @@ def _complaint(name: str, side: Mapping[str, Path]) -> str | None:
     about = json_leaves(certificate["reference"])
     fit = f"{name.split('/', maxsplit=1)[0]}/{_FIT}"
     try:
-        learned = _learned(side[fit]) if fit in side else {}
+        learned = fits.learned(side[fit]) if fit in side else {}
     except UnreadableError as error:
         return f"it cannot be told what the certificate is about: {fit} cannot be read: {error}"
     if not learned:

@@ -18,6 +18,7 @@ from trackable.files import from_json
 
 _FORMAT = "1"
 _JSON = "application/json"
+_COMPACT = json.JSONEncoder(allow_nan=False, separators=(",", ":"))
 
 
 def encode(log: Log) -> bytes:
@@ -63,7 +64,7 @@ def _messages(series: Series) -> Iterator[tuple[int, bytes]]:
     columns = (series.times, *series.fields.values())
     for row in zip(*(column.tolist() for column in columns), strict=True):
         content = {name: value for name, value in zip(names, row, strict=True) if not math.isnan(value)}
-        yield round(row[0] * 1e9), json.dumps(content, allow_nan=False, separators=(",", ":")).encode()
+        yield round(row[0] * 1e9), _COMPACT.encode(content).encode()
 
 
 def decode(data: bytes) -> Log:

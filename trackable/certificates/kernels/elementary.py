@@ -2,9 +2,11 @@
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 
 from flint import arb, arb_series
 
+from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.kernels.base import Decay, KernelBalls, Sensitivity
 
 FORMULA = 40
@@ -18,15 +20,22 @@ class ElementaryBalls(KernelBalls):
     signal_std: float
     lengthscale: float
 
-    @property
+    @cached_property
     def variance(self) -> arb:
         """θ₁²."""
-        return arb(self.signal_std) ** 2
+        with ball_arithmetic():
+            return arb(self.signal_std) ** 2
 
-    @property
+    @cached_property
     def length(self) -> arb:
         """θ₂."""
         return arb(self.lengthscale)
+
+    @cached_property
+    def squared_length(self) -> arb:
+        """θ₂²."""
+        with ball_arithmetic():
+            return self.length**2
 
 
 class RadialBalls(ElementaryBalls):

@@ -1,9 +1,11 @@
 """κ(r) = θ₁² exp((cos ωr − 1)/θ₂²) with ω = 2π/θ₃ in ball arithmetic."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from flint import arb, arb_series
 
+from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.kernels.base import Decay, Sensitivity
 from trackable.certificates.kernels.elementary import FORMULA, ElementaryBalls
 
@@ -14,24 +16,25 @@ class PeriodicBalls(ElementaryBalls):
 
     period: float
 
-    @property
+    @cached_property
     def omega(self) -> arb:
         """ω."""
-        return 2 * arb.pi() / arb(self.period)
+        with ball_arithmetic():
+            return 2 * arb.pi() / arb(self.period)
 
     @property
     def has_periodic_part(self) -> bool:
         return True
 
     def taylor(self, r: arb_series) -> arb_series:
-        return (((r * self.omega).cos() - 1) / self.length**2).exp() * self.variance
+        return (((r * self.omega).cos() - 1) / self.squared_length).exp() * self.variance
 
     def on_disc(self, r: arb, radius: arb) -> arb:
         # Re cos(x + iy) = cos x cosh y.
         cosine = (self.omega * (r + radius * arb(0, 1))).cos().upper()
         if cosine > 0:
             cosine *= (self.omega * radius).cosh()
-        return self.variance * ((cosine - 1) / self.length**2).exp()
+        return self.variance * ((cosine - 1) / self.squared_length).exp()
 
     def beyond(self, distance: arb) -> Decay:
         # |κ̇| = κ ω |sin ωr|/θ₂², and √(2v) e^(−v/θ₂²) with v = 1 − cos ωr is largest at v = θ₂²/2.

@@ -13,7 +13,7 @@ class SquaredExponentialBalls(RadialBalls):
         return (s * s / -2).exp() * self.variance
 
     def on_disc(self, r: arb, radius: arb) -> arb:
-        return self.variance * (-least_square(r, radius) / (2 * self.length**2)).exp()
+        return self.variance * (-least_square(r, radius) / (2 * self.squared_length)).exp()
 
     @property
     def steepest(self) -> arb:

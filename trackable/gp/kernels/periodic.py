@@ -24,10 +24,11 @@ class Periodic(Elementary):
 
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
         jet, detour = self._jets(r, order + 1)
-        gradient = np.zeros((3, *jet[:-1].shape))
+        gradient = np.empty((3, *jet[:-1].shape))
         gradient[0] = 2 * jet[:-1]
         for n in range(order + 1):  # ∂κ/∂ln θ₂ = 2 g κ, differentiated n times
-            for j in range(n + 1):
+            gradient[1, n] = 2 * detour[n] * jet[0]
+            for j in range(1, n + 1):
                 gradient[1, n] += 2 * comb(n, j) * detour[n - j] * jet[j]
         gradient[2] = stretched(jet, r)
         return jet[:-1], gradient
@@ -35,16 +36,18 @@ class Periodic(Elementary):
     def _jets(self, r: Array, order: int) -> tuple[Array, Array]:
         """Return the jets of κ = θ₁² e^(−g) and of g = (1 − cos ωr)/θ₂², where 2 sin²(ωr/2) = 1 − cos ωr."""
         omega, beta = tau / self.period, self.lengthscale**-2
-        sine, cosine = np.sin(omega / 2 * r), np.cos(omega / 2 * r)
-        g, kappa = np.empty((order + 1, *r.shape)), np.zeros((order + 1, *r.shape))
+        phase = omega / 2 * r
+        sine = np.sin(phase)
+        g, kappa = np.empty((2, order + 1, *r.shape))
         g[0] = 2 * beta * sine**2
         if order:
-            g[1] = 2 * beta * omega * sine * cosine
+            g[1] = 2 * beta * omega * sine * np.cos(phase)
         for n in range(2, order + 1):  # g'' = ω² (1/θ₂² − g)
             g[n] = omega**2 * ((beta if n == 2 else 0) - g[n - 2])
         kappa[0] = self.signal_std**2 * np.exp(-g[0])
         for n in range(order):  # κ' = −g' κ, differentiated n times
-            for j in range(n + 1):
+            kappa[n + 1] = 0.0 - g[n + 1] * kappa[0]
+            for j in range(1, n + 1):
                 kappa[n + 1] -= comb(n, j) * g[n - j + 1] * kappa[j]
         return kappa, g
 
