@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from trackable.control.simulation import simulate as simulate
     from trackable.control.step.result import Infeasible as Infeasible
     from trackable.control.step.result import Plan as Plan
+    from trackable.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
     from trackable.gp.kernels.base import Kernel as Kernel
     from trackable.gp.kernels.base import Product as Product
     from trackable.gp.kernels.base import Sum as Sum
@@ -47,6 +48,7 @@ _MODULES = {
     "CsvLayout": "recordings.csv_files.table",
     "Failed": "checker",
     "Field": "recordings.mcap_files.reader",
+    "IgnoresSamplesWarning": "explanation",
     "Infeasible": "control.step.result",
     "Kernel": "gp.kernels.base",
     "LinearSystem": "systems.linear",

@@ -37,6 +37,6 @@ def _read(path: Path) -> object:
         content: object = from_json(read_bytes(path))
     except ValueError as error:
         raise InputError(f"{path}: is not a certificate: {error}") from error
-    if isinstance(content, dict) and "reference" in content and "format" not in content:
+    if isinstance(content, dict) and "fit" in content and "format" not in content:
         raise InputError(f"{path}: is a saved reference, not a certificate; `save_certificate` writes that of one")
     return content

@@ -1,5 +1,6 @@
 """From samples to a reference with a proof in one call, for notebooks and programs."""
 
+import warnings
 from collections.abc import Mapping
 from typing import TypeVar
 
@@ -7,17 +8,24 @@ import numpy as np
 
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.goal import Claim, Goal, goal_for
+from trackable.explanation import IgnoresSamplesWarning, ignored
+from trackable.fit import Fit
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
+from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner
 from trackable.learning.prior import prior_for
+from trackable.learning.problem import ConstrainedProblem, Moved, Solution
+from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
 from trackable.reference import NotTrackableError, TrackableReference
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sampling import default_sample, sampled_signals
 
 T = TypeVar("T")
+
+_LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
 
 def learn_reference(
@@ -28,6 +36,7 @@ def learn_reference(
     *,
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None = None,
     mean: float | Mapping[str, float] = 0.0,
+    method: Moved = "joint",
     starts: int = 8,
     progress: bool = True,
 ) -> TrackableReference:
@@ -49,10 +58,21 @@ def learn_reference(
         σ_n of the samples, given as a hyperparameter is. The `relative_noise` of samples multiplies it.
     mean
         The prior mean, in the unit of the sampled states.
+    method
+        What is learned. "joint": function and hyperparameters together, so that J = l + D is least; l = −2 ln p(y) of
+        the samples, and D is what the bounds cost. "hyperparameters": these alone, so that the posterior mean keeps the
+        bounds, as in the paper. The `method` of what is returned says which was taken: the second also where "joint"
+        finds no function with a smaller J.
     starts
         The number of points from which the search starts.
     progress
         Whether a bar is shown on a terminal; nothing is shown elsewhere.
+
+    Warns
+    -----
+    IgnoresSamplesWarning
+        Where the reference keeps its bounds, but does not follow its samples: it is off by more than 3 times what it
+        would be without bounds, by more than the noise, and by more than a tenth of the samples' spread.
 
     Raises
     ------
@@ -67,7 +87,7 @@ def learn_reference(
     """
     from tqdm import tqdm  # noqa: PLC0415  loading the library shall not take longer for a bar
 
-    given = _given(samples, plant)
+    learner, given = _learner(method), _given(samples, plant)
     names, seen = sampled_signals(plant, given)
     believed = {
         name: Prior(_kernel(kernel, name), _of(noise_std, name, "noise_std"), _of(mean, name, "mean")) for name in names
@@ -77,11 +97,28 @@ def learn_reference(
     goal = _goal(claim, seen, prior, plant)
     space = SearchSpace.around(seen, prior, starts)
     with tqdm(desc="learn reference", unit="fit", disable=None if progress else True) as bar:
-        found = learn_certified(seen, prior, plant, space, goal, lambda done: bar.update())
+        found = learn_certified(seen, prior, plant, space, goal, lambda done: bar.update(), learner)
     if not isinstance(found, Certified):
         raise NotTrackableError(found)
-    posterior = found.solution.posterior
-    return TrackableReference(found.reference, found.certificate, seen, posterior.prior, found.solution.objective)
+    learned = TrackableReference(_fit(found, ConstrainedProblem(seen, prior, space)), found.certificate)
+    if sentence := ignored(learned.fit):
+        warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=2)
+    return learned
+
+
+def _learner(method: Moved) -> Learner:
+    if method not in _LEARNERS:
+        raise ValueError(f"method: expected {' or '.join(map(repr, _LEARNERS))}, got {method!r}")
+    return _LEARNERS[method]
+
+
+def _fit(found: Certified, unconstrained: ConstrainedProblem) -> Fit:
+    """Return the fit, beside the solution of the unconstrained problem, which most learners know already."""
+    solution = found.solution
+    if solution.unconstrained is not None:
+        return Fit.of(found.reference, solution, solution.unconstrained)
+    free = best_solution(unconstrained)
+    return Fit.of(found.reference, solution, free.posterior if isinstance(free, Solution) else solution.posterior)
 
 
 def _given(samples: Samples | Mapping[str, Samples], plant: ConstrainedSystem) -> dict[str, Samples]:

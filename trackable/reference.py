@@ -2,7 +2,6 @@
 
 import operator
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Self
 
@@ -10,18 +9,16 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
-from trackable.certificates.claim import OnWindow
 from trackable.certificates.outcome import Counterexample, Unproved
-from trackable.certificates.prove import Outcome, prove, prove_on_window
 from trackable.certificates.rounding.references import LATEST
-from trackable.errors import InputError, NoReferenceError
-from trackable.files import read_bytes, write_atomically, write_json
-from trackable.gp.joint import JointPosterior, JointPrior
-from trackable.gp.prior import NOISE
+from trackable.errors import NoReferenceError
+from trackable.explanation import costs, distances, ignored
+from trackable.files import write_json
+from trackable.fit import Fit
+from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
-from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
-from trackable.learning.search import best_solution
-from trackable.learning.space import SearchSpace
+from trackable.learning.problem import ActiveBound, Moved, NoSolution
+from trackable.saved import SavedReference
 from trackable.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Coordinate
@@ -40,15 +37,52 @@ class NotTrackableError(NoReferenceError):
 class TrackableReference:
     """A learned reference with its proof: the system can follow it at all times that `certificate` names.
 
-    `samples` and the learned `prior` are those of the flat outputs; `objective` is l(θ) = −2 ln p(y) at the optimum.
-    Steps outside of what is proved are refused with a ValueError; `reference` has values there too, but no guarantee.
+    `fit` holds what it was learned from, and what its bounds cost. Steps outside of what is proved are refused with a
+    ValueError; `reference` has values there too, but no guarantee.
     """
 
-    reference: Reference
+    fit: Fit
     certificate: Certificate
-    samples: tuple[Samples, ...]
-    prior: JointPrior
-    objective: float
+
+    @property
+    def reference(self) -> Reference:
+        """The reference itself, at all times."""
+        return self.fit.reference
+
+    @property
+    def samples(self) -> tuple[Samples, ...]:
+        """The samples of the flat outputs."""
+        return self.fit.samples
+
+    @property
+    def prior(self) -> JointPrior:
+        """The prior of the flat outputs, with the learned hyperparameters."""
+        return self.fit.prior
+
+    @property
+    def objective(self) -> float:
+        """J = l(θ) + D(θ) at the optimum, with l = −2 ln p(y) and D what the bounds cost."""
+        return self.fit.objective
+
+    @property
+    def method(self) -> Moved:
+        """What was learned: "joint", or "hyperparameters" if no better function was found than a posterior mean."""
+        return self.fit.moved
+
+    @property
+    def price(self) -> float:
+        """What the guarantee costs: J minus the least l that was found without bounds, in the unit of l = −2 ln p."""
+        return self.fit.price
+
+    @property
+    def duality_gap(self) -> float:
+        """At most how much J could fall for the same hyperparameters, by another function within the plant's bounds."""
+        return self.fit.duality_gap
+
+    @property
+    def active_bounds(self) -> tuple[ActiveBound, ...]:
+        """The bounds that hold the reference back: their times, multipliers and prices."""
+        return self.fit.active_bounds
 
     def state(self, k: Array | int) -> Array:
         """Return x_r(k) at steps k of any shape: (*k.shape, n). ValueError for steps outside of what is proved."""
@@ -95,7 +129,7 @@ class TrackableReference:
         """
         self._refuse_unproved(k)
         also = bounded_steps(self.reference, self.samples, self.certificate.claim.span)
-        return draws_within_bounds(self.reference, self._posterior, k, also, count, seed)
+        return draws_within_bounds(self.reference, self.fit.posterior, k, also, count, seed)
 
     def bands(self, k: Array | int, coverage: float = 0.95, count: int = 2000, seed: int = 0) -> Bands:
         """Return where each state and each input is at steps k with probability `coverage`: they stay in their bounds.
@@ -113,32 +147,20 @@ class TrackableReference:
     @property
     def misfit(self) -> dict[str, float]:
         """The root mean square of samples minus reference, by name of what is sampled and in its unit."""
-        return {name: _root_mean_square(off) for name, off in self._off.items()}
+        return {misfit.name: misfit.size for misfit in self.fit.misfits}
+
+    @property
+    def unconstrained_misfit(self) -> dict[str, float]:
+        """The same for what is learned from these samples without bounds."""
+        return {misfit.name: misfit.size_unconstrained for misfit in self.fit.misfits}
 
     @property
     def explanation(self) -> str:
-        """What is proved, and how far the reference is from its samples, in one sentence."""
+        """What is proved, how far the reference is from its samples, and what its bounds cost."""
         until = self.certificate.evaluated_until
         rounding = f" (evaluated in float64 up to {until:.4g} s)" if until < LATEST else ""
-        return f"{self.certificate.explanation}{rounding}; {', '.join(self._distances)}"
-
-    @property
-    def _off(self) -> dict[str, Array]:
-        """Samples minus what the reference says of them."""
-        flat = zip(self.prior.names, self.samples, self.reference.signals, strict=True)
-        return {name: of.values - of.stencil.measured(signal, of.times) for name, of, signal in flat}
-
-    @property
-    def _distances(self) -> list[str]:
-        said = []
-        for (name, off), of, part in zip(self._off.items(), self.samples, self.prior.parts, strict=True):
-            by_noise = _root_mean_square(off / (part.noise_std * of.relative_noise))
-            noise = "learned noise" if NOISE in part.learned else "noise"  # which a bad fit makes large
-            said.append(
-                f"it is {_root_mean_square(off):.3g} off the samples of {name}, which spread by "
-                f"{np.std(of.values):.3g} (root mean squares), and {by_noise:.3g} times their {noise}"
-            )
-        return said
+        proved = f"{self.certificate.explanation}{rounding}"
+        return "; ".join(filter(None, [ignored(self.fit), proved, distances(self.fit), costs(self.fit)]))
 
     def _refuse_unproved(self, k: Array | int) -> None:
         steps = np.asarray(k, dtype=float)
@@ -152,21 +174,12 @@ class TrackableReference:
             )
 
     def unconstrained(self) -> Reference:
-        """Learn a reference from the same samples and prior without constraints, to compare with.
-
-        The system may be unable to follow it. Raises NotTrackableError where nothing can be learned.
-        """
-        space = SearchSpace.around(self.samples, self.prior)
-        found = best_solution(ConstrainedProblem(self.samples, self.prior, space))
-        if not isinstance(found, Solution):
-            raise NotTrackableError(found)
-        return Reference(found.posterior.signals, self.reference.plant)
+        """Return the reference of least l without bounds, to compare with: the system may be unable to follow it."""
+        return self.fit.unconstrained
 
     def save(self, path: Path | str) -> None:
         """Write everything as JSON, losslessly and atomically. Raises OSError."""
-        from trackable.codec import dumps  # noqa: PLC0415  loaded for files only
-
-        write_atomically(Path(path), dumps(SavedReference.of(self)))
+        SavedReference.of(self.fit, self.certificate).write(Path(path))
 
     @classmethod
     def load(cls, path: Path | str) -> Self:
@@ -175,21 +188,17 @@ class TrackableReference:
         Raises InputError where the file cannot be read or holds a certificate, CodecError where it is not what `save`
         wrote, and NotTrackableError where it holds a reference that cannot be proved to keep its bounds.
         """
-        saved = _read(Path(path))
+        saved = SavedReference.read(Path(path))
         found = saved.proof()
         if not isinstance(found, Certificate):
             raise NotTrackableError(found)
-        return cls(saved.reference, found, saved.samples, saved.prior, saved.objective)
+        return cls(saved.fit, found)
 
     def save_certificate(self, path: Path | str) -> None:
         """Write the proof alone, for `python -m trackable check FILE`. Raises OSError."""
         from trackable.codec.certificates import encode_certificate  # noqa: PLC0415  loaded for files only
 
         write_json(Path(path), encode_certificate(self.certificate))
-
-    @cached_property
-    def _posterior(self) -> JointPosterior:
-        return JointPosterior(self.prior, self.samples)
 
     def _times(self, k: Array | int) -> Array:
         return np.asarray(self.reference.instants(k), dtype=float)
@@ -201,9 +210,9 @@ class TrackableReference:
     def _variance(self, q: Coordinate, t: Array) -> Array:
         """Of formulas to first order, with other weights at each time."""
         if isinstance(q, Functional):
-            return self._posterior.variance_of(q.rounded, t, q.sampling_time)
+            return self.fit.posterior.variance_of(q.rounded, t, q.sampling_time)
         each = [
-            self._posterior.variance_of(q.weights_at(self.reference.signals, at), at, q.sampling_time)
+            self.fit.posterior.variance_of(q.weights_at(self.reference.signals, at), at, q.sampling_time)
             for at in t.reshape(-1, 1)
         ]
         return np.array(each).reshape(t.shape)
@@ -211,40 +220,3 @@ class TrackableReference:
     def __repr__(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())
         return f"TrackableReference({theta}; {self.explanation})"
-
-
-@dataclass(frozen=True, eq=False)
-class SavedReference:
-    """A file's content: `proved_from` and `proved_until` [s] for a window only."""
-
-    reference: Reference
-    samples: tuple[Samples, ...]
-    prior: JointPrior
-    objective: float
-    proved_from: float | None
-    proved_until: float | None
-
-    @classmethod
-    def of(cls, found: TrackableReference) -> Self:
-        claim = found.certificate.claim
-        ends = (claim.start, claim.end) if isinstance(claim, OnWindow) else (None, None)
-        return cls(found.reference, found.samples, found.prior, found.objective, *ends)
-
-    def proof(self) -> Outcome:
-        if self.proved_from is None or self.proved_until is None:
-            return prove(self.reference)
-        return prove_on_window(self.reference, self.proved_from, self.proved_until)
-
-
-def _root_mean_square(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _read(path: Path) -> SavedReference:
-    from trackable.codec import loads  # noqa: PLC0415  loaded for files only
-    from trackable.codec.certificates import FORMAT  # noqa: PLC0415  loaded for files only
-
-    content = read_bytes(path)
-    if f'"format": "{FORMAT}"'.encode() in content:
-        raise InputError(f"{path}: holds a certificate; what can be loaded is the reference, as `save` writes it")
-    return loads(SavedReference, content)

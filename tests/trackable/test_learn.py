@@ -11,6 +11,7 @@ from tests.trackable.plants import AXIS, CART, KERNEL, MIXED, MOVED, SAMPLES, TI
 from trackable import (
     ConstrainedSystem,
     Failed,
+    IgnoresSamplesWarning,
     LinearSystem,
     NotTrackableError,
     Periodic,
@@ -79,7 +80,7 @@ def test_a_file_that_was_changed_is_refused(axis: TrackableReference, tmp_path: 
     path = tmp_path / "axis.json"
     axis.save(path)
     content = json.loads(path.read_text())
-    content["reference"]["signals"][0]["weights"][3] *= 1.5
+    content["fit"]["reference"]["signals"][0]["weights"][3] *= 1.5
     path.write_text(json.dumps(content))
     with pytest.raises(NotTrackableError, match="certainly breaks"):
         TrackableReference.load(path)
@@ -133,7 +134,8 @@ def test_how_far_the_samples_are_is_said(axis: TrackableReference) -> None:
 def test_the_usual_process_is_at_hand_to_compare_with(axis: TrackableReference) -> None:
     """It is closer to the samples, and breaks the bounds."""
     weak = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.5], [0.2, 0.5]), AXIS.input_set)
-    slow = learn_reference({"position": SAMPLES}, weak, KERNEL, "all_times", noise_std=0.02)
+    with pytest.warns(IgnoresSamplesWarning, match="the velocity upper bound costs"):
+        slow = learn_reference({"position": SAMPLES}, weak, KERNEL, "all_times", noise_std=0.02)
     usual = slow.unconstrained()
     assert usual.plant is slow.reference.plant
     off = SAMPLES.values - usual.state_at(TIMES)[:, 0]
@@ -164,7 +166,8 @@ def test_each_sample_may_have_its_own_noise() -> None:
     spoilt[4] += 0.5
     noise = np.full(16, 0.02)
     noise[4] = 100.0
-    trusting = learn_reference(Samples(TIMES, spoilt), AXIS, KERNEL, "all_times", noise_std=0.02)
+    with pytest.warns(IgnoresSamplesWarning, match=r"does not follow its samples"):
+        trusting = learn_reference(Samples(TIMES, spoilt), AXIS, KERNEL, "all_times", noise_std=0.02)
     knowing = learn_reference(Samples(TIMES, spoilt, noise), AXIS, KERNEL, "all_times", noise_std=1.0)
     at = TIMES[4] / 0.05
     assert abs(knowing.state(at)[0] - MOVED[4]) < 0.1 < abs(trusting.state(at)[0] - MOVED[4])

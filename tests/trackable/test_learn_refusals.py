@@ -47,6 +47,7 @@ def refusals() -> dict[str, tuple[dict[str, object], str]]:
         "no end": ({"claim": (0.0, float("inf"))}, "or (start, end) in seconds, got (0.0, inf)"),
         "no start": ({"claim": (1.0,)}, "or (start, end) in seconds, got (1.0,)"),
         "the wrong way": ({"claim": (3.0, 1.0)}, "claim: a window needs start < end, got [3.0, 1.0]"),
+        "no method": ({"method": "mean"}, "method: expected 'joint' or 'hyperparameters', got 'mean'"),
         "noise": (
             {"noise_std": (2, 1)},
             "noise_std must be a positive number (known) or [lower, upper] with 0 <",
@@ -84,5 +85,7 @@ def test_what_cannot_be_followed_says_by_how_much() -> None:
     """An amplitude that is known, and a force that is too small for it."""
     weak = ConstrainedSystem(AXIS.system, AXIS.state_set, Polytope.box([-0.01], [0.01]))
     with pytest.raises(NotTrackableError, match=r"breaks the .* bounds .* at t = .* s by") as raised:
-        learn_reference(SAMPLES, weak, SquaredExponential(1.0, 0.5), "all_times", noise_std=0.02)
+        learn_reference(
+            SAMPLES, weak, SquaredExponential(1.0, 0.5), "all_times", noise_std=0.02, method="hyperparameters"
+        )
     assert isinstance(raised.value.outcome, Infeasible)

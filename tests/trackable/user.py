@@ -1,5 +1,6 @@
 """A user's program, as type checkers see it: `test_public.py` runs mypy --strict on it. Nothing here is executed."""
 
+import warnings
 from pathlib import Path
 from typing import assert_type
 
@@ -13,6 +14,7 @@ from trackable import (
     CsvLayout,
     Failed,
     Field,
+    IgnoresSamplesWarning,
     Infeasible,
     Kernel,
     LinearSystem,
@@ -69,9 +71,13 @@ try:
     reference = learn_reference(recording.samples("position"), plant, kernel, "all_times", noise_std=(0.01, 0.1))
     assert_type(reference, TrackableReference)
     assert_type(reference.hyperparameters, dict[str, float])
+    assert_type(reference.price, float)
+    assert_type([bound.multiplier for bound in reference.active_bounds], list[float])
 except NotTrackableError as error:
     assert_type(error.outcome.explanation, str)
 learn_reference({"position": recording.samples("position")}, plant, {"position": kernel}, (0.0, 10.0), starts=3)
+learn_reference(recording.samples("position"), plant, kernel, "all_times", method="hyperparameters")
+warnings.simplefilter("error", IgnoresSamplesWarning)
 
 controller = Controller(plant, 10, [[1, 0], [0, 1]], [[0.1]])
 assert_type(controller.step(0, np.zeros(2), reference.reference), Plan | Infeasible)

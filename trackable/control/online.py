@@ -15,6 +15,7 @@ from trackable.control.simulation import simulate
 from trackable.control.step.result import Infeasible, Status
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
+from trackable.learning.learner import JOINT
 from trackable.learning.problem import NoSolution
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
@@ -117,8 +118,10 @@ def holds_for_all_times(learned: Certified) -> bool:
 
 
 def certified_learner(prior: JointPrior, plant: ConstrainedSystem, starts: int = 8) -> Learner:
-    """Return a learner that searches the hyperparameters anew, in intervals chosen from the samples of each window."""
-    return lambda samples: learn_certified(samples, prior, plant, SearchSpace.around(samples, prior, starts=starts))
+    """Return a learner of function and hyperparameters, in intervals chosen from the samples of each window."""
+    return lambda samples: learn_certified(
+        samples, prior, plant, SearchSpace.around(samples, prior, starts=starts), learner=JOINT
+    )
 
 
 def receding_window(samples: tuple[Samples, ...], until: float, count: int) -> tuple[Samples, ...]:

@@ -82,6 +82,9 @@ class Round:
 
 Side = Literal["lower", "upper", "equal"]
 
+Moved = Literal["joint", "hyperparameters"]
+"""What was learned: function and hyperparameters together, or the hyperparameters alone."""
+
 
 @dataclass(frozen=True)
 class ActiveBound:
@@ -105,7 +108,8 @@ class Solution:
     `objective` is J = l + D, where D = `price` is what `active_bounds` cost; without them the `signals` are the
     posterior means, and J = l. `active` holds the places of each constraint in the last program. `fits` counts the
     nonlinear programs that were solved. `rounds` are the rounds that led from a start to this solution. `others` are
-    ln θ of other local minima, the best first.
+    ln θ of other local minima, the best first. `moved` says what was learned. `unconstrained` is the posterior at the
+    likelihood's minimum, where the learner has computed it on the way.
     """
 
     posterior: JointPosterior
@@ -116,6 +120,8 @@ class Solution:
     rounds: tuple[Round, ...] = ()
     active_bounds: tuple[ActiveBound, ...] = ()
     others: tuple[Array, ...] = ()
+    moved: Moved = "hyperparameters"
+    unconstrained: JointPosterior | None = None
 
     @property
     def price(self) -> float:

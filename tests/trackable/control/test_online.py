@@ -8,7 +8,7 @@ import pytest
 from tests.trackable.control import instances
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.claim import OnWindow
-from trackable.certificates.outcome import Unproved
+from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.control.controller import TOLERANCE, Controller
 from trackable.control.online import OnlineLoop, certified_learner, decide_update, receding_window, simulate_online
 from trackable.gp.joint import JointPrior
@@ -17,6 +17,7 @@ from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning.problem import NoSolution
 from trackable.learning.published.scalar import scalar
+from trackable.learning.space import SearchSpace
 from trackable.systems.sets.interval import Interval
 
 PLANT = instances.example1().plant
@@ -91,12 +92,23 @@ def test_a_reference_within_the_controllers_tolerance_only_is_not_accepted(first
 def test_a_problem_without_solution_is_not_accepted():
     # The prior comes to rest at 5, which is outside the state set, and all its hyperparameters are known.
     elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0),))
-    failed = certified_learner(elsewhere, PLANT, starts=2)(receding_window(STREAM, 0.8, 8))
+    samples = receding_window(STREAM, 0.8, 8)
+    failed = learn_certified(samples, elsewhere, PLANT, SearchSpace.around(samples, elsewhere, starts=2))
     assert isinstance(failed, NoSolution)
     update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
     assert not update.accepted
     assert update.reason.startswith("no solution: ")
     assert failed.explanation in update.reason
+
+
+def test_a_function_that_comes_to_rest_elsewhere_is_not_accepted():
+    """It keeps its bounds for as long as they are constrained, and breaks them later."""
+    elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0),))
+    failed = certified_learner(elsewhere, PLANT, starts=2)(receding_window(STREAM, 0.8, 8))
+    assert isinstance(failed, Counterexample)
+    update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
+    assert not update.accepted
+    assert update.reason.startswith("learned, but not proved: ")
 
 
 def test_a_reference_without_proof_is_not_accepted():

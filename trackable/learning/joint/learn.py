@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import IllConditioned
 from trackable.learning.joint.search import JointSearch, Point
 from trackable.learning.problem import ConstrainedProblem, Contradiction, Infeasible, NoSolution, Solution
@@ -35,9 +36,9 @@ def learn_jointly(problem: ConstrainedProblem) -> Solution | NoSolution:
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
     least = search.best.objective if search.best else np.inf
     if isinstance(alone, Solution) and not problem.pins and alone.objective < least:
-        return replace(alone, fits=fits)
+        return replace(alone, fits=fits, unconstrained=free.posterior)
     if search.best is not None:
-        return _solution(search.best, fits)
+        return _solution(search.best, fits, free.posterior)
     return _no_solution(problem, search.closest) if search.closest else alone
 
 
@@ -46,7 +47,7 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
     search = JointSearch(problem)
     places = solution.active if solution.active_bounds else None
     search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals)
-    return _solution(search.best, search.fits) if search.best else learn_jointly(problem)
+    return _solution(search.best, search.fits, solution.unconstrained) if search.best else learn_jointly(problem)
 
 
 def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
@@ -56,10 +57,18 @@ def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
         return np.inf
 
 
-def _solution(point: Point, fits: int) -> Solution:
+def _solution(point: Point, fits: int, unconstrained: JointPosterior | None) -> Solution:
     bent = point.function.bent
-    active = point.function.places
-    return Solution(bent.posterior, bent.signals, point.objective, active, fits, active_bounds=bent.active_bounds)
+    return Solution(
+        bent.posterior,
+        bent.signals,
+        point.objective,
+        point.function.places,
+        fits,
+        active_bounds=bent.active_bounds,
+        moved="joint",
+        unconstrained=unconstrained,
+    )
 
 
 def _no_solution(problem: ConstrainedProblem, closest: Point) -> NoSolution:

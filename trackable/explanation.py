@@ -1,0 +1,52 @@
+"""What a fit says of itself, in plain sentences."""
+
+from trackable.fit import Fit, Misfit
+
+_DEAREST = 3
+
+
+class IgnoresSamplesWarning(UserWarning):
+    """A reference keeps its bounds, but does not follow the samples from which it was learned."""
+
+
+def ignored(fit: Fit) -> str | None:
+    """Return a sentence if the reference ignores its samples, with what would help; None if it follows them."""
+    large = [misfit for misfit in fit.misfits if misfit.is_large]
+    if not large:
+        return None
+    off = "; ".join(
+        f"it is {m.size:.3g} off those of {m.name}, and without bounds {m.size_unconstrained:.3g}" for m in large
+    )
+    return f"the reference keeps its bounds but does not follow its samples: {off}; {_help(fit)}"
+
+
+def distances(fit: Fit) -> str:
+    """Return how far the reference is from its samples, beside their noise and the unconstrained fit."""
+    return "; ".join(_distance(misfit) for misfit in fit.misfits)
+
+
+def costs(fit: Fit) -> str:
+    """Return what the bounds cost, which of them and when."""
+    said = [f"the bounds cost {fit.price:.3g} in −2 ln p"]
+    dearest = [str(contact) for contact in fit.contacts[:_DEAREST] if contact.price > 0]
+    if dearest:
+        said.append(", ".join(dearest))
+    if fit.active_bounds:
+        said.append(f"no function costs less by more than {fit.duality_gap:.2g} for these hyperparameters")
+    return "; ".join(said)
+
+
+def _distance(misfit: Misfit) -> str:
+    noise = "learned noise" if misfit.is_learned else "noise"
+    return (
+        f"it is {misfit.size:.3g} off the samples of {misfit.name}, which spread by "
+        f"{misfit.samples.values.std():.3g} (root mean squares), and {misfit.in_noise:.3g} times their {noise}; "
+        f"without bounds {misfit.size_unconstrained:.3g}"
+    )
+
+
+def _help(fit: Fit) -> str:
+    if fit.moved == "hyperparameters":
+        return 'only the hyperparameters were learned: method="joint", wider bounds or another prior mean may help'
+    dearest = [str(contact) for contact in fit.contacts[:1]]
+    return f"{''.join(f'{said}: ' for said in dearest)}wider bounds or another prior mean may help"

@@ -1,0 +1,155 @@
+"""A reference with what it was learned from: how far it is from its samples, and what its bounds cost."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.joint import JointPosterior, JointPrior
+from trackable.gp.prior import NOISE
+from trackable.gp.samples import Samples
+from trackable.learning.joint.contacts import Contact, contacts
+from trackable.learning.problem import ActiveBound, Moved, Solution
+from trackable.systems.reference import Reference
+
+# A reference follows its samples unless it is further off than all of these.
+_TIMES_UNCONSTRAINED = 3.0
+_TIMES_NOISE = 1.0
+_OF_SPREAD = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Misfit:
+    """The samples called `name`, minus the reference (`off`) and minus the `unconstrained` fit, each of shape (n,).
+
+    `noise_std` is σ_n of the unconstrained fit, learned from the samples if `is_learned` holds.
+    """
+
+    name: str
+    samples: Samples
+    off: Array
+    unconstrained: Array
+    noise_std: float
+    is_learned: bool
+
+    @property
+    def size(self) -> float:
+        """The root mean square of `off`, in the unit of the samples."""
+        return _root_mean_square(self.off)
+
+    @property
+    def size_unconstrained(self) -> float:
+        """The same of the unconstrained fit."""
+        return _root_mean_square(self.unconstrained)
+
+    @property
+    def in_noise(self) -> float:
+        """The root mean square of `off`, in standard deviations of each sample's noise."""
+        return self._weighted(self.off) / self.noise_std
+
+    @property
+    def is_large(self) -> bool:
+        """Whether the reference ignores the samples.
+
+        Three conditions have to hold; samples count by their relative noise. The reference is more than 3 times as far
+        off as the unconstrained fit: so neither the kernel nor the noise explains it. It is off by more than the noise:
+        a fit that passes through all samples is no measure. It is off by more than a tenth of their spread: less is
+        hardly seen in a plot, however small the noise.
+        """
+        w = self.samples.relative_noise**-2
+        about = self.samples.values - np.average(self.samples.values, weights=w)
+        return self._weighted(self.off) > max(
+            _TIMES_UNCONSTRAINED * self._weighted(self.unconstrained),
+            _TIMES_NOISE * self.noise_std,
+            _OF_SPREAD * self._weighted(about),
+        )
+
+    def _weighted(self, values: Array) -> float:
+        return _root_mean_square(values / self.samples.relative_noise)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A `reference` learned from `samples` of the flat outputs: all that is known of it beside its proof.
+
+    `prior` has the learned hyperparameters, `unconstrained_prior` those of the least l that was found without bounds.
+    `objective` is J = l + D; `moved` says whether the function was learned or its hyperparameters alone (then D = 0).
+    `active_bounds` are those that hold the function back, with multipliers and prices.
+    """
+
+    reference: Reference
+    samples: tuple[Samples, ...]
+    prior: JointPrior
+    unconstrained_prior: JointPrior
+    objective: float
+    moved: Moved
+    active_bounds: tuple[ActiveBound, ...]
+
+    @classmethod
+    def of(cls, reference: Reference, solution: Solution, unconstrained: JointPosterior) -> Self:
+        """Return the fit of a solution; of it and the `unconstrained` posterior, the one with smaller l is compared."""
+        learned = solution.posterior
+        least = min(unconstrained, learned, key=lambda posterior: posterior.negative_log_marginal_likelihood()[0])
+        active = solution.active_bounds
+        return cls(reference, learned.samples, learned.prior, least.prior, solution.objective, solution.moved, active)
+
+    @cached_property
+    def posterior(self) -> JointPosterior:
+        return JointPosterior(self.prior, self.samples)
+
+    @cached_property
+    def unconstrained_posterior(self) -> JointPosterior:
+        return JointPosterior(self.unconstrained_prior, self.samples)
+
+    @cached_property
+    def price(self) -> float:
+        """J minus the least l."""
+        return self.objective - self.unconstrained_posterior.negative_log_marginal_likelihood()[0]
+
+    @property
+    def duality_gap(self) -> float:
+        """An upper bound of how much J could fall for the same hyperparameters: 2 Σ_a λ_a (q_a − bound_a) ≥ 0.
+
+        The bounds are those of the plant, not those that were drawn in for the proof. Weak duality makes it a bound for
+        linear systems; for formulas it holds to first order. Given values count nothing: they are met exactly.
+        """
+        return sum(
+            2 * bound.multiplier * self._distance(bound) for bound in self.active_bounds if bound.side != "equal"
+        )
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """The active bounds, joined where they are less than a correlation time apart; the dearest come first."""
+        return contacts(self.active_bounds, min(signal.kernel.correlation_time for signal in self.reference.signals))
+
+    @cached_property
+    def misfits(self) -> tuple[Misfit, ...]:
+        """How far the reference and the unconstrained fit are from the samples of each flat output."""
+        off, free = self._off(self.reference), self._off(self.unconstrained)
+        parts = self.unconstrained_prior.parts
+        return tuple(
+            Misfit(name, samples, off[name], free[name], float(part.noise_std), NOISE in part.learned)
+            for name, samples, part in zip(self.prior.names, self.samples, parts, strict=True)
+        )
+
+    @cached_property
+    def unconstrained(self) -> Reference:
+        """The reference of least l, which need not keep any bounds."""
+        return Reference(self.unconstrained_posterior.signals, self.reference.plant)
+
+    def _off(self, reference: Reference) -> dict[str, Array]:
+        """Return samples minus what a reference says of them."""
+        flat = zip(self.prior.names, self.samples, reference.signals, strict=True)
+        return {name: of.values - of.stencil.measured(signal, of.times) for name, of, signal in flat}
+
+    def _distance(self, bound: ActiveBound) -> float:
+        """Return how far the reference stays inside an active bound, in the quantity's unit."""
+        quantity = self.reference.quantity(bound.name)
+        value = quantity(self.reference.signals, np.asarray(bound.time)).item()
+        return value - quantity.bounds.lower if bound.side == "lower" else quantity.bounds.upper - value
+
+
+def _root_mean_square(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,48 @@
+"""A learned reference as a file: the fit and the times of its proof, which is found again when it is read."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.claim import OnWindow
+from trackable.certificates.prove import Outcome, prove, prove_on_window
+from trackable.errors import InputError
+from trackable.files import read_bytes, write_atomically
+from trackable.fit import Fit
+
+
+@dataclass(frozen=True, eq=False)
+class SavedReference:
+    """A file's content: `proved_from` and `proved_until` [s] for a window only."""
+
+    fit: Fit
+    proved_from: float | None
+    proved_until: float | None
+
+    @classmethod
+    def of(cls, fit: Fit, certificate: Certificate) -> Self:
+        claim = certificate.claim
+        return cls(fit, *((claim.start, claim.end) if isinstance(claim, OnWindow) else (None, None)))
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Read a file. Raises InputError for one that holds a certificate or cannot be read, CodecError else."""
+        from trackable.codec import loads  # noqa: PLC0415  loaded for files only
+        from trackable.codec.certificates import FORMAT  # noqa: PLC0415  loaded for files only
+
+        content = read_bytes(path)
+        if f'"format": "{FORMAT}"'.encode() in content:
+            raise InputError(f"{path}: holds a certificate; what can be loaded is the reference, as `save` writes it")
+        return loads(cls, content)
+
+    def write(self, path: Path) -> None:
+        from trackable.codec import dumps  # noqa: PLC0415  loaded for files only
+
+        write_atomically(path, dumps(self))
+
+    def proof(self) -> Outcome:
+        """Prove again what was proved."""
+        if self.proved_from is None or self.proved_until is None:
+            return prove(self.fit.reference)
+        return prove_on_window(self.fit.reference, self.proved_from, self.proved_until)
