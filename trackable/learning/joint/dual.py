@@ -40,7 +40,7 @@ def solve_dual(covariance: Array, demand: Array, is_equation: npt.NDArray[np.boo
 
     The non-negative part is solved as a least squares problem (Lawson and Hanson): min ‖Rᵀ λ − R⁻¹ d‖ with K = R Rᵀ.
     """
-    scale = np.sqrt(np.maximum(covariance.diagonal(), np.finfo(float).tiny))
+    scale = _norms(covariance)
     scaled, wanted = covariance / np.outer(scale, scale), demand / scale
     jitter = _JITTER
     while jitter <= _LARGEST_JITTER:
@@ -54,11 +54,17 @@ def solve_dual(covariance: Array, demand: Array, is_equation: npt.NDArray[np.boo
 
 def solve_symmetric(covariance: Array, right: Array) -> Array:
     """Return x with K x = r for the covariance K of a few rows; directions that K does not have stay zero."""
-    scale = np.sqrt(np.maximum(covariance.diagonal(), np.finfo(float).tiny))
+    scale = _norms(covariance)
     powers, directions = np.linalg.eigh(covariance / np.outer(scale, scale))
     strong = powers > _WEAK * powers[-1]
     along = directions[:, strong]
     return np.asarray(along @ (along.T @ (right / scale) / powers[strong]) / scale)
+
+
+def _norms(covariance: Array) -> Array:
+    """Return the norms of the rows; 1 for a row without norm, which no δ moves: its demand is met, or contradicts."""
+    norms = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
+    return np.where(norms > 0, norms, 1.0)
 
 
 def _solved(K: Array, d: Array, is_equation: npt.NDArray[np.bool_]) -> Array | None:
