@@ -1,11 +1,13 @@
 """Polynomials that are nowhere negative on [−1, 1]."""
 
+from functools import cache
 from itertools import pairwise
 from math import comb
 
-from trackable.checker.arithmetic.intervals import ZERO, Real, at_most, total
+from trackable.checker.arithmetic.intervals import ZERO, Real, at_most, exactly, total
 
 _MOST_CUTS = 500
+_TWO = exactly(2)
 
 
 def is_positive(a: list[Real]) -> bool:
@@ -13,9 +15,9 @@ def is_positive(a: list[Real]) -> bool:
     n = len(a) - 1
     p = [a[n]]
     for coefficient in reversed(a[:-1]):  # Horner: p ← (2y − 1) p + a_k
-        p = [2 * x - y for x, y in zip([ZERO, *p], [*p, ZERO], strict=True)]
+        p = [_TWO * x - y for x, y in zip([ZERO, *p], [*p, ZERO], strict=True)]
         p[0] += coefficient
-    waiting = [[total(p[j] * comb(k, j) / comb(n, j) for j in range(k + 1)) for k in range(n + 1)]]
+    waiting = [[total(p[j] * above / below for j, (above, below) in enumerate(row)) for row in _binomials(n)]]
     for _ in range(_MOST_CUTS):
         if not waiting:
             return True
@@ -31,3 +33,9 @@ def is_positive(a: list[Real]) -> bool:
             b = [(x + y) / 2 for x, y in pairwise(b)]
         waiting += [left, right]
     return False
+
+
+@cache
+def _binomials(n: int) -> list[list[tuple[Real, Real]]]:
+    """Return C(k, j) and C(n, j) for j ≤ k ≤ n: the Bernstein coefficient k of y^j in degree n is their ratio."""
+    return [[(exactly(comb(k, j)), exactly(comb(n, j))) for j in range(k + 1)] for k in range(n + 1)]

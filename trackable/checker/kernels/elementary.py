@@ -29,7 +29,8 @@ class Elementary(Kernel):
 
     def scaled(self, shape: list[Real]) -> list[Real]:
         """Coefficients of θ₁² φ from those of φ."""
-        return [self.variance * coefficient for coefficient in shape]
+        variance = self.variance
+        return [variance * coefficient for coefficient in shape]
 
     def falling(self, distance: Real, steepest: Real) -> Decay:
         """Bounds for a κ that falls with the distance, and whose |κ̇| rises up to `steepest` and falls from there on."""

@@ -25,11 +25,11 @@ class PiecewisePolynomial(Elementary):
         if self._is_over(r):
             return [ZERO] * n
         y = [1 - r / self.length, -h / self.length]
-        found = [ZERO] * n
-        for coefficient in reversed(self.p):  # Horner's rule
-            found = times(found, y, n)
+        found: list[Real] = []
+        for coefficient in reversed(self.p):  # Horner's rule; the degree grows by one in each step
+            found = times(found, y, min(len(found) + 1, n))
             found[0] += coefficient
-        return self.scaled(found)
+        return [*self.scaled(found), *[ZERO] * (n - len(found))]
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
         if self._is_over(r):
