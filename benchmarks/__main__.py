@@ -10,7 +10,7 @@ from benchmarks import report
 from benchmarks.duel import Row
 from benchmarks.machine import described, load
 
-_ALL = ("likelihood", "constrained", "growth", "mpc", "imports")
+_ALL = ("likelihood", "constrained", "jointly", "recorded", "growth", "mpc", "imports")
 
 
 def measured(name: str) -> list[Row]:
