@@ -13,7 +13,7 @@ from pipeline.methods import Fit, Method, Task
 from pipeline.storage.archive import Fitted, read_samples, write_fit
 from pipeline.storage.results import Results
 from pipeline.storage.tables import to_csv
-from pipeline.study import study
+from pipeline.studies import study
 from trackable.arrays import Array
 from trackable.errors import NoReferenceError
 from trackable.files import write_json, write_text

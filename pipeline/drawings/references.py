@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from pipeline.drawings import algorithm1, periodic
 from pipeline.experiments import Experiment
-from pipeline.methods import methods_in_figures
+from pipeline.methods import UNCONSTRAINED, methods_in_figures
 from pipeline.storage.archive import Fitted, read_margins
 from pipeline.storage.results import Results
 from trackable import plots
@@ -20,12 +20,21 @@ def drawings(experiment: Experiment, results: Results, fitted: Fitted) -> dict[s
     by_name: dict[str, Callable[[], Figure]] = {"margins": lambda: _margins(results, fitted)}
     if not (algorithm1.applies_to(fitted) or periodic.applies_to(fitted)):
         by_name["tracking"] = lambda: _tracking(experiment, fitted)
+    if fitted.study and fitted.study.tightness:
+        by_name["tightness"] = lambda: _tightness(fitted)
     return by_name
 
 
 def _margins(results: Results, fitted: Fitted) -> Figure:
     by_method = read_margins(results, fitted.learned)
     return plots.margins({method.name: by_method[method.name] for method in methods_in_figures(by_method)})
+
+
+def _tightness(fitted: Fitted) -> Figure:
+    assert fitted.study, "drawn only where there is one"
+    baseline = fitted.learned[UNCONSTRAINED.name]
+    (part,) = baseline.prior.parts
+    return plots.tightness(fitted.study.tightness, baseline.method, baseline.nlml, float(part.noise_std))
 
 
 def _tracking(experiment: Experiment, fitted: Fitted) -> Figure:

@@ -75,10 +75,14 @@ class Verification(Fields):
 
 
 class StudyFields(Fields):
-    """Solve program (9) with each η of `conservatism`, and learn from samples that the first `draws` seeds give."""
+    """Solve program (9) with each η of `conservatism`, and learn from samples that the first `draws` seeds give.
+
+    `tightness` are upper bounds of the state: references are learned for each of them too.
+    """
 
     conservatism: Counts = ()
     draws: NonNegativeInt = 0
+    tightness: Annotated[tuple[float, ...], BeforeValidator(as_tuple)] = ()
 
 
 class Published(Fields):

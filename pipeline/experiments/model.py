@@ -116,15 +116,26 @@ class Experiment(Fields):
     def _mistakes_of_the_study(self) -> Iterator[str]:
         if self.study is None:
             return
-        if self.periodic is None:
+        if (self.study.conservatism or self.study.draws) and self.periodic is None:
             yield "study: compares periodic programs, but the block periodic is missing"
         if self.study.draws and not all(isinstance(source, Drawn) for source in self.samples.values()):
             yield "study.draws: compares seeds, but the samples are not drawn"
+        if self.study.tightness and not (self.truths and self.state_set.lower and self.state_set.H is None):
+            yield "study.tightness: moves the bound of one state whose ground truth is known, in a box"
+        for upper in self.study.tightness:
+            try:
+                _ = self.with_upper_bound(upper).plant
+            except ValueError as error:
+                yield f"study.tightness: {upper:g}: {error}"
 
     @property
     def plant(self) -> ConstrainedSystem:
         """The system with its sets."""
         return ConstrainedSystem(self.system.discrete, self.state_set.polytope, self.input_set.polytope)
+
+    def with_upper_bound(self, upper: float) -> "Experiment":
+        """Return the same experiment with another upper bound of its only state."""
+        return self.model_copy(update={"state_set": self.state_set.model_copy(update={"upper": (upper,)})})
 
     @property
     def sources(self) -> dict[str, Source]:

@@ -10,6 +10,7 @@ from trackable.plots.margins import margins
 from trackable.plots.periodic import GrowthIntervals, conservatism, growth_intervals, periodic_prediction
 from trackable.plots.prediction import Published, prediction
 from trackable.plots.style import save, svg
+from trackable.plots.tightness import tightness
 from trackable.plots.tracking import Observed, tracking
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "relearned",
     "save",
     "svg",
+    "tightness",
     "tracking",
     "tube",
 ]

@@ -74,7 +74,7 @@ def test_all_fields_that_do_not_fit_are_said_at_once(tmp_path: Path) -> None:
         "example1",
         ("claim: all_times", "claim: all_phases"),
         ("    algorithm1: {first_step: 70, last_step: 300}\n", ""),
-        ("published:", "study: {draws: 3}\n    published:"),
+        ("study: {tightness: [0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005]}", "study: {draws: 3}"),
     )
     with pytest.raises(InputError) as raised:
         load_experiment("example1", written_to(tmp_path, text))

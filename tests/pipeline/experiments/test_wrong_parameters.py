@@ -85,6 +85,18 @@ WRONG = [
     ("example2", "[4, 8, 16, 32, 64, 128, 256]", "[4, 0]", r"study\.conservatism\.1: .*got 0"),
     ("example2", "[4, 8, 16, 32, 64, 128, 256]", "4", r"study\.conservatism: .*got 4"),
     ("example2", "draws: 30", "draws: -1", r"study\.draws: .*got -1"),
+    (
+        "example1",
+        "tightness: [0.05, 0.02,",
+        "tightness: [0.05, -2.5,",
+        r"study\.tightness: -2\.5: set: must have an interior",
+    ),
+    (
+        "vehicle",
+        "    search: {starts: 8}\n",
+        "    search: {starts: 8}\n    study: {tightness: [1.0]}\n",
+        r"study\.tightness: moves the",
+    ),
     ("example2", "joint]", "joint, sampled]", r"methods: sampled: the period is learned"),
     ("vehicle", "states: [x, y, vx, vy]", "states: [x, y, vx]", r"4 states and 2 inputs need as many different names"),
     ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", r"system\.A: expected a matrix: a list of rows of numbers, all"),

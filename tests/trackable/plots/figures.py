@@ -19,7 +19,7 @@ from trackable.learning.landscape import landscape
 from trackable.learning.learned import Trace
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.scalar import scalar, state_and_input
-from trackable.learning.published.study import Conservatism
+from trackable.learning.published.study import Conservatism, Tightness
 from trackable.learning.space import SearchSpace
 from trackable.plots.scalar import state_at_steps, tube_after_steps
 from trackable.systems.margins import margin_profile
@@ -132,10 +132,17 @@ def draw_conservatism() -> Figure:
     return plots.conservatism(found, {"unconstrained": 30.0, "exact form": 40.0})
 
 
+def draw_tightness() -> Figure:
+    bounds = np.array([0.05, 0.01, 0.002])
+    found = {"alone": Tightness(bounds, 1 / bounds, 1 - bounds, 2 - bounds), "joint": Tightness(bounds, *3 * [bounds])}
+    return plots.tightness(found, "unconstrained", least=-1.0, noise_std=0.01)
+
+
 FIGURES = [
     draw_periodic_prediction,
     draw_growth,
     draw_conservatism,
+    draw_tightness,
     draw_tube,
     draw_asymptotic,
     draw_convergence,

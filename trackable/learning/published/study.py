@@ -1,6 +1,6 @@
-"""Results of two studies of the periodic methods: the conservatism of program (9), and other draws of the samples."""
+"""Results of studies: the conservatism of program (9), other draws of the samples, and tighter bounds."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from trackable.arrays import Array
 
@@ -39,8 +39,23 @@ class Draws:
 
 
 @dataclass(frozen=True)
+class Tightness:
+    """References of one method, proved for other upper bounds of the state: arrays with one entry for each of `uppers`.
+
+    Each has its objective J, and the root mean square distances to its samples and to the true reference. A bound for
+    which no reference was proved is left out.
+    """
+
+    uppers: Array
+    objectives: Array
+    misfits: Array
+    errors: Array
+
+
+@dataclass(frozen=True)
 class Study:
-    """Both studies of one experiment."""
+    """The studies of one experiment; `tightness` is by method."""
 
     conservatism: Conservatism
     draws: Draws
+    tightness: dict[str, Tightness] = field(default_factory=dict)

@@ -1,51 +1,21 @@
 """What is learned about the periodic methods: how conservative program (9) is, and how much depends on the samples."""
 
-from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import fields
-from functools import partial
-from multiprocessing import get_context
-
 import numpy as np
-from tqdm import tqdm
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.sources import Drawn
 from pipeline.methods.periodic import at_all_phases, on_intervals
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
-from trackable.arrays import Array
 from trackable.errors import NoReferenceError
 from trackable.gp.joint import JointPosterior
 from trackable.gp.period import period_of
 from trackable.gp.samples import Samples
 from trackable.learning.methods import all_phases, unconstrained
 from trackable.learning.problem import NoSolution, Solution
-from trackable.learning.published.study import Conservatism, Draws, Study
 from trackable.systems.constrained import ConstrainedSystem
 
 
-def study(experiment: Experiment, samples: tuple[Samples, ...]) -> Study | None:
-    """Run the study of the experiment; return None where it has none. Raises NoReferenceError.
-
-    The fits are spread over the machine's cores. The numbers do not depend on how many there are: each process has one
-    BLAS thread, as its environment says.
-    """
-    wanted = experiment.study
-    if wanted is None:
-        return None
-    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        rows = pool.map(partial(_interval_row, experiment, samples), wanted.conservatism)
-        draws = pool.map(partial(_draw_row, experiment), range(wanted.draws))
-        of_counts = [row for row in tqdm(rows, total=len(wanted.conservatism), desc="η", disable=None) if row]
-        of_seeds = list(tqdm(draws, total=wanted.draws, desc="draws", disable=None))
-    return Study(Conservatism(*_columns(Conservatism, of_counts)), Draws(*_columns(Draws, of_seeds)))
-
-
-def _columns(table: type[Conservatism] | type[Draws], rows: Sequence[Sequence[float]]) -> list[Array]:
-    return list(np.array(rows, dtype=float).reshape(len(rows), len(fields(table))).T)
-
-
-def _interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: int) -> list[float]:
+def interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: int) -> list[float]:
     """Return the entries of `Conservatism` for η = `count`; an empty row where (9) has no solution."""
     task = experiment.task(samples)
     outcome = on_intervals(task, count)
@@ -54,7 +24,7 @@ def _interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: i
     return [count, outcome.objective, *_margins(task.plant, outcome.posterior)]
 
 
-def _draw_row(experiment: Experiment, seed: int) -> list[float]:
+def draw_row(experiment: Experiment, seed: int) -> list[float]:
     """Return the entries of `Draws` for one seed."""
     task = experiment.task((_drawn(experiment, seed),))
     free = _solution(experiment, seed, unconstrained(task.samples, task.prior, task.plant, task.space))
