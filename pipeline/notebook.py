@@ -39,6 +39,7 @@ def notebook(name: str) -> None:
             kernel_name="python3",
             record_timing=False,
             coalesce_streams=True,
+            shutdown_kernel="immediate",  # nothing is to be saved; a graceful end takes a second
             resources={"metadata": {"path": str(NOTEBOOKS)}},
             # Sockets in a folder of our own: no open port.
             config=Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}}),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from flint import arb, arb_poly
+from flint import arb, arb_poly, arb_series
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.balls.models import Enclosure, Models
@@ -75,10 +75,10 @@ def _polynomial(shifted: ShiftedSignal, box: Box, terms: int) -> arb_poly:
     kernel = balls_of(shifted.signal.kernel)
     with ball_arithmetic(terms):
         middle, half = _midpoint(box)
-        expansion, polynomial = Expansion(half, arb(box.radius), terms), arb_poly()
+        expansion, polynomial = Expansion(half, arb(box.radius), terms), arb_series([0], prec=terms)
         for shift, c in shifted.summands:
             polynomial += kernel.polynomial(middle + shift, expansion, _side(box, shift)) * c
-        return polynomial
+        return arb_poly(polynomial.coeffs())
 
 
 def best_radius(signals: Collection[ShiftedSignal], start: float, end: float, terms: int) -> float:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from flint import arb, arb_poly, arb_series
+from flint import arb, arb_series
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 
@@ -54,6 +54,10 @@ class KernelBalls(ABC):
     def taylor(self, r: arb_series) -> arb_series:
         """Enclose κ along r = r₀ + h x + …, as a power series in x; the branch that holds at r₀ > 0."""
 
+    def exponential(self, r: arb_series) -> tuple[arb, arb_series] | None:
+        """Return v and e with κ = v exp(e) along r, as `taylor` does; None where κ is not stated so."""
+        return None
+
     @abstractmethod
     def on_disc(self, r: arb, radius: arb) -> arb:
         """Bound |κ(z)| over |z − r| ≤ radius, of the branch that holds at |r|; infinite where κ is singular."""
@@ -88,11 +92,11 @@ class KernelBalls(ABC):
         found: arb = self.taylor(arb_series([abs(r)], prec=1))[0]
         return found + arb(0, 1) * self.jump(r, arb(0))
 
-    def polynomial(self, r: arb, box: Expansion, side: int) -> arb_poly:
+    def polynomial(self, r: arb, box: Expansion, side: int) -> arb_series:
         """Return the Taylor polynomial of κ(r + half x) in x; `side` as in `missed`."""
         # κ is even: differences are mirrored to the branch of r ≥ 0.
         mirror = side or (1 if r >= 0 else -1)
-        return arb_poly(self.taylor(arb_series([mirror * r, mirror * box.half], prec=box.terms)).coeffs())
+        return self.taylor(arb_series([mirror * r, mirror * box.half], prec=box.terms))
 
     def missed(self, r: arb, box: Expansion, side: int) -> arb:
         """Bound what the Taylor polynomial about r leaves out in the box.

@@ -50,7 +50,15 @@ class SumBalls(CombinationBalls):
 class ProductBalls(CombinationBalls):
     """κ = κ₁ κ₂."""
 
+    def exponential(self, r: arb_series) -> tuple[arb, arb_series] | None:
+        left, right = self.left.exponential(r), self.right.exponential(r)
+        return (left[0] * right[0], left[1] + right[1]) if left and right else None
+
     def taylor(self, r: arb_series) -> arb_series:
+        # One exponential takes half the time of two and their product.
+        if found := self.exponential(r):
+            size, exponent = found
+            return exponent.exp() * size
         return self.left.taylor(r) * self.right.taylor(r)
 
     def on_disc(self, r: arb, radius: arb) -> arb:

@@ -26,8 +26,12 @@ class PeriodicBalls(ElementaryBalls):
     def has_periodic_part(self) -> bool:
         return True
 
+    def exponential(self, r: arb_series) -> tuple[arb, arb_series]:
+        return self.variance, ((r * self.omega).cos() - 1) / self.squared_length
+
     def taylor(self, r: arb_series) -> arb_series:
-        return (((r * self.omega).cos() - 1) / self.squared_length).exp() * self.variance
+        size, exponent = self.exponential(r)
+        return exponent.exp() * size
 
     def on_disc(self, r: arb, radius: arb) -> arb:
         # Re cos(x + iy) = cos x cosh y.

@@ -8,9 +8,13 @@ from trackable.certificates.kernels.elementary import RadialBalls, least_square
 class SquaredExponentialBalls(RadialBalls):
     """κ(r) = θ₁² exp(−r²/(2 θ₂²))."""
 
-    def taylor(self, r: arb_series) -> arb_series:
+    def exponential(self, r: arb_series) -> tuple[arb, arb_series]:
         s = r / self.length
-        return (s * s / -2).exp() * self.variance
+        return self.variance, s * s / -2
+
+    def taylor(self, r: arb_series) -> arb_series:
+        size, exponent = self.exponential(r)
+        return exponent.exp() * size
 
     def on_disc(self, r: arb, radius: arb) -> arb:
         return self.variance * (-least_square(r, radius) / (2 * self.squared_length)).exp()

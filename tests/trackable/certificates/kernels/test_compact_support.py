@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from flint import arb
+from flint import arb, arb_poly
 from mpmath import mp
 
 from tests.trackable.certificates.kernels.boxes import DIGITS, KINKED, TERMS, Differences, boxes, exactly, kinks
@@ -32,7 +32,10 @@ class Enclosed:
     def of(cls, kernel: KernelBalls, box: Differences, ratio: float) -> "Enclosed":
         middle, half = arb(box.middle), arb(box.half)
         expansion = Expansion(half, half * ratio, TERMS)
-        return cls(kernel.polynomial(middle, expansion, box.side), kernel.missed(middle, expansion, box.side))
+        return cls(
+            arb_poly(kernel.polynomial(middle, expansion, box.side).coeffs()),
+            kernel.missed(middle, expansion, box.side),
+        )
 
     def off(self, x: float, number) -> arb:
         """Return how far the polynomial is from a number."""
