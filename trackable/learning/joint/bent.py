@@ -23,6 +23,7 @@ from trackable.learning.problem import ActiveBound, ConstrainedProblem
 _LINEARISATIONS = 40
 _CORRECTIONS = 5
 _SAME = 1e-9  # as a part of the bounds' widths
+_NEGLIGIBLE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -65,11 +66,18 @@ class BentMean:
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
         """The rows with a multiplier, and what each of them costs: D = Σ_a λ_a (b_a − L_a m⁺)."""
-        prices = self.multipliers * (self.demanded.limits - self.given.mean)
-        return tuple(
-            ActiveBound(*self.demanded.labels[a], self.multipliers[a].item(), prices[a].item())
-            for a in np.flatnonzero(self.multipliers)
-        )
+        return tuple(self._active_bound(a) for a in np.flatnonzero(self.multipliers))
+
+    @property
+    def most_influential(self) -> tuple[ActiveBound, ...]:
+        """The active bounds by |λ_a| √K⁺_aa, by which each moves the function; negligible ones are left out."""
+        moves = np.abs(self.multipliers) * np.sqrt(np.maximum(self.given.covariance.diagonal(), 0.0))
+        by_size = np.argsort(-moves, kind="stable")
+        return tuple(self._active_bound(a) for a in by_size if moves[a] > _NEGLIGIBLE * np.max(moves))
+
+    def _active_bound(self, a: np.intp) -> ActiveBound:
+        price = self.multipliers[a] * (self.demanded.limits[a] - self.given.mean[a])
+        return ActiveBound(*self.demanded.labels[a], self.multipliers[a].item(), price.item())
 
     def price_gradient(self) -> Array:
         """Return ∂D/∂ln θ, shape (p,): multipliers and linearisation are held (envelope theorem)."""

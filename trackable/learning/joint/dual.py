@@ -18,8 +18,10 @@ _JITTER = 1e-12
 _LARGEST_JITTER = 1e-4
 _WEAK = 1e-9
 _MOST_STEPS = 30  # a row
-# Rows of a contradiction are missed by this part of the largest demand, whatever the multipliers.
-_MISSED = 1e-2
+# A contradiction costs what is missed, squared, divided by the jitter: a larger jitter makes it cheaper.
+_LARGER = 100.0
+_CHEAPER = 0.1
+_MISSED = 1e-7  # of √value: what is missed by less cannot cost most of the value
 
 
 @dataclass(frozen=True)
@@ -45,10 +47,10 @@ def solve_dual(covariance: Array, demand: Array, is_equation: npt.NDArray[np.boo
     jitter = _JITTER
     while jitter <= _LARGEST_JITTER:
         if (found := _solved(scaled + jitter * np.eye(len(scaled)), wanted, is_equation)) is not None:
-            missed = float(np.max(jitter * np.abs(found), initial=0.0))
-            contradicts = missed > _MISSED * float(np.max(np.abs(wanted), initial=0.0))
-            return DualSolution(found / scale, float(found @ wanted), contradicts)
-        jitter *= 100
+            value = float(found @ wanted)
+            contradicts = _contradicts(scaled, wanted, is_equation, jitter, found)
+            return DualSolution(found / scale, value, contradicts)
+        jitter *= _LARGER
     return None
 
 
@@ -65,6 +67,15 @@ def _norms(covariance: Array) -> Array:
     """Return the norms of the rows; 1 for a row without norm, which no δ moves: its demand is met, or contradicts."""
     norms = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
     return np.where(norms > 0, norms, 1.0)
+
+
+def _contradicts(K: Array, d: Array, is_equation: npt.NDArray[np.bool_], jitter: float, found: Array) -> bool:
+    """Whether the value, at the multipliers `found` with this jitter, is that of a contradiction."""
+    value = float(found @ d)
+    if jitter * np.max(np.abs(found), initial=0.0) <= _MISSED * np.sqrt(max(value, 0.0)):
+        return False
+    coarser = _solved(K + _LARGER * jitter * np.eye(len(K)), d, is_equation)
+    return coarser is not None and float(coarser @ d) < _CHEAPER * value
 
 
 def _solved(K: Array, d: Array, is_equation: npt.NDArray[np.bool_]) -> Array | None:

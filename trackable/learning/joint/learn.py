@@ -74,8 +74,7 @@ def _solution(point: Point, fits: int, unconstrained: JointPosterior | None) -> 
 def _no_solution(problem: ConstrainedProblem, closest: Point) -> NoSolution:
     bent, function = closest.function.bent, closest.function
     if bent.contradicts:
-        largest = sorted(bent.active_bounds, key=lambda bound: -abs(bound.price))
-        return Contradiction(bent.posterior, tuple(largest[:_TOLD]))
+        return Contradiction(bent.posterior, bent.most_influential[:_TOLD])
     quantity = problem.constraints[function.constraint].quantity
     violation = -function.margin * quantity.bounds.width
     return Infeasible(bent.posterior, quantity, function.time, violation, problem.broken_at_rest)

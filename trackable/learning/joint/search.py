@@ -10,12 +10,13 @@ from trackable.gp.signal import KernelSum
 from trackable.learning import sqp
 from trackable.learning.joint.bent import bent_mean
 from trackable.learning.joint.places import Places
-from trackable.learning.joint.settle import Settled, merged, no_places, same_time, settled
+from trackable.learning.joint.settle import Settled, is_same, merged, no_places, same_time, settled
 from trackable.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 30
 _SAME_VALUE = 1e-9
 _PRECISION = 1e-11  # of J: the covariances of rows are not more precise
+_SAME_THETA = 1e-7  # of ln θ
 _NEARBY = 0.1
 # A function that breaks bounds by less, as a part of their width, is one whose evaluation is rounded: a larger
 # back-off will mend it, and no other start.
@@ -84,7 +85,7 @@ class JointSearch:
         """Minimise J with bounds at the places met so far; settle the function at all times; repeat.
 
         Each program is a relaxation with more places than the last one. A relaxation that is no better than the best
-        point ends the search.
+        point ends the search; so does one that leaves θ and the places as they were.
         """
         met = no_places(self.problem) if places is None else places
         point, curvature = self._at(start, met, near), None
@@ -92,13 +93,19 @@ class JointSearch:
             if point is None:
                 return
             signals = point.function.bent.signals
-            met = merged(met, point.function.places, same_time(signals))
+            met = self._met(met, point)
             found = JointProgram(self.problem, met, signals).minimise(point.log_theta, curvature)
             self.fits += 1
             if found is None or self._is_no_better(found.at.value):
                 return
-            curvature = found.curvature
+            curvature, before = found.curvature, point
             point = self._at(found.x, met, signals)
+            if point is not None and _is_same(point, before) and is_same(met, self._met(met, point)):
+                return
+
+    def _met(self, places: Places, point: Point) -> Places:
+        """Return the places with those of the point."""
+        return merged(places, point.function.places, same_time(point.function.bent.signals))
 
     def _at(self, log_theta: Array, places: Places, near: tuple[KernelSum, ...] | None) -> Point | None:
         """Return the point at ln θ, and remember it; None where it cannot be evaluated."""
@@ -119,3 +126,7 @@ class JointSearch:
 
     def _is_no_better(self, value: float) -> bool:
         return self.best is not None and value >= self.best.objective - _SAME_VALUE * (1 + abs(self.best.objective))
+
+
+def _is_same(one: Point, other: Point) -> bool:
+    return bool(np.max(np.abs(one.log_theta - other.log_theta), initial=0.0) <= _SAME_THETA)

@@ -62,7 +62,7 @@ def settled(
         met = merged(kept, tuple(close), same_time(bent.signals))
         best = Settled(bent, met, margin, constraint, time, count)
         gain, price = bent.price - price, bent.price
-        if best.keeps_bounds or bent.contradicts or _is_same(met, places):
+        if best.keeps_bounds or bent.contradicts or is_same(met, places):
             return best
         if 0 <= gain <= _NO_GAIN * price:
             return best
@@ -135,5 +135,6 @@ def _united(places: Array, new: Array, same: float) -> Array:
     return joined[np.lexsort(joined.T[::-1])]
 
 
-def _is_same(one: Places, other: Places) -> bool:
+def is_same(one: Places, other: Places) -> bool:
+    """Return whether both are the same places, for each constraint."""
     return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))

@@ -134,7 +134,7 @@ def test_equations_alone():
 
 @pytest.mark.parametrize("seed", SEEDS[:20])
 @pytest.mark.parametrize("are_equations", [False, True])
-@pytest.mark.parametrize("by", [1.0, 0.05])
+@pytest.mark.parametrize("by", [1.0, 1e-2, 1e-4])
 def test_a_contradiction_names_its_rows(seed, are_equations, by):
     """Row 0 has to be at least what row 0 must not exceed."""
     program = consistent(seed)
@@ -157,7 +157,7 @@ def test_a_contradiction_names_its_rows(seed, are_equations, by):
 def test_bounds_that_just_agree_do_not_contradict(seed):
     program = consistent(seed)
     rows = np.vstack([program.rows, -program.rows[0]])
-    demand = np.append(program.demand, -program.demand[0] - 1e-6 * np.linalg.norm(program.rows[0]))
+    demand = np.append(program.demand, -program.demand[0] - 1e-9 * np.linalg.norm(program.rows[0]))
     found = solve_dual(rows @ rows.T, demand, np.append(program.is_equation, False))
     assert found is not None
     assert not found.contradicts
