@@ -14,6 +14,10 @@ from trackable.errors import InputError
 CLAIMS = Path("claims.yaml")
 
 
+ATTACHMENT = "attachment "
+"""What the topic of an attachment begins with, before its name."""
+
+
 class Condition(Fields):
     """Strict bounds for a number, or its value; `{}` admits any number."""
 
@@ -30,7 +34,9 @@ class Condition(Fields):
 
 
 class Locator(Fields):
-    """The place of a value: a path in a JSON file, or one row of a column of a CSV table or of a log's topic.
+    """The place of a value: a path in JSON, or one row of a column of a CSV table or of a log's topic.
+
+    JSON is a file, or an attachment of a log, whose `topic` is then `attachment NAME`.
 
     `where` has a condition for each column that it names; a row without a number there does not meet it. Among the rows
     that meet all conditions, `pick` takes the first, the last, or the one with the largest or smallest value.
@@ -45,15 +51,19 @@ class Locator(Fields):
 
     @model_validator(mode="after")
     def _leads_somewhere(self) -> Self:
-        needed = {".json": {"path"}, ".csv": {"column"}, ".mcap": {"topic", "column"}}
+        of_log = "path" if (self.topic or "").startswith(ATTACHMENT) else "column"
+        needed = {".json": {"path"}, ".csv": {"column"}, ".mcap": {"topic", of_log}}
         given = self.model_fields_set & {"path", "topic", "column"}
         if needed.get(Path(self.file).suffix) != given:
-            raise ValueError("expected a .json file and a path, a .csv file and a column, or .mcap, topic and column")
+            raise ValueError(
+                "expected a .json file and a path, a .csv file and a column, or .mcap, topic and column (path where "
+                "the topic is an attachment)"
+            )
         return self
 
     def __str__(self) -> str:
         """Name the place in a few words."""
-        place = (self.path,) if self.path else (self.topic, self.column, f"({self.pick})")
+        place = (self.topic, self.path) if self.path else (self.topic, self.column, f"({self.pick})")
         return " ".join(part for part in (Path(self.file).name, *place) if part)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipeline.compare.artifacts import results_folder
-from pipeline.compare.claims import Claim, Locator
+from pipeline.compare.claims import ATTACHMENT, Claim, Locator
 from pipeline.compare.content.documents import json_leaves, numbers_of, read_csv, read_json
 from pipeline.compare.content.recordings import read_recording
 from pipeline.compare.content.values import UnreadableError
@@ -48,13 +48,25 @@ def _value(locator: Locator, results: Path) -> Value:
 
 def _read(locator: Locator, file: Path) -> Value:
     if file.suffix == ".json":
-        leaves = json_leaves(read_json(file.read_bytes()))
-        leaf = leaves.get(locator.path or "")
-        if leaf is None:
-            raise _NoValueError(f"there is no value {locator.path}")
-        return leaf.value
+        return _leaf(locator, file.read_bytes())
+    if locator.path:
+        return _leaf(locator, _attachment(file, locator.topic or ""))
     columns = numbers_of(read_csv(file.read_bytes())) if file.suffix == ".csv" else _topic(file, locator.topic or "")
     return _pick(locator, columns)
+
+
+def _leaf(locator: Locator, data: bytes) -> Value:
+    leaf = json_leaves(read_json(data)).get(locator.path or "")
+    if leaf is None:
+        raise _NoValueError(f"there is no value {locator.path}")
+    return leaf.value
+
+
+def _attachment(file: Path, topic: str) -> bytes:
+    found = read_recording(file).attachments.get(topic.removeprefix(ATTACHMENT))
+    if found is None:
+        raise _NoValueError(f"there is no {topic}")
+    return found
 
 
 def _topic(file: Path, topic: str) -> Columns:

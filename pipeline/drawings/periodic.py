@@ -82,6 +82,6 @@ def _growth(experiment: Experiment, fitted: Fitted) -> dict[str, plots.GrowthInt
 
 def _conservatism(fitted: Fitted) -> Figure:
     assert fitted.study, "drawn only where there is one"
-    labels = {UNCONSTRAINED.name: UNCONSTRAINED.name, EXACT.name: "exact form, all phases", JOINT.name: "joint, J"}
+    labels = {UNCONSTRAINED.name: UNCONSTRAINED.name, EXACT.name: "exact form, all phases", JOINT.name: JOINT.name}
     levels = {label: fitted.learned[name].objective for name, label in labels.items()}
     return plots.conservatism(fitted.study.conservatism, levels)

@@ -121,7 +121,7 @@ def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
         axes.set(title=title, xlabel="time $t$ [s]", xlim=(shown.edges[0], shown.edges[-1]))
         if axes.get_subplotspec().is_first_col():
             axes.set_ylabel(r"derivative $\dot{m}^+$ [1/s]")
-    legend_above(figure, columns=5)
+    legend_above(figure, columns=3)
     return figure
 
 
@@ -137,14 +137,16 @@ def conservatism(found: Conservatism, levels: Mapping[str, float]) -> Figure:
     counts = found.counts
     *styles, program = reference_styles((*levels, "program (9)")).values()
     axes.plot(counts, found.objectives, color=program["color"], marker="o", linewidth=1.6, zorder=3)
+    top = 1.12 * float(np.max(found.objectives))
     axes.set_xscale("log", base=2)
     axes.set_xlim(counts[0] / 1.3, counts[-1] * 1.3)
     for (label, level), style in reversed([*zip(levels.items(), styles, strict=True)]):
         axes.axhline(level, **style | {"label": None})
+        crowded = any(0 < other - level < 0.1 * top for other in levels.values())
         axes.annotate(
             f"{label}: {level:.2f}",
             (0, level),
-            (4, 3),
+            (4, -9 if crowded else 3),
             xycoords=axes.get_yaxis_transform(),
             textcoords="offset points",
             fontsize=7,
@@ -155,7 +157,7 @@ def conservatism(found: Conservatism, levels: Mapping[str, float]) -> Figure:
     axes.set_xticks(counts)
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set(xlabel=r"number of intervals $\eta$ [–]", ylabel=r"optimum of $l$ [–]")
-    axes.set_ylim(bottom=0, top=1.12 * float(np.max(found.objectives)))
+    axes.set(xlabel=r"number of intervals $\eta$ [–]", ylabel=r"optimum of $l$ or $J$ [–]")
+    axes.set_ylim(bottom=0, top=top)
     axes.annotate("program (9)", (counts[0], found.objectives[0]), (-2, -15), textcoords="offset points", fontsize=7)
     return figure

@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import pytest
+
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
-from pipeline.compare.model import ABSENT
+from pipeline.compare.model import ABSENT, Verdict
 from tests.pipeline.compare.project import (
+    LEARNED,
     RESULTS,
     TOLERANCES,
     compared,
@@ -48,3 +51,18 @@ def test_claims_may_be_about_two_values_of_the_same_results(base: Path, new: Pat
     (new / RESULTS / "iterations.csv").unlink()
     (judged,) = compare(base, new, TOLERANCES, claims).claims
     assert (judged.new.holds, judged.new.reason) == (False, "example1/iterations.csv is not there")
+
+
+def test_claims_may_be_about_attachments_of_logs(base: Path) -> None:
+    def judged(topic: str, path: str) -> Verdict:
+        value = {"file": "example1/fit.mcap", "topic": topic, "path": path}
+        entry = {"claim": "a weight", "source": "own", "value": value, "at_least": 0}
+        (claim,) = compare(base, base, TOLERANCES, Claims.model_validate({"claims": [entry]})).claims
+        return claim.new
+
+    weight = LEARNED["reference"]["signals"][0]["weights"][0]
+    assert judged("attachment sound.json", "reference.signals[0].weights[0]").found == weight
+    assert judged("attachment none.json", "weights").reason == "example1/fit.mcap: there is no attachment none.json"
+    assert judged("attachment sound.json", "none").reason == "example1/fit.mcap: there is no value none"
+    with pytest.raises(ValueError, match="path where the topic is an attachment"):
+        judged("/references/sound", "weights")
