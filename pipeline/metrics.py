@@ -174,7 +174,10 @@ def _sampled_state(reference: Reference, name: str, t: Array) -> Array:
 
 
 def _by_bound(active: Sequence[ActiveBound]) -> dict[str, float]:
-    """Return what each bound costs, summed over the times at which it is active."""
+    """Return what each bound costs, summed over the times at which it is active.
+
+    The sum of all is D. A part may be negative: such a bound only stops what the others cause.
+    """
     prices: dict[str, float] = {}
     for bound in active:
         key = f"{bound.name} ({bound.side})"
