@@ -80,7 +80,9 @@ class Constraint(Bounded):
     def overlooked(self, posterior: Signalled) -> tuple[Array, Array]:
         margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
         times = self.index_set.overlooked(margin, [signal.kernel for signal in posterior.signals], curvature)
-        return times, margin(times)
+        centres = np.unique(np.concatenate([signal.centres for signal in posterior.signals]))
+        rough, broken = self.between(posterior, self.index_set.examined(centres))
+        return np.concatenate([times, rough]), np.concatenate([margin(times), broken])
 
     def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:
         if len(places) < 2:

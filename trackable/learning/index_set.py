@@ -40,6 +40,13 @@ class IndexSet(ABC):
         """
         return np.empty(0)
 
+    def examined(self, centres: Array) -> Array:
+        """Return the sorted `centres` [s] of signals between which `local_minima` may miss something; none by default.
+
+        A sum of kernels that are not smooth changes from centre to centre, however long the correlation time is.
+        """
+        return np.empty(0)
+
 
 @dataclass(frozen=True)
 class Steps(IndexSet):
@@ -120,6 +127,9 @@ class Window(IndexSet):
 
     def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
         return _refined_minima(margin, self.start, self.end, kernels)
+
+    def examined(self, centres: Array) -> Array:
+        return centres[(self.start <= centres) & (centres <= self.end)]
 
 
 @dataclass(frozen=True)

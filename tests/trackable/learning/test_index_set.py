@@ -1,14 +1,20 @@
 """Where on its times a margin is smallest: steps against a loop over plateaus, continua against closed forms."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from trackable.gp.kernels.matern import Matern32
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
+from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import AllPhases, Steps, Window
+from trackable.learning.published.scalar import scalar
+from trackable.systems.sets.interval import Interval
 
 KERNEL = SquaredExponential(1.0, 0.5)
 
@@ -183,3 +189,21 @@ def test_the_fastest_of_several_kernels_decides_how_closely_to_look():
     for kernels in ([fast, slow], [slow, fast]):
         found = Window(0.0, 3.0).local_minima(margin, kernels)
         assert np.min(np.abs(found - 0.5031)) < 1e-4
+
+
+def test_between_the_centres_of_a_rough_sum_nothing_is_overlooked():
+    """The kernel's correlation time is 10 s, but the signal goes up and down from centre to centre, a second apart."""
+    kernel, centres, signs = Matern32(1.0, 17.0), np.arange(61.0), (-1.0) ** np.arange(61)
+    waves = KernelSum(kernel, 0.0, centres, np.linalg.solve(kernel(centres[:, None] - centres), signs))
+    still = KernelSum(kernel, 0.0, centres, 0 * signs)
+    plant = scalar(1.0, 1.0, state_set=Interval(-0.8, 2.0), input_set=Interval(-9.0, 9.0), sampling_time=0.1)
+    for start, end in ((10.0, 50.0), (10.2, 49.9)):
+        state = Constraint(plant.quantities[0], Window(start, end), 0.0)
+        times, margins = state.overlooked(_Signals((waves,)))
+        assert np.all(margins < 0)
+        assert {round(t) for t in times.tolist()} == set(range(11, 50, 2))
+        assert not len(state.overlooked(_Signals((still,)))[0])
+
+
+class _Signals(NamedTuple):
+    signals: tuple[KernelSum, ...]
