@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from trackable.control.simulation import simulate as simulate
     from trackable.control.step.result import Infeasible as Infeasible
     from trackable.control.step.result import Plan as Plan
+    from trackable.control.step.result import Unsolved as Unsolved
     from trackable.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
     from trackable.gp.kernels.base import Kernel as Kernel
     from trackable.gp.kernels.base import Product as Product
@@ -70,6 +71,7 @@ _MODULES = {
     "SquaredExponential": "gp.kernels.squared_exponential",
     "Sum": "gp.kernels.base",
     "TrackableReference": "reference",
+    "Unsolved": "control.step.result",
     "check": "checking",
     "learn_reference": "learn",
     "read_csv": "recordings.csv_files.reader",

@@ -80,11 +80,12 @@ def table_of_loops(results: Results) -> Table:
         "steps": "steps",
         "infeasible_steps": "without a plan",
         "first_infeasible_step": "first at",
+        "unsolved_steps": "without an answer",
         "largest_rise": "largest rise of the cost",
         "worst_state_margin": "worst state margin",
         "worst_input_margin": "worst input margin",
     }
-    rows = [[name, *(found[key] for key in columns)] for name, found in by_loop.items()]
+    rows = [[name, *(found.get(key) for key in columns)] for name, found in by_loop.items()]
     return Table(["reference, start", *columns.values()], rows, digits=3)
 
 

@@ -36,6 +36,7 @@ from trackable import (
     SquaredExponential,
     Sum,
     TrackableReference,
+    Unsolved,
     check,
     learn_reference,
     read_csv,
@@ -80,7 +81,7 @@ learn_reference(recording.samples("position"), plant, kernel, "all_times", metho
 warnings.simplefilter("error", IgnoresSamplesWarning)
 
 controller = Controller(plant, 10, [[1, 0], [0, 1]], [[0.1]])
-assert_type(controller.step(0, np.zeros(2), reference.reference), Plan | Infeasible)
+assert_type(controller.step(0, np.zeros(2), reference.reference), Plan | Infeasible | Unsolved)
 simulate(controller, reference.reference, np.zeros(2), 100)
 assert_type(check(Path("proof.json")), Proved | Failed | NotACertificate)
 

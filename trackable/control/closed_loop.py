@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.control.step.result import Infeasible
+from trackable.control.step.result import Infeasible, Unsolved
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,8 +15,8 @@ class ClosedLoop:
 
     `states` (K + 1, n) and `inputs` (K, m) are those of the system, `reference_states` (K + 1, n) and
     `reference_inputs` (K, m) those of the reference. The optimal `costs` V(k), the `stage_costs` ℓ(k) and the smallest
-    `slacks` have shape (K,); they are NaN at the steps that `infeasible` explains. `widened` is the number of steps
-    that were feasible only within the controller's tolerance.
+    `slacks` have shape (K,); they are NaN at the steps that `without_plan` explains, in order. `widened` is the number
+    of steps that were feasible only within the controller's tolerance.
     """
 
     first_step: int
@@ -27,8 +27,18 @@ class ClosedLoop:
     costs: Array
     stage_costs: Array
     slacks: Array
-    infeasible: tuple[Infeasible, ...]
+    without_plan: tuple[Infeasible | Unsolved, ...]
     widened: int
+
+    @property
+    def infeasible(self) -> tuple[Infeasible, ...]:
+        """The steps at which there is no plan."""
+        return tuple(result for result in self.without_plan if isinstance(result, Infeasible))
+
+    @property
+    def unsolved(self) -> tuple[Unsolved, ...]:
+        """The steps at which it is not known whether there is a plan."""
+        return tuple(result for result in self.without_plan if isinstance(result, Unsolved))
 
     @property
     def steps(self) -> Array:
@@ -42,7 +52,7 @@ class ClosedLoop:
 
     @property
     def first_infeasible_step(self) -> int | None:
-        """The first step without a plan; None where every step has one."""
+        """The first step that is infeasible; None where none is."""
         return self.infeasible[0].k if self.infeasible else None
 
     @property
@@ -50,7 +60,7 @@ class ClosedLoop:
         """V(k+1) − V(k) + ℓ(k), shape (K − 1,): at most zero wherever the reference is trackable.
 
         The plan of step k, shifted by a step and continued with the reference's own input, is admissible at step k + 1
-        and costs V(k) − ℓ(k) there. The optimum costs no more. NaN where either step is infeasible.
+        and costs V(k) − ℓ(k) there. The optimum costs no more. NaN where either step has no plan.
         """
         return np.asarray(np.diff(self.costs) + self.stage_costs[:-1])
 
@@ -77,6 +87,6 @@ def concatenate(loops: Sequence[ClosedLoop]) -> ClosedLoop:
         costs=values(lambda loop: loop.costs),
         stage_costs=values(lambda loop: loop.stage_costs),
         slacks=values(lambda loop: loop.slacks),
-        infeasible=tuple(result for loop in loops for result in loop.infeasible),
+        without_plan=tuple(result for loop in loops for result in loop.without_plan),
         widened=sum(loop.widened for loop in loops),
     )

@@ -12,9 +12,10 @@ from trackable.arrays import Array, ArrayLike
 from trackable.control.references import TrackedReference
 from trackable.control.step.formulation import Formulation
 from trackable.control.step.problem import TOLERANCE, StepProblem
-from trackable.control.step.result import StepResult
+from trackable.control.step.result import Infeasible, Plan, StepResult, Unsolved
 from trackable.control.step.sequential import solve_by_linearisation
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.reference import Window
 
 __all__ = ["TOLERANCE", "Controller"]
 
@@ -46,10 +47,12 @@ class Controller:
                 raise ValueError(
                     f"controller: {name} must be a symmetric matrix of shape ({size}, {size}), got {weight}"
                 )
-            values = scipy.linalg.eigvalsh(weight)
+            unit = np.sqrt(np.where(np.diag(weight) == 0, 1.0, np.abs(np.diag(weight))))
+            values = scipy.linalg.eigvalsh(weight / unit[:, None] / unit)  # whatever the units of the coordinates are
             if not values[0] >= least * max(values[-1], 0.0) or not values[-1] > 0:
                 kind = "semidefinite and not zero" if least < 0 else "definite"
-                raise ValueError(f"controller: {name} must be positive {kind}, got eigenvalues {values.tolist()}")
+                found = scipy.linalg.eigvalsh(weight).tolist()
+                raise ValueError(f"controller: {name} must be positive {kind}, got eigenvalues {found}")
             weight.flags.writeable = False
             object.__setattr__(self, name, weight)
         object.__setattr__(self, "horizon", operator.index(self.horizon))
@@ -64,16 +67,32 @@ class Controller:
 
         For a nonlinear system the optimum is searched near the inputs `initial_guess` (N, m), by default near the
         reference; the last plan, shifted by a step, is a good guess (`shifted_inputs`). A linear system has one optimum
-        and needs no guess. Raises ValueError where the state is not n finite numbers, and ArithmeticError where the
-        numbers are beyond the solver.
+        and needs no guess. A step ends in one of these ways:
+
+        - `Plan`: an optimal plan, for a nonlinear system one that is optimal among those near by.
+        - `Infeasible`: there is no plan; for a nonlinear system, none was found near by (`is_local`).
+        - `Unsolved`: neither is known, because the numbers are beyond the solver or floating point, the search does not
+          converge, or a formula of the system or of the reference is not defined where it led.
+        - ValueError: the state is not n finite numbers, or what `reference.window` raises outside of its steps.
         """
         state = np.asarray(state, dtype=float)
         if state.shape != (n := len(self.Q),) or not np.all(np.isfinite(state)):
             raise ValueError(f"controller: a state is {n} finite numbers, got {state.tolist()} at step {k}")
-        window = reference.window(k, self.horizon)
+        safe = () if initial_guess is None else (initial_guess[0],)
+        try:
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
+                window = reference.window(k, self.horizon)
+                safe = (*safe, window.inputs[0])
+                return self._solved(k, state, window, initial_guess)
+        except (ArithmeticError, np.linalg.LinAlgError) as error:
+            return Unsolved(k, str(error), self.formulation.admissible.first_finite(safe))
+
+    def _solved(self, k: int, state: Array, window: Window, initial_guess: Array | None) -> Plan | Infeasible:
+        if not all(np.all(np.isfinite(values)) for values in window):
+            raise ArithmeticError("the reference is not defined")
         if self.formulation.is_linear:
-            model = self.formulation.local_model(window, window)
-            return StepProblem(self.formulation, k, state, window, model).result
+            problem = StepProblem(self.formulation, k, state, window, self.formulation.local_model(window, window))
+            return problem.optimum or problem.infeasible
         return solve_by_linearisation(self.formulation, k, state, window, initial_guess)
 
     @cached_property

@@ -47,39 +47,45 @@ def feasible_set(controller: Controller, reference: TrackedReference, k: int) ->
 
 @dataclass(frozen=True, eq=False)
 class _Projection:
-    """{x : M (x, V) ≤ b and E (x, V) = f for some V}: the projection of a polyhedron onto its first n coordinates."""
+    """{x : M (ê, V) ≤ b and E (ê, V) = f for some V}, with x = `origin` + `scales` ê: the projection of a polyhedron.
+
+    The polyhedron is in scales, because the solver's tolerances are absolute.
+    """
 
     M: Array
     b: Array
     E: Array
     f: Array
-    n: int
+    origin: Array
+    scales: Array
 
     @classmethod
     def at(cls, controller: Controller, reference: TrackedReference, k: int) -> "_Projection":
         """Return the states at step `k` from which input errors V lead onto the reference."""
-        plant, window = controller.plant, reference.window(k, controller.horizon)
-        model = ErrorModel.along(plant.system, window)
-        drift = model.drift @ reference_defects(plant.system, window).ravel()
+        plant, window, scales = controller.plant, reference.window(k, controller.horizon), controller.formulation.scales
+        model = ErrorModel.along(plant.system, window).scaled(scales)
+        drift = model.drift @ (reference_defects(plant.system, window) / scales.states).ravel()
         inequalities = PlantInequalities.of(plant)
         slack = Slack.along(inequalities, window)
-        H, h, G = inequalities.states.rows, inequalities.states.bounds, inequalities.inputs.rows
+        X, U = inequalities.states, inequalities.inputs
+        H, G = X.rows * scales.states / X.widths[:, None], U.rows * scales.inputs / U.widths[:, None]
         (N, n, m), x_r = model.B.shape, window.states[0]
         over_all = np.kron(np.eye(N), H)
-        E = np.hstack([model.free, model.forced])
-        shift = drift - model.free @ x_r  # errors are E (x(k), V) + shift
+        E = np.hstack([model.free, model.forced])  # errors are E (ê, V) + drift
         M = np.vstack([
             over_all @ E,
             np.hstack([np.zeros((N * len(G), n)), np.kron(np.eye(N), G)]),
             np.hstack([H, np.zeros((len(H), N * m))]),
         ])  # fmt: skip
-        b = np.concatenate([slack.states.ravel() - over_all @ shift, slack.inputs.ravel(), h])
-        return cls(M, b, E[-n:], -shift[-n:], n)
+        now = (X.bounds - X.rows @ x_r) / X.widths
+        b = np.concatenate([slack.states.ravel() - over_all @ drift, slack.inputs.ravel(), now])
+        return cls(M, b, E[-n:], -drift[-n:], x_r, scales.states)
 
     def support(self, direction: Array) -> Array | None:
         """Return a state of the set that is farthest in a direction; None where the set is empty."""
+        n, along = len(self.scales), direction * self.scales
         program = scipy.optimize.linprog(
-            np.concatenate([-direction, np.zeros(self.M.shape[1] - self.n)]),
+            np.concatenate([-along / np.max(np.abs(along)), np.zeros(self.M.shape[1] - n)]),
             A_ub=self.M if len(self.M) else None,
             b_ub=self.b if len(self.M) else None,
             A_eq=self.E,
@@ -89,7 +95,7 @@ class _Projection:
         )
         if program.status == 3:
             raise ValueError("feasible set: it is unbounded, and has no corners; bound the state set")
-        return None if program.x is None else np.asarray(program.x[: self.n])
+        return None if program.x is None else np.asarray(self.origin + self.scales * program.x[:n])
 
     def farthest(self, direction: Array) -> Array:
         """As `support`, for a set that is not empty. Raises ArithmeticError where the solver fails."""

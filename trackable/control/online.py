@@ -12,7 +12,7 @@ from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.control.closed_loop import ClosedLoop, concatenate
 from trackable.control.controller import Controller
 from trackable.control.simulation import simulate
-from trackable.control.step.result import Infeasible, Status
+from trackable.control.step.result import Infeasible, Status, Unsolved
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.learner import JOINT
@@ -80,7 +80,7 @@ def simulate_online(
                 f"online: arrivals must come in increasing order and within {steps} steps, got {k} after {now}"
             )
         parts.append(simulate(controller, reference, state, k - now, first_step=now))
-        if parts[-1].infeasible:
+        if parts[-1].without_plan:
             return OnlineLoop(concatenate(parts), tuple(updates), reference)
         now, state = k, parts[-1].states[-1]
         learned = learner(samples)
@@ -105,6 +105,8 @@ def decide_update(
     result = controller.step(k, state, learned.reference)
     if isinstance(result, Infeasible):
         return ReferenceUpdate(k, counts, learned, False, result.explanation, result.widening)
+    if isinstance(result, Unsolved):
+        return ReferenceUpdate(k, counts, learned, False, result.explanation)
     # The tolerance makes up for rounding on the reference that is tracked already. A new one must not need it.
     if result.status is Status.WIDENED:
         reason = f"within the tolerance only: {result.explanation}"

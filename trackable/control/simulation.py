@@ -9,18 +9,18 @@ from trackable.control.closed_loop import ClosedLoop
 from trackable.control.controller import Controller
 from trackable.control.references import TabulatedReference, TrackedReference
 from trackable.control.repeated_steps import RepeatedSteps
-from trackable.control.step.result import Infeasible, Plan, Status
+from trackable.control.step.result import Infeasible, Plan, Status, Unsolved
 
-InfeasibilityPolicy = Callable[[Infeasible], Array | None]
+InfeasibilityPolicy = Callable[[Infeasible | Unsolved], Array | None]
 """Returns the input (m,) to apply where the controller finds no plan; None ends the simulation."""
 
 
-def stop(_: Infeasible) -> None:
-    """End the simulation where the controller loses feasibility."""
+def stop(_: Infeasible | Unsolved) -> None:
+    """End the simulation where the controller finds no plan."""
 
 
-def apply_fallback(result: Infeasible) -> Array:
-    """Apply the first input of the plan that comes closest to the terminal constraint."""
+def apply_fallback(result: Infeasible | Unsolved) -> Array:
+    """Apply the first input of the plan that comes closest to the terminal constraint, or one that is admissible."""
     return result.fallback
 
 
@@ -42,12 +42,14 @@ def simulate(
     """Simulate the closed loop from `initial_state` (n,) at `first_step`, for `steps` steps.
 
     The simulated system is the controller's own model, `controller.plant`, without disturbances. Where the controller
-    finds no plan, `on_infeasible` chooses the input or ends the simulation early. Raises as `Controller.step`.
+    finds no plan, `on_infeasible` chooses the input or ends the simulation early. The simulation also ends, as
+    unsolved, where an input leads out of what the system's formulas define. Raises as `Controller.step` and as
+    `reference.window`.
     """
     table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
     system, repeated = controller.plant.system, RepeatedSteps(controller)
     states, inputs = [np.array(initial_state, dtype=float)], []
-    values, infeasible, widened = [], [], 0
+    values, without_plan, widened = [], list[Infeasible | Unsolved](), 0
     initial_guess: Array | None = None
     for k in range(first_step, first_step + steps):
         result = repeated.step(k, states[-1], table, initial_guess)
@@ -58,13 +60,18 @@ def simulate(
             values.append((result.cost, result.stage_cost, result.slack))
             widened += result.status is Status.WIDENED
         else:
-            infeasible.append(result)
+            without_plan.append(result)
             applied = on_infeasible(result)
             if applied is None:
                 break
             values.append((np.nan, np.nan, np.nan))
         inputs.append(applied)
-        states.append(system.successor(states[-1], applied))
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            states.append(system.successor(states[-1], applied))
+        if not np.all(np.isfinite(states[-1])):
+            without_plan.append(Unsolved(k, "the system is not defined under the input applied", applied))
+            del states[-1], inputs[-1], values[-1]
+            break
     count = len(inputs)
     costs, stage_costs, slacks = np.array(values, dtype=float).reshape(count, 3).T
     tracked = table.window(first_step, count)
@@ -77,7 +84,7 @@ def simulate(
         costs=costs,
         stage_costs=stage_costs,
         slacks=slacks,
-        infeasible=tuple(infeasible),
+        without_plan=tuple(without_plan),
         widened=widened,
     )
 

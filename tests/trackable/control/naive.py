@@ -37,11 +37,26 @@ def optimum(controller: Controller, k: int, state, reference, wider: float = 0.0
 
 
 def smallest_miss(controller: Controller, k: int, state, reference) -> float:
-    """Return min ‖x(k+N) − x_r(k+N)‖; inf where no plan keeps the sets."""
+    """Return min ‖x(k+N) − x_r(k+N)‖ in widths of the state set, a box; inf where no plan keeps the sets."""
     x, _, x_r, _, kept = _variables(controller, k, state, reference, 0.0)
-    problem = cp.Problem(cp.Minimize(cp.norm(x[:, -1] - x_r[-1])), kept)
+    problem = cp.Problem(cp.Minimize(cp.norm((x[:, -1] - x_r[-1]) / _widths(controller))), kept)
     problem.solve(solver=cp.CLARABEL)
     return problem.value
+
+
+def closest_plan_cost(controller: Controller, k: int, state, reference, miss: float) -> float:
+    """Return the least cost of a plan that ends within `miss` widths of the reference."""
+    x, u, x_r, u_r, kept = _variables(controller, k, state, reference, 0.0)
+    N, e, v = controller.horizon, x.T - x_r, u.T - u_r
+    cost = sum(cp.quad_form(e[i], controller.Q) + cp.quad_form(v[i], controller.R) for i in range(N))
+    near = cp.norm((x[:, -1] - x_r[-1]) / _widths(controller)) <= miss
+    problem = cp.Problem(cp.Minimize(cost), [*kept, near])
+    problem.solve(solver=cp.CLARABEL)
+    return problem.value
+
+
+def _widths(controller: Controller) -> np.ndarray:
+    return controller.plant.state_set.upper - controller.plant.state_set.lower
 
 
 def cost_by_single_shooting(controller, state, window) -> float:

@@ -1,5 +1,6 @@
 """Inputs that are admissible exactly, in floating point, and not only up to a solver's tolerance."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -7,6 +8,7 @@ import numpy as np
 import scipy
 
 from trackable.arrays import Array
+from trackable.control.step.scales import extents, middle
 from trackable.control.step.slack import Inequalities
 from trackable.systems.sets.polytope import Polytope
 
@@ -34,16 +36,23 @@ class AdmissibleInputs:
         part = np.min(slack[crossed] / outward[crossed], initial=1.0)  # 1 where only rounding crosses a bound
         return np.asarray(self.centre + _SHRINK * part * (u - self.centre))
 
+    def first_finite(self, inputs: Iterable[Array]) -> Array:
+        """Return the first of some inputs (m,) that is finite, pulled inside; the centre if none is."""
+        return next((self.pull_inside(u) for u in inputs if np.all(np.isfinite(u))), self.centre)
+
     @cached_property
     def centre(self) -> Array:
         """The point with the largest distance to all bounds, measured in their widths: shape (m,)."""
-        inequalities = Inequalities.of(self.input_set)
-        m = self.input_set.dimension
-        program = scipy.optimize.linprog(
+        near, given, m = middle(self.input_set), Inequalities.of(self.input_set), self.input_set.dimension
+        if not len(given.rows):
+            return near
+        reach = extents(self.input_set)
+        scale = np.where(np.isfinite(reach), reach, 1.0)
+        program = scipy.optimize.linprog(  # in scales, because its tolerances are absolute
             np.append(np.zeros(m), -1.0),
-            A_ub=np.column_stack([inequalities.rows, inequalities.widths]),
-            b_ub=inequalities.bounds,
+            A_ub=np.column_stack([given.rows * scale / given.widths[:, None], np.ones(len(given.rows))]),
+            b_ub=(given.bounds - given.rows @ near) / given.widths,
             bounds=[(None, None)] * (m + 1),
             method="highs",
         )
-        return np.asarray(program.x)[:m]
+        return np.asarray(near + scale * np.asarray(program.x)[:m])

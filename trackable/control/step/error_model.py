@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.control.step.scales import Scales
 from trackable.systems.constrained import System
 from trackable.systems.reference import Window
 
@@ -33,6 +34,11 @@ class ErrorModel:
     def horizon(self) -> int:
         """N, in steps."""
         return len(self.A)
+
+    def scaled(self, scales: Scales) -> "ErrorModel":
+        """Return the model of e / s_x and v / s_u."""
+        x, u = scales.states, scales.inputs
+        return ErrorModel(self.A * x / x[:, None], self.B * u / x[:, None])
 
     def errors(self, initial_error: Array, input_errors: Array, defects: Array) -> Array:
         """Predict e(1), …, e(N), shape (N, n), from e(0) (n,) and v (N, m)."""

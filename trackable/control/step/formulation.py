@@ -10,6 +10,7 @@ from trackable.control.step.admissible import AdmissibleInputs
 from trackable.control.step.error_model import ErrorModel, linearisation_defects, reference_defects
 from trackable.control.step.linear_quadratic import LinearQuadratic
 from trackable.control.step.program import Program, terminal_error_program, tracking_program, widening_program
+from trackable.control.step.scales import Scales
 from trackable.control.step.slack import PlantInequalities
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
@@ -18,11 +19,16 @@ from trackable.systems.reference import Window
 
 @dataclass(frozen=True, eq=False)
 class LocalModel:
-    """The error model near one trajectory, its optimum without bounds, and the defects d (N, n)."""
+    """The error model near one trajectory, its optimum without bounds (in scales), and the defects d (N, n)."""
 
     error_model: ErrorModel
     without_bounds: LinearQuadratic
     defects: Array
+
+    @property
+    def scaled(self) -> ErrorModel:
+        """The model of the errors in scales."""
+        return self.without_bounds.model
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +49,14 @@ class Formulation:
         """Return the model of the errors from a reference's `window`, linearised along the `nominal` trajectory."""
         if self.is_linear:
             defects = reference_defects(self.plant.system, window)
-            return LocalModel(self._linear.model, self._linear, defects)
+            return LocalModel(self._model, self._linear, defects)
         model = ErrorModel.along(self.plant.system, nominal)
         defects = linearisation_defects(model, self.plant.system, window, nominal)
-        return LocalModel(model, LinearQuadratic(model, self.Q, self.R), defects)
+        return LocalModel(model, self._without_bounds(model), defects)
+
+    @cached_property
+    def scales(self) -> Scales:
+        return Scales.of(self.plant, self.Q, self.R)
 
     @cached_property
     def inequalities(self) -> PlantInequalities:
@@ -54,22 +64,28 @@ class Formulation:
 
     @cached_property
     def tracking(self) -> Program:
-        return tracking_program(self.plant, self.horizon, self.Q, self.R)
+        return tracking_program(self.plant, self.horizon, self.scales, self.Q, self.R)
 
     @cached_property
     def widening(self) -> Program:
-        return widening_program(self.plant, self.horizon)
+        return widening_program(self.plant, self.horizon, self.scales)
 
     @cached_property
     def terminal_error(self) -> Program:
-        return terminal_error_program(self.plant, self.horizon)
+        return terminal_error_program(self.plant, self.horizon, self.scales)
 
     @cached_property
     def admissible(self) -> AdmissibleInputs:
         return AdmissibleInputs(self.plant.input_set)
 
     @cached_property
-    def _linear(self) -> LinearQuadratic:
+    def _model(self) -> ErrorModel:
         n, m, N = len(self.Q), len(self.R), self.horizon
-        anywhere = Window(np.zeros((N + 1, n)), np.zeros((N, m)))
-        return LinearQuadratic(ErrorModel.along(self.plant.system, anywhere), self.Q, self.R)
+        return ErrorModel.along(self.plant.system, Window(np.zeros((N + 1, n)), np.zeros((N, m))))
+
+    @cached_property
+    def _linear(self) -> LinearQuadratic:
+        return self._without_bounds(self._model)
+
+    def _without_bounds(self, model: ErrorModel) -> LinearQuadratic:
+        return LinearQuadratic(model.scaled(self.scales), *self.scales.weights(self.Q, self.R))

@@ -16,7 +16,8 @@ class LinearQuadratic:
 
     An interior-point method finds a minimum of a quadratic cost only up to the square root of its accuracy: a cost of
     1e-12 is an error of 1e-6. Close to the reference that error would dominate. There this formula is used, which is
-    exact up to rounding.
+    exact up to rounding. Raises ArithmeticError where predictions overflow, and numpy's LinAlgError where the cost has
+    no unique minimum in floating point.
     """
 
     model: ErrorModel
@@ -38,6 +39,8 @@ class LinearQuadratic:
         last = forced[-n:]
         weighted = forced.T @ np.kron(np.eye(N), self.Q)
         hessian = weighted @ forced + np.kron(np.eye(N), self.R)
+        if not np.all(np.isfinite(hessian)):
+            raise ArithmeticError("predictions over the horizon overflow")
         to_reference = np.zeros((forced.shape[1], N * n))
         to_reference[:, -n:] = -np.linalg.pinv(last)
         Z = scipy.linalg.null_space(last)

@@ -8,7 +8,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.control.step.formulation import Formulation, LocalModel
 from trackable.control.step.program import Program
-from trackable.control.step.result import Infeasible, Plan, Status, StepResult
+from trackable.control.step.result import Infeasible, Plan, Status
 from trackable.control.step.slack import Slack
 from trackable.systems.reference import Window
 
@@ -23,10 +23,16 @@ reference itself keeps its bounds without any tolerance.
 _ROUNDING = 1e-12
 """A plan that violates a bound by no more than this part of a width counts as on it, as at rest on a bound."""
 
+_ULPS = 64 * np.finfo(float).eps
+"""States far from zero are known only up to their rounding: this part of their size."""
+
 
 @dataclass(frozen=True, eq=False)
 class StepProblem:
-    """The problem of step `k`: the system's `state` (n,), the reference's `window` ahead, and the model of errors."""
+    """The problem of step `k`: the system's `state` (n,), the reference's `window` ahead, and the model of errors.
+
+    Every result raises ArithmeticError where the numbers are beyond the solver or floating point.
+    """
 
     formulation: Formulation
     k: int
@@ -35,9 +41,9 @@ class StepProblem:
     model: LocalModel
 
     @cached_property
-    def result(self) -> StepResult:
-        """The optimal plan, or why there is none. Raises as `widest`."""
-        return self.without_bounds() or self.solved() or self.widened_or_infeasible()
+    def optimum(self) -> Plan | None:
+        """The optimal plan; None where there is no plan."""
+        return self.without_bounds() or self.solved() or self.widened()
 
     @cached_property
     def initial_error(self) -> Array:
@@ -51,39 +57,77 @@ class StepProblem:
 
     def without_bounds(self) -> Plan | None:
         """Return the optimum without bounds, if it keeps them."""
+        scales = self.formulation.scales
         unforced = self.model.error_model.unforced_errors(self.initial_error, self.model.defects)
-        plan = self.plan(self.model.without_bounds.input_errors(unforced), Status.NO_ACTIVE_BOUND)
+        v = self.model.without_bounds.input_errors(unforced / scales.states) * scales.inputs
+        plan = self.plan(v, Status.NO_ACTIVE_BOUND)
         return plan if plan.slack >= -_ROUNDING else None
 
     def solved(self) -> Plan | None:
         """Return the optimum with bounds, if the solver finds it."""
         return self._optimum(self.slack, Status.SOLVED)
 
-    def widened_or_infeasible(self) -> StepResult:
-        """Return the optimum with all sets widened by the tolerance, or say how much widening would be needed.
-
-        Raises as `widest`.
-        """
+    def widened(self) -> Plan | None:
+        """Return the optimum with all sets widened by the tolerance; None where that is not enough."""
         if -self.widest.slack > TOLERANCE:
-            return self._infeasible(self.widest)
-        optimum = self._optimum(self.slack.widened(self.formulation.inequalities, TOLERANCE), Status.WIDENED)
-        return optimum or self.widest
+            return None
+        return self._optimum(self.slack.widened(TOLERANCE), Status.WIDENED) or self.widest
 
     @cached_property
     def widest(self) -> Plan:
         """The plan with the largest slack; where that is negative, the one that needs the least widening of the sets.
 
-        Raises ArithmeticError where the solver fails, since this program always has a solution.
+        This program always has a solution. Raises ArithmeticError where the solver does not find it.
         """
         v = self._solve(self.formulation.widening, self.slack)
+        plan = None if v is None else self.plan(v, Status.WIDENED)
+        if plan is None or not self.ends_on_reference(plan):
+            raise ArithmeticError("the numbers are beyond the solver")
+        return plan
+
+    @cached_property
+    def infeasible(self) -> Infeasible:
+        """How much widening a plan needs, and how close one comes to the reference without it."""
+        f, widest = self.formulation, self.widest
+        errors, v = widest.states[1:] - self.window.states[1:], widest.inputs - self.window.inputs
+        quantity, steps_ahead = self.slack.remaining(f.inequalities, errors, v).tightest
+        constraint, closest = f.plant.given_constraints[quantity], self.closest
+        return Infeasible(
+            k=self.k,
+            widening=-widest.slack,
+            quantity=constraint.name,
+            at_step=self.k + steps_ahead,
+            excess=-widest.slack * constraint.bounds.width,
+            terminal_error=None if closest is None else closest.states[-1] - self.window.states[-1],
+            fallback=(closest or self._tracking(self.slack.widened(TOLERANCE - widest.slack)) or widest).input,
+            is_local=not f.is_linear,
+        )
+
+    @cached_property
+    def closest(self) -> Plan | None:
+        """The plan that keeps the sets, ends as close to the reference as any does (in scales), and among those that
+        end there costs the least; None where no plan is found.
+
+        The end comes first: without the second minimum, any plan with that end would do, however far it leads from the
+        reference on the way.
+        """
+        v = self._solve(self.formulation.terminal_error, self.slack.widened(TOLERANCE))
         if v is None:
-            raise ArithmeticError(f"controller: the numbers of step {self.k} are beyond the solver")
-        return self.plan(v, Status.WIDENED)
+            return None
+        nearest = self.plan(v, Status.WIDENED)
+        # Where no other plan ends there, the first tolerance leaves the second program without an interior.
+        end = nearest.states[-1] - self.window.states[-1]
+        return self._tracking(self.slack.widened(2 * TOLERANCE), end) or nearest
 
     def is_feasible(self, plan: Plan) -> bool:
         """Whether a plan ends on the reference and keeps the sets, up to twice the tolerance."""
-        ends_on_reference = plan.terminal_residual <= TOLERANCE * max(1.0, float(np.max(np.abs(plan.states))))
-        return ends_on_reference and plan.slack >= -2 * TOLERANCE
+        return self.ends_on_reference(plan) and plan.slack >= -2 * TOLERANCE
+
+    def ends_on_reference(self, plan: Plan) -> bool:
+        """Whether a plan ends on the reference, up to the tolerance as a part of the scales, and up to rounding."""
+        scales = self.formulation.scales.states
+        missed = np.max(np.abs(plan.states[-1] - self.window.states[-1]) / scales)
+        return bool(missed <= TOLERANCE + _ULPS * np.max(np.abs(plan.states) / scales))
 
     def plan(self, v: Array, status: Status) -> Plan:
         """Return the plan with input errors v (N, m)."""
@@ -91,6 +135,8 @@ class StepProblem:
         errors = self.model.error_model.errors(self.initial_error, v, self.model.defects)
         e = np.vstack([self.initial_error, errors])
         stage_costs = np.einsum("ia,ab,ib->i", e[:-1], f.Q, e[:-1]) + np.einsum("ia,ab,ib->i", v, f.R, v)
+        if not (np.all(np.isfinite(e)) and np.all(np.isfinite(v)) and np.isfinite(np.sum(stage_costs))):
+            raise ArithmeticError("a prediction overflows")
         return Plan(
             k=self.k,
             input=f.admissible.pull_inside(self.window.inputs[0] + v[0]),
@@ -104,29 +150,17 @@ class StepProblem:
         )
 
     def _optimum(self, slack: Slack, status: Status) -> Plan | None:
-        v = self._solve(self.formulation.tracking, slack)
-        if v is None:
-            return None
-        plan = self.plan(v, status)
-        return plan if self.is_feasible(plan) else None
+        plan = self._tracking(slack, status=status)
+        return plan if plan is not None and self.is_feasible(plan) else None
 
-    def _solve(self, program: Program, slack: Slack) -> Array | None:
-        return program.solve(self.model.error_model, self.initial_error, self.model.defects, slack)
+    def _tracking(self, slack: Slack, end: Array | None = None, status: Status = Status.WIDENED) -> Plan | None:
+        """Return the plan of least cost with e(N) = `end` (n,), by default zero; None where none is found."""
+        v = self._solve(self.formulation.tracking, slack, end)
+        return None if v is None else self.plan(v, status)
 
-    def _infeasible(self, widest: Plan) -> Infeasible:
-        """Say how much widening the plan `widest` needs, and how close a plan comes to the reference without it."""
-        f = self.formulation
-        errors, v = widest.states[1:] - self.window.states[1:], widest.inputs - self.window.inputs
-        quantity, steps_ahead = self.slack.remaining(f.inequalities, errors, v).tightest
-        constraint = f.plant.given_constraints[quantity]
-        v_closest = self._solve(f.terminal_error, self.slack.widened(f.inequalities, TOLERANCE))
-        closest = None if v_closest is None else self.plan(v_closest, Status.WIDENED)
-        return Infeasible(
-            k=self.k,
-            widening=-widest.slack,
-            quantity=constraint.name,
-            at_step=self.k + steps_ahead,
-            excess=-widest.slack * constraint.bounds.width,
-            terminal_error=None if closest is None else closest.states[-1] - self.window.states[-1],
-            fallback=(closest or widest).input,
-        )
+    def _solve(self, program: Program, slack: Slack, end: Array | None = None) -> Array | None:
+        """Return the v (N, m) that a program finds in scales."""
+        states = self.formulation.scales.states
+        model, end = self.model, np.zeros_like(states) if end is None else end
+        v = program.solve(model.scaled, self.initial_error / states, model.defects / states, slack, end / states)
+        return None if v is None else np.asarray(v * self.formulation.scales.inputs)

@@ -7,6 +7,7 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.control.step.error_model import ErrorModel
+from trackable.control.step.scales import Scales
 from trackable.control.step.slack import Slack
 from trackable.control.step.variables import StepVariables
 from trackable.systems.constrained import ConstrainedSystem
@@ -31,9 +32,16 @@ class Program:
         if not self.problem.is_dcp(dpp=True):
             raise ValueError("program: must be convex, and affine in its parameters")
 
-    def solve(self, model: ErrorModel, initial_error: Array, defects: Array, slack: Slack) -> Array | None:
-        """Return the optimal input errors v (N, m); None where the solver finds no solution, for whatever reason."""
-        self.variables.assign(model, initial_error, defects, slack)
+    def solve(
+        self, model: ErrorModel, initial_error: Array, defects: Array, slack: Slack, terminal_error: Array
+    ) -> Array | None:
+        """Return the optimal input errors v (N, m); None where the solver finds no solution, for whatever reason.
+
+        All numbers are scaled. Raises ArithmeticError where one is not finite.
+        """
+        self.variables.assign(model, initial_error, defects, slack, terminal_error)
+        if not all(np.all(np.isfinite(parameter.value)) for parameter in self.problem.parameters()):
+            raise ArithmeticError("the numbers of its program are not finite")
         data, chain, inverse = self.problem.get_problem_data(_SOLVER, solver_opts={})
         for tolerance in _TOLERANCES:
             options = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), tolerance)
@@ -45,26 +53,26 @@ class Program:
         return np.asarray(solution.primal_vars[self.variables.v.id]) if solution.status == cp.OPTIMAL else None
 
 
-def tracking_program(plant: ConstrainedSystem, horizon: int, Q: Array, R: Array) -> Program:
-    """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with e(N) = 0 and e, v within their slack."""
+def tracking_program(plant: ConstrainedSystem, horizon: int, scales: Scales, Q: Array, R: Array) -> Program:
+    """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with e(N) as given (zero: on the reference) and e, v within their slack."""
     s = StepVariables.of(plant, horizon)
-    cost = _squared(s.e[:-1], Q) + _squared(s.v, R)
-    on_reference = s.e[horizon] == 0
-    return Program(s, cp.Problem(cp.Minimize(cost), [*s.dynamics(), *s.bounds(plant), on_reference]))
+    scaled_Q, scaled_R = scales.weights(Q, R)
+    cost = _squared(s.e[:-1], scaled_Q) + _squared(s.v, scaled_R)
+    return Program(s, cp.Problem(cp.Minimize(cost), [*s.dynamics(), *s.bounds(plant, scales), s.ends()]))
 
 
-def widening_program(plant: ConstrainedSystem, horizon: int) -> Program:
-    """The least part of their widths by which all sets must grow (or the most they may shrink) for e(N) = 0."""
+def widening_program(plant: ConstrainedSystem, horizon: int, scales: Scales) -> Program:
+    """The least part of their widths by which all sets must grow (or the most they may shrink) for the given e(N)."""
     s = StepVariables.of(plant, horizon)
     widening = cp.Variable()
-    on_reference = s.e[horizon] == 0
-    return Program(s, cp.Problem(cp.Minimize(widening), [*s.dynamics(), *s.bounds(plant, widening), on_reference]))
+    return Program(s, cp.Problem(cp.Minimize(widening), [*s.dynamics(), *s.bounds(plant, scales, widening), s.ends()]))
 
 
-def terminal_error_program(plant: ConstrainedSystem, horizon: int) -> Program:
-    """min ‖e(N)‖ (Euclidean) with e, v within their slack."""
+def terminal_error_program(plant: ConstrainedSystem, horizon: int, scales: Scales) -> Program:
+    """min ‖e(N)‖ (Euclidean, in scales) with e, v within their slack. The minimiser e(N) is unique, the plan is not."""
     s = StepVariables.of(plant, horizon)
-    return Program(s, cp.Problem(cp.Minimize(cp.sum_squares(s.e[horizon])), [*s.dynamics(), *s.bounds(plant)]))
+    missed = cp.sum_squares(s.e[horizon])
+    return Program(s, cp.Problem(cp.Minimize(missed), [*s.dynamics(), *s.bounds(plant, scales)]))
 
 
 def _squared(rows: cp.Expression, weight: Array) -> cp.Expression:

@@ -47,14 +47,18 @@ class Plan:
 
 @dataclass(frozen=True)
 class Infeasible:
-    """Why no admissible plan ends on the reference at step `k`.
+    """Why no admissible plan ends on the reference at step `k`: there is none, or none was found.
+
+    The latter where the answer `is_local`: the problem of a nonlinear system is searched near one trajectory only. What
+    follows then holds for its linearisation there.
 
     `widening` is the least part of their widths by which all sets must be widened so that a plan exists. In that plan
     `quantity` reaches its widened bound first, at step `at_step`, `excess` (in its own unit) outside its set.
 
     With the sets as they are, `terminal_error` (n,) is x(k+N) − x_r(k+N) of the plan that ends closest to the
-    reference, and `fallback` (m,) is the first input of that plan. Where no plan keeps the sets at all,
-    `terminal_error` is None, and `fallback` is the first input of the widened plan, pulled into the input set.
+    reference (each state in the scale of its set), and of the plans with that end, `fallback` (m,) is the first input
+    of the one that costs the least. Where no plan that keeps the sets is found, `terminal_error` is None, and
+    `fallback` is the first input of the cheapest plan in the widened sets, pulled into the input set.
     """
 
     k: int
@@ -64,18 +68,39 @@ class Infeasible:
     excess: float
     terminal_error: Array | None
     fallback: Array
+    is_local: bool
 
     @property
     def explanation(self) -> str:
         """Say in a sentence how far the sets and the terminal constraint are from a plan."""
         if self.terminal_error is None:
-            missed = "no plan at all keeps the sets"
+            missed = "no plan that keeps them was found"
         else:
             missed = f"a plan that keeps them misses the reference by {abs(self.terminal_error).max():.3g}"
+        none = "no plan was found that ends" if self.is_local else "no plan ends"
         return (
-            f"at step {self.k} no plan ends on the reference: all bounds would have to move by {self.widening:.3g} of "
+            f"at step {self.k} {none} on the reference: all bounds would have to move by {self.widening:.3g} of "
             f"their widths, and the {self.quantity} by {self.excess:.3g} at step {self.at_step}; {missed}"
         )
 
 
-StepResult = Plan | Infeasible
+@dataclass(frozen=True)
+class Unsolved:
+    """Why step `k` has no answer: neither a plan was found, nor that there is none.
+
+    The numbers are beyond the solver or overflow, a search did not converge, or a formula is not defined where it led.
+    `fallback` (m,) is an admissible input: that of the initial guess, of the reference, or the middle of the input set,
+    the first of them that is known.
+    """
+
+    k: int
+    reason: str
+    fallback: Array
+
+    @property
+    def explanation(self) -> str:
+        """Say in a sentence why there is no answer."""
+        return f"at step {self.k} no answer: {self.reason}"
+
+
+StepResult = Plan | Infeasible | Unsolved

@@ -44,8 +44,8 @@ class PlantInequalities:
 
 @dataclass(frozen=True, eq=False)
 class Slack:
-    """Bounds of the errors: H e(i) ≤ `states`(i−1) for i = 1 … N, shape (N, 2r), and G v(i) ≤ `inputs`(i) for i < N,
-    shape (N, 2s).
+    """Bounds of the errors, in parts of the widths w: H e(i) / w ≤ `states`(i−1) for i = 1 … N, shape (N, 2r), and
+    G v(i) / w ≤ `inputs`(i) for i < N, shape (N, 2s).
 
     The current error e(0) is not bounded, because no input changes it any more.
     """
@@ -55,21 +55,20 @@ class Slack:
 
     @classmethod
     def along(cls, inequalities: PlantInequalities, window: Window) -> "Slack":
-        """Return h − H x_r and g − G u_r along the window of a reference."""
+        """Return (h − H x_r) / w and (g − G u_r) / w along the window of a reference."""
         X, U = inequalities.states, inequalities.inputs
-        return cls(X.bounds - window.states[1:] @ X.rows.T, U.bounds - window.inputs @ U.rows.T)
+        states, inputs = X.bounds - window.states[1:] @ X.rows.T, U.bounds - window.inputs @ U.rows.T
+        return cls(states / X.widths, inputs / U.widths)
 
-    def widened(self, inequalities: PlantInequalities, by: float) -> "Slack":
+    def widened(self, by: float) -> "Slack":
         """Move every bound outwards, `by` a part of its width."""
-        return Slack(self.states + by * inequalities.states.widths, self.inputs + by * inequalities.inputs.widths)
+        return Slack(self.states + by, self.inputs + by)
 
     def remaining(self, inequalities: PlantInequalities, errors: Array, input_errors: Array) -> "Slack":
-        """Return the slack left by e(1), …, e(N) (N, n) and v(0), …, v(N−1) (N, m), in parts of the widths.
-
-        It is negative where an error violates its bound.
-        """
+        """Return the slack left by e(1), …, e(N) (N, n) and v(0), …, v(N−1) (N, m): negative where one violates its
+        bound."""
         X, U = inequalities.states, inequalities.inputs
-        return Slack((self.states - errors @ X.rows.T) / X.widths, (self.inputs - input_errors @ U.rows.T) / U.widths)
+        return Slack(self.states - errors @ X.rows.T / X.widths, self.inputs - input_errors @ U.rows.T / U.widths)
 
     @property
     def smallest(self) -> float:
