@@ -43,11 +43,11 @@ def sine(plant: ConstrainedSystem) -> Reference:
 
 
 def by_status(controller: Controller, reference: TrackedReference, starts: Iterable[Array]) -> dict[str, list[Array]]:
-    """Sort initial states by the status of their plan, or as infeasible."""
+    """Sort initial states by the status of their plan, or as what they are without one."""
     found: dict[str, list[Array]] = {}
     for start in starts:
         result = controller.step(0, start, reference)
-        found.setdefault(result.status if isinstance(result, Plan) else "infeasible", []).append(start)
+        found.setdefault(result.status if isinstance(result, Plan) else type(result).__name__.lower(), []).append(start)
     return found
 
 
