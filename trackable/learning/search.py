@@ -18,8 +18,11 @@ def best_solution(problem: ConstrainedProblem, near: Solution | None = None) -> 
 
     The likelihood of periodic kernels has a basin for nearly every period: the most promising ones are searched one by
     one. Other kernels are searched from the starts of the search space, with the same places in their programs. `near`
-    is the solution of a problem with fewer or slightly different constraints: it is a start too.
+    is the solution of a problem with fewer or slightly different constraints: it is a start too. Raises ValueError for
+    pins, which a posterior mean does not meet.
     """
+    if problem.pins:
+        raise ValueError("pins: hyperparameters alone cannot move a reference to given values; learn it jointly")
     exchange = Exchange(problem)
     if can_screen(problem.prior):
         for start in [*_point(near), *screened(problem, max(_FEWEST_BASINS, problem.space.starts))]:
