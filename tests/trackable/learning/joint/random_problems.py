@@ -61,7 +61,7 @@ class Problem:
 
 
 def random_problem(seed: int) -> Problem:
-    """One to four states, one or two inputs; the bounds leave 10 to 100 % of what a plain fit does, on either side."""
+    """One to four states, one or two inputs; the bounds leave 25 to 100 % of what a plain fit does, on either side."""
     rng = np.random.default_rng(seed)
     loose = unbounded(_system(rng, seed))
     count = loose.signal_count
@@ -121,7 +121,7 @@ def _bounded(rng: np.random.Generator, loose: ConstrainedSystem, plain: JointPos
         values = rows @ np.stack([q(plain.signals, t) for q in coordinates])
         rest = rows @ np.array([q.at_rest(levels) for q in coordinates])
         reach = np.max(np.abs(values - rest[:, None]), axis=1)
-        below, above = 10 ** rng.uniform(-1, 0, (2, len(rows)))
+        below, above = 10 ** rng.uniform(-0.6, 0, (2, len(rows)))
         sets.append(Polytope(rows, rest - below * reach, rest + above * reach))
     return replace(loose, state_set=sets[0], input_set=sets[1])
 
