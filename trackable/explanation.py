@@ -27,12 +27,13 @@ def distances(fit: Fit) -> str:
 
 def costs(fit: Fit) -> str:
     """Return what the bounds cost, which of them and when."""
-    said = [f"the bounds cost {fit.price:.3g} in −2 ln p"]
+    of = "bounds and given values" if fit.pinned else "bounds"
+    said = [f"the {of} cost {fit.price:.3g} in −2 ln p"]
     dearest = [str(contact) for contact in fit.contacts[:_DEAREST] if contact.price > 0]
     if dearest:
         said.append(", ".join(dearest))
-    if fit.active_bounds:
-        said.append(f"no function costs less by more than {fit.duality_gap:.2g} for these hyperparameters")
+    if fit.duality_gap > 0:
+        said.append(f"for these hyperparameters, no function costs less by more than {fit.duality_gap:.2g}")
     return "; ".join(said)
 
 
@@ -48,5 +49,8 @@ def _distance(misfit: Misfit) -> str:
 def _help(fit: Fit) -> str:
     if fit.moved == "hyperparameters":
         return 'only the hyperparameters were learned: method="joint", wider bounds or another prior mean may help'
-    dearest = [str(contact) for contact in fit.contacts[:1]]
-    return f"{''.join(f'{said}: ' for said in dearest)}wider bounds or another prior mean may help"
+    dearest = fit.contacts[0] if fit.contacts else None
+    if dearest is None:
+        return "wider bounds or another prior mean may help"
+    other = "another value" if dearest.side == "equal" else "wider bounds or another prior mean"
+    return f"{dearest}: {other} may help"

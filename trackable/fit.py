@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.certificates.pinned import Pinned
 from trackable.gp.joint import JointPosterior, JointPrior
 from trackable.gp.prior import NOISE
 from trackable.gp.samples import Samples
@@ -76,7 +77,8 @@ class Fit:
 
     `prior` has the learned hyperparameters, `unconstrained_prior` those of the least l that was found without bounds.
     `objective` is J = l + D; `moved` says whether the function was learned or its hyperparameters alone (then D = 0).
-    `active_bounds` are those that hold the function back, with multipliers and prices.
+    `active_bounds` are those that hold the function back, with multipliers and prices. At some times the values of
+    states or inputs are `pinned`.
     """
 
     reference: Reference
@@ -86,14 +88,25 @@ class Fit:
     objective: float
     moved: Moved
     active_bounds: tuple[ActiveBound, ...]
+    pinned: tuple[Pinned, ...]
 
     @classmethod
-    def of(cls, reference: Reference, solution: Solution, unconstrained: JointPosterior) -> Self:
+    def of(
+        cls, reference: Reference, solution: Solution, unconstrained: JointPosterior, pinned: tuple[Pinned, ...]
+    ) -> Self:
         """Return the fit of a solution; of it and the `unconstrained` posterior, the one with smaller l is compared."""
         learned = solution.posterior
         least = min(unconstrained, learned, key=lambda posterior: posterior.negative_log_marginal_likelihood()[0])
-        active = solution.active_bounds
-        return cls(reference, learned.samples, learned.prior, least.prior, solution.objective, solution.moved, active)
+        return cls(
+            reference,
+            learned.samples,
+            learned.prior,
+            least.prior,
+            solution.objective,
+            solution.moved,
+            solution.active_bounds,
+            pinned,
+        )
 
     @cached_property
     def posterior(self) -> JointPosterior:

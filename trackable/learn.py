@@ -8,6 +8,7 @@ import numpy as np
 
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.goal import Claim, Goal, goal_for
+from trackable.certificates.pinned import Pinned, prove_pinned
 from trackable.explanation import IgnoresSamplesWarning, ignored
 from trackable.fit import Fit
 from trackable.gp.joint import JointPrior
@@ -22,6 +23,7 @@ from trackable.learning.space import SearchSpace
 from trackable.reference import NotTrackableError, TrackableReference
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sampling import default_sample, sampled_signals
+from trackable.waypoints import Waypoints, waypoints
 
 T = TypeVar("T")
 
@@ -37,6 +39,8 @@ def learn_reference(
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None = None,
     mean: float | Mapping[str, float] = 0.0,
     method: Moved = "joint",
+    at: Waypoints | None = None,
+    at_tolerance: float | Mapping[str, float] | None = None,
     starts: int = 8,
     progress: bool = True,
 ) -> TrackableReference:
@@ -63,6 +67,12 @@ def learn_reference(
         the samples, and D is what the bounds cost. "hyperparameters": these alone, so that the posterior mean keeps the
         bounds, as in the paper. The `method` of what is returned says which was taken: the second also where "joint"
         finds no function with a smaller J.
+    at
+        Values of states and inputs, by name, that the reference has at times [s]: {0.0: {"position": -0.08, "velocity":
+        0.0}} begins at a plant's present state, at rest. Only function and hyperparameters together can meet them.
+    at_tolerance
+        By how much these values may be missed, in their unit, for all names or by name; it is proved, by a certificate
+        for each time. Left out, it is 1e-4 of the width of what bounds the state or input.
     starts
         The number of points from which the search starts.
     progress
@@ -80,14 +90,18 @@ def learn_reference(
         Where samples or kernels are of another type.
     ValueError
         Where samples, kernels, claim and options do not fit together, and where the prior mean is no admissible
-        equilibrium though all times are claimed.
+        equilibrium though all times are claimed. Also where a value of `at` is outside of its set, or a time outside of
+        the claim.
     NotTrackableError
-        Where no reference was found, or none that is proved: the message says by how much, where and why.
+        Where no reference was found, or none that is proved: the message says by how much, where and why. Also where
+        values of `at` and bounds contradict each other: it says which.
 
     """
     from tqdm import tqdm  # noqa: PLC0415  loading the library shall not take longer for a bar
 
     learner, given = _learner(method), _given(samples, plant)
+    if at and method != "joint":
+        raise ValueError('at: values at given times need method="joint": hyperparameters alone cannot meet them')
     names, seen = sampled_signals(plant, given)
     believed = {
         name: Prior(_kernel(kernel, name), _of(noise_std, name, "noise_std"), _of(mean, name, "mean")) for name in names
@@ -96,11 +110,17 @@ def learn_reference(
     prior = prior_for(plant, believed, shared)
     goal = _goal(claim, seen, prior, plant)
     space = SearchSpace.around(seen, prior, starts)
+    pinned = waypoints(at or {}, at_tolerance, plant, claim)
+    pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with tqdm(desc="learn reference", unit="fit", disable=None if progress else True) as bar:
-        found = learn_certified(seen, prior, plant, space, goal, lambda done: bar.update(), learner)
+        found = learn_certified(seen, prior, plant, space, goal, lambda done: bar.update(), learner, pins)
     if not isinstance(found, Certified):
         raise NotTrackableError(found)
-    learned = TrackableReference(_fit(found, ConstrainedProblem(seen, prior, space)), found.certificate)
+    proofs = prove_pinned(found.reference, pinned)
+    if not isinstance(proofs, tuple):
+        raise NotTrackableError(proofs)
+    fit = _fit(found, ConstrainedProblem(seen, prior, space), pinned)
+    learned = TrackableReference(fit, found.certificate, proofs)
     if sentence := ignored(learned.fit):
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=2)
     return learned
@@ -112,13 +132,14 @@ def _learner(method: Moved) -> Learner:
     return _LEARNERS[method]
 
 
-def _fit(found: Certified, unconstrained: ConstrainedProblem) -> Fit:
+def _fit(found: Certified, unconstrained: ConstrainedProblem, pinned: tuple[Pinned, ...]) -> Fit:
     """Return the fit, beside the solution of the unconstrained problem, which most learners know already."""
     solution = found.solution
     if solution.unconstrained is not None:
-        return Fit.of(found.reference, solution, solution.unconstrained)
+        return Fit.of(found.reference, solution, solution.unconstrained, pinned)
     free = best_solution(unconstrained)
-    return Fit.of(found.reference, solution, free.posterior if isinstance(free, Solution) else solution.posterior)
+    least = free.posterior if isinstance(free, Solution) else solution.posterior
+    return Fit.of(found.reference, solution, least, pinned)
 
 
 def _given(samples: Samples | Mapping[str, Samples], plant: ConstrainedSystem) -> dict[str, Samples]:

@@ -37,12 +37,14 @@ class NotTrackableError(NoReferenceError):
 class TrackableReference:
     """A learned reference with its proof: the system can follow it at all times that `certificate` names.
 
-    `fit` holds what it was learned from, and what its bounds cost. Steps outside of what is proved are refused with a
-    ValueError; `reference` has values there too, but no guarantee.
+    `fit` holds what it was learned from, and what its bounds cost. `pin_certificates` prove the values that were asked
+    for at single times, one certificate a time, in the order of `fit.pinned`. Steps outside of what is proved are
+    refused with a ValueError; `reference` has values there too, but no guarantee.
     """
 
     fit: Fit
     certificate: Certificate
+    pin_certificates: tuple[Certificate, ...] = ()
 
     @property
     def reference(self) -> Reference:
@@ -160,7 +162,8 @@ class TrackableReference:
         until = self.certificate.evaluated_until
         rounding = f" (evaluated in float64 up to {until:.4g} s)" if until < LATEST else ""
         proved = f"{self.certificate.explanation}{rounding}"
-        return "; ".join(filter(None, [ignored(self.fit), proved, distances(self.fit), costs(self.fit)]))
+        said = [ignored(self.fit), proved, *map(str, self.fit.pinned), distances(self.fit), costs(self.fit)]
+        return "; ".join(filter(None, said))
 
     def _refuse_unproved(self, k: Array | int) -> None:
         steps = np.asarray(k, dtype=float)
@@ -189,16 +192,23 @@ class TrackableReference:
         wrote, and NotTrackableError where it holds a reference that cannot be proved to keep its bounds.
         """
         saved = SavedReference.read(Path(path))
-        found = saved.proof()
-        if not isinstance(found, Certificate):
+        found = saved.proofs()
+        if not isinstance(found, tuple):
             raise NotTrackableError(found)
-        return cls(saved.fit, found)
+        return cls(saved.fit, *found)
 
-    def save_certificate(self, path: Path | str) -> None:
-        """Write the proof alone, for `python -m trackable check FILE`. Raises OSError."""
+    def save_certificate(self, path: Path | str) -> tuple[Path, ...]:
+        """Write the proof alone, for `python -m trackable check FILE`; return the files. Raises OSError.
+
+        Certificates of values at single times are written beside it: proof.at1.json, proof.at2.json, … for proof.json.
+        """
         from trackable.codec.certificates import encode_certificate  # noqa: PLC0415  loaded for files only
 
-        write_json(Path(path), encode_certificate(self.certificate))
+        path = Path(path)
+        beside = [path.with_suffix(f".at{i + 1}{path.suffix}") for i in range(len(self.pin_certificates))]
+        for file, certificate in zip((path, *beside), (self.certificate, *self.pin_certificates), strict=True):
+            write_json(file, encode_certificate(certificate))
+        return path, *beside
 
     def _times(self, k: Array | int) -> Array:
         return np.asarray(self.reference.instants(k), dtype=float)

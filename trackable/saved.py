@@ -6,7 +6,8 @@ from typing import Self
 
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import OnWindow
-from trackable.certificates.prove import Outcome, prove, prove_on_window
+from trackable.certificates.pinned import prove_pinned
+from trackable.certificates.prove import Failure, prove, prove_on_window
 from trackable.errors import InputError
 from trackable.files import read_bytes, write_atomically
 from trackable.fit import Fit
@@ -41,8 +42,14 @@ class SavedReference:
 
         write_atomically(path, dumps(self))
 
-    def proof(self) -> Outcome:
-        """Prove again what was proved."""
+    def proofs(self) -> tuple[Certificate, tuple[Certificate, ...]] | Failure:
+        """Prove again what was proved: the claim, and the values at each time that has some."""
+        reference = self.fit.reference
         if self.proved_from is None or self.proved_until is None:
-            return prove(self.fit.reference)
-        return prove_on_window(self.fit.reference, self.proved_from, self.proved_until)
+            found = prove(reference)
+        else:
+            found = prove_on_window(reference, self.proved_from, self.proved_until)
+        if not isinstance(found, Certificate):
+            return found
+        pinned = prove_pinned(reference, self.fit.pinned)
+        return (found, pinned) if isinstance(pinned, tuple) else pinned

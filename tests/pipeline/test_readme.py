@@ -13,8 +13,8 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_the_library_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    (block,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
-    exec(compile(block, "README.md", "exec"), {})
+    blocks = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    exec(compile("\n".join(blocks), "README.md", "exec"), {})
     assert re.match(r"proved for all real t ≥ 0: state in \[.*\], input in \[", capsys.readouterr().out)
 
 

@@ -78,6 +78,7 @@ except NotTrackableError as error:
     assert_type(error.outcome.explanation, str)
 learn_reference({"position": recording.samples("position")}, plant, {"position": kernel}, (0.0, 10.0), starts=3)
 learn_reference(recording.samples("position"), plant, kernel, "all_times", method="hyperparameters")
+learn_reference(recording.samples("position"), plant, kernel, "all_times", at={0.0: {"x1": 0.1}}, at_tolerance=1e-3)
 warnings.simplefilter("error", IgnoresSamplesWarning)
 
 controller = Controller(plant, 10, [[1, 0], [0, 1]], [[0.1]])

@@ -170,7 +170,8 @@ class Contradiction(NoSolution):
 
     @property
     def explanation(self) -> str:
-        said = "; ".join(f"{bound.name} ({bound.side}) at t = {bound.time:.6g} s" for bound in self.among)
+        sides = {"lower": "lower bound", "upper": "upper bound", "equal": "given value"}
+        said = "; ".join(f"{bound.name} ({sides[bound.side]}) at t = {bound.time:.6g} s" for bound in self.among)
         return f"bounds contradict each other, whatever the function between the samples: {said}"
 
 

@@ -23,10 +23,13 @@ class Contact:
 
 
 def contacts(active: Iterable[ActiveBound], apart: float) -> tuple[Contact, ...]:
-    """Join active bounds of the same quantity and side that are less than `apart` [s] apart; the dearest come first."""
+    """Join active bounds of the same quantity and side that are less than `apart` [s] apart; the dearest come first.
+
+    Given values stay alone.
+    """
     found: list[Contact] = []
     for bound in sorted(active, key=lambda bound: (bound.name, bound.side, bound.time)):
-        last = found[-1] if found else None
+        last = found[-1] if found and bound.side != "equal" else None
         if last and (last.name, last.side) == (bound.name, bound.side) and bound.time - last.end < apart:
             found[-1] = Contact(last.name, last.side, last.start, bound.time, last.price + bound.price)
         else:

@@ -85,7 +85,8 @@ class JointSearch:
         """Minimise J with bounds at the places met so far; settle the function at all times; repeat.
 
         Each program is a relaxation with more places than the last one. A relaxation that is no better than the best
-        point ends the search; so does one that leaves θ and the places as they were.
+        point ends the search; so does one that leaves θ and the places as they were, and a second contradiction: more
+        places do not resolve it, and θ has just moved.
         """
         met = no_places(self.problem) if places is None else places
         point, curvature = self._at(start, met, near), None
@@ -100,7 +101,9 @@ class JointSearch:
                 return
             curvature, before = found.curvature, point
             point = self._at(found.x, met, signals)
-            if point is not None and _is_same(point, before) and is_same(met, self._met(met, point)):
+            if point is None or (before.function.bent.contradicts and point.function.bent.contradicts):
+                return
+            if _is_same(point, before) and is_same(met, self._met(met, point)):
                 return
 
     def _met(self, places: Places, point: Point) -> Places:

@@ -135,6 +135,17 @@ class Polytope:
             for row, low, high in zip(self.rows, self.lower.tolist(), self.upper.tolist(), strict=True)
         ]
 
+    def extent(self, coordinate: int) -> Interval | None:
+        """Return the smallest and the largest value of a coordinate on the set; None where either is infinite."""
+        involved = self.rows[:, coordinate] != 0
+        if not np.delete(self.rows[involved], coordinate, axis=1).any():  # exact where no other coordinate counts
+            ends = np.stack([self.lower, self.upper])[:, involved] / self.rows[involved, coordinate]
+            low, high = np.max(np.min(ends, axis=0), initial=-np.inf), np.min(np.max(ends, axis=0), initial=np.inf)
+        else:
+            direction = np.eye(self.dimension)[coordinate]
+            low, high = _least(direction, *self.inequalities), -_least(-direction, *self.inequalities)
+        return Interval(float(low), float(high)) if np.isfinite([low, high]).all() else None
+
     def margin(self, points: Array) -> Array:
         """Return the smallest distance of R x to a bound at points (…, n), in units of R x: (…,), negative outside."""
         values = np.asarray(points) @ self.rows.T
@@ -144,6 +155,12 @@ class Polytope:
         sides = [f"{low:g} ≤ {_formula(row)} ≤ {high:g}" for row, low, high in zip(
             self.rows, self.lower, self.upper, strict=True)]  # fmt: skip
         return "{x : " + ", ".join(sides) + "}"
+
+
+def _least(row: Array, H: Array, h: Array) -> float:
+    """Return the minimum of row · x on {x : H x ≤ h}, which is not empty; −∞ if there is none."""
+    program = scipy.optimize.linprog(row, A_ub=H, b_ub=h, bounds=(None, None), method="highs")
+    return -np.inf if program.fun is None else float(program.fun)
 
 
 def _lower_bound(row: Array, H: Array, h: Array) -> float:

@@ -23,7 +23,8 @@ def told(case: Case, *pins: tuple[str, float, float]) -> list[tuple[str, str, fl
     found = learn_jointly(pinned(known(case), *pins).problem)
     assert isinstance(found, Contradiction)
     for bound in found.among:
-        assert f"{bound.name} ({bound.side}) at t = {bound.time:.6g} s" in found.explanation
+        side = {"lower": "lower bound", "upper": "upper bound", "equal": "given value"}[bound.side]
+        assert f"{bound.name} ({side}) at t = {bound.time:.6g} s" in found.explanation
     return [(bound.name, bound.side, bound.time) for bound in found.among]
 
 

@@ -1,0 +1,197 @@
+"""Values at given times: met up to a tolerance that is proved, or refused."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackable.checker.redundant import PLANT as REDUNDANT
+from tests.trackable.plants import AXIS, CART, SAMPLES
+from trackable import (
+    ConstrainedSystem,
+    Failed,
+    Nonlinear,
+    NotTrackableError,
+    Polytope,
+    Proved,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    check,
+    learn_reference,
+)
+from trackable import learn as learning
+from trackable.certificates.outcome import Counterexample
+from trackable.certificates.pinned import Pinned
+from trackable.codec.certificates import encode_certificate
+from trackable.learning.joint.learn import learn_jointly
+from trackable.learning.learner import JOINT
+from trackable.learning.problem import Contradiction
+from trackable.systems.sets.interval import Interval
+
+KNOWN = SquaredExponential(0.5, 0.6)
+AT = {1.0: {"force": -1.0}, 0.0: {"position": -0.98, "velocity": 0.0}}
+TANK = ConstrainedSystem(
+    Nonlinear.of(lambda x, u: [x[0] + 0.1 * u[0] - 0.05 * x[0] ** 2], ["level"], ["inflow"], 0.1),
+    Polytope.box([0.1], [2.0]),
+    Polytope.box([-2.0], [4.0]),
+)
+FREE = ConstrainedSystem(AXIS.system, Polytope.box([-np.inf, -1.0], [np.inf, 1.0]), AXIS.input_set)
+SLOPING = ConstrainedSystem(CART.system, Polytope([[1.0, 1.0], [1.0, -1.0]], [-1.0, -1.0], [1.0, 1.0]), CART.input_set)
+
+
+def learned(at, plant=AXIS, kernel=KNOWN, **options) -> TrackableReference:
+    return learn_reference({"position": SAMPLES}, plant, kernel, "all_times", noise_std=0.02, at=at, **options)
+
+
+@pytest.fixture(scope="module")
+def axis() -> TrackableReference:
+    return learned(AT)
+
+
+def test_values_are_met_within_a_ten_thousandth_of_their_bounds(axis):
+    assert np.all(np.abs(axis.state(0) - [-0.98, 0.0]) <= [1.3e-4, 2e-4])
+    np.testing.assert_allclose(axis.input(20), [-1.0], atol=5e-4, rtol=0)
+    assert "position = -0.98 ± 0.00013, velocity = 0 ± 0.0002 at 0 s; force = -1 ± 0.0005 at 1 s" in axis.explanation
+    assert np.min(AXIS.state_set.margin(axis.state(np.arange(999)))) >= 0
+
+
+def test_a_certificate_for_each_time_proves_it(axis, tmp_path):
+    files = axis.save_certificate(tmp_path / "proof.json")
+    assert [file.name for file in files] == ["proof.json", "proof.at1.json", "proof.at2.json"]
+    verdicts = [check(file) for file in files[1:]]
+    assert all(isinstance(verdict, Proved) for verdict in verdicts)
+    assert (
+        "For all real t from -5e-08 s to 5e-08 s the reference keeps -0.98013 ≤ position ≤ -0.97987"
+        in verdicts[0].statement
+    )
+    content = json.loads(files[2].read_text())
+    content["reference"]["plant"]["input_set"]["lower"] = [-0.9999]
+    assert isinstance(check(content), Failed)
+
+
+def test_what_is_saved_is_proved_again_at_each_time(axis, tmp_path):
+    axis.save(tmp_path / "axis.json")
+    again = TrackableReference.load(tmp_path / "axis.json")
+    assert again.explanation == axis.explanation
+    assert len(again.pin_certificates) == 2
+    content = json.loads((tmp_path / "axis.json").read_text())
+    content["fit"]["pinned"][0]["values"]["position"] += 0.001
+    (tmp_path / "axis.json").write_text(json.dumps(content))
+    with pytest.raises(NotTrackableError, match=r"at t = .* s the position certainly breaks"):
+        TrackableReference.load(tmp_path / "axis.json")
+
+
+def test_given_values_have_prices_like_bounds(axis):
+    names = {(bound.name, bound.time) for bound in axis.active_bounds if bound.side == "equal"}
+    assert names == {("position", 0.0), ("velocity", 0.0), ("force", 1.0)}
+    assert "the given value of position costs" in axis.explanation
+    assert "the bounds and given values cost" in axis.explanation
+
+
+def test_a_tolerance_can_be_given():
+    found = learned({0.0: {"position": -0.98}, 0.5: {"position": -0.74}}, at_tolerance={"position": 1e-6})
+    assert [pinned.tolerances for pinned in found.fit.pinned] == [{"position": 1e-6}] * 2
+    np.testing.assert_allclose(found.state(np.array([0, 10]))[:, 0], [-0.98, -0.74], atol=1e-6, rtol=0)
+
+
+def test_a_value_on_its_bound_is_met_from_inside():
+    found = learned({0.75: {"velocity": 1.0}})
+    assert 1 - 2e-4 <= found.state(15)[1] <= 1
+
+
+def test_what_is_not_bounded_needs_a_tolerance():
+    with pytest.raises(ValueError, match="at_tolerance: is needed for position, which has no bounds"):
+        learned({0.0: {"position": -0.95}}, plant=FREE)
+    found = learned({0.0: {"position": -0.95}}, plant=FREE, at_tolerance=1e-3)
+    assert found.state(0)[0] == pytest.approx(-0.95, abs=1e-3)
+
+
+def test_formulas_are_met_too():
+    times = np.linspace(0, 4, 15)
+    found = learn_reference(
+        Samples(times, 1 + 0.5 * np.sin(times)),
+        TANK,
+        SquaredExponential(0.5, 1.0),
+        "all_times",
+        noise_std=0.05,
+        mean=1.0,
+        at={0.0: {"level": 1.02}, 1.0: {"inflow": 1.25}},
+    )
+    assert found.input(10)[0] == pytest.approx(1.25, abs=6e-4)
+    assert found.state(0)[0] == pytest.approx(1.02, abs=2e-4)
+    assert all(isinstance(check(encode_certificate(proof)), Proved) for proof in found.pin_certificates)
+
+
+def test_states_of_a_system_with_redundant_inputs_are_met():
+    times = np.linspace(0, 8, 25)
+    values = 2 * np.exp(-((times - 4) ** 2) / 4)
+    kernel = SquaredExponential(1.0, 2.0)
+    found = learn_reference(
+        Samples(times, values), REDUNDANT, kernel, "all_times", noise_std=0.05, at={0.0: {"x1": 0.0}}
+    )
+    assert abs(found.state(0)[0]) <= 6e-4
+    with pytest.raises(ValueError, match="at: u1 is one of several inputs that act alike; only their effect is"):
+        learn_reference(Samples(times, values), REDUNDANT, kernel, "all_times", at={0.0: {"u1": 0.0}})
+
+
+def test_what_contradicts_the_bounds_is_no_reference():
+    with pytest.raises(NotTrackableError, match=r"position \(given value\) at t = 0.05 s") as raised:
+        learned({0.0: {"position": -0.95}, 0.05: {"position": 0.1}})
+    assert isinstance(raised.value.outcome, Contradiction)
+
+
+def test_values_that_are_not_met_are_no_reference(monkeypatch):
+    """A planted fault: a learner that forgets them."""
+    forgetful = replace(JOINT, solve=lambda problem: learn_jointly(replace(problem, pins=())))
+    monkeypatch.setitem(learning._LEARNERS, "joint", forgetful)
+    with pytest.raises(NotTrackableError, match="the position certainly breaks") as raised:
+        learned({0.0: {"position": -0.5}})
+    assert isinstance(raised.value.outcome, Counterexample)
+
+
+REFUSALS = {
+    "alone": ({"method": "hyperparameters"}, 'at: values at given times need method="joint"'),
+    "unknown": ({"at": {0.0: {"speed": 1.0}}}, "at: speed is neither a state nor an input (position, velocity, force)"),
+    "unknown tolerance": ({"at_tolerance": {"speed": 1.0}}, "at_tolerance: speed is neither"),
+    "nothing": ({"at": {0.0: {}}}, "at: nothing is given at 0 s"),
+    "too early": (
+        {"at": {-0.1: {"position": 0.0}}},
+        "at: -0.1 s is outside of the times that are claimed, from 0 s to",
+    ),
+    "too late": ({"claim": (0.0, 2.0), "at": {2.1: {"position": 0.0}}}, "that are claimed, from 0 s to 2 s"),
+    "outside": ({"at": {0.0: {"velocity": 1.5}}}, "at: velocity must be inside [-1, 1] at 0 s, got 1.5"),
+    "no number": ({"at": {0.0: {"velocity": np.nan}}}, "at: velocity must be inside [-1, 1] at 0 s, got nan"),
+    "no tolerance": ({"at_tolerance": 0.0}, "at_tolerance: must be positive, got 0 for position"),
+    "together outside": (
+        {"plant": SLOPING, "samples": {"a": SAMPLES, "b": SAMPLES}, "at": {0.0: {"a": 0.9, "b": 0.9}}},
+        "at: a = 0.9 ± 0.0002, b = 0.9 ± 0.0002 at 0 s lies outside of {x : -1 ≤ 1 x1 + 1 x2 ≤ 1",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSALS)
+def test_refusals_say_what_is_wrong(name):
+    changed, sentence = REFUSALS[name]
+    given = {"samples": SAMPLES, "plant": AXIS, "kernel": KNOWN, "claim": "all_times", "at": {0.0: {"position": 0.0}}}
+    with pytest.raises(ValueError, match=re.escape(sentence)):
+        learn_reference(**given | changed, noise_std=0.02)
+
+
+def test_a_window_that_is_proved_holds_the_neighbours_of_its_time(axis):
+    for time in (0.0, 1.0, 12345.678):
+        outcome = Pinned(time, {"velocity": 0.0}, {"velocity": 9.0}).prove(axis.reference)
+        assert outcome.claim.start < np.nextafter(time, -np.inf) < np.nextafter(time, np.inf) < outcome.claim.end
+
+
+def test_the_extent_of_a_coordinate_is_that_of_the_corners():
+    corners = np.array([[0.0, 0.0], [2.0, 1.0], [-1.0, 3.0]])
+    triangle = Polytope.halfspaces([[1.0, -2.0], [2.0, 3.0], [-3.0, -1.0]], [0.0, 7.0, 0.0])
+    for i in range(2):
+        extent = triangle.extent(i)
+        assert (extent.lower, extent.upper) == pytest.approx((corners[:, i].min(), corners[:, i].max()))
+    assert Polytope([[-2.0, 0.0], [1.0, 0.0]], [-2.0, -0.5], [2.0, 3.0]).extent(0) == Interval(-0.5, 1.0)
+    assert Polytope([[-2.0, 0.0]], [-2.0], [2.0]).extent(1) is None
+    assert Polytope([[1.0, 1.0]], [-2.0], [2.0]).extent(1) is None

@@ -1,0 +1,113 @@
+"""Values that a reference has at one time, up to tolerances: rows of the learning problem, and a proof of their own.
+
+The proof is that of a claim like any other: in a short window around the time, the reference keeps the bounds of a
+plant with the same system, whose state and input sets are the values with their tolerances.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.prove import Failure, Outcome, prove_on_window
+from trackable.learning.problem import Pin
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.flat.functional import Functional
+from trackable.systems.flat.trajectory import Trajectory
+from trackable.systems.linear import LinearSystem
+from trackable.systems.reference import Reference
+from trackable.systems.sets.interval import Interval
+from trackable.systems.sets.polytope import Polytope
+
+_WINDOW = 1e-6  # of a sampling time, to either side: a certificate's window has a length
+
+
+@dataclass(frozen=True)
+class Pinned:
+    """At `time` [s], states and inputs have these `values`, by name, each up to its tolerance (in its unit)."""
+
+    time: float
+    values: dict[str, float]
+    tolerances: dict[str, float]
+
+    def pins(self, plant: ConstrainedSystem) -> tuple[Pin, ...]:
+        """Return the rows of the learning problem.
+
+        A value next to a bound is moved inside, by half its tolerance at most: bounds are drawn in for the proof.
+        """
+        names = (*plant.system.states, *plant.system.inputs)
+        coordinates = dict(zip(names, (*plant.flatness.states, *plant.flatness.inputs), strict=True))
+        return tuple(
+            Pin(name, _trajectory(coordinates[name]), self.time, self._inside(plant, name), self.tolerances[name])
+            for name in self.values
+        )
+
+    def plant(self, plant: ConstrainedSystem) -> ConstrainedSystem:
+        """Return the plant whose bounds are the values with their tolerances.
+
+        A nonlinear plant keeps its own bounds too: they show that its formulas are defined. ValueError: they exclude
+        the values.
+        """
+        bounded = self.alone if isinstance(plant.system, LinearSystem) else self.within
+        return replace(
+            plant,
+            state_set=bounded(plant.state_set, plant.system.states),
+            input_set=bounded(plant.input_set, plant.system.inputs),
+        )
+
+    def prove(self, reference: Reference) -> Outcome:
+        """Prove that the reference has the values, in a window that holds `time` and its neighbours in float64."""
+        half = max(_WINDOW * reference.plant.sampling_time, 4 * float(np.spacing(abs(self.time))))
+        at = Reference(reference.signals, self.plant(reference.plant))
+        return prove_on_window(at, self.time - half, self.time + half)
+
+    def alone(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
+        """Return the set of the values of these coordinates, with their tolerances; others are free."""
+        pinned = [(i, self.values[name], self.tolerances[name]) for i, name in enumerate(names) if name in self.values]
+        rows = np.eye(len(names))[[i for i, _, _ in pinned]]
+        low, high = (np.array([value + sign * by for _, value, by in pinned]) for sign in (-1, 1))
+        return Polytope(rows, low, high, bounded.dimension)
+
+    def within(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
+        """Return the part of a set with these values, up to their tolerances. ValueError: there is none."""
+        of = self.alone(bounded, names)
+        return Polytope(
+            np.vstack([bounded.rows, of.rows]),
+            np.concatenate([bounded.lower, of.lower]),
+            np.concatenate([bounded.upper, of.upper]),
+            bounded.dimension,
+        )
+
+    def _inside(self, plant: ConstrainedSystem, name: str) -> float:
+        value, bounds = self.values[name], extent(plant, name)
+        if bounds is None:
+            return value
+        by = min(self.tolerances[name], bounds.width) / 2
+        return min(max(value, bounds.lower + by), bounds.upper - by)
+
+    def __str__(self) -> str:
+        said = ", ".join(f"{name} = {value:.6g} ± {self.tolerances[name]:.2g}" for name, value in self.values.items())
+        return f"{said} at {self.time:.6g} s"
+
+
+def extent(plant: ConstrainedSystem, name: str) -> Interval | None:
+    """Return between which values a state or an input lies in its set; None where nothing bounds it."""
+    if name in plant.system.states:
+        return plant.state_set.extent(plant.system.states.index(name))
+    return plant.input_set.extent(plant.system.inputs.index(name))
+
+
+def prove_pinned(reference: Reference, pinned: Iterable[Pinned]) -> tuple[Certificate, ...] | Failure:
+    """Return a certificate for each time, or the first failure."""
+    found: list[Certificate] = []
+    for at in pinned:
+        outcome = at.prove(reference)
+        if not isinstance(outcome, Certificate):
+            return outcome
+        found.append(outcome)
+    return tuple(found)
+
+
+def _trajectory(coordinate: Functional | Trajectory) -> Trajectory:
+    return Trajectory.of(coordinate) if isinstance(coordinate, Functional) else coordinate

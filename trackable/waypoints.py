@@ -1,0 +1,88 @@
+"""Values that a user asks of a reference at some times, checked, and with tolerances."""
+
+import math
+from collections.abc import Mapping
+
+from trackable.certificates.goal import Claim
+from trackable.certificates.pinned import Pinned, extent
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.sets.interval import Interval
+
+Waypoints = Mapping[float, Mapping[str, float]]
+"""Values of states and inputs, by name, at times [s]."""
+
+_OF_WIDTH = 1e-4
+
+
+def waypoints(
+    at: Waypoints, tolerance: float | Mapping[str, float] | None, plant: ConstrainedSystem, claim: Claim
+) -> tuple[Pinned, ...]:
+    """Return what is asked, in the order of time.
+
+    Raises ValueError for times that are not claimed, unknown names, inputs of a plant with redundant ones, values
+    outside of their sets, and tolerances that are missing or not positive.
+    """
+    _refuse_unknown("at_tolerance", tolerance if isinstance(tolerance, Mapping) else {}, plant)
+    return tuple(_waypoint(float(time), at[time], tolerance, plant, claim) for time in sorted(at))
+
+
+def _waypoint(
+    time: float,
+    values: Mapping[str, float],
+    tolerance: float | Mapping[str, float] | None,
+    plant: ConstrainedSystem,
+    claim: Claim,
+) -> Pinned:
+    _refuse_unclaimed(time, claim)
+    _refuse_unknown("at", values, plant)
+    if not values:
+        raise ValueError(f"at: nothing is given at {time:g} s")
+    by: dict[str, float] = {}
+    for name, value in values.items():
+        bounds = extent(plant, name)
+        if not math.isfinite(value) or (bounds and not bounds.lower <= value <= bounds.upper):
+            within = f"inside {bounds}" if bounds else "a finite number"
+            raise ValueError(f"at: {name} must be {within} at {time:g} s, got {value:g}")
+        by[name] = _tolerance(tolerance, name, bounds)
+    found = Pinned(time, {name: float(value) for name, value in values.items()}, by)
+    _refuse_outside(found, plant)
+    return found
+
+
+def _refuse_unclaimed(time: float, claim: Claim) -> None:
+    first, last = claim if isinstance(claim, tuple) else (0.0 if claim == "all_times" else -math.inf, math.inf)
+    if not (math.isfinite(time) and first <= time <= last):
+        raise ValueError(f"at: {time:g} s is outside of the times that are claimed, from {first:g} s to {last:g} s")
+
+
+def _refuse_unknown(argument: str, values: Mapping[str, float], plant: ConstrainedSystem) -> None:
+    known = (*plant.system.states, *plant.system.inputs)
+    for name in values:
+        if name not in known:
+            raise ValueError(f"{argument}: {name} is neither a state nor an input ({', '.join(known)})")
+        if name in plant.system.inputs and plant.allocation is not None:
+            raise ValueError(
+                f"{argument}: {name} is one of several inputs that act alike; only their effect is learned, so give "
+                "states instead"
+            )
+
+
+def _refuse_outside(found: Pinned, plant: ConstrainedSystem) -> None:
+    """Raise ValueError where each value is possible, but not all of them together."""
+    for names, bounded in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
+        try:
+            found.within(bounded, names)
+        except ValueError:
+            raise ValueError(f"at: {found} lies outside of {bounded}, where x is {', '.join(names)}") from None
+
+
+def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Interval | None) -> float:
+    """Return the tolerance that is given for a name, or a part of the width of what bounds it."""
+    found = given.get(name) if isinstance(given, Mapping) else given
+    if found is None:
+        if bounds is None:
+            raise ValueError(f"at_tolerance: is needed for {name}, which has no bounds to take a part of")
+        return _OF_WIDTH * bounds.width
+    if not (math.isfinite(found) and found > 0):
+        raise ValueError(f"at_tolerance: must be positive, got {found:g} for {name}")
+    return float(found)
