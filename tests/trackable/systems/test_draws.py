@@ -79,7 +79,7 @@ def test_bounds_that_are_far_away_leave_the_posterior_as_it_is():
     free = Reference(posterior.signals, wide)
     k = np.array([[3, 15], [44, 71]])
     states, inputs = draws_within_bounds(free, posterior, k, NONE, 4000, 0)
-    found = replace(example1(), reference=free)
+    found = replace(example1(), fit=replace(example1().fit, reference=free))
     for values, mean, std in ((states, free.state(k), found.state_std(k)), (inputs, free.input(k), found.input_std(k))):
         np.testing.assert_allclose(np.mean(values, axis=0), mean, atol=4 * np.max(std) / np.sqrt(4000))
         np.testing.assert_allclose(np.std(values, axis=0), std, rtol=0.05)
