@@ -22,7 +22,7 @@ from trackable.learning.search import best_solution
 from trackable.plots import svg
 
 SHORT = PARAMS.replace(
-    "      steps: 10000\n", "      steps: 120\n      logged: 100\n      horizons: [2, 20]\n"
+    "      steps: 10000\n", "      steps: 120\n      logged: 100\n      shown: 40\n      horizons: [2, 20]\n"
 ).replace("last: 120, every: 10}, noise_std: 0.02, seed: 7", "last: 80, every: 10}, noise_std: 0.02, seed: 7")
 
 

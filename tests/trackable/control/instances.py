@@ -34,7 +34,7 @@ class Learning:
 
     @property
     def space(self) -> SearchSpace:
-        return SearchSpace.around(self.samples, self.prior, starts=16)
+        return SearchSpace.around(self.samples, self.prior, starts=4)
 
 
 def example1() -> Learning:
