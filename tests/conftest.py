@@ -14,17 +14,23 @@ assert {library["num_threads"] for library in threadpool_info()} == {1}
 # A file is one worker's (`--dist loadfile`): what begins late must be short, or the other workers wait for it.
 _LONGEST = (
     "test_stages_periodic.py",
-    "test_soundness.py",
-    "test_stages.py",
     "test_stages_tracking.py",
+    "test_soundness.py",
+    "test_tampering.py",
+    "test_stages.py",
+    "test_learn.py",
+    "test_general.py",
     "test_exchange.py",
     "test_periodic_random.py",
     "test_plots.py",
-    "test_tampering.py",
-    "test_periodic.py",
-    "test_toeplitz.py",
     "test_control_stage.py",
-    "test_general.py",
+    "test_periodic.py",
+    "test_simulation.py",
+    "test_controller.py",
+    "test_allocation.py",
+    "test_public.py",
+    "test_factorise.py",
+    "test_rounding.py",
 )
 
 
