@@ -21,7 +21,9 @@ from trackable.gp.rows import Terms
 
 _EPS = float(np.finfo(float).eps)
 _LARGEST_ERROR = 1e-12  # of sums over terms, as a part of a row's variance
-_NEGLIGIBLE = 1e-15  # of a row's standard deviation: a smaller term ends the series
+# Of a row's standard deviation: smaller terms end the series. Covariances stay those of one set of functionals, hence
+# positive semidefinite. Sums over terms, taken where the series is too long, would give references enormous weights.
+_NEGLIGIBLE = 1e-11
 _LONGEST = 14
 _NODES, _APART = 9, 0.1  # correlation times: the sums of kernels that stand for rows err by about 0.4⁹/√9!
 

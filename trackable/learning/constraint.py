@@ -80,8 +80,7 @@ class Constraint(Bounded):
     def overlooked(self, posterior: Signalled) -> tuple[Array, Array]:
         margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
         times = self.index_set.overlooked(margin, [signal.kernel for signal in posterior.signals], curvature)
-        centres = np.unique(np.concatenate([signal.centres for signal in posterior.signals]))
-        rough, broken = self.between(posterior, self.index_set.examined(centres))
+        rough, broken = self.between(posterior, self.index_set.examined(self._turns(posterior)))
         return np.concatenate([times, rough]), np.concatenate([margin(times), broken])
 
     def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:
@@ -92,6 +91,19 @@ class Constraint(Bounded):
         lowest, pick = np.argmin(margins, axis=0), np.arange(len(places) - 1)
         at, margin = times[lowest, pick], margins[lowest, pick]
         return at[margin < 0], margin[margin < 0]
+
+    def _turns(self, posterior: Signalled) -> Array:
+        """Return the times at which the quantity may turn: q(t) = Σ_j w_j g(t + j T_s) has each kink of g J + 1 times.
+
+        Kinks are at centres. Signals without kinks turn near centres, more slowly than in a few T_s.
+        """
+        found = [signal.centres for signal in posterior.signals]
+        for _, functional in self.quantity.trajectory.arguments:
+            for c, weights in functional.rounded:
+                if not posterior.signals[c].kernel.is_analytic:
+                    shifts = functional.sampling_time * np.arange(len(weights))
+                    found.append(np.subtract.outer(posterior.signals[c].centres, shifts).ravel())
+        return np.unique(np.concatenate(found))
 
     def relative_margin(self, posterior: Signalled, t: Array) -> Array:
         """Return the distance to the nearer bound at t [s] as a part of the bounds' width: negative where violated."""

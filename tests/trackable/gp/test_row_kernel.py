@@ -19,7 +19,7 @@ STEPS = {"long": 0.3, "short": 1e-2, "shorter": 1e-3}
 COUNT = 9
 # Of a row's standard deviation. It is more where higher derivatives are larger than the correlation time tells.
 STANDS_FOR = 2e-6
-STANDS_LESS_WELL_FOR = {"rq_heavy": 1e-4, "rq_third": 1e-5, "periodic_smooth": 1e-5, "trend_and_season": 3e-4}
+STANDS_LESS_WELL_FOR = {"rq_heavy": 2e-4, "rq_third": 1e-5, "periodic_smooth": 2e-5, "trend_and_season": 5e-4}
 
 
 def rows(kernel: Kernel, step: float) -> Terms:
@@ -85,7 +85,7 @@ def test_covariances_are_those_with_many_digits(kernel):
 @over(ANALYTIC)
 def test_covariances_of_short_differences_too(kernel):
     assert_are_those_with_many_digits(kernel, STEPS["short"], 1e-8)
-    found = assert_are_those_with_many_digits(kernel, STEPS["shorter"], 1e-12)
+    found = assert_are_those_with_many_digits(kernel, STEPS["shorter"], 1e-10)
     assert isinstance(found, Taylor)
 
 
@@ -98,7 +98,7 @@ def test_sums_have_lost_what_the_series_keeps(kernel):
         largest_error(found.among()[:, :-1], exact, size)
         for found in (Direct(kernel, terms, COUNT), row_kernel(kernel, terms, COUNT))
     )
-    assert lost > 1e5 * kept
+    assert lost > 1e3 * kept
 
 
 @over(ROUGH)
