@@ -113,7 +113,7 @@ def prior_of(kernels: tuple[Kernel, ...], shared: frozenset[str]) -> JointPrior:
 def certified(name: str) -> Certified:
     plant, samples, kernels, shared = PROBLEMS[name]
     prior = prior_of(kernels, shared)
-    found = learn_certified(samples, prior, plant, SearchSpace.around(samples, prior, starts=3))
+    found = learn_certified(samples, prior, plant, SearchSpace.around(samples, prior, starts=2))
     assert isinstance(found, Certified), found.explanation
     return found
 

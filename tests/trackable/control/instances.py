@@ -1,4 +1,4 @@
-"""The paper's examples as learning problems, and fifty random systems with trackable references."""
+"""The paper's examples as learning problems, and thirty random systems with trackable references."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
-SEEDS = range(50)
+SEEDS = range(30)
 STEPS = 200
 _PAPER = ROOT / "data" / "paper"
 

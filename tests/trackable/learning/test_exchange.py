@@ -118,7 +118,7 @@ def test_constraints_cost_something_in_most_of_the_instances():
         free = replace(instance(seed).problem, constraints=())
         costs.append(_solved(seed).objective - best_solution(free).objective)
     assert min(costs) >= -1e-9
-    assert sum(cost > 1e-3 for cost in costs) >= 7
+    assert sum(cost > 1e-3 for cost in costs) >= 5
 
 
 @pytest.mark.parametrize("seed", SEEDS[::2])

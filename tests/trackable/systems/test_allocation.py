@@ -25,12 +25,12 @@ def test_the_rows_say_what_a_linear_program_says(case):
     system, wanted = case
     rows = Allocation.of(system, wanted).attainable
     inside = []
-    for u in least(system, wanted, 60):
+    for u in least(system, wanted, 40):
         margins = [bounds.margin(np.dot([float(r) for r in row], u)) for row, bounds in rows]
         if abs(off := excess(system, wanted, u)) > 1e-7:
             assert (min(margins, default=1.0) > 0) == (off < 0)
             inside.append(off < 0)
-    assert len(inside) > 50
+    assert len(inside) > 30
     assert sum(inside) > 5
 
 
@@ -47,7 +47,7 @@ def test_rows_do_not_tell_inputs_apart_that_push_alike(case):
 def test_the_smallest_admissible_input_is_that_of_a_quadratic_program(case):
     system, wanted = case
     allocation = Allocation.of(system, wanted)
-    inputs = least(system, wanted, 25)
+    inputs = least(system, wanted, 15)
     chosen = allocation.smallest(inputs)
     np.testing.assert_allclose(chosen @ system.B.T, inputs @ system.B.T, atol=1e-12)
     admissible = [excess(system, wanted, u) <= -1e-7 for u in inputs]

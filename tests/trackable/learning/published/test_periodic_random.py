@@ -29,7 +29,7 @@ def learned(case: Instance, best: float) -> Solution:
     return exchange.outcome
 
 
-@pytest.mark.parametrize("seed", SEEDS[:25])  # every system, with samples at regular and at random times
+@pytest.mark.parametrize("seed", SEEDS[:16])  # every system, with samples at regular and at random times
 def test_as_good_as_brute_force_and_never_outside(seed):
     """Brute force may find something worse, or nothing (inf): then it is enough to be feasible."""
     case = instance(seed)
@@ -45,8 +45,8 @@ def test_the_table_means_something():
     assert set(REFERENCES) == set(SEEDS)
     assert sum(np.isfinite(value) for value in REFERENCES.values()) >= 45
     costs = []
-    for seed in SEEDS[:25:2]:
+    for seed in SEEDS[:16:2]:
         case = instance(seed)
         free = unconstrained(case.samples, case.prior, case.plant, case.space)
         costs.append(REFERENCES[seed] - free.objective)
-    assert sum(cost > 1e-3 for cost in costs) >= 8
+    assert sum(cost > 1e-3 for cost in costs) >= 5
