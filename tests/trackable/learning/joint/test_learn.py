@@ -11,7 +11,7 @@ from tests.trackable.learning.joint import naive
 from tests.trackable.learning.joint.instances import Case
 from trackable.gp.joint import JointPosterior
 from trackable.learning.joint.learn import continued, learn_jointly
-from trackable.learning.joint.search import JointSearch
+from trackable.learning.joint.search import JointProgram, JointSearch
 from trackable.learning.joint.settle import no_places, settled
 from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.search import best_solution
@@ -91,6 +91,17 @@ def test_the_function_is_optimal_for_what_was_learned(name):
     (part,), (samples,) = posterior.parts, dense.samples
     energy = part.weights @ (samples.values - part.prior.mean)
     assert found.price == pytest.approx(naive.least(dense).value - energy, rel=1e-5)
+
+
+@names
+def test_the_slope_of_j_is_zero_or_points_out_of_the_space(name):
+    """In units in which a step of 1 in ln θ changes J by the slope."""
+    found, problem = jointly(name), problem_of(name)
+    theta = found.posterior.prior.log_hyperparameters
+    slope = JointProgram(problem, found.active, found.signals).evaluate(theta).gradient
+    down, up = theta > problem.space.log_lower + 1e-9, theta < problem.space.log_upper - 1e-9
+    left = np.where(slope > 0, slope * down, slope * up)
+    np.testing.assert_allclose(left, 0.0, atol=1e-4 * (1 + abs(found.objective)))
 
 
 @pytest.mark.parametrize("name", ["loose_0", "tight_3"])
