@@ -67,10 +67,17 @@ def learn_certified(
     """Return the best reference that provably keeps its bounds, or why there is none. Deterministic.
 
     Without a `goal` all times are proved. `on_attempt` is called after each fit and its attempted proof. `pins` need a
-    learner of functions.
+    learner of functions. Where a learner finds nothing that is proved, its second choice tries, unless there are pins.
     """
     goal = goal or for_all_times(samples, prior, plant)
-    learning = _Learning(samples, prior, plant, space, on_attempt, learner, pins)
+    found = _learn(goal, _Learning(samples, prior, plant, space, on_attempt, learner, pins))
+    if isinstance(found, Certified) or learner.second_choice is None or pins:
+        return found
+    return learn_certified(samples, prior, plant, space, goal, on_attempt, learner.second_choice)
+
+
+def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failure:
+    """Learn towards the goal; extend its window where the proof fails later than all constraints."""
     outcome = learning.towards(goal)
     while isinstance(outcome, Failure) and goal.extends_to(_failed_at(outcome)) and learning.may_go_on:
         longer = goal.longer(_failed_at(outcome))

@@ -1,14 +1,17 @@
 """Learning with a proof: the same optimum as Algorithm 1's sound reading, and a stronger claim."""
 
+from dataclasses import replace
+
 import pytest
 
 from tests.trackable.certificates.references import PROBLEMS, certified
 from tests.trackable.learning.published import example1
 from tests.trackable.systems.instances import bounded
-from trackable.certificates.certified import learn_certified
+from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.gp.samples import Samples
-from trackable.learning.problem import Infeasible
+from trackable.learning.learner import JOINT
+from trackable.learning.problem import Infeasible, NothingFactored, Pin
 from trackable.systems.sets.interval import Interval
 
 
@@ -43,3 +46,19 @@ def test_a_late_violation_makes_the_window_grow():
     found = learn_certified((short,), prior, plant, space)
     assert not isinstance(found, Counterexample), found.explanation
     assert plant is example1.SYSTEM
+
+
+def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():
+    samples, prior, plant, space = PROBLEMS["example1"]
+    lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))
+    found = learn_certified(samples, prior, plant, space, learner=lost)
+    assert isinstance(found, Certified)
+    assert found.solution.moved == "hyperparameters"
+    assert found.solution.objective == certified("example1").solution.objective
+
+
+def test_given_values_have_no_second_choice():
+    samples, prior, plant, space = PROBLEMS["example1"]
+    lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))
+    pin = Pin("state", plant.quantities[0].trajectory, 0.0, -0.5, 1e-3)
+    assert isinstance(learn_certified(samples, prior, plant, space, learner=lost, pins=(pin,)), NothingFactored)

@@ -8,7 +8,7 @@ import pytest
 from tests.trackable.control import instances
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.claim import OnWindow
-from trackable.certificates.outcome import Counterexample, Unproved
+from trackable.certificates.outcome import Unproved
 from trackable.control.controller import TOLERANCE, Controller
 from trackable.control.online import OnlineLoop, certified_learner, decide_update, receding_window, simulate_online
 from trackable.gp.joint import JointPrior
@@ -102,13 +102,14 @@ def test_a_problem_without_solution_is_not_accepted():
 
 
 def test_a_function_that_comes_to_rest_elsewhere_is_not_accepted():
-    """It keeps its bounds for as long as they are constrained, and breaks them later."""
+    """It keeps its bounds for as long as they are constrained, and breaks them later, as hyperparameters alone do."""
     elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0),))
     failed = certified_learner(elsewhere, PLANT, starts=2)(receding_window(STREAM, 0.8, 8))
-    assert isinstance(failed, Counterexample)
+    assert isinstance(failed, NoSolution)
+    assert "no admissible equilibrium" in failed.explanation
     update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
     assert not update.accepted
-    assert update.reason.startswith("learned, but not proved: ")
+    assert update.reason.startswith("no solution: ")
 
 
 def test_a_reference_without_proof_is_not_accepted():
