@@ -70,7 +70,7 @@ def test_the_standard_deviation_is_that_of_the_inputs_that_are_left():
         PLANT.state_set,
         Polytope.box([-2.0], [2.0]),
     )
-    single = replace(found, reference=Reference(found.reference.signals, alone))
+    single = replace(found, fit=replace(found.fit, reference=Reference(found.reference.signals, alone)))
     np.testing.assert_allclose(std[at_bound, 0], single.input_std(k[at_bound])[:, 0], rtol=1e-9)
 
 
