@@ -21,6 +21,8 @@ install: .venv/installed
 repro: .venv/installed
 	python -m pipeline reproduce
 
+# Dozens of processes load the library: each would compile it again if none may keep what it has compiled.
+test: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed
 	python -m pytest -n auto --dist loadfile
 

@@ -24,6 +24,7 @@ SHORT = changed(
     "example2",
     ("conservatism: [4, 8, 16, 32, 64, 128, 256], draws: 30", "conservatism: [8], draws: 2"),
     ("steps: 10000, shown: 400", "steps: 40, shown: 40, horizons: [2, 20]"),
+    ("intervals: 16", "intervals: 8"),
     ("search: {starts: 16}", "search: {starts: 6}"),
 )
 ONE_START = changed("example2", ("starts: 6", "starts: 1"), text=SHORT)

@@ -28,7 +28,7 @@ from trackable.systems.reference import Reference
 SHORT = (
     PARAMS.replace(
         "    verification: {last_step: 240, instants_per_step: 20}\n",
-        "    verification: {last_step: 240, instants_per_step: 20}\n    control: {steps: 40, logged: 40, shown: 40}\n",
+        "    verification: {last_step: 240, instants_per_step: 20}\n    control: {steps: 15, logged: 15, shown: 15}\n",
     )
     .replace("      horizon: 6\n      shown: 100\n", "      horizon: 6\n      steps: 40\n      shown: 40\n")
     .replace("online: {first: 12, window: 8, every: 6}", "online: {first: 12, window: 8, every: 24}")
