@@ -12,7 +12,7 @@ from pipeline.experiments import load_experiment
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
 from tests.pipeline.params import changed, written_to
-from tests.pipeline.stages import STAGES, moved, run_all_here, written
+from tests.pipeline.stages import STAGES, moved, refusal_of_fit, run_all_here, written
 from tests.pipeline.stages import run_all as run_all_stages
 from tests.pipeline.stages import run_here as run_stage_here
 from tests.project import ROOT
@@ -137,13 +137,9 @@ def test_a_grid_shorter_than_a_period_is_refused(tmp_path: Path) -> None:
 
 def test_an_infeasible_problem_ends_as_in_example_1(tmp_path: Path) -> None:
     text = changed("example2", ("{lower: [-2.0], upper: [2.0]}", "{lower: [3.0], upper: [4.0]}"), text=ONE_START)
-    written_to(tmp_path, text)
-    assert run_here("generate", tmp_path).returncode == 0
-    done = run_here("fit", tmp_path)
-    assert done.returncode == 1
-    assert "no admissible equilibrium" in done.stderr
-    assert "breaks the state bounds [3, 4]" in done.stderr
-    assert not (tmp_path / "results/example2/fit.mcap").exists()
+    said = refusal_of_fit(tmp_path, "example2", text)
+    assert "no admissible equilibrium" in said
+    assert "breaks the state bounds [3, 4]" in said
 
 
 def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> None:
