@@ -66,7 +66,7 @@ class Example:
     last_step: int
 
     def on_steps(self, last: int) -> ConstrainedProblem:
-        """States up to step `last`, and the inputs that lead there: problem (6) of the paper."""
+        """States up to step `last`, and the inputs that lead there: problem (4) of the paper."""
         return self.at_instants(last, self.system.sampling_time)
 
     def at_instants(self, count: int, spacing: float) -> ConstrainedProblem:

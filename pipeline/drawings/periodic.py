@@ -56,7 +56,7 @@ def _prediction(experiment: Experiment, fitted: Fitted) -> Figure:
 
 
 def _growth(experiment: Experiment, fitted: Fitted) -> dict[str, plots.GrowthIntervals]:
-    """Return derivatives in the growth-rate intervals of program (9), and the published ones if there are some."""
+    """Return derivatives in the growth-rate intervals of program (8), and the published ones if there are some."""
     assert experiment.periodic, "the method of these intervals needs it"
     end = _last_step(experiment) * experiment.plant.sampling_time
     times, edges = np.linspace(0, end, _POINTS), np.linspace(0, end, experiment.periodic.intervals + 1)

@@ -75,7 +75,7 @@ class Verification(Fields):
 
 
 class StudyFields(Fields):
-    """Solve program (9) with each η of `conservatism`, and learn from samples that the first `draws` seeds give.
+    """Solve program (8) with each η of `conservatism`, and learn from samples that the first `draws` seeds give.
 
     `tightness` are upper bounds of the state: references are learned for each of them too.
     """

@@ -1,4 +1,4 @@
-"""Periodic references of scalar systems: on the paper's grid, by its program (9), and at all phases."""
+"""Periodic references of scalar systems: on the paper's grid, by its program (8), and at all phases."""
 
 from collections.abc import Mapping
 
@@ -36,12 +36,21 @@ def exact(task: Task) -> Fit | Failed:
 
 
 def intervals(task: Task) -> Fit | Failed:
-    """Solve program (9)."""
+    """Solve program (8) as published."""
     return _fit(task, on_intervals(task, _wanted(task).intervals))
 
 
+def sound_intervals(task: Task) -> Fit | Failed:
+    """Solve program (8) with growth rates that also cover the steps from one interval into the next."""
+    wanted = _wanted(task)
+    found = periodic.sound_intervals(
+        task.samples, task.prior, task.plant, task.space, wanted.last_step, wanted.intervals, wanted.backoff
+    )
+    return _fit(task, found)
+
+
 def grid(task: Task) -> Fit | Failed:
-    """Solve problem (6)."""
+    """Solve problem (4)."""
     found = periodic.grid(task.samples, task.prior, task.plant, task.space, _wanted(task).last_step)
     return _fit(task, found)
 
@@ -57,7 +66,7 @@ def at_all_phases(task: Task) -> Solution | NoSolution:
 
 
 def on_intervals(task: Task, count: int) -> Solution | NoSolution:
-    """Solve program (9) with η = `count`."""
+    """Solve program (8) with η = `count`."""
     wanted = _wanted(task)
     return periodic.intervals(task.samples, task.prior, task.plant, task.space, wanted.last_step, count, wanted.backoff)
 

@@ -1,4 +1,4 @@
-"""What is learned about the periodic methods: how conservative program (9) is, and how much depends on the samples."""
+"""What is learned about the periodic methods: how conservative program (8) is, and how much depends on the samples."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from trackable.systems.constrained import ConstrainedSystem
 
 
 def interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: int) -> list[float]:
-    """Return the entries of `Conservatism` for η = `count`; an empty row where (9) has no solution."""
+    """Return the entries of `Conservatism` for η = `count`; an empty row where (8) has no solution."""
     task = experiment.task(samples)
     outcome = on_intervals(task, count)
     if not isinstance(outcome, Solution):

@@ -68,12 +68,14 @@ def learn_certified(
 
     Without a `goal` all times are proved. `on_attempt` is called after each fit and its attempted proof. `pins` need a
     learner of functions. Where a learner finds nothing that is proved, its second choice tries, unless there are pins.
+    The solution's `fits` counts the nonlinear programs of all attempts.
     """
     goal = goal or for_all_times(samples, prior, plant)
-    found = _learn(goal, _Learning(samples, prior, plant, space, on_attempt, learner, pins))
+    learning = _Learning(samples, prior, plant, space, on_attempt, learner, pins)
+    found = _learn(goal, learning)
     if isinstance(found, Certified) or learner.second_choice is None or pins:
         return found
-    return learn_certified(samples, prior, plant, space, goal, on_attempt, learner.second_choice)
+    return _learn(goal, replace(learning, learner=learner.second_choice, attempts=0, last=None))
 
 
 def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failure:
@@ -90,7 +92,7 @@ def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failur
 
 @dataclass
 class _Learning:
-    """The data of the learning problem, and the number of attempts so far."""
+    """The data of the learning problem, and the attempts and nonlinear programs so far."""
 
     samples: tuple[Samples, ...]
     prior: JointPrior
@@ -100,6 +102,7 @@ class _Learning:
     learner: Learner
     pins: tuple[Pin, ...]
     attempts: int = 0
+    fits: int = 0
     last: Solution | None = None
 
     @property
@@ -113,6 +116,7 @@ class _Learning:
         first = found = learner.solve(problem) if self.last is None else learner.extended(self.last, problem)
         while isinstance(found, Solution):
             self.last = found
+            self.fits += found.fits
             reference = Reference(found.signals, self.plant)
             outcome = goal.prove(reference)
             self.attempts += 1
@@ -120,7 +124,8 @@ class _Learning:
             if isinstance(outcome, Certificate):
                 assert isinstance(first, Solution), "every later fit follows a first one"
                 cost = found.objective - first.objective
-                return Certified(found, reference, outcome, backoff, cost, self.attempts)
+                solution = replace(found, fits=self.fits)
+                return Certified(solution, reference, outcome, backoff, cost, self.attempts)
             if goal.extends_to(_failed_at(outcome)) or not self.may_go_on:
                 return outcome
             backoff = max(10 * backoff, 4 * _relative_error(reference))

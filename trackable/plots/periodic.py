@@ -1,4 +1,4 @@
-"""Figs. 6 and 7 of the paper, and the price of its program (9)."""
+"""Figs. 6 and 7 of the paper, and the price of its program (8)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -127,15 +127,15 @@ def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
 
 @styled
 def conservatism(found: Conservatism, levels: Mapping[str, float]) -> Figure:
-    """Draw the optimum of the paper's program (9) over its number of intervals, and the optima of other methods.
+    """Draw the optimum of the paper's program (8) over its number of intervals, and the optima of other methods.
 
     `levels` are these optima by their labels, in the order of the figures that show the methods' references, before
-    program (9).
+    program (8).
     """
     figure = Figure(figsize=(COLUMN, 2.6))
     axes = figure.subplots()
     counts = found.counts
-    *styles, program = reference_styles((*levels, "program (9)")).values()
+    *styles, program = reference_styles((*levels, "program (8)")).values()
     axes.plot(counts, found.objectives, color=program["color"], marker="o", linewidth=1.6, zorder=3)
     top = 1.12 * float(np.max(found.objectives))
     axes.set_xscale("log", base=2)
@@ -159,5 +159,5 @@ def conservatism(found: Conservatism, levels: Mapping[str, float]) -> Figure:
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set(xlabel=r"number of intervals $\eta$ [–]", ylabel=r"optimum of $l$ or $J$ [–]")
     axes.set_ylim(bottom=0, top=top)
-    axes.annotate("program (9)", (counts[0], found.objectives[0]), (-2, -15), textcoords="offset points", fontsize=7)
+    axes.annotate("program (8)", (counts[0], found.objectives[0]), (-2, -15), textcoords="offset points", fontsize=7)
     return figure

@@ -10,7 +10,7 @@ from tests.trackable.systems.instances import bounded
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.gp.samples import Samples
-from trackable.learning.learner import JOINT
+from trackable.learning.learner import HYPERPARAMETERS, JOINT
 from trackable.learning.problem import Infeasible, NothingFactored, Pin
 from trackable.systems.sets.interval import Interval
 
@@ -46,6 +46,26 @@ def test_a_late_violation_makes_the_window_grow():
     found = learn_certified((short,), prior, plant, space)
     assert not isinstance(found, Counterexample), found.explanation
     assert plant is example1.SYSTEM
+
+
+def test_programs_of_all_attempts_are_counted():
+    """The first solution has no constraints, so that there is a second one."""
+    counted = []
+
+    def counting(solve):
+        def solved(*arguments):
+            found = solve(*arguments)
+            counted.append(found.fits)
+            return found
+
+        return solved
+
+    samples, prior, plant, space = PROBLEMS["example1"]
+    free = counting(lambda problem: HYPERPARAMETERS.solve(replace(problem, constraints=())))
+    learner = replace(HYPERPARAMETERS, solve=free, continued=counting(HYPERPARAMETERS.continued))
+    found = learn_certified(samples, prior, plant, space, learner=learner)
+    assert found.attempts == len(counted) > 1
+    assert found.solution.fits == sum(counted) > counted[-1]
 
 
 def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():

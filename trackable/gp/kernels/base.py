@@ -67,9 +67,9 @@ class Kernel(ABC):
     @property
     @abstractmethod
     def decay_distance(self) -> float:
-        """ζ(θ) [s] of the paper's Assumption 5: |κ̇(r)| strictly decreases for |r| > ζ; infinite where it never does.
+        """ζ(θ) [s] of the paper's Assumption 4: |κ̇(r)| strictly decreases for |r| > ζ; infinite where it never does.
 
-        A finite ζ also promises Assumption 4: κ is positive and strictly decreases in |r|. With compact support this
+        A finite ζ also promises Assumption 3: κ is positive and strictly decreases in |r|. With compact support this
         holds up to its end, and κ and κ̇ are zero from there on. Bounds of later times only need that nothing increases.
         """
 

@@ -18,7 +18,7 @@ class _PiecewisePolynomial(Radial):
 
     A signal of this kernel equals its prior mean from θ₂ after its last centre on: it comes to rest after a finite
     time. From |s| = 1 on κ and κ̇ are zero; they still decrease, no more strictly. Bounds of all later times need no
-    more than that (Assumptions 4 and 5 of the paper).
+    more than that (Assumptions 3 and 4 of the paper).
 
     n < p derivatives turn (1 − s)ᵖ Q into (1 − s)ᵖ⁻ⁿ Q_n with Q_(n+1) = (1 − s) Q_n' − (p − n) Q_n. Where a derivative
     jumps, at s = 0 or |s| = 1, the jet holds the midpoint.

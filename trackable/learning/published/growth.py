@@ -1,8 +1,7 @@
-"""The input constraints of the paper's program (9), with constant growth rates on each of η intervals."""
+"""The input constraints of the paper's program (8), with constant growth rates on each of η intervals."""
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
@@ -28,11 +27,16 @@ class GrowthRates(Bounded):
 
     This is a semi-infinite constraint, smooth in θ, whose places are pairs (t, s): minima and maxima need not be
     differentiated. It is stricter than the exact input constraint, which has t = s.
+
+    A step that begins in one interval and ends in a later one is covered by neither: a gap of the paper's Lemma 2. With
+    an `overlap` of T_s [s] the rates of an interval hold that much longer, so that they cover each step that begins in
+    it: u_r(s) is the mean of the expression above over t ∈ [s, s + T_s].
     """
 
     plant: ConstrainedSystem
     edges: tuple[float, ...]
     backoff: float = ROUNDING_BACKOFF
+    overlap: float = 0.0
 
     @cached_property
     def quantity(self) -> Quantity:  # type: ignore[override]
@@ -46,7 +50,7 @@ class GrowthRates(Bounded):
     def closest(self, posterior: Signalled) -> tuple[Array, Array]:
         """Return the two worst pairs of each interval, one for each bound of U."""
         (signal,), (a, b, _) = posterior.signals, self._coefficients
-        slowest, fastest = _extremes(signal, self.edges, order=1, sign=1 / b)
+        slowest, fastest = _extremes(signal, self.edges, order=1, sign=1 / b, overlap=self.overlap)
         lowest, highest = _extremes(signal, self.edges, order=0, sign=(1 - a) / b)
         pairs = np.concatenate([np.column_stack([slowest, lowest]), np.column_stack([fastest, highest])])
         bounds = self.quantity.bounds
@@ -87,17 +91,19 @@ def interval_growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tu
     return rates[:, 0], rates[:, 1]
 
 
-def _extremes(signal: KernelSum, edges: tuple[float, ...], order: int, sign: float) -> tuple[Array, Array]:
-    """Return the times in each interval at which sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest."""
+def _extremes(
+    signal: KernelSum, edges: tuple[float, ...], order: int, sign: float, overlap: float = 0.0
+) -> tuple[Array, Array]:
+    """Return the times at which sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest in each interval, and `overlap` [s] beyond."""
 
     def derivative(t: Array) -> Array:
         return np.asarray(sign * signal.jet(t, order)[order])
 
-    window = Window(edges[0], edges[-1])
+    starts, ends = np.array(edges[:-1]), np.array(edges[1:]) + overlap
+    window = Window(starts[0], ends[-1])
     turns = [window.local_minima(f, [signal.kernel]) for f in (derivative, lambda t: -derivative(t))]
-    times = np.unique(np.concatenate([*turns, edges]))
+    times = np.unique(np.concatenate([*turns, starts, ends]))
     values = derivative(times)
-    ends = np.searchsorted(times, edges)
-    inside = [slice(first, last + 1) for first, last in pairwise(ends)]
+    inside = [slice(first, last + 1) for first, last in np.searchsorted(times, np.column_stack([starts, ends]))]
     smallest = [times[i][np.argmin(values[i])] for i in inside]
     return np.array(smallest), np.array([times[i][np.argmax(values[i])] for i in inside])

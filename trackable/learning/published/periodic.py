@@ -1,4 +1,4 @@
-"""Periodic references as the paper learns them: on the grid of problem (6), and by program (9)."""
+"""Periodic references as the paper learns them: on the grid of problem (4), and by program (8)."""
 
 import numpy as np
 
@@ -20,9 +20,9 @@ _WHOLE = 1e-9
 def grid(
     samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, space: SearchSpace, last_step: int
 ) -> Solution | NoSolution:
-    """Solve problem (6) of the paper with k̄ = `last_step` ≥ T_p/T_s: constraints at sampled instants only.
+    """Solve problem (4) of the paper with k̄ = `last_step` ≥ T_p/T_s: constraints at sampled instants only.
 
-    The paper's closing remark prefers this to (9). If the period is no multiple of T_s, nothing is proved for k > k̄.
+    The paper's closing remark prefers this to (8). If the period is no multiple of T_s, nothing is proved for k > k̄.
     Raises TypeError for kernels without a period and ValueError for systems that are not scalar.
     """
     return _learned(samples, prior, space, on_grid(plant, last_step))
@@ -37,15 +37,29 @@ def intervals(
     count: int,
     backoff: float = ROUNDING_BACKOFF,
 ) -> Solution | NoSolution:
-    """Solve program (9) of the paper on [0, k̄ T_s] with η = `count` intervals and k̄ = `last_step` ≥ T_p/T_s.
+    """Solve program (8) of the paper on [0, k̄ T_s] with η = `count` intervals and k̄ = `last_step` ≥ T_p/T_s.
 
-    Raises TypeError for kernels without a period and ValueError for systems that are not scalar.
+    As printed it does not cover steps from one interval into the next. That is harmless for 0 ≤ a ≤ 1 only; see
+    `sound_intervals`. Raises TypeError for kernels without a period and ValueError for systems that are not scalar.
     """
-    end = last_step * plant.sampling_time
-    edges = tuple(np.linspace(0.0, end, count + 1).tolist())
-    state, _ = state_and_input(plant)
-    constraints = Constraint(state, Window(0.0, end), backoff), GrowthRates(plant, edges, backoff)
-    return _learned(samples, prior, space, constraints)
+    return _learned(samples, prior, space, _on_intervals(plant, last_step, count, backoff, overlap=0.0))
+
+
+def sound_intervals(
+    samples: tuple[Samples, ...],
+    prior: JointPrior,
+    plant: ConstrainedSystem,
+    space: SearchSpace,
+    last_step: int,
+    count: int,
+    backoff: float = ROUNDING_BACKOFF,
+) -> Solution | NoSolution:
+    """Solve program (8) with growth rates that hold one T_s beyond each interval: arguments and errors as `intervals`.
+
+    This closes the gap of the paper's Lemma 2 for every a: each step is within the rates of the interval in which it
+    begins.
+    """
+    return _learned(samples, prior, space, _on_intervals(plant, last_step, count, backoff, plant.sampling_time))
 
 
 def sampled(
@@ -65,6 +79,15 @@ def on_grid(plant: ConstrainedSystem, last_step: int) -> tuple[Constraint, Const
     state, input_ = state_and_input(plant)
     states, inputs = Steps(0, last_step, plant.sampling_time), Steps(0, last_step - 1, plant.sampling_time)
     return Constraint(state, states), Constraint(input_, inputs)
+
+
+def _on_intervals(
+    plant: ConstrainedSystem, last_step: int, count: int, backoff: float, overlap: float
+) -> tuple[Constraint, GrowthRates]:
+    end = last_step * plant.sampling_time
+    edges = tuple(np.linspace(0.0, end, count + 1).tolist())
+    state, _ = state_and_input(plant)
+    return Constraint(state, Window(0.0, end), backoff), GrowthRates(plant, edges, backoff, overlap)
 
 
 def steps_of_period(prior: JointPrior, plant: ConstrainedSystem) -> int:

@@ -1,4 +1,4 @@
-"""Results of studies: the conservatism of program (9), other draws of the samples, and tighter bounds."""
+"""Results of studies: the conservatism of program (8), other draws of the samples, and tighter bounds."""
 
 from dataclasses import dataclass, field
 
@@ -7,9 +7,9 @@ from trackable.arrays import Array
 
 @dataclass(frozen=True)
 class Conservatism:
-    """For program (9) with η = `counts` intervals: l at the optimum, and the smallest margins over all phases.
+    """For program (8) with η = `counts` intervals: l at the optimum, and the smallest margins over all phases.
 
-    All shapes are (n,). An η for which (9) has no solution is left out.
+    All shapes are (n,). An η for which (8) has no solution is left out.
     """
 
     counts: Array

@@ -1,4 +1,4 @@
-"""Bounds of a learned signal for all times after some instant, for kernels that decay (paper, Assumptions 3 to 5)."""
+"""Bounds of a learned signal for all times after some instant, for kernels that decay (paper, Assumptions 2 to 4)."""
 
 from dataclasses import dataclass
 
