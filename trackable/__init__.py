@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from trackable.control.step.result import Infeasible as Infeasible
     from trackable.control.step.result import Plan as Plan
     from trackable.control.step.result import Unsolved as Unsolved
+    from trackable.errors import DoubtfulInputWarning as DoubtfulInputWarning
     from trackable.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
     from trackable.gp.kernels.base import Kernel as Kernel
     from trackable.gp.kernels.base import Product as Product
@@ -47,6 +48,7 @@ _MODULES = {
     "ConstrainedSystem": "systems.constrained",
     "Controller": "control.controller",
     "CsvLayout": "recordings.csv_files.table",
+    "DoubtfulInputWarning": "errors",
     "Failed": "checker",
     "Field": "recordings.mcap_files.reader",
     "IgnoresSamplesWarning": "explanation",

@@ -6,7 +6,7 @@ from pathlib import Path
 from trackable import checker
 from trackable.checker import Failed, NotACertificate, Proved, Verdict
 from trackable.errors import InputError, NoReferenceError
-from trackable.files import from_json, read_bytes
+from trackable.files import from_json, path_of, read_bytes
 
 
 def check(certificate: Path | str | Mapping[str, object]) -> Verdict:
@@ -15,14 +15,17 @@ def check(certificate: Path | str | Mapping[str, object]) -> Verdict:
     `Proved` says in words what holds; `Failed` and `NotACertificate` say why nothing is proved. Raises InputError where
     the file cannot be read.
     """
-    return checker.check(certificate if isinstance(certificate, Mapping) else _read(Path(certificate)))
+    return checker.check(
+        certificate if isinstance(certificate, Mapping) else _read(path_of("certificate", certificate))
+    )
 
 
-def check_file(path: Path) -> str:
+def check_file(path: Path | str) -> str:
     """Return what the certificate in a file proves, in words.
 
     Raises NoReferenceError where it proves nothing, and InputError where the file is no certificate.
     """
+    path = path_of("certificate", path)
     match checker.check(_read(path)):
         case Proved(statement):
             return statement

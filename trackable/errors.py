@@ -1,8 +1,12 @@
-"""Errors with an explanation for the user."""
+"""Errors and warnings with an explanation for the user."""
 
 
 class InputError(Exception):
     """An input is not usable; the message says what was expected, what was given, and where. Exit code 2."""
+
+
+class DoubtfulInputWarning(UserWarning):
+    """An input is accepted, but is hardly what was meant; the message asks, and says what else could be given."""
 
 
 class NoReferenceError(Exception):

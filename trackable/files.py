@@ -3,10 +3,18 @@
 import json
 import os
 from pathlib import Path
+from reprlib import repr as short
 from secrets import token_hex
 from typing import NoReturn
 
 from trackable.errors import InputError
+
+
+def path_of(what: str, given: object) -> Path:
+    """Return a path that is given as such, or as a text. TypeError: anything else."""
+    if not isinstance(given, str | Path):
+        raise TypeError(f"{what}: expected a path, got {short(given)}")
+    return Path(given)
 
 
 def write_atomically(path: Path, data: bytes) -> None:

@@ -2,18 +2,15 @@
 
 import warnings
 from collections.abc import Mapping
-from typing import TypeVar
-
-import numpy as np
 
 from trackable.certificates.certified import Certified, learn_certified
-from trackable.certificates.goal import Claim, Goal, goal_for
+from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import Pinned, prove_pinned
+from trackable.doubts import doubts
+from trackable.errors import DoubtfulInputWarning
 from trackable.explanation import IgnoresSamplesWarning, ignored
 from trackable.fit import Fit
-from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
-from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner
 from trackable.learning.prior import prior_for
@@ -21,11 +18,10 @@ from trackable.learning.problem import ConstrainedProblem, Moved, Solution
 from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
 from trackable.reference import NotTrackableError, TrackableReference
+from trackable.request import checked_goal, checked_plant, claimed, priors_by_name, samples_by_name
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.sampling import default_sample, sampled_signals
+from trackable.systems.sampling import sampled_signals
 from trackable.waypoints import Waypoints, waypoints
-
-T = TypeVar("T")
 
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
@@ -80,6 +76,9 @@ def learn_reference(
 
     Warns
     -----
+    DoubtfulInputWarning
+        Where the input is accepted, but is hardly what was meant: a singular A, a window far from every sample, samples
+        before time zero, stamps since 1970, an outlier.
     IgnoresSamplesWarning
         Where the reference keeps its bounds, but does not follow its samples: it is off by more than 3 times what it
         would be without bounds, by more than the noise, and by more than a tenth of the samples' spread.
@@ -87,7 +86,7 @@ def learn_reference(
     Raises
     ------
     TypeError
-        Where samples or kernels are of another type.
+        Where an argument is of another type: the message names it.
     ValueError
         Where samples, kernels, claim and options do not fit together, and where the prior mean is no admissible
         equilibrium though all times are claimed. Also where a value of `at` is outside of its set, or a time outside of
@@ -99,17 +98,19 @@ def learn_reference(
     """
     from tqdm import tqdm  # noqa: PLC0415  loading the library shall not take longer for a bar
 
-    learner, given = _learner(method), _given(samples, plant)
+    checked_plant(plant)
+    claim = claimed(claim)
+    learner, given = _learner(method), samples_by_name(samples, plant)
     if at and method != "joint":
         raise ValueError('at: values at given times need method="joint": hyperparameters alone cannot meet them')
     names, seen = sampled_signals(plant, given)
-    believed = {
-        name: Prior(_kernel(kernel, name), _of(noise_std, name, "noise_std"), _of(mean, name, "mean")) for name in names
-    }
+    believed = priors_by_name(names, kernel, noise_std, mean)
     shared = frozenset({"period"}) if claim == "all_phases" and len(names) > 1 else frozenset[str]()
     prior = prior_for(plant, believed, shared)
-    goal = _goal(claim, seen, prior, plant)
+    goal = checked_goal(claim, seen, prior, plant)
     space = SearchSpace.around(seen, prior, starts)
+    for doubt in doubts(claim, dict(zip(names, seen, strict=True)), plant):
+        warnings.warn(doubt, DoubtfulInputWarning, stacklevel=2)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with tqdm(desc="learn reference", unit="fit", disable=None if progress else True) as bar:
@@ -126,8 +127,8 @@ def learn_reference(
     return learned
 
 
-def _learner(method: Moved) -> Learner:
-    if method not in _LEARNERS:
+def _learner(method: object) -> Learner:
+    if not isinstance(method, str) or method not in _LEARNERS:
         raise ValueError(f"method: expected {' or '.join(map(repr, _LEARNERS))}, got {method!r}")
     return _LEARNERS[method]
 
@@ -140,51 +141,3 @@ def _fit(found: Certified, unconstrained: ConstrainedProblem, pinned: tuple[Pinn
     free = best_solution(unconstrained)
     least = free.posterior if isinstance(free, Solution) else solution.posterior
     return Fit.of(found.reference, solution, least, pinned)
-
-
-def _given(samples: Samples | Mapping[str, Samples], plant: ConstrainedSystem) -> dict[str, Samples]:
-    if isinstance(samples, Samples):
-        return {default_sample(plant): samples}
-    if not isinstance(samples, Mapping):
-        raise TypeError(
-            f"samples: expected Samples, or a mapping from names to Samples, got {type(samples).__name__}; "
-            "`recording.samples(name)` gives those of a recording"
-        )
-    for name, of_name in samples.items():
-        if not isinstance(of_name, Samples):
-            raise TypeError(f"samples: expected Samples(times, values) of {name}, got {type(of_name).__name__}")
-    return dict(samples)
-
-
-def _kernel(given: Kernel | Mapping[str, Kernel], name: str) -> Kernel:
-    kernel: object = _of(given, name, "kernel")
-    if not isinstance(kernel, Kernel):
-        what = f"the class {kernel.__name__}" if isinstance(kernel, type) else type(kernel).__name__
-        raise TypeError(f"kernel: expected a kernel such as SquaredExponential(), got {what}")
-    return kernel
-
-
-def _of(given: T | Mapping[str, T], name: str, what: str) -> T:
-    if not isinstance(given, Mapping):
-        return given
-    if name not in given:
-        raise ValueError(f"{what}: is missing for {name}, given for {', '.join(given) or 'none'}")
-    return given[name]
-
-
-def _is_window(claim: object) -> bool:
-    return isinstance(claim, tuple) and len(claim) == 2 and bool(np.all(np.isfinite(claim)))
-
-
-def _goal(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
-    if claim not in ("all_times", "all_phases") and not _is_window(claim):
-        raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {claim!r}")
-    goal = goal_for(claim, samples, prior, plant)
-    means = [part.mean for part in prior.parts]
-    for quantity in () if _is_window(claim) else plant.quantities:
-        if not quantity.bounds.strictly_contains(level := quantity.at_rest(means)):
-            raise ValueError(
-                f"mean: must be an admissible equilibrium, but at rest there the {quantity.name} is {level:.4g}, not "
-                f"inside {quantity.bounds}: fading samples could not be followed for ever"
-            )
-    return goal

@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Mapping
+from reprlib import repr as short
 
+from trackable.arguments import is_number, real
 from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import Pinned, extent
 from trackable.systems.constrained import ConstrainedSystem
@@ -20,10 +22,13 @@ def waypoints(
     """Return what is asked, in the order of time.
 
     Raises ValueError for times that are not claimed, unknown names, inputs of a plant with redundant ones, values
-    outside of their sets, and tolerances that are missing or not positive.
+    outside of their sets, and tolerances that are missing or not positive; TypeError for what is no number.
     """
+    if not isinstance(at, Mapping):
+        raise TypeError(f"at: expected a mapping from times [s] to values by name, got {short(at)}")
     _refuse_unknown("at_tolerance", tolerance if isinstance(tolerance, Mapping) else {}, plant)
-    return tuple(_waypoint(float(time), at[time], tolerance, plant, claim) for time in sorted(at))
+    times = {real("at: time", time): values for time, values in at.items()}
+    return tuple(_waypoint(time, times[time], tolerance, plant, claim) for time in sorted(times))
 
 
 def _waypoint(
@@ -34,12 +39,16 @@ def _waypoint(
     claim: Claim,
 ) -> Pinned:
     _refuse_unclaimed(time, claim)
+    if not isinstance(values, Mapping):
+        raise TypeError(f"at: expected values by name of a state or an input at {time:g} s, got {short(values)}")
     _refuse_unknown("at", values, plant)
     if not values:
         raise ValueError(f"at: nothing is given at {time:g} s")
     by: dict[str, float] = {}
     for name, value in values.items():
         bounds = extent(plant, name)
+        if not is_number(value):
+            raise TypeError(f"at: expected a number for {name} at {time:g} s, got {short(value)}")
         if not math.isfinite(value) or (bounds and not bounds.lower <= value <= bounds.upper):
             within = f"inside {bounds}" if bounds else "a finite number"
             raise ValueError(f"at: {name} must be {within} at {time:g} s, got {value:g}")
@@ -83,6 +92,8 @@ def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Int
         if bounds is None:
             raise ValueError(f"at_tolerance: is needed for {name}, which has no bounds to take a part of")
         return _OF_WIDTH * bounds.width
+    if not is_number(found):
+        raise TypeError(f"at_tolerance: expected a number for {name}, or numbers by name, got {short(found)}")
     if not (math.isfinite(found) and found > 0):
         raise ValueError(f"at_tolerance: must be positive, got {found:g} for {name}")
     return float(found)

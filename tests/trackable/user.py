@@ -12,6 +12,7 @@ from trackable import (
     ConstrainedSystem,
     Controller,
     CsvLayout,
+    DoubtfulInputWarning,
     Failed,
     Field,
     IgnoresSamplesWarning,
@@ -80,6 +81,7 @@ learn_reference({"position": recording.samples("position")}, plant, {"position":
 learn_reference(recording.samples("position"), plant, kernel, "all_times", method="hyperparameters")
 learn_reference(recording.samples("position"), plant, kernel, "all_times", at={0.0: {"x1": 0.1}}, at_tolerance=1e-3)
 warnings.simplefilter("error", IgnoresSamplesWarning)
+warnings.simplefilter("ignore", DoubtfulInputWarning)
 
 controller = Controller(plant, 10, [[1, 0], [0, 1]], [[0.1]])
 assert_type(controller.step(0, np.zeros(2), reference.reference), Plan | Infeasible | Unsolved)

@@ -1,6 +1,5 @@
 """Model predictive control that tracks a reference, with a terminal equality constraint on it."""
 
-import operator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
+from trackable.arguments import instance, numbers, whole
 from trackable.arrays import Array, ArrayLike
 from trackable.control.references import TrackedReference
 from trackable.control.step.formulation import Formulation
@@ -40,9 +40,12 @@ class Controller:
         def __init__(self, plant: ConstrainedSystem, horizon: int, Q: ArrayLike, R: ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
+        instance(
+            "controller: plant", self.plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)"
+        )
         n, m = len(self.plant.system.states), len(self.plant.system.inputs)
         for name, size, least in (("Q", n, -1e-12), ("R", m, 1e-12)):
-            weight = np.array(getattr(self, name), dtype=float)
+            weight = numbers(f"controller: {name}", getattr(self, name))
             if weight.shape != (size, size) or not np.all(np.isfinite(weight)) or not np.array_equal(weight, weight.T):
                 raise ValueError(
                     f"controller: {name} must be a symmetric matrix of shape ({size}, {size}), got {weight}"
@@ -55,7 +58,7 @@ class Controller:
                 raise ValueError(f"controller: {name} must be positive {kind}, got eigenvalues {found}")
             weight.flags.writeable = False
             object.__setattr__(self, name, weight)
-        object.__setattr__(self, "horizon", operator.index(self.horizon))
+        object.__setattr__(self, "horizon", whole("controller: horizon", self.horizon))
         if self.horizon < (fewest := shortest_horizon(self.plant)):
             raise ValueError(
                 f"controller: from a state off the reference it takes {fewest} steps to return to it, so that with a "
@@ -75,7 +78,7 @@ class Controller:
           converge, or a formula of the system or of the reference is not defined where it led.
         - ValueError: the state is not n finite numbers, or what `reference.window` raises outside of its steps.
         """
-        state = np.asarray(state, dtype=float)
+        k, state = whole("controller: k", k), numbers("controller: state", state)
         if state.shape != (n := len(self.Q),) or not np.all(np.isfinite(state)):
             raise ValueError(f"controller: a state is {n} finite numbers, got {state.tolist()} at step {k}")
         safe = () if initial_guess is None else (initial_guess[0],)

@@ -1,6 +1,5 @@
 """The prior of one process: mean, kernel and noise, with hyperparameters that are known or learned."""
 
-import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,6 +7,7 @@ from typing import Self
 
 import numpy as np
 
+from trackable.arguments import real
 from trackable.arrays import Array
 from trackable.gp.hyperparameter import Hyperparameter, Learned, Scales, Search, learned, noise, with_value
 from trackable.gp.kernels.base import Kernel
@@ -20,7 +20,7 @@ class Prior:
     """A constant `mean` m, a `kernel` κ, and the standard deviation `noise_std` σ_n of independent noise on samples.
 
     Each of the kernel's hyperparameters and σ_n is known or learned, as it is given (see `gp.hyperparameter`). Raises
-    ValueError for a mean that is not finite.
+    ValueError for a mean that is not finite, TypeError for one that is no number.
     """
 
     kernel: Kernel
@@ -28,8 +28,7 @@ class Prior:
     mean: float = 0.0
 
     def __post_init__(self) -> None:
-        if not math.isfinite(self.mean):
-            raise ValueError(f"prior: mean must be finite, got {self.mean!r}")
+        object.__setattr__(self, "mean", real("prior: mean", self.mean))
 
     @property
     def hyperparameters(self) -> dict[str, float]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from trackable.arguments import numbers
 from trackable.arrays import Array, ArrayLike
 from trackable.gp.factors.chebyshev import Bases
 from trackable.gp.stencil import POINT, Stencil
@@ -20,7 +21,8 @@ class Samples:
     Sample i has noise of standard deviation σ_n · `relative_noise`_i; by default it is σ_n. With σ_n = 1 the relative
     noise is the standard deviation itself. `stencil` says how samples depend on the process that is learned.
 
-    Raises ValueError, which names the first wrong entry: not finite, times not increasing, or arrays of unequal length.
+    Raises ValueError, which names the first wrong entry: not finite, times not increasing, or arrays of unequal length;
+    TypeError where they are no real numbers, as dates are not.
     """
 
     times: Array
@@ -38,7 +40,7 @@ class Samples:
         if self.relative_noise is _UNIFORM:
             object.__setattr__(self, "relative_noise", np.ones(np.shape(self.times)))
         for name in ("times", "values", "relative_noise"):
-            array = np.array(getattr(self, name), dtype=float)
+            array = numbers(f"samples: {name}", getattr(self, name))
             if array.ndim != 1 or array.size == 0:
                 raise ValueError(f"samples: {name} must be a non-empty one-dimensional array, got shape {array.shape}")
             if bad := np.flatnonzero(~np.isfinite(array)).tolist():

@@ -5,6 +5,7 @@ from typing import Self
 
 import numpy as np
 
+from trackable.arguments import instance, whole
 from trackable.arrays import Array
 from trackable.gp.hyperparameter import Scales
 from trackable.gp.joint import JointPrior
@@ -28,11 +29,11 @@ class SearchSpace:
     sought: dict[str, Interval] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name, interval in self.bounds.items():
+        for name, interval in (*self.bounds.items(), *self.sought.items()):
+            instance(f"search: bounds of {name}", interval, Interval, "an Interval(lower, upper)")
             if interval.lower <= 0:
                 raise ValueError(f"search: the lower bound of {name} must be positive, got {interval.lower:g}")
-        if self.starts < 1:
-            raise ValueError(f"search: starts must be at least 1, got {self.starts}")
+        object.__setattr__(self, "starts", whole("search: starts", self.starts, least=1))
 
     @classmethod
     def around(

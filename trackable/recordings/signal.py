@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from trackable.arguments import numbers
 from trackable.arrays import Array
 from trackable.errors import InputError
 from trackable.gp.samples import Samples
@@ -27,7 +28,7 @@ class Signal:
         object.__setattr__(self, "times", samples.times)
         object.__setattr__(self, "values", samples.values)
         if self.noise_std is not None:
-            noise_std = np.array(self.noise_std, dtype=float)
+            noise_std = numbers("signal: noise_std", self.noise_std)
             if noise_std.shape != samples.times.shape:
                 raise ValueError(f"signal: noise_std must be as long as the times, got shape {noise_std.shape}")
             if bad := np.flatnonzero(~((noise_std > 0) & np.isfinite(noise_std))).tolist():

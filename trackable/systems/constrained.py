@@ -7,6 +7,7 @@ from functools import cached_property
 from itertools import chain
 from typing import Literal, NamedTuple
 
+from trackable.arguments import instance
 from trackable.systems.allocation import Allocation
 from trackable.systems.flat.flatness import Flatness
 from trackable.systems.flat.trajectory import combined
@@ -36,7 +37,7 @@ class ConstrainedSystem:
     """A system with its `state_set` X and its `input_set` U.
 
     ValueError: the sets do not fit the system, a linear system is not controllable or has too many redundant inputs, or
-    an input of a nonlinear system is not bounded.
+    an input of a nonlinear system is not bounded. TypeError: a system or a set is something else.
     """
 
     system: System
@@ -44,6 +45,9 @@ class ConstrainedSystem:
     input_set: Polytope
 
     def __post_init__(self) -> None:
+        instance("plant: system", self.system, LinearSystem | Nonlinear, "a LinearSystem or a Nonlinear")
+        for name in ("state_set", "input_set"):
+            instance(f"plant: {name}", getattr(self, name), Polytope, "a Polytope, as of Polytope.box(lower, upper)")
         n, m = len(self.system.states), len(self.system.inputs)
         for name, bounds, dimension in (("state_set", self.state_set, n), ("input_set", self.input_set, m)):
             if bounds.dimension != dimension:

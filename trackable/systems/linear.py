@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 import scipy
 
+from trackable.arguments import is_number, names, numbers
 from trackable.arrays import Array, ArrayLike
 from trackable.systems.flat.flatness import Flatness, flatness
 
@@ -20,7 +21,7 @@ class LinearSystem:
 
     `states` and `inputs` are names, all different. Left out, c is zero and the names are x1, x2, … and u1, u2, …, or
     `state` and `input` of a system with one of each. Raises ValueError where shapes do not fit, an entry is not finite,
-    names repeat, or the sampling time is not positive.
+    names repeat, or the sampling time is not positive; TypeError where entries are no real numbers or no names.
     """
 
     A: Array
@@ -45,19 +46,19 @@ class LinearSystem:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sampling_time", positive_sampling_time(self.sampling_time))
-        A, B = np.array(self.A, dtype=float), np.array(self.B, dtype=float)
+        A, B = numbers("system: A", self.A), numbers("system: B", self.B)
         if A.ndim != 2 or A.shape[0] != A.shape[1] or not A.size:
             raise ValueError(f"system: A must be a square matrix, got shape {A.shape}")
         if B.ndim != 2 or len(B) != len(A) or not B.size:
             raise ValueError(f"system: B must have as many rows as A, {len(A)}, and a column for each input, "
                              f"got shape {B.shape}")  # fmt: skip
         n, m = B.shape
-        c = np.zeros(n) if self.c is _ZERO else np.array(self.c, dtype=float)
+        c = np.zeros(n) if self.c is _ZERO else numbers("system: c", self.c)
         if c.shape != (n,):
             raise ValueError(f"system: c must have shape ({n},), got {c.shape}")
         alone = (n, m) == (1, 1)
-        states = tuple(self.states) or (("state",) if alone else tuple(f"x{i + 1}" for i in range(n)))
-        inputs = tuple(self.inputs) or (("input",) if alone else tuple(f"u{i + 1}" for i in range(m)))
+        states = names("system: states", self.states) or (("state",) if alone else tuple(f"x{i + 1}" for i in range(n)))
+        inputs = names("system: inputs", self.inputs) or (("input",) if alone else tuple(f"u{i + 1}" for i in range(m)))
         if len(states) != n or len(inputs) != m or len({*states, *inputs}) != n + m:
             raise ValueError(f"system: {n} states and {m} inputs need as many different names, got {states}, {inputs}")
         for name, array in (("A", A), ("B", B), ("c", c)):
@@ -119,8 +120,10 @@ class LinearSystem:
         return flatness(self.A, self.B, self.c, self.sampling_time, self.states)
 
 
-def positive_sampling_time(given: float) -> float:
-    """Return the sampling time [s] of a system. ValueError where it is not positive and finite."""
+def positive_sampling_time(given: object) -> float:
+    """Return the sampling time [s] of a system. ValueError: it is not positive and finite. TypeError: no number."""
+    if not is_number(given):
+        raise TypeError(f"system: sampling_time: expected a number, got {given!r}")
     if not (math.isfinite(given) and given > 0):
         raise ValueError(f"system: sampling_time must be a positive finite number, got {given!r}")
     return float(given)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 import scipy
 
+from trackable.arguments import numbers
 from trackable.arrays import Array, ArrayLike
 from trackable.systems.sets.interval import Interval
 
@@ -35,7 +36,7 @@ class Polytope:
         if not np.size(self.rows):
             object.__setattr__(self, "rows", np.empty((0, self.dimension)))
         for name in ("rows", "lower", "upper"):
-            array = np.array(getattr(self, name), dtype=float)
+            array = numbers(f"set: {name}", getattr(self, name))
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         if self.rows.ndim != 2 or not self.rows.shape[1] == self.dimension > 0:
@@ -56,7 +57,7 @@ class Polytope:
 
         ValueError: only one of two bounds is infinite, shapes differ, or the box has no interior.
         """
-        low, high = np.atleast_1d(np.array(lower, dtype=float)), np.atleast_1d(np.array(upper, dtype=float))
+        low, high = np.atleast_1d(numbers("set: lower", lower)), np.atleast_1d(numbers("set: upper", upper))
         if low.shape != high.shape or low.ndim != 1:
             raise ValueError(f"set: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
         for i in np.flatnonzero(~(low < high)).tolist():
@@ -77,7 +78,7 @@ class Polytope:
         its minimum on the set, which excludes nothing. ValueError: the set is unbounded or has no interior, or shapes
         do not fit.
         """
-        H, h = np.array(H, dtype=float), np.array(h, dtype=float)
+        H, h = numbers("set: H", H), numbers("set: h", h)
         if H.ndim != 2 or h.shape != (len(H),) or not H.size:
             raise ValueError(f"set: H must be a matrix with a row for each entry of h, got {H.shape} and {h.shape}")
         if bad := np.flatnonzero(~np.isfinite(np.column_stack([H, h])).all(axis=1)).tolist():

@@ -1,0 +1,71 @@
+"""Questions about input that is valid, but hardly what was meant."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from trackable.certificates.goal import Claim
+from trackable.gp.samples import Samples
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.linear import LinearSystem
+
+_OUTLYING = 1e3  # times the spread of the others
+_FEW = 0.1  # of all samples: more are no outliers
+_FEWEST = 5  # samples: among fewer, none is one among others
+_LATE = 1e4  # times the span of the samples
+
+
+def doubts(claim: Claim, samples: Mapping[str, Samples], plant: ConstrainedSystem) -> Iterator[str]:
+    """Yield a sentence for each doubt; `samples` are by name."""
+    yield from _of_system(plant)
+    for name, of_name in samples.items():
+        yield from _of_times(claim, name, of_name)
+        yield from _of_values(name, of_name)
+
+
+def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
+    """exp(A T_s) is regular: a singular A comes of a delay, or is that of a differential equation."""
+    system = plant.system
+    if isinstance(system, LinearSystem) and np.linalg.matrix_rank(system.A) < len(system.A):
+        yield (
+            "system: A is singular, as it is in x(k+1) = A x(k) + B u(k) only with delays: are these the A and B of "
+            "ẋ = A x + B u? LinearSystem.discretised(A, B, sampling_time) samples them"
+        )
+
+
+def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
+    first, last = float(samples.times[0]), float(samples.times[-1])
+    if isinstance(claim, tuple):
+        gap = max(first - claim[1], claim[0] - last)
+        if gap > last - first > 0:
+            yield (
+                f"claim: the window from {claim[0]:g} s to {claim[1]:g} s is {gap:g} s away from the samples of "
+                f"{name}, which lie between {first:g} s and {last:g} s: are both counted from the same zero?"
+            )
+    elif claim == "all_times" and last < 0:
+        yield (
+            f"samples: all of {name} lie before t = 0, where the claim begins (from {first:g} s to {last:g} s): should "
+            "times count from the first of them?"
+        )
+    elif claim == "all_times" and first > _LATE * (last - first) > 0:
+        yield (
+            f"samples: those of {name} begin {first:.9g} s after t = 0, and last only {last - first:.4g} s: if these "
+            'stamps count from 1970, subtract the first, as read_csv(..., origin="first") does'
+        )
+
+
+def _of_values(name: str, samples: Samples) -> Iterator[str]:
+    if len(samples) < _FEWEST:
+        return
+    away = np.abs(samples.values - np.median(samples.values))
+    order = np.argsort(away)
+    few = max(1, int(_FEW * len(samples)))
+    spread = float(away[order[-few - 1]])
+    far = np.flatnonzero(away > _OUTLYING * spread).tolist()
+    if spread > 0 and far:
+        i = far[0]
+        yield (
+            f"samples: {name} is {samples.values[i]:g} at {samples.times[i]:g} s, more than {_OUTLYING:g} times as far "
+            f"from the median as most others, which lie within {spread:.3g} of {np.median(samples.values):g}: is it an "
+            "outlier to be left out?"
+        )

@@ -1,0 +1,103 @@
+"""What a user asks of `learn_reference`, checked where it enters: samples, priors, claim."""
+
+from collections.abc import Iterable, Mapping
+from typing import TypeVar
+
+import numpy as np
+
+from trackable.arguments import instance, is_number, real
+from trackable.certificates.goal import Claim, Goal, goal_for
+from trackable.gp.joint import JointPrior
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.prior import Prior
+from trackable.gp.samples import Samples
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.sampling import default_sample
+
+T = TypeVar("T")
+
+
+def checked_plant(plant: object) -> None:
+    """Raise TypeError for anything but a system with its sets."""
+    instance("plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
+
+
+def samples_by_name(samples: Samples | Mapping[str, Samples], plant: ConstrainedSystem) -> dict[str, Samples]:
+    """Return samples by the name of what is sampled. TypeError: something else was given."""
+    if isinstance(samples, Samples):
+        return {default_sample(plant): samples}
+    if not isinstance(samples, Mapping):
+        raise TypeError(
+            f"samples: expected Samples, or a mapping from names to Samples, got {type(samples).__name__}; "
+            "`recording.samples(name)` gives those of a recording"
+        )
+    for name, of_name in samples.items():
+        if not isinstance(of_name, Samples):
+            raise TypeError(f"samples: expected Samples(times, values) of {name}, got {type(of_name).__name__}")
+    return dict(samples)
+
+
+def priors_by_name(
+    names: Iterable[str],
+    kernel: Kernel | Mapping[str, Kernel],
+    noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None,
+    mean: float | Mapping[str, float],
+) -> dict[str, Prior]:
+    """Return the prior of each name. TypeError or ValueError says of which name something is wrong, or missing."""
+    names = tuple(names)
+    for what, given in (("kernel", kernel), ("noise_std", noise_std), ("mean", mean)):
+        _refuse_unknown(what, given, names)
+    return {name: _prior(name, _of(kernel, name, "kernel"), _of(noise_std, name, "noise_std"), _of(mean, name, "mean"))
+            for name in names}  # fmt: skip
+
+
+def claimed(claim: object) -> Claim:
+    """Return a claim, a window as two floats. ValueError: anything else."""
+    match claim:
+        case str("all_times") | str("all_phases"):
+            return claim
+        case tuple((start, end)) if (
+            is_number(start) and is_number(end) and np.isfinite([float(start), float(end)]).all()
+        ):
+            if not start < end:
+                raise ValueError(f"claim: a window needs start < end, got [{start!r}, {end!r}]")
+            return float(start), float(end)
+    raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {claim!r}")
+
+
+def checked_goal(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
+    """Return the goal of a claim. ValueError: it does not suit the kernels, or the mean cannot be followed for ever."""
+    goal = goal_for(claim, samples, prior, plant)
+    means = [part.mean for part in prior.parts]
+    for quantity in () if isinstance(claim, tuple) else plant.quantities:
+        if not quantity.bounds.strictly_contains(level := quantity.at_rest(means)):
+            raise ValueError(
+                f"mean: must be an admissible equilibrium, but at rest there the {quantity.name} is {level:.4g}, not "
+                f"inside {quantity.bounds}: fading samples could not be followed for ever"
+            )
+    return goal
+
+
+def _prior(name: str, kernel: object, noise_std: float | tuple[float, float] | None, mean: float) -> Prior:
+    if not isinstance(kernel, Kernel):
+        what = f"the class {kernel.__name__}" if isinstance(kernel, type) else type(kernel).__name__
+        raise TypeError(f"kernel: expected a kernel such as SquaredExponential(), got {what}")
+    try:
+        return Prior(kernel, noise_std, real(f"mean of {name}", mean))
+    except ValueError as error:
+        raise ValueError(f"{error}{'' if name in str(error) else f' for {name}'}") from None
+
+
+def _of(given: T | Mapping[str, T], name: str, what: str) -> T:
+    if not isinstance(given, Mapping):
+        return given
+    if name not in given:
+        raise ValueError(f"{what}: is missing for {name}, given for {', '.join(map(str, given)) or 'none'}")
+    return given[name]
+
+
+def _refuse_unknown(what: str, given: object, names: tuple[str, ...]) -> None:
+    """A value for a name that is not sampled would be forgotten without a word."""
+    if isinstance(given, Mapping) and set(names) < set(given):
+        unknown = next(name for name in given if name not in names)
+        raise ValueError(f"{what}: is given for {unknown}, but only {', '.join(names)} is sampled")
