@@ -15,7 +15,7 @@ EXPERIMENTS = load_experiments(ROOT / "params.yaml")
 
 def test_entries_are_known_by_their_own_names() -> None:
     assert all(METHODS[method.name] is method for method in METHODS.values())
-    assert len(METHODS) == 9
+    assert len(METHODS) == 10
 
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)

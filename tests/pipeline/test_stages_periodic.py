@@ -147,7 +147,7 @@ def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> N
         "example2",
         ("starts: 6", "starts: 1"),
         ("kernel: {type: periodic}", "kernel: {type: periodic, period: 3.14}"),
-        ("grid, intervals, exact, ", "exact, sampled, "),
+        ("grid, intervals, exact, ", "exact, sound_intervals, sampled, "),
         text=WITHOUT_STUDY,
     )
     written_to(tmp_path, text)
@@ -156,8 +156,9 @@ def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> N
         assert done.returncode == 0, done.stderr
     results = Results("example2", tmp_path / "results")
     metrics = json.loads(results.metrics.read_text())
-    assert tuple(metrics) == ("unconstrained", "exact", "sampled", "hyperparameters", "joint")
+    assert tuple(metrics) == ("unconstrained", "exact", "sound_intervals", "sampled", "hyperparameters", "joint")
     assert metrics["sampled"]["first_violated_step"] is None
+    assert metrics["sound_intervals"]["proof"].startswith("proved for all real t")
     assert metrics["sampled"]["nlml"] <= metrics["exact"]["nlml"] + 1e-6
     experiment = load_experiment("example2", tmp_path / "params.yaml")
     drawn = references.drawings(experiment, results, read_fit(results))
