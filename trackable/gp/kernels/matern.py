@@ -1,12 +1,14 @@
 """Matérn kernels of half-integer smoothness ν."""
 
 import math
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
 from trackable.arrays import Array
+from trackable.gp.kernels.polynomials import horner
 from trackable.gp.kernels.radial import UNDERFLOW, Radial
 
 
@@ -27,12 +29,24 @@ class _Matern(Radial):
     def correlation(self, s: Array, order: int) -> Array:
         x = self.rate * np.abs(s)
         decay = np.exp(-x)
-        phi, factor = np.empty((order + 1, *s.shape)), self.polynomial
-        for n in range(order + 1):
-            side = np.sign(s) if n % 2 else 1.0  # φ is even: its odd derivatives are odd
-            phi[n] = side * self.rate**n * factor(x) * decay
-            factor = factor.deriv() - factor
+        phi = np.empty((order + 1, *s.shape))
+        for n, coefficients in enumerate(_factors(tuple(self.polynomial.coef.tolist()), order)):
+            np.multiply(horner(coefficients, x), decay, out=phi[n, ...])
+            if n:
+                phi[n] *= self.rate**n
+            if n % 2:  # φ is even: its odd derivatives are odd
+                phi[n] *= np.sign(s)
         return phi
+
+
+@cache
+def _factors(polynomial: tuple[float, ...], order: int) -> list[list[float]]:
+    """Return the coefficients of (d/dx − 1)ⁿ P for n = 0 … order, from those of P."""
+    factor, found = Polynomial(polynomial), []
+    for _ in range(order + 1):
+        found.append(factor.coef.tolist())
+        factor = factor.deriv() - factor
+    return found
 
 
 class Matern32(_Matern):

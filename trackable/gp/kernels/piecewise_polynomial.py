@@ -4,12 +4,14 @@ C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning, 
 """
 
 import math
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
 from trackable.arrays import Array
+from trackable.gp.kernels.polynomials import horner, powers
 from trackable.gp.kernels.radial import Radial
 
 
@@ -38,14 +40,26 @@ class _PiecewisePolynomial(Radial):
     def correlation(self, s: Array, order: int) -> Array:
         distance = np.abs(s)
         x = np.minimum(distance, 1.0)
-        phi, factor = np.empty((order + 1, *s.shape)), self.polynomial
-        for n in range(order + 1):
-            side = np.sign(s) if n % 2 else 1.0  # φ is even: its odd derivatives are odd
-            left = max(self.power - n, 0)
-            fall = math.prod([1 - x] * left) if left else np.heaviside(1 - distance, 0.5)
-            phi[n] = side * factor(x) * fall
-            factor = Polynomial([1, -1]) * factor.deriv() - left * factor if left else factor.deriv()
+        phi = np.empty((order + 1, *s.shape))
+        falls = powers(1 - x, max(self.power - order, 1), self.power)
+        for n, coefficients in enumerate(_factors(self.power, tuple(self.polynomial.coef.tolist()), order)):
+            left = self.power - n
+            fall = falls[left] if left > 0 else np.heaviside(1 - distance, 0.5)
+            np.multiply(horner(coefficients, x), fall, out=phi[n, ...])
+            if n % 2:  # φ is even: its odd derivatives are odd
+                phi[n] *= np.sign(s)
         return phi
+
+
+@cache
+def _factors(power: int, polynomial: tuple[float, ...], order: int) -> list[list[float]]:
+    """Return the coefficients of Q_n for n = 0 … order, from those of Q."""
+    factor, found = Polynomial(polynomial), []
+    for n in range(order + 1):
+        found.append(factor.coef.tolist())
+        left = max(power - n, 0)
+        factor = Polynomial([1, -1]) * factor.deriv() - left * factor if left else factor.deriv()
+    return found
 
 
 class PiecewisePolynomial2(_PiecewisePolynomial):
