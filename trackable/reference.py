@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
@@ -39,7 +40,8 @@ class TrackableReference:
 
     `fit` holds what it was learned from, and what its bounds cost. `pin_certificates` prove the values that were asked
     for at single times, one certificate a time, in the order of `fit.pinned`. Steps outside of what is proved are
-    refused with a ValueError; `reference` has values there too, but no guarantee.
+    refused with a ValueError, and so are steps at |t| > `certificate.evaluated_until`; `reference` has values there
+    too, but no guarantee.
     """
 
     fit: Fit
@@ -166,14 +168,20 @@ class TrackableReference:
         return "; ".join(filter(None, said))
 
     def _refuse_unproved(self, k: Array | int) -> None:
-        steps = np.asarray(k, dtype=float)
-        (first, last), t = self.certificate.claim.span, self._times(k)
+        (first, last), t, until = self.certificate.claim.span, self._times(k), self.certificate.evaluated_until
         hair = 1e-12 * np.abs(t)
-        if (outside := ~((t >= first - hair) & (t <= last + hair))).any():
-            step, when = steps[outside].ravel()[0], t[outside].ravel()[0]
+        claim = f"outside of what is proved, {self.certificate.claim}"
+        self._refuse(k, ~((t >= first - hair) & (t <= last + hair)), claim)
+        rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
+        self._refuse(k, np.abs(t) > until, rounding)
+
+    def _refuse(self, k: Array | int, refused: NDArray[np.bool_], why: str) -> None:
+        """Raise a ValueError that names the first refused step."""
+        if refused.any():
+            step, when = np.asarray(k, dtype=float)[refused].flat[0], self._times(k)[refused].flat[0]
             raise ValueError(
-                f"step {step:g} ({when:g} s) is outside of what is proved, {self.certificate.claim}; the field "
-                "`reference` has values there too, without any guarantee"
+                f"step {step:g} ({when:g} s) is {why}; the field `reference` has values there too, without any "
+                "guarantee"
             )
 
     def unconstrained(self) -> Reference:

@@ -21,8 +21,8 @@ instead of U. If `check` answers Proved, then at each of these times there is a 
 u(t) + v(t) ∈ U. So the system follows the states x(k T) with the admissible inputs u(k T) + v(k T).
 
 Assumptions about rounding. Arithmetic is IEEE's. exp, log, sqrt, sin, cos and powers are within 4 units in the last
-place. The evaluated formulas are those of κ in `kernels`, sums of products in any order, and for nonlinear systems the
-formulas of u found in step 0.
+place. The evaluated formulas are those of κ in `kernels`, sums of products in any order (no fast Fourier transforms),
+and for nonlinear systems the formulas of u found in step 0.
 
 Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0 and 6 in rational arithmetic.
   0. Linear: x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j, with zeros beyond the ends

@@ -33,7 +33,10 @@ class KernelSum:
             object.__setattr__(self, "kernel", self.kernel.as_known())
 
     def jet(self, t: Array, order: int) -> Array:
-        """Return m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape)."""
+        """Return m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape).
+
+        Long regular arrays are evaluated by fast transforms, on the grid that approximates t.
+        """
         t = np.asarray(t, dtype=float)
         jet = self._sums(t, order)
         jet[0] += self.mean
@@ -41,6 +44,10 @@ class KernelSum:
 
     def __call__(self, t: Array) -> Array:
         return np.asarray(self.jet(t, 0)[0])
+
+    def summed(self, t: Array) -> Array:
+        """Return m⁺ at t [s] by sums of products, however long t is: certificates bound the rounding of these."""
+        return np.asarray(self._blocks(np.asarray(t, dtype=float), 0)[0] + self.mean)
 
     def derivative(self, t: Array) -> Array:
         return np.asarray(self.jet(t, 1)[1])
@@ -56,9 +63,12 @@ class KernelSum:
             return np.stack([self._sums(row, order) for row in t], axis=1)
         if terms > _MANY and (sums := convolved(self.kernel, self.centres, self.weights, t, order)) is not None:
             return sums
-        return in_blocks(partial(self._summed, order), t, len(self.centres) * (order + 1))[0]
+        return self._blocks(t, order)
 
-    def _summed(self, order: int, t: Array) -> tuple[Array]:
+    def _blocks(self, t: Array, order: int) -> Array:
+        return in_blocks(partial(self._products, order), t, len(self.centres) * (order + 1))[0]
+
+    def _products(self, order: int, t: Array) -> tuple[Array]:
         nearby = self._relevant_centres(t)
         return (self.kernel.jet(t[..., None] - self.centres[nearby], order) @ self.weights[nearby],)
 

@@ -24,8 +24,9 @@ class Window(NamedTuple):
 class Reference:
     """Learned `signals`, the flat outputs of a `plant`: they determine states x_r and inputs u_r.
 
-    By construction x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and likewise from any time t to t + T_s. ValueError: not
-    as many signals as flat outputs.
+    By construction x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and likewise from any time t to t + T_s. States and
+    inputs are evaluated by sums of products, never by fast transforms: a certificate bounds the rounding of these sums.
+    ValueError: not as many signals as flat outputs.
     """
 
     signals: tuple[KernelSum, ...]
@@ -82,4 +83,5 @@ class Reference:
         return np.asarray(steps) * self.plant.sampling_time
 
     def _values(self, coordinates: tuple[Coordinate, ...], t: Array) -> Array:
-        return np.stack([q(self.signals, t) for q in coordinates], axis=-1)
+        signals = [signal.summed for signal in self.signals]
+        return np.stack([q(signals, t) for q in coordinates], axis=-1)

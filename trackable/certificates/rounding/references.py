@@ -1,8 +1,8 @@
 """Bound the error of evaluating a reference in float64, without evaluating it.
 
-Assumed: IEEE arithmetic rounding to nearest (u = 2⁻⁵³), a dot product in any order, and NumPy's functions and powers
-within 4 units in the last place. Everything else follows from the formulas in trackable.gp. All bounds over-estimate;
-enlarging them by 2 % (`_SLACK`) covers terms of second order in u.
+Assumed: IEEE arithmetic rounding to nearest (u = 2⁻⁵³), sums of products in any order (`KernelSum.summed`, no
+transforms), and NumPy's functions and powers within 4 units in the last place. Everything else follows from the
+formulas in trackable.gp. All bounds over-estimate; enlarging them by 2 % (`_SLACK`) covers terms of second order in u.
 """
 
 import math
@@ -85,8 +85,8 @@ def _row_error(reference: Reference, row: _Row, until: float) -> float:
     """Bound the error of a row. UndefinedError where there is no bound."""
     plant = reference.plant
     with ball_arithmetic(2):
-        latest = arb(until) + max(plant.flatness.orders) * arb(plant.sampling_time)
-        of_signals = [signal_error(signal, latest) for signal in reference.signals]
+        ahead = max(plant.flatness.orders) * arb(plant.sampling_time)
+        of_signals = [signal_error(signal, arb(until) + ahead, ahead) for signal in reference.signals]
         roundings = 8 + sum(plant.flatness.orders) + len(plant.system.states) + len(plant.system.inputs)
         if not row.formulas:
             weights, offset = _absolute_weights(row.weights, row.functionals)

@@ -83,20 +83,27 @@ def _terms(certificate: Certificate) -> int:
     return sum(map(len, functionals(certificate, "input")[0].weights))
 
 
-def _longest(certificate: Certificate) -> int:
-    """Return the largest number of shifts of one signal that an input depends on."""
+def _ahead(certificate: Certificate) -> Real:
+    """Return the largest shift j T on which a state or an input depends [s]."""
     if isinstance(certificate.system, NonlinearSystem):
-        return 2
-    return max(len(w) for part in functionals(certificate, "input") for w in part.weights)
+        return certificate.step
+    parts = (*functionals(certificate, "state"), *functionals(certificate, "input"))
+    return (max(len(w) for part in parts for w in part.weights) - 1) * certificate.step
 
 
 def _signal_error(certificate: Certificate, signal: Signal) -> Rounded:
     """Over-estimate |z| and |float64 − exact| for |t| ≤ until, and for the shifts T, 2 T, … beyond."""
-    latest = exactly(max(map(abs, signal.centres)))
-    farthest = certificate.until + _longest(certificate) * certificate.step + latest
-    kernel = signal.kernel.sizes(farthest)
-    # Rounded once each: k T, t + j T, t − t_i; up to six times the argument of κ; n + 2 times the dot product.
-    each = kernel.roundings + 9 * kernel.stretch + 3 * latest * kernel.slope + (len(signal.weights) + 3) * kernel.size
+    latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(certificate)
+    kernel = signal.kernel.sizes(certificate.until + ahead + latest)
+    # Rounded once each, by u times their sizes: k T, j T, k T + j T, and r = k T + j T − t_i. As |k T + j T| is at most
+    # |r| + |t_i|, and |k T| at most j T more, r is off by 3 u (|r| + |t_i| + j T) at most. Beside that there are up to
+    # six roundings of the argument of κ, and n + 2 of the dot product.
+    each = (
+        kernel.roundings
+        + 9 * kernel.stretch
+        + 3 * (latest + ahead) * kernel.slope
+        + (len(signal.weights) + 3) * kernel.size
+    )
     weight = total(abs(c) for _, c in signal.pairs)
     largest = abs(exactly(signal.mean)) + weight * kernel.size
     return Rounded(SIGN * largest, UNIT * (weight * each + 3 * largest))
