@@ -31,6 +31,7 @@ lint: .venv/installed
 	ruff check .
 	lint-imports
 	mypy
+	mypy --config-file= --strict tests/trackable/user.py
 
 force: .venv/installed
 	dvc repro --force

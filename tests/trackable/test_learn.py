@@ -213,7 +213,7 @@ def assert_late_steps_are_refused(found: TrackableReference) -> None:
 
 def test_the_shared_period_is_not_a_multiple_of_itself() -> None:
     """Three periods only: every multiple has a minimum of its own, and a longer memory to fit with."""
-    t, rng = np.arange(0, 8, 0.15), np.random.default_rng(0)
+    t, rng = np.arange(0, 8, 0.25), np.random.default_rng(0)
     values = {
         "q1": 0.8 * np.sin(2 * np.pi * t / 2.5),
         "q2": 0.5 * np.cos(2 * np.pi * t / 2.5) + 0.2 * np.sin(4 * np.pi * t / 2.5),

@@ -5,20 +5,20 @@ from functools import cache
 import pytest
 
 from pipeline.compare.claims import load_claims
-from pipeline.compare.comparison import compare
 from pipeline.compare.content import recordings
 from pipeline.compare.content.outlines import distance
+from pipeline.compare.verdicts import judge_claim
 from tests.pipeline.compare.project import TOLERANCES
 from tests.project import ROOT
 
 
 def test_the_committed_results_bear_the_claims_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
-    # Both sides are the same files: each log is read once, and not for every comparison that it is part of.
+    # Many claims are about the same log.
     monkeypatch.setattr(recordings, "read_log", cache(recordings.read_log))
-    comparison = compare(ROOT, ROOT, TOLERANCES, load_claims(ROOT / "claims.yaml"))
-    assert [(claim.text, claim.new) for claim in comparison.claims if not claim.new.holds] == []
-    assert comparison.within
+    judged = [judge_claim(claim, ROOT, ROOT) for claim in load_claims(ROOT / "claims.yaml").claims]
+    assert len(judged) > 50
+    assert [(claim.text, claim.new) for claim in judged if not claim.new.holds] == []
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,14 @@
 """Logs are read as they were written, hold what viewers can plot, and refuse what breaks their rules."""
 
+import importlib
 import json
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
-import jsonschema
 import numpy as np
 import pytest
 from hypothesis import given
@@ -16,6 +17,11 @@ from mcap.reader import make_reader
 
 from pipeline.storage.logs import Log, Series, read_log, write_log
 from tests.pipeline.storage.logs import LOG, NAN, same
+
+
+def validator() -> Any:
+    """Load jsonschema where it is used: it builds parsers for seconds, in each process that collects the tests."""
+    return importlib.import_module("jsonschema").Draft202012Validator
 
 
 def test_round_trip(path: Path, data: bytes) -> None:
@@ -62,7 +68,7 @@ def test_viewers_find_valid_messages_in_the_order_of_time(path: Path, data: byte
         assert schema is not None
         assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
         content = json.loads(message.data)
-        jsonschema.Draft202012Validator(json.loads(schema.data)).validate(content)
+        validator()(json.loads(schema.data)).validate(content)
         assert all(isinstance(value, float) for value in content.values())
         assert message.log_time == message.publish_time == round(content["t"] * 1e9) >= last
         assert message.sequence == found.get(channel.topic, 0)
@@ -79,7 +85,7 @@ def test_schemas_are_flat_and_tell_units(data: bytes) -> None:
     assert summary is not None
     for schema in summary.schemas.values():
         content = json.loads(schema.data)
-        jsonschema.Draft202012Validator.check_schema(content)
+        validator().check_schema(content)
         assert content["type"] == "object"
         assert {about["type"] for about in content["properties"].values()} == {"number"}
     described = json.loads(summary.schemas[1].data)["properties"]
