@@ -49,7 +49,7 @@ def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
         )
     elif claim == "all_times" and first > _LATE * (last - first) > 0:
         yield (
-            f"samples: those of {name} begin {first:.9g} s after t = 0, and last only {last - first:.4g} s: if these "
+            f"samples: those of {name} begin {first:.10g} s after t = 0, and last only {last - first:.4g} s: if these "
             'stamps count from 1970, subtract the first, as read_csv(..., origin="first") does'
         )
 

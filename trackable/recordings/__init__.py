@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from trackable.recordings.cleaning import Cleaning, Finding
 from trackable.recordings.clocks import CLOCKS, Clock, Ticks, frames
 from trackable.recordings.csv_files.reader import Column, read_csv
-from trackable.recordings.csv_files.table import CsvLayout
+from trackable.recordings.csv_files.table import KITTI, TUM, CsvLayout
 from trackable.recordings.dates import DateTimes
 from trackable.recordings.recording import Recording
 from trackable.recordings.repairs import (
@@ -41,9 +41,11 @@ _LOADED_ON_FIRST_USE = {
 
 __all__ = [
     "CLOCKS",
+    "KITTI",
     "LOG_TIME",
     "PUBLISH_TIME",
     "REPAIRS",
+    "TUM",
     "Cleaning",
     "Clock",
     "Column",

@@ -11,26 +11,29 @@ from trackable.errors import InputError
 from trackable.recordings.decimals import EXACT
 
 _ZONE = r"Z|[+-][\d:]+"
+_DAY = re.compile(r"\d{4}-\d\d-\d\d", re.ASCII)
 _ISO = re.compile(
     rf"(?P<start>\d{{4}}-?\d\d-?\d\d[T ]\d\d:?\d\d:?\d\d)(?:[.,](?P<fraction>\d+))?(?P<zone>{_ZONE})?", re.ASCII
 )
 _WITH_FRACTION = re.compile(r"(?P<whole>.*)[.,](?P<fraction>\d+)", re.ASCII)
 _FRACTION_AT_END = re.compile(r"(?<=%S)[.,]%f$")
+_TIME = re.compile("%[HIMSpfXcT]")
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 _MICROSECOND = timedelta(microseconds=1)
 _EXAMPLE = datetime(2024, 5, 1, 13, tzinfo=UTC)
+_PROBE = datetime(2024, 5, 17, 13, tzinfo=UTC)  # no field has the value that strptime takes for one left out
 _GERMAN = '"%d.%m.%Y %H:%M:%S"'
 
 
 @dataclass(frozen=True)
 class DateTimes:
-    """Stamps that are dates with a time of day.
+    """Stamps that are dates with a time of day, or dates alone, which mean midnight.
 
-    They are in ISO 8601, 2024-05-01T12:00:00.25+02:00, or in a `format` of strptime like "%d.%m.%Y %H:%M:%S". If the
-    format ends with seconds, a stamp may have a fraction of any length after a point or a comma. Stamps that name no
-    zone are in `zone`: "Z", which is UTC, or a fixed offset like "+01:00".
+    They are in ISO 8601, 2024-05-01T12:00:00.25+02:00 or 2024-05-01, or in a `format` of strptime like
+    "%d.%m.%Y %H:%M:%S". If the format ends with seconds, a stamp may have a fraction of any length after a point or a
+    comma. Stamps that name no zone are in `zone`: "Z", which is UTC, or a fixed offset like "+01:00".
 
-    InputError: a format without a complete date and time of day, or an invalid zone.
+    InputError: a format without a complete date, or an invalid zone.
     """
 
     format: str | None = None
@@ -42,7 +45,7 @@ class DateTimes:
             raise InputError(f'clock: expected a zone like "Z" or "+01:00", got {self.zone!r}')
         if self.format is not None and not _tells_a_date(self._whole):
             raise InputError(
-                f"clock: expected a format with day, month, year and hour, and without the name of a zone, "
+                f"clock: expected a format with day, month and year (and hour), and without the name of a zone, "
                 f"like {_GERMAN}, got {self.format!r}"
             )
 
@@ -77,6 +80,8 @@ class DateTimes:
         return f" (DateTimes({_GERMAN}) as time unit reads other formats)" if self.format is None else ""
 
     def _read_iso(self, text: str) -> tuple[datetime, str]:
+        if _DAY.fullmatch(text):
+            return datetime.fromisoformat(f"{text}T00:00:00{self.zone}"), "0"
         match = _ISO.fullmatch(text)
         if match is None:
             raise ValueError
@@ -97,9 +102,13 @@ class DateTimes:
 
 
 def _tells_a_date(format_: str) -> bool:
-    """Whether a date written in this format is read back unchanged; %Z is refused, as strptime ignores the name."""
+    """Whether a date written in this format is read back unchanged; %Z is refused, as strptime ignores the name.
+
+    A format without a time of day means midnight.
+    """
     try:
-        found = datetime.strptime(_EXAMPLE.strftime(format_), format_)
+        found = datetime.strptime(_PROBE.strftime(format_), format_)
     except (ValueError, re.error):  # re.error: a directive is repeated
         return False
-    return "%Z" not in format_ and found.replace(tzinfo=None) == _EXAMPLE.replace(tzinfo=None)
+    expected = _PROBE.replace(tzinfo=None) if _TIME.search(format_) else _PROBE.replace(tzinfo=None, hour=0)
+    return "%Z" not in format_ and found.replace(tzinfo=None) == expected

@@ -7,6 +7,7 @@ import math
 import re
 from decimal import Context, Decimal
 
+from trackable.arguments import is_number
 from trackable.errors import InputError
 
 EXACT = Context(prec=1100)
@@ -48,14 +49,16 @@ def exact(value: object) -> Decimal | None:
 
 def scaled(number: Decimal, scale: float) -> float:
     """Return `number` times `scale` (as it is written in decimal), rounded once. ValueError: too large for float64."""
-    result = float(number if scale == 1 else EXACT.multiply(number, Decimal(repr(scale))))
+    result = float(number if scale == 1 else EXACT.multiply(number, Decimal(repr(float(scale)))))
     if math.isinf(result):
         raise ValueError(f"expected a number that fits a float64, got {number:.3e} (times {scale!r})")
     return result
 
 
-def check_scale(name: str, scale: float) -> None:
-    """Raise InputError if the `scale` of the values of `name` is zero or not finite."""
+def check_scale(name: str, scale: object) -> None:
+    """Raise InputError if the `scale` of the values of `name` is no number, zero or not finite."""
+    if not is_number(scale):
+        raise InputError(f"{name!r}: expected a number as scale, got {scale!r}")
     if not 0 < abs(scale) < math.inf:
         raise InputError(f"{name!r}: expected a scale other than zero, got {scale}")
 

@@ -81,13 +81,16 @@ def chosen_repairs(repairs: Sequence[Repair | str]) -> list[Repair]:
     if isinstance(repairs, str) or callable(repairs):
         alone = repairs if isinstance(repairs, str) else getattr(repairs, "__name__", repairs)
         raise InputError(f"repairs: expected a list of them, in their order, got {alone} by itself")
+    if not isinstance(repairs, Sequence):
+        raise InputError(f"repairs: expected a list of them, got {repairs!r}")
     return [_repair(repair) for repair in repairs]
 
 
-def _repair(repair: Repair | str) -> Repair:
+def _repair(repair: object) -> Repair:
     if callable(repair):
-        return repair
-    if repair not in REPAIRS:
+        chosen: Repair = repair
+        return chosen
+    if not isinstance(repair, str) or repair not in REPAIRS:
         raise InputError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
     return REPAIRS[repair]
 

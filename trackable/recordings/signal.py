@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from trackable.arguments import numbers
+from trackable.arguments import is_number, numbers
 from trackable.arrays import Array
 from trackable.errors import InputError
 from trackable.gp.samples import Samples
@@ -47,6 +47,9 @@ class Signal:
 
     def select(self, start: float, end: float) -> "Signal":
         """Return the samples with start ≤ time ≤ end [s]. InputError: there is none."""
+        for what, given in (("start", start), ("end", end)):
+            if not is_number(given):
+                raise InputError(f"select: {what}: expected a time in seconds, got {given!r}")
         chosen = np.flatnonzero((self.times >= start) & (self.times <= end))
         if chosen.size == 0:
             raise InputError(
@@ -61,8 +64,8 @@ class Signal:
         After each sample follows the one nearest to `seconds` later, and at least half of it later. Gaps stay gaps, and
         thinning again by the same time changes nothing. InputError: `seconds` is not positive and finite.
         """
-        if not 0 < seconds < np.inf:
-            raise InputError(f"expected a time between samples above 0 s, got {seconds} s")
+        if not (is_number(seconds) and 0 < seconds < np.inf):
+            raise InputError(f"expected a time between samples above 0 s, got {seconds!r} s")
         chosen = [0]
         while True:
             due = self.times[chosen[-1]] + seconds

@@ -115,7 +115,7 @@ WRONG = [
         "robot-axis",
         "time_unit: ms",
         "time_unit: {date_format: '%H:%M'}",
-        r"clock: expected a format with day, month, y",
+        r"clock: expected a format with day, month and y",
     ),
     (
         "robot-axis",

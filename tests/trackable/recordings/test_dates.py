@@ -21,13 +21,15 @@ DATES = {
     "2023-11-14T23:13:20.5+01:00": "1700000000.5",
     "2023-11-14T20:13:20-0200": "1700000000",
     "20231114T221320Z": "1700000000",
+    "2023-11-14": "1699920000",
     " 2024-02-29T12:00:00Z ": "1709208000",
 }
 
 NO_DATES = [
     "",
     "17",
-    "2024-05-01",
+    "2024-5-1",
+    "2023-02-29",
     "2023-02-29T00:00:00",
     "01.05.2024 12:00:00",
     "2024-05-01T25:00:00Z",
@@ -54,6 +56,8 @@ FORMATTED: list[tuple[DateTimes, str, str]] = [
     (DateTimes("%d.%m.%Y %H:%M:%S.%f %z"), "14.11.2023 23:13:20.250001 +0100", "1700000000.250001"),
     (DateTimes("%H:%M:%S %d.%m.%Y"), "22:13:20 14.11.2023", "1700000000"),
     (DateTimes("%m/%d/%y %I:%M:%S %p"), "11/14/23 10:13:20 PM", "1700000000"),
+    (DateTimes("%d.%m.%Y"), "14.11.2023", "1699920000"),
+    (DateTimes("%d.%m.%Y", "+01:00"), "14.11.2023", "1699916400"),
     (DateTimes("%d.%m.%Y %H:%M"), "14.11.2023 22:13", "1699999980"),
     (DateTimes("%Y%m%d%H%M%S"), "20231114221320.000000001", "1700000000.000000001"),
     (DateTimes(zone="+01:00"), "2023-11-14T23:13:20.5", "1700000000.5"),
@@ -129,7 +133,8 @@ def test_no_dates_in_a_format(clock: DateTimes, text: str) -> None:
         "ISO",
         "dd.mm.yyyy HH:MM:SS",
         "%H:%M:%S",
-        "%d.%m.%Y",
+        "%m.%Y",
+        "%d.%m.%Y %M",
         "%d.%m.%Y %I:%M:%S",
         "%d.%m.%Y %H:%M:%S %Z",
         "%d.%m.%Y %Q",
@@ -141,7 +146,7 @@ def test_no_format(form: str) -> None:
     with pytest.raises(InputError) as caught:
         DateTimes(form)
     assert str(caught.value) == (
-        "clock: expected a format with day, month, year and hour, and without the name of a zone, "
+        "clock: expected a format with day, month and year (and hour), and without the name of a zone, "
         f'like "%d.%m.%Y %H:%M:%S", got {form!r}'
     )
 

@@ -25,5 +25,5 @@ def test_mcap_on_first_use() -> None:
 
 def test_all_public_names_are_there() -> None:
     names = trackable.recordings.__all__
-    assert len(names) == len(set(names)) == 28
+    assert len(names) == len(set(names)) == 30
     assert all(getattr(trackable.recordings, name) is not None for name in names)

@@ -1,5 +1,6 @@
 """Read recordings from CSV files."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -9,8 +10,9 @@ from typing import TypeVar
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.errors import InputError
-from trackable.recordings.clocks import Clock, clock_named
+from trackable.errors import DoubtfulInputWarning, InputError
+from trackable.recordings.chosen import check_mapping, path_given
+from trackable.recordings.clocks import Clock, clock_named, first_doubt
 from trackable.recordings.csv_files.table import PLAIN, CsvLayout, CsvTable, read_table
 from trackable.recordings.dates import DateTimes
 from trackable.recordings.decimals import check_scale, parse, scaled
@@ -28,7 +30,7 @@ class Column:
     """The column `name`; its numbers are multiplied by `scale` (1e-3 converts millimetres to metres).
 
     `noise_std` names the column with the standard deviation of each sample, in the file's unit of the values; it is
-    scaled too. InputError: a scale that is zero or not finite.
+    scaled too. InputError: a scale that is zero or not finite, or names that are none.
     """
 
     name: str
@@ -36,32 +38,36 @@ class Column:
     noise_std: str | None = None
 
     def __post_init__(self) -> None:
+        for what, name in (("name", self.name), ("noise_std", self.noise_std)):
+            if not isinstance(name, str) and not (what == "noise_std" and name is None):
+                raise InputError(f"Column: {what}: expected the name of a column, got {name!r}")
         check_scale(self.name, self.scale)
 
 
 def read_csv(
     path: str | Path,
-    time: str,
+    time: str | None,
     time_unit: str | Clock,
     signals: Mapping[str, Column | str],
     layout: CsvLayout = PLAIN,
     repairs: Sequence[Repair | str] = (),
     origin: Origin = None,
 ) -> Recording:
-    """Read signals from a CSV file with a header.
+    """Read signals from a CSV file, packed with gzip or not, with a header or with names in the layout.
 
     Parameters
     ----------
     path
         The file.
     time
-        The column of time stamps.
+        The column of time stamps. None for a file without one: its rows are counted from 0, as `frames(rate)` expects.
     time_unit
         The name of a clock in `CLOCKS` ("s", "ms", "epoch ns", "ISO 8601", …), or a clock: `frames(rate)`, `DateTimes`.
     signals
         By the name that a signal gets in the recording: a `Column`, or the name of a column.
     layout
-        Separator, decimal mark, encoding, comments, lines to skip, texts that stand for a missing value.
+        Separator, decimal mark, encoding, comments, lines to skip, texts that stand for a missing value, and the names
+        of columns where there is no header. `TUM` and `KITTI` are layouts.
     repairs
         Functions, or names of `REPAIRS`, applied in this order. What they do not mend is refused.
     origin
@@ -70,18 +76,26 @@ def read_csv(
 
     Cells without a value are left out and reported in `Recording.cleanings`.
 
+    Warns
+    -----
+    DoubtfulInputWarning
+        For stamps that are hardly in the unit that is said: as seconds since 1970 where they are milliseconds.
+
     Raises
     ------
     InputError
         For a file that cannot be read, and for anything wrong in it that no repair mends: names file and line.
 
     """
-    path = Path(path)
-    if not signals:
-        raise InputError(f"{path}: expected at least one signal, got none")
+    path = path_given(path)
+    check_mapping(path, signals, 'a mapping from names to columns, as {"position": "x"}')
+    if not isinstance(layout, CsvLayout):
+        raise InputError(f"layout: expected a CsvLayout, as CsvLayout(separator=';'), got {layout!r}")
+    if not isinstance(time, str | None):
+        raise InputError(f"time: expected the name of a column, or None to count rows, got {time!r}")
     clock, chosen, zero = clock_named(time_unit), chosen_repairs(repairs), checked_origin(origin)
     columns = {name: _column(name, wanted) for name, wanted in signals.items()}
-    names = [time, *(name for c in columns.values() for name in (c.name, c.noise_std) if name is not None)]
+    names = [name for name in (time, *(n for c in columns.values() for n in (c.name, c.noise_std))) if name is not None]
     table = read_table(path, layout, names)
     cells = _Cells(path, table, layout)
     rows = Rows(
@@ -95,6 +109,8 @@ def read_csv(
             if column.noise_std is not None
         },
     )
+    if zero is None and (question := first_doubt(clock, rows.stamps)):
+        warnings.warn(f"{path}: {question}", DoubtfulInputWarning, stacklevel=2)
     return recording_from_rows([rows], clock.absolute, chosen, zero)
 
 
@@ -119,10 +135,17 @@ class _Cells:
         found = self._converted(name, lambda cell: scaled(parse(cell, mark), scale))
         return np.array([np.nan if number is None else number for number in found])
 
-    def stamps(self, name: str, clock: Clock) -> list[Decimal | None]:
+    def stamps(self, name: str | None, clock: Clock) -> list[Decimal | None]:
+        if name is None:
+            return self._counted(clock)
         if isinstance(clock, DateTimes):
             return self._converted(name, clock.seconds)
         return self._converted(name, lambda cell: clock.seconds(parse(cell, self.layout.decimal)))
+
+    def _counted(self, clock: Clock) -> list[Decimal | None]:
+        if isinstance(clock, DateTimes):
+            raise InputError(f"{self.path}: time=None counts rows, and no count is a date: give frames(rate) as unit")
+        return [clock.seconds(Decimal(row)) for row in range(len(self.table.rows))]
 
     def _converted(self, name: str, convert: Callable[[str], _T]) -> list[_T | None]:
         column = self.table.header.index(name)

@@ -12,6 +12,10 @@ from trackable.errors import InputError
 from trackable.recordings.csv_files.text_file import read_text
 from trackable.recordings.decimals import DECIMAL_MARKS, POINT
 
+_NO_HEADER = (
+    ": if these are values, the file has no header, and CsvLayout(separator, columns=[...]) names its columns (TUM and "
+    "KITTI are such layouts)"
+)
 SEPARATORS = (",", ";", "\t")
 MISSING = ("", "-", "na", "n/a", "nan", "null")
 
@@ -23,7 +27,8 @@ class CsvLayout:
     `separator`: one character; None finds comma, semicolon or tab by the header. `decimal`: the mark in front of a
     fraction, "." or ",". `encoding`: as Python names it. `comment`: lines that start with it are ignored; none if it is
     empty. `skip`: numbers, from 1, of further lines to ignore, such as units below the header. `missing`: texts that
-    stand for a missing value, in upper or lower case. InputError: an impossible value.
+    stand for a missing value, in upper or lower case. `columns`: the names of the columns of a file without a header.
+    InputError: an impossible value.
     """
 
     separator: str | None = None
@@ -32,14 +37,28 @@ class CsvLayout:
     comment: str = "#"
     skip: Collection[int] = ()
     missing: Collection[str] = MISSING
+    columns: Collection[str] = ()
 
     def __post_init__(self) -> None:
+        for name, wanted, described in (
+            ("separator", str | None, "one character, or None"),
+            ("encoding", str, "an encoding like 'utf-8' or 'latin-1'"),
+            ("comment", str, "the beginning of lines to ignore"),
+            ("skip", Collection, "the numbers of lines"),
+            ("missing", Collection, "a list of texts that stand for no value"),
+            ("columns", Collection, "a list of names"),
+        ):
+            if not isinstance(given := getattr(self, name), wanted) or (
+                wanted is Collection and isinstance(given, str)
+            ):
+                raise InputError(f"CSV layout: {name}: expected {described}, got {given!r}")
+        for name in ("missing", "columns"):
+            if wrong := [entry for entry in getattr(self, name) if not isinstance(entry, str)]:
+                raise InputError(f"CSV layout: {name}: expected texts, got {wrong[0]!r}")
         if self.decimal not in DECIMAL_MARKS:
             raise InputError(f"CSV layout: expected a point or a comma as decimal mark, got {self.decimal!r}")
         if self.separator is not None and (len(self.separator) != 1 or self.separator in '"\r\n'):
             raise InputError(f"CSV layout: expected one character as separator, got {self.separator!r}")
-        if isinstance(self.missing, str):
-            raise InputError(f"CSV layout: expected a list of texts that stand for no value, got {self.missing!r}")
 
     def is_missing(self, cell: str) -> bool:
         """Whether the cell stands for a missing value."""
@@ -52,6 +71,12 @@ class CsvLayout:
 
 PLAIN = CsvLayout()
 """Decimal points, UTF-8, and the separator found in the header."""
+
+TUM = CsvLayout(" ", columns=("t", "x", "y", "z", "qx", "qy", "qz", "qw"))
+"""Trajectories of the TUM RGB-D benchmark: t in seconds since 1970, position, quaternion; no header."""
+
+KITTI = CsvLayout(" ", columns=("r11", "r12", "r13", "x", "r21", "r22", "r23", "y", "r31", "r32", "r33", "z"))
+"""Poses of the KITTI odometry benchmark: the rows of [R t], one pose a frame; neither header nor stamps."""
 
 
 @dataclass(frozen=True)
@@ -69,17 +94,18 @@ def read_table(path: Path, layout: CsvLayout, names: Collection[str]) -> CsvTabl
     separator, header = _header(path, text, layout, names)
     lines, rows = [], []
     try:
-        for line, row in islice(_records(text, layout, separator), 1, None):
+        for line, row in islice(_records(text, layout, separator), 0 if layout.columns else 1, None):
             if len(row) < len(header) or any(row[len(header) :]):
                 raise InputError(
-                    f"{path}, line {line}: expected {len(header)} cells, as in the header, got {len(row)}: is it whole?"
+                    f"{path}, line {line}: expected {len(header)} cells, as {_named_in(layout)}, got {len(row)}: "
+                    "is it whole?"
                 )
             lines.append(line)
             rows.append(row)
     except _NoCsvError as error:
         raise InputError(f"{path}, {error}") from error
     if not rows:
-        raise InputError(f"{path}: there are no rows below the header")
+        raise InputError(f"{path}: there are no rows{'' if layout.columns else ' below the header'}")
     return CsvTable(header, lines, rows)
 
 
@@ -89,7 +115,8 @@ def _header(path: Path, text: str, layout: CsvLayout, names: Collection[str]) ->
     refused = []
     for separator in SEPARATORS if layout.separator is None else (layout.separator,):
         try:
-            found[separator] = [name.strip() for name in next(_records(text, layout, separator), (0, []))[1]]
+            first = next(_records(text, layout, separator), (0, []))[1]
+            found[separator] = [*layout.columns] if layout.columns and first else [name.strip() for name in first]
         except _NoCsvError as error:
             refused.append(error)  # as when another separator follows a quoted name
     if not found:
@@ -97,15 +124,26 @@ def _header(path: Path, text: str, layout: CsvLayout, names: Collection[str]) ->
     if not any(found.values()):
         raise InputError(f"{path}: expected a header that names the columns, got an empty file")
     separator, header = max(found.items(), key=lambda item: (sum(name in item[1] for name in names), len(item[1])))
+    if layout.columns:  # no header tells the separator: the first row has as many cells
+        separator = max(found, key=lambda separator: len(next(_records(text, layout, separator))[1]))
     for name in names:
         if name not in header:
             listed = ", ".join(map(repr, header))
+            hint = "" if layout.columns or not all(map(_looks_like_a_number, header)) else _NO_HEADER
             raise InputError(
-                f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}"
+                f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}{hint}"
             )
         if header.count(name) > 1:
             raise InputError(f"{path}: expected one column {name!r}, got {header.count(name)}")
     return separator, header
+
+
+def _named_in(layout: CsvLayout) -> str:
+    return "the layout names" if layout.columns else "in the header"
+
+
+def _looks_like_a_number(name: str) -> bool:
+    return name[:1] in set("+-.0123456789")
 
 
 class _NoCsvError(Exception):

@@ -1,20 +1,25 @@
 """Read text files; refuse other files with a sentence that says what they are."""
 
 import codecs
+import gzip
+import zlib
 from pathlib import Path
 
 from trackable.errors import InputError
 from trackable.files import read_bytes
+from trackable.recordings.file_kinds import GZIP, MCAP, refuse_other_kinds
 
 _UTF8 = ("utf-8", "utf-8-sig")
 _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-_MCAP = b"\x89MCAP"
 
 
 def read_text(path: Path, encoding: str) -> str:
-    """Return the whole text without a byte order mark of UTF-8. InputError: unreadable, or not in `encoding`."""
-    data = read_bytes(path)
+    """Return the whole text, without a byte order mark of UTF-8; what is packed with gzip is unpacked.
+
+    InputError: unreadable, or not in `encoding`.
+    """
+    data = _unpacked(path, read_bytes(path))
     try:
         _refuse_no_text(path, data, encoding)
         return data.removeprefix(_UTF8_MARK).decode(encoding)
@@ -25,9 +30,20 @@ def read_text(path: Path, encoding: str) -> str:
         raise InputError(f"{path}: it is not written in {encoding!r} ({error}){hint}") from error
 
 
+def _unpacked(path: Path, data: bytes) -> bytes:
+    """Unpack a gzip file; anything else stays as it is."""
+    if not data.startswith(GZIP):
+        return data
+    try:
+        return gzip.decompress(data)
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(f"{path}: a gzip file that cannot be unpacked ({error}): is it whole?") from error
+
+
 def _refuse_no_text(path: Path, data: bytes, encoding: str) -> None:
-    if data.startswith(_MCAP):
+    if data.startswith(MCAP):
         raise InputError(f"{path}: this is an MCAP file, which read_mcap reads")
+    refuse_other_kinds(path, data)
     if data.startswith(_UTF8_MARK) and codecs.lookup(encoding).name not in _UTF8:
         raise InputError(f"{path}: it begins with the mark of UTF-8, but its encoding is said to be {encoding!r}")
     if _has_nul_bytes(encoding):

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from decimal import Decimal
 
+from trackable.errors import InputError
 from trackable.recordings.clocks import Clock, clock_named
 from trackable.recordings.dates import DateTimes
 from trackable.recordings.decimals import EXACT, NANOSECOND, exact, shown
@@ -49,6 +50,8 @@ class Stamp:
     unit: str | Clock | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.field, str):
+            raise InputError(f"Stamp: field: expected the path of a field, as 'header.stamp', got {self.field!r}")
         if self.unit is not None:
             object.__setattr__(self, "unit", clock_named(self.unit))
 

@@ -20,8 +20,11 @@ from mcap_ros2.decoder import DecoderFactory as Ros2Decoders
 
 from trackable.errors import InputError
 from trackable.files import unreadable
+from trackable.recordings.file_kinds import refuse_no_mcap
 
 Decode = Callable[[bytes], object]
+
+_START = 512  # bytes that tell what kind of file it is
 
 
 @dataclass(frozen=True)
@@ -85,10 +88,14 @@ def _records(path: Path) -> Iterator[McapRecord]:
     """Yield all records in the order of the file, checking its checksums."""
     try:
         with path.open("rb") as file:
+            refuse_no_mcap(path, file.read(_START))
+            file.seek(0)
             size = path.stat().st_size  # no record is longer: a damaged length must not allocate memory
             yield from StreamReader(file, validate_crcs=True, record_size_limit=size).records
     except OSError as error:
         raise unreadable(path, error) from error
+    except InputError:
+        raise
     except Exception as error:  # errors of struct, both compressors, text and memory, beside those of the library
         cut = "it ends too early (if a recorder was cut off, 'mcap recover' of the MCAP project saves what there is)"
         reason = cut if isinstance(error, EndOfFile | struct.error) else _reason(error)

@@ -1,5 +1,6 @@
 """Read recordings from MCAP files."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
@@ -9,11 +10,13 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.errors import InputError
+from trackable.errors import DoubtfulInputWarning, InputError
+from trackable.recordings.chosen import check_mapping, path_given
+from trackable.recordings.clocks import clock_named, first_doubt
 from trackable.recordings.decimals import check_scale, exact, scaled
 from trackable.recordings.from_rows import recording_from_rows
-from trackable.recordings.mcap_files.fields import find, leaves
-from trackable.recordings.mcap_files.message_times import LOG_TIME, MessageTime
+from trackable.recordings.mcap_files.fields import find, label_field, labels, leaves
+from trackable.recordings.mcap_files.message_times import LOG_TIME, MessageTime, Stamp
 from trackable.recordings.mcap_files.messages import Received, read_messages
 from trackable.recordings.origin import Origin, checked_origin
 from trackable.recordings.recording import Recording
@@ -27,9 +30,10 @@ _T = TypeVar("_T")
 class Field:
     """The number at `path` in the messages on `topic`, multiplied by `scale` (1e-3 converts millimetres to metres).
 
-    A path is `pose.position.x` or `joints[2].angle`. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a
+    A path is `pose.position.x`, `joints[2].angle`, or `transforms[child_frame_id=base].transform.translation.x` for the
+    entry of a list that has this name. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a
     `Stamp` in it. `noise_std` is the path of the standard deviation of each sample, in the unit of the message; it is
-    scaled too. InputError: a scale that is zero or not finite.
+    scaled too. InputError: a scale that is zero or not finite, or paths that are no texts.
     """
 
     topic: str
@@ -39,6 +43,13 @@ class Field:
     noise_std: str | None = None
 
     def __post_init__(self) -> None:
+        for what, given in (("topic", self.topic), ("path", self.path), ("noise_std", self.noise_std)):
+            if not isinstance(given, str) and not (what == "noise_std" and given is None):
+                raise InputError(f"Field: {what}: expected a text, got {given!r}")
+        if not isinstance(self.time, MessageTime):
+            raise InputError(
+                f'Field: time: expected LOG_TIME, PUBLISH_TIME or Stamp("header.stamp"), got {self.time!r}'
+            )
         check_scale(f"{self.topic} {self.path}", self.scale)
 
 
@@ -68,9 +79,8 @@ def read_mcap(
         For a file that cannot be read, and for anything wrong in it that no repair mends: names file, topic, message.
 
     """
-    path = Path(path)
-    if not signals:
-        raise InputError(f"{path}: expected at least one signal, got none")
+    path = path_given(path)
+    check_mapping(path, signals, 'a mapping from names to fields, as {"position": Field("/topic", "x")}')
     for name, wanted in signals.items():
         _refuse_no_field(name, wanted)
     chosen, zero = chosen_repairs(repairs), checked_origin(origin)
@@ -108,6 +118,8 @@ def _rows(path: Path, messages: Sequence[Received], topic: str, time: MessageTim
         if column.path is not None and not column.found:
             has = ", ".join(leaves(messages[0].content()))
             raise InputError(f"{path}, {topic}: there is no field {column.path!r}; the first message has {has}")
+    if isinstance(time, Stamp) and time.unit and (question := first_doubt(clock_named(time.unit), stamps.values)):
+        warnings.warn(f"{path}, {topic}: {question}", DoubtfulInputWarning, stacklevel=3)
     return Rows(
         f"{path}, {topic}",
         [f"message {number}" for number in range(1, len(messages) + 1)],
@@ -124,17 +136,31 @@ class _Column(Generic[_T]):
         self.path, self.read = path, read
         self.values: list[_T | None] = []
         self.found = False
+        self.labels: tuple[str, ...] | None = None
 
     def take(self, message: Received, content: object) -> None:
         value = None
         try:
             value = self.read(message, content)
             self.found = True
+            self._refuse_others(message, content)
         except LookupError:
             pass
         except ValueError as error:
             raise InputError(f"{message.place}, field {self.path!r}: {error}") from error
         self.values.append(value)
+
+    def _refuse_others(self, message: Received, content: object) -> None:
+        """Raise InputError where the number in a path means another frame than it did before, as in `/tf`."""
+        if self.path is None or "[" not in self.path:
+            return
+        named = labels(content, self.path)
+        if self.labels is not None and named != self.labels:
+            raise InputError(
+                f"{message.place}, field {self.path!r}: is of {', '.join(named)} here, and was of "
+                f"{', '.join(self.labels)} before; name the one that is meant: {label_field(content, self.path)}"
+            )
+        self.labels = named
 
 
 def _numbers(path: str, scale: float) -> _Column[float]:

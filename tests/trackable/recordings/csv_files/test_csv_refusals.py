@@ -218,7 +218,13 @@ def test_other_reasons_not_to_be_read(path: Path) -> None:
         ({"separator": ", "}, "CSV layout: expected one character as separator, got ', '"),
         ({"separator": '"'}, "CSV layout: expected one character as separator, got '\"'"),
         ({"separator": ""}, "CSV layout: expected one character as separator, got ''"),
-        ({"missing": "LOST"}, "CSV layout: expected a list of texts that stand for no value, got 'LOST'"),
+        ({"missing": "LOST"}, "CSV layout: missing: expected a list of texts that stand for no value, got 'LOST'"),
+        ({"missing": [1]}, "CSV layout: missing: expected texts, got 1"),
+        ({"columns": "t,x"}, "CSV layout: columns: expected a list of names, got 't,x'"),
+        ({"skip": 2}, "CSV layout: skip: expected the numbers of lines, got 2"),
+        ({"skip": "2"}, "CSV layout: skip: expected the numbers of lines, got '2'"),
+        ({"encoding": None}, "CSV layout: encoding: expected an encoding like 'utf-8' or 'latin-1', got None"),
+        ({"separator": [","]}, "CSV layout: separator: expected one character, or None, got [',']"),
     ],
 )
 def test_no_layout(options: dict[str, str], message: str) -> None:

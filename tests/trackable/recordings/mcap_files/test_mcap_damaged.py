@@ -22,7 +22,7 @@ def test_no_file(path: Path) -> None:
     assert refusal(path.parent) == ": expected a file, got a folder"
 
 
-@pytest.mark.parametrize("data", [b"", b"t,x\n0,1\n", b"\x89MCAP0\r\n"])
+@pytest.mark.parametrize("data", [b"", b"\xff\xfe\0", b"\x89MCAP0\r\n"])
 def test_no_mcap(path: Path, data: bytes) -> None:
     path.write_bytes(data)
     assert refusal(path).startswith(": no MCAP file, or damaged: ")
