@@ -11,6 +11,7 @@ import scipy
 from trackable.arguments import is_number, names, numbers
 from trackable.arrays import Array, ArrayLike
 from trackable.systems.flat.flatness import Flatness, flatness
+from trackable.systems.naming import require_names
 
 _ZERO = np.zeros(0)
 
@@ -21,7 +22,8 @@ class LinearSystem:
 
     `states` and `inputs` are names, all different. Left out, c is zero and the names are x1, x2, … and u1, u2, …, or
     `state` and `input` of a system with one of each. Raises ValueError where shapes do not fit, an entry is not finite,
-    names repeat, or the sampling time is not positive; TypeError where entries are no real numbers or no names.
+    names repeat or are no identifiers (`naming`), or the sampling time is not positive; TypeError where entries are no
+    real numbers or no names.
     """
 
     A: Array
@@ -59,6 +61,7 @@ class LinearSystem:
         alone = (n, m) == (1, 1)
         states = names("system: states", self.states) or (("state",) if alone else tuple(f"x{i + 1}" for i in range(n)))
         inputs = names("system: inputs", self.inputs) or (("input",) if alone else tuple(f"u{i + 1}" for i in range(m)))
+        require_names((*states, *inputs))
         if len(states) != n or len(inputs) != m or len({*states, *inputs}) != n + m:
             raise ValueError(f"system: {n} states and {m} inputs need as many different names, got {states}, {inputs}")
         for name, array in (("A", A), ("B", B), ("c", c)):

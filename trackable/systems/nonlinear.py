@@ -19,6 +19,7 @@ from trackable.systems.formulas.expression import Expression, Variable, size_and
 from trackable.systems.formulas.nested_lists import MAX_DEPTH
 from trackable.systems.formulas.tracing import Dynamics, traced
 from trackable.systems.linear import positive_sampling_time
+from trackable.systems.naming import require_names
 
 MAX_SIZE = 1000
 """How many operations, names and numbers one formula may have when it is written out."""
@@ -29,8 +30,8 @@ class Nonlinear:
     """x(k+1) = f(x(k), u(k)) with f(x, u) = f0(x) + G(x) u, one formula `f` for each state, every `sampling_time` [s].
 
     `states` and `inputs` are different names, as many inputs as states, and the variables of the formulas. ValueError:
-    f is not affine in the inputs, G is singular for all states, a formula is too long, or the sampling time is not
-    positive.
+    f is not affine in the inputs, G is singular for all states, a formula is too long, a name is no identifier
+    (`naming`), or the sampling time is not positive.
     """
 
     f: tuple[Expression, ...]
@@ -41,6 +42,7 @@ class Nonlinear:
     def __post_init__(self) -> None:
         object.__setattr__(self, "sampling_time", positive_sampling_time(self.sampling_time))
         n = len(self.states)
+        require_names((*self.states, *self.inputs))
         names = {*self.states, *self.inputs, *self.successors}
         if not n or len(names) != 2 * n + len(self.inputs):
             raise ValueError(

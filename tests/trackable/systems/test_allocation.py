@@ -141,10 +141,10 @@ def test_a_set_that_only_rounding_leaves_open_is_refused():
 
 def test_names_do_not_meet_and_do_not_grow():
     system = LinearSystem(
-        np.array([[0.5]]), np.array([[1.0, 1.0]]), states=("u1+u2",), inputs=("u1", "u2"), sampling_time=0.1
+        np.array([[0.5]]), np.array([[1.0, -1.0]]), states=("u1-u2",), inputs=("u1", "u2"), sampling_time=0.1
     )
     plant = ConstrainedSystem(system, Polytope.box([-3.0], [3.0]), Polytope.box([-1.0, -0.2], [1.0, 0.2]))
-    assert [quantity.name for quantity in plant.quantities] == ["u1+u2", "u1+u2 (2)"]
+    assert [quantity.name for quantity in plant.quantities] == ["u1-u2", "u1-u2 (2)"]
     long = LinearSystem(
         np.array([[0.5]]), np.ones((1, 3)), inputs=tuple("abc"[i] * 60 for i in range(3)), sampling_time=0.1
     )
