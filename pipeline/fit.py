@@ -2,10 +2,8 @@
 
 import time
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
-from tqdm import tqdm
 
 from pipeline.environment.record import environment
 from pipeline.experiments import Experiment
@@ -18,6 +16,7 @@ from trackable.arrays import Array
 from trackable.errors import NoReferenceError
 from trackable.files import write_json, write_text
 from trackable.learning.learned import LearnedReference
+from trackable.progress.bar import progress_bar
 
 _INSTANTS_PER_STEP = 2
 
@@ -44,12 +43,11 @@ def _fits(experiment: Experiment, task: Task) -> tuple[dict[str, Fit], dict[str,
     """Return what each method found, and how long it took [s]."""
     fits: dict[str, Fit] = {}
     seconds: dict[str, float] = {}
-    with tqdm(desc=f"{experiment.name}: fit", unit="fit", disable=None) as bar:
-        for method in experiment.learned_by:
-            bar.set_postfix_str(method.name)
-            begin = time.perf_counter()
-            fits[method.name] = _fit(experiment.name, method, replace(task, on_fit=bar.update))
-            seconds[method.name] = round(time.perf_counter() - begin, 3)
+    for method in experiment.learned_by:
+        begin = time.perf_counter()
+        with progress_bar(f"{experiment.name}: fit {method.name}"):
+            fits[method.name] = _fit(experiment.name, method, task)
+        seconds[method.name] = round(time.perf_counter() - begin, 3)
     return fits, seconds
 
 

@@ -35,7 +35,6 @@ def _learn(reading: Reading, task: Task) -> Fit | Failed:
         reading,
         steps.first_step,
         steps.last_step,
-        on_iteration=lambda k_bar: task.on_fit(),
     )
     if not isinstance(run.outcome, Solution):
         return Failed(run.explanation)

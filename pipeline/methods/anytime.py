@@ -16,7 +16,6 @@ from trackable.learning.problem import Solution
 def unconstrained(task: Task) -> Fit | Failed:
     """Maximise the likelihood, and constrain nothing."""
     found = methods.unconstrained(task.samples, task.prior, task.plant, task.space)
-    task.on_fit()
     if not isinstance(found, Solution):
         return Failed(found.explanation)
     return Fit(found, found.fits)
@@ -29,12 +28,7 @@ def certified_by(learner: Learner) -> Callable[[Task], Fit | Failed]:
 
 def _certified(learner: Learner, task: Task) -> Fit | Failed:
     attempts: list[Attempt] = []
-
-    def on_attempt(attempt: Attempt) -> None:
-        attempts.append(attempt)
-        task.on_fit()
-
-    found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, on_attempt, learner)
+    found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, attempts.append, learner)
     if not isinstance(found, Certified):
         return Failed(found.explanation)
     return Fit(found.solution, found.solution.fits, iterations=_columns(attempts))

@@ -19,7 +19,7 @@ from trackable.systems.reference import Reference
 
 @dataclass(frozen=True)
 class Task:
-    """What a method learns from. The method calls `on_fit` after each fit, for a progress bar."""
+    """What a method learns from."""
 
     samples: tuple[Samples, ...]
     prior: JointPrior
@@ -27,7 +27,6 @@ class Task:
     space: SearchSpace
     goal: Goal
     parameters: Parameters
-    on_fit: Callable[[], object] = lambda: None
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,6 @@ def on_intervals(task: Task, count: int) -> Solution | NoSolution:
 
 
 def _fit(task: Task, found: Solution | NoSolution, iterations: Mapping[str, Array] | None = None) -> Fit | Failed:
-    task.on_fit()
     if not isinstance(found, Solution):
         return Failed(found.explanation)
     return Fit(found, found.fits, iterations=iterations or {})

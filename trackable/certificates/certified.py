@@ -16,6 +16,7 @@ from trackable.learning.constraint import Constraint
 from trackable.learning.learner import HYPERPARAMETERS, Learner
 from trackable.learning.problem import ConstrainedProblem, NoSolution, Pin, Solution
 from trackable.learning.space import SearchSpace
+from trackable.progress.work import done
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
@@ -120,6 +121,7 @@ class _Learning:
             reference = Reference(found.signals, self.plant)
             outcome = goal.prove(reference)
             self.attempts += 1
+            done("fit")
             self.on_attempt(Attempt(backoff, found.objective, isinstance(outcome, Certificate)))
             if isinstance(outcome, Certificate):
                 assert isinstance(first, Solution), "every later fit follows a first one"

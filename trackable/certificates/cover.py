@@ -10,6 +10,7 @@ from trackable.certificates.balls.formulas import UndefinedError
 from trackable.certificates.enclosure import Box, best_radius, enclosure, remainder
 from trackable.certificates.exact import ExactQuantity, ShiftedSignal
 from trackable.certificates.sketch import Sketch
+from trackable.progress.work import done
 
 TERMS = 16
 _MOST_BOXES = 20_000
@@ -57,6 +58,7 @@ def cover(
             try:
                 if enclosure(quantity, box, TERMS).stays_in(lower, upper):
                     proved.append(box)
+                    done("box")
                     continue
             except UndefinedError as undefined:
                 reason = str(undefined)

@@ -13,6 +13,7 @@ from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
 from trackable.learning.constraint import Bounded
 from trackable.learning.space import SearchSpace
+from trackable.progress.work import done
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.quantity import Quantity
 
@@ -66,6 +67,7 @@ class ConstrainedProblem:
         return tuple(q for q in quantities if not q.bounds.strictly_contains(q.at_rest(means)))
 
     def posterior(self, log_theta: Array) -> JointPosterior:
+        done("evaluation")
         return JointPosterior(self.prior.with_log_hyperparameters(log_theta), self.samples)
 
 

@@ -17,6 +17,7 @@ from trackable.learning.published.scalar import growth_rates, state_and_input
 from trackable.learning.published.tail import Tail, tail
 from trackable.learning.search import best_solution, tightened
 from trackable.learning.space import SearchSpace
+from trackable.progress.work import done
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.interval import Interval
 
@@ -119,9 +120,8 @@ def algorithm1(
     reading: Reading,
     first_step: int,
     last_step: int,
-    on_iteration: Callable[[int], object] = lambda k_bar: None,
 ) -> Run:
-    """Run the loop from k̄ = `first_step` to `last_step` at most; `on_iteration` is called with each k̄.
+    """Run the loop from k̄ = `first_step` to `last_step` at most.
 
     Raises ValueError for systems that are not scalar.
     """
@@ -134,7 +134,7 @@ def algorithm1(
             return Run(tuple(iterations), outcome)
         solution = outcome
         iterations.append(_test(plant, reading, k_bar, solution))
-        on_iteration(k_bar)
+        done("fit")
         if iterations[-1].terminates:
             return Run(tuple(iterations), solution)
     return Run(tuple(iterations), None)

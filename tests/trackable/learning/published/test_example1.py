@@ -8,6 +8,7 @@ from tests.trackable.learning.published.example1 import INPUT_SET, PUBLISHED, ST
 from trackable.learning.problem import Solution
 from trackable.learning.published.algorithm1 import SOUND, Run, algorithm1
 from trackable.learning.published.scalar import reachable_tube, successor_set
+from trackable.progress.work import Work, watched
 from trackable.systems.reference import Reference
 
 IDENTIFIED = 5e-7 + 1e-6
@@ -146,11 +147,11 @@ def test_sound_bounds_hold_ever_after(sound):
 
 
 def test_giving_up_says_which_test_failed():
-    heard: list[int] = []
-    run = algorithm1(
-        (example1.SAMPLES,), example1.PRIOR, SYSTEM, example1.SPACE, SOUND, 70, 72, on_iteration=heard.append
-    )
-    assert heard == [70, 71, 72]
+    heard: list[Work] = []
+    with watched(heard.append):
+        run = algorithm1((example1.SAMPLES,), example1.PRIOR, SYSTEM, example1.SPACE, SOUND, 70, 72)
+    assert [iteration.k_bar for iteration in run.iterations] == [70, 71, 72]
+    assert heard.count("fit") == 3
     assert run.outcome is None
     assert run.final_step is None
     assert run.iterations[-1].tail is None
