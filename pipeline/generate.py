@@ -1,5 +1,7 @@
 """Stage 1: where samples come from → the samples that references are learned from, and those held out."""
 
+import warnings
+
 import numpy as np
 
 from pipeline.experiments import Experiment
@@ -8,13 +10,15 @@ from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import write_samples
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
-from trackable.errors import InputError
+from trackable.doubts import doubts
+from trackable.errors import DoubtfulInputWarning, InputError
 from trackable.gp.samples import Samples
 from trackable.learning.problem import ConstrainedProblem
 from trackable.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
 from trackable.systems.sampling import sampled_signals
 
 _SIGNAL = "signal"
+_MISSING = 0.5  # of what is held out: a recording may end earlier, but not much
 
 
 def generate(experiment: Experiment, results: Results) -> None:
@@ -29,6 +33,8 @@ def generate(experiment: Experiment, results: Results) -> None:
         # Raises where the samples are too few for what is to be learned from them.
         ConstrainedProblem(sampled.samples, experiment.learned_prior, experiment.search_space(sampled.samples))
         experiment.check(sampled.samples)
+        for doubt in doubts(experiment.claim, sampled.by_name, experiment.plant):
+            warnings.warn(f"experiment {experiment.name}: {doubt}", DoubtfulInputWarning, stacklevel=1)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: {error}") from error
     times = np.arange(experiment.verification.last_step + 1, dtype=float) * experiment.plant.sampling_time
@@ -58,7 +64,14 @@ def sampled_by(experiment: Experiment) -> Sampled:
 
 def _read_csv(source: CsvColumn, sampling_time: float) -> Signal:
     column = Column(source.value_column, _scale(source), source.noise_column)
-    layout = CsvLayout(source.separator, source.decimal, source.encoding, skip=source.skip, missing=source.missing)
+    layout = CsvLayout(
+        source.separator,
+        source.decimal,
+        source.encoding,
+        skip=source.skip,
+        missing=source.missing,
+        columns=source.columns,
+    )
     counts_steps = source.time_unit == STEPS
     unit = "s" if counts_steps else source.time_unit
     signal = read_csv(source.csv, source.time_column, unit, {_SIGNAL: column}, layout, source.repairs)[_SIGNAL]
@@ -66,12 +79,22 @@ def _read_csv(source: CsvColumn, sampling_time: float) -> Signal:
 
 
 def _read_mcap(source: McapField) -> Signal:
-    field = Field(source.topic, source.field, _scale(source), noise_std=source.noise_field)
+    field = Field(source.topic, source.field, _scale(source), source.time, source.noise_field)
     return read_mcap(source.mcap, {_SIGNAL: field}, source.repairs)[_SIGNAL]
 
 
 def _scale(source: CsvColumn | McapField) -> float:
     return source.excerpt.scale if source.excerpt else 1.0
+
+
+def _refuse_beyond(signal: Signal, wanted: Excerpt) -> None:
+    """Raise InputError where samples are to be held out that the recording does not have."""
+    last, until = float(signal.times[-1]), wanted.end + wanted.held_out
+    if not last > wanted.end or until - last > _MISSING * wanted.held_out:
+        raise InputError(
+            f"excerpt: held_out: expected samples up to {until:g} s, {wanted.held_out:g} s after the end of what is "
+            f"learned from, but the recording ends at {last:g} s"
+        )
 
 
 def _excerpt(signal: Signal, wanted: Excerpt | None) -> tuple[Samples, Samples | None]:
@@ -83,6 +106,7 @@ def _excerpt(signal: Signal, wanted: Excerpt | None) -> tuple[Samples, Samples |
     level = float(np.median(learned.values)) if wanted.level == "median" else wanted.level
     later = None
     if wanted.held_out:
+        _refuse_beyond(signal, wanted)
         following = signal.select(wanted.end, wanted.end + wanted.held_out)
         after = following.times > wanted.end
         later = Samples(following.times[after] - wanted.start, following.values[after] - level)

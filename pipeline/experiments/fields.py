@@ -64,7 +64,7 @@ class PriorFields(Fields):
 class Search(Fields):
     """From how many points the search starts."""
 
-    starts: PositiveInt
+    starts: PositiveInt = 8
 
 
 class Verification(Fields):

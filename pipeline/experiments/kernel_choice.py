@@ -14,7 +14,7 @@ def parse_kernel(written: object) -> Kernel:
     Raises ValueError, naming the field, for an unknown type, field or value.
     """
     if not isinstance(written, dict) or not isinstance(written.get("type"), str):
-        raise ValueError("expected a mapping with a `type`")
+        raise ValueError(f"expected a mapping with a `type`, got {written!r}")
     if written["type"] not in KERNELS:
         raise ValueError(f"type: expected one of {', '.join(KERNELS)}, got {written['type']!r}")
     kernel = KERNELS[written["type"]]
@@ -45,4 +45,5 @@ def _part(name: str, written: object) -> Kernel:
     try:
         return parse_kernel(written)
     except ValueError as error:
-        raise ValueError(f"{name}.{error}") from None
+        of_field = str(error).partition(":")[0].replace(".", "").isidentifier()
+        raise ValueError(f"{name}{'.' if of_field else ': '}{error}") from None

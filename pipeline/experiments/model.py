@@ -63,7 +63,7 @@ class Experiment(Fields):
     shared: Annotated[frozenset[str], BeforeValidator(_names)] = frozenset()
     claim: ClaimField
     methods: Annotated[tuple[str, ...], BeforeValidator(_methods)]
-    search: Search
+    search: Search = Search()
     verification: Verification
     control: Control = Control()
     algorithm1: Algorithm1 | None = None

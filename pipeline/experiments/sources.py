@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, Positive
 from pipeline.experiments.fields import GroundTruthName, ProjectPath, Steps, as_tuple
 from pipeline.storage.yaml_file import Fields
 from trackable.errors import InputError
-from trackable.recordings import CLOCKS, REPAIRS, DateTimes
+from trackable.recordings import CLOCKS, LOG_TIME, PUBLISH_TIME, REPAIRS, DateTimes, MessageTime, Stamp
 from trackable.recordings.csv_files.table import MISSING
 
 STEPS = "steps"
@@ -78,6 +78,22 @@ def _dates(form: str, zone: str = "Z") -> DateTimes:
         raise ValueError(str(error)) from error
 
 
+def _message_time(written: object) -> object:
+    """Read `log`, `publish`, or {field: header.stamp, unit: ...}; no unit: the field has seconds and nanoseconds."""
+    match written:
+        case "log":
+            return LOG_TIME
+        case "publish":
+            return PUBLISH_TIME
+        case {"field": str(field), **rest} if rest.keys() <= {"unit"}:
+            unit = _known_clock(rest["unit"]) if "unit" in rest else None
+            if unit == STEPS:
+                raise ValueError(f"unit: {STEPS} are counted in CSV files only, give one of {', '.join(CLOCKS)}")
+            assert isinstance(unit, str | DateTimes | None)
+            return Stamp(field, unit)
+    raise ValueError("expected log, publish, or {field: header.stamp, unit: ...}")
+
+
 Repairs = Annotated[tuple[str, ...], BeforeValidator(_known_repairs)]
 
 
@@ -85,18 +101,20 @@ class CsvColumn(Fields):
     """A column of a CSV file over its time column; see trackable.recordings.read_csv. `repairs` follow their order.
 
     `time_unit` is a unit, `steps` where stamps count sampling steps, or the `date_format` (and `zone`) of the stamps.
-    The lines `skip` are left out; the cells `missing` have no value. Without an `excerpt` references are learned from
-    all samples. Where the `ground_truth` is known, errors are computed.
+    A `time_column` of null counts rows from 0, and `columns` name those of a file without a header. The lines `skip`
+    are left out; the cells `missing` have no value. Without an `excerpt` references are learned from all samples.
+    Where the `ground_truth` is known, errors are computed.
     """
 
     csv: ProjectPath
-    time_column: str
+    time_column: str | None
     time_unit: Annotated[str | DateTimes, BeforeValidator(_known_clock)]
     value_column: str
     noise_column: str | None = None
     separator: str | None = None
     decimal: Literal[".", ","] = "."
     encoding: str = "utf-8"
+    columns: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] = ()
     skip: Annotated[tuple[PositiveInt, ...], BeforeValidator(as_tuple)] = ()
     missing: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] = MISSING
     repairs: Repairs = ()
@@ -110,11 +128,12 @@ class CsvColumn(Fields):
 
 
 class McapField(Fields):
-    """A field of the messages on a topic of an MCAP file, over their log time; see trackable.recordings.read_mcap."""
+    """A field of the messages on a topic of an MCAP file, over their `time`; see trackable.recordings.read_mcap."""
 
     mcap: ProjectPath
     topic: str
     field: str
+    time: Annotated[MessageTime, BeforeValidator(_message_time)] = LOG_TIME
     noise_field: str | None = None
     repairs: Repairs = ()
     excerpt: Excerpt | None = None

@@ -58,6 +58,10 @@ def _complaint(error: ErrorDetails) -> str:
             return "is not a known field"
         case "value_error":
             expected = error["msg"].removeprefix("Value error, ")
+        case "model_type" | "model_attributes_type" | "dict_type":
+            expected = "expected a mapping"
+        case "tuple_type":
+            expected = "expected a list"
         case _:
             expected = error["msg"].replace("Input should be", "expected")
     said_all = isinstance(error["input"], dict) or not error["loc"] or "got" in expected

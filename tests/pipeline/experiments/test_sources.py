@@ -1,0 +1,73 @@
+"""Sources of samples as params.yaml writes them: files without a header, stamps of messages, what is held out."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.experiments import load_experiment
+from pipeline.generate import generate, sampled_by
+from pipeline.storage.results import Results
+from tests.pipeline.params import changed, written_to
+from tests.trackable.recordings.mcap_files.writers import START, TOPIC, write_plain
+from trackable import DoubtfulInputWarning
+from trackable.errors import InputError
+
+LEVEL = """mcap: data/recordings/tank.mcap
+        topic: /tank/level
+        field: level
+        excerpt: {start: 0.0, end: 240.0, held_out: 60.0}"""
+FROM = "samples_from: data/recordings/tank.mcap"
+
+
+def written(folder: Path, source: str, *others: tuple[str, str]) -> Path:
+    return written_to(folder, changed("tank", (FROM, f"samples_from: {folder}"), (LEVEL, source), *others))
+
+
+def times_of(path: Path) -> list[float]:
+    return sampled_by(load_experiment("tank", path)).samples[0].times.tolist()
+
+
+def test_a_search_has_a_default(tmp_path: Path) -> None:
+    path = written_to(tmp_path, changed("tank", ("    search: {starts: 8}\n", "")))
+    assert load_experiment("tank", path).search.starts == 8
+    assert load_experiment("tank", written_to(tmp_path, changed("tank", ("{starts: 8}", "{}")))).search.starts == 8
+
+
+def test_a_file_without_a_header(tmp_path: Path) -> None:
+    (tmp_path / "tum.txt").write_text("".join(f"{1305031102 + 0.5 * k} {1 + k / 10} 0\n" for k in range(4)))
+    csv = f"csv: {tmp_path}/tum.txt\n        separator: ' '\n        value_column: x\n        columns: [t, x, y]\n"
+    stamped = written(tmp_path, f"{csv}        time_column: t\n        time_unit: epoch s")
+    assert times_of(stamped) == [0.0, 0.5, 1.0, 1.5]
+    counted = written(tmp_path, f"{csv}        time_column: null\n        time_unit: steps")
+    assert times_of(counted) == [0.0, 5.0, 10.0, 15.0]
+
+
+def test_stamps_of_messages(tmp_path: Path) -> None:
+    """Log times, publish times and stamps of the writer's messages differ, each by its own way."""
+    stamps = [START + 10**9 * k * (k + 1) for k in range(4)]
+    messages = [{"level": 1.0, "header": {"stamp": {"sec": s // 10**9, "nanosec": s % 10**9}}, "ms": s // 10**6}
+                for s in stamps]  # fmt: skip
+    write_plain(tmp_path / "some.mcap", [json.dumps(message).encode() for message in messages])
+    mcap = f"mcap: {tmp_path}/some.mcap\n        topic: {TOPIC}\n        field: level\n        time: "
+    by = {time: times_of(written(tmp_path, mcap + time))
+          for time in ("log", "publish", "{field: header.stamp}", "{field: ms, unit: epoch ms}")}  # fmt: skip
+    np.testing.assert_allclose(by["{field: header.stamp}"], [0, 2, 6, 12])
+    np.testing.assert_allclose(by["{field: ms, unit: epoch ms}"], [0, 2, 6, 12])
+    assert by["log"] != by["{field: header.stamp}"]
+    assert times_of(written(tmp_path, mcap.removesuffix("\n        time: "))) == by["log"]
+
+
+def test_what_is_held_out_has_to_be_there(tmp_path: Path) -> None:
+    for held_out in ("held_out: 100.0", "held_out: 1e6"):
+        path = written_to(tmp_path, changed("tank", ("held_out: 60.0", held_out)))
+        with pytest.raises(InputError, match=re.escape("excerpt: held_out: expected samples up to ")):
+            sampled_by(load_experiment("tank", path))
+
+
+def test_doubts_are_told_when_samples_are_made(tmp_path: Path) -> None:
+    path = written_to(tmp_path, changed("tank", ("claim: all_times", "claim: {window: [5000.0, 6000.0]}")))
+    with pytest.warns(DoubtfulInputWarning, match="experiment tank: claim: the window from 5000 s to 6000 s is"):
+        generate(load_experiment("tank", path), Results("tank", tmp_path))
