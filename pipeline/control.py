@@ -29,12 +29,22 @@ INTERPOLATED = "interpolated"
 
 
 def control(experiment: Experiment, results: Results) -> None:
-    """Write the closed loops on every reference, and their metrics. Raises InputError where no controller exists."""
+    """Write the closed loops on every reference, and their metrics.
+
+    They run at steps for which the certified reference is proved. Raises InputError where no controller exists, or
+    where a window is too short for one.
+    """
     fitted, wanted, plant = read_fit(results), experiment.control, experiment.plant
     try:
         controller = scaled_controller(plant, wanted.horizon, wanted.input_weight)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: control: {error}") from error
+    steps = experiment.loop_steps
+    if not steps:
+        raise InputError(
+            f"experiment {experiment.name}: control: the window that is proved must be longer than the horizon, "
+            f"{wanted.horizon} steps, got {experiment.claim}"
+        )
     references = references_of(fitted)
     metrics: dict[str, object] = {"horizon": wanted.horizon}
     courses: dict[str, dict[str, LoopTrajectory]] = {}
@@ -42,11 +52,13 @@ def control(experiment: Experiment, results: Results) -> None:
     for name, reference in references.items():
         courses[name], found = {}, {}
         for start, loop, taken in _loops(experiment, controller, references[JOINT.name], reference, name):
-            courses[name][start], found[start] = LoopTrajectory.of(loop).until(wanted.logged), loop_metrics(loop, plant)
+            courses[name][start] = LoopTrajectory.of(loop).until(steps.start + wanted.logged)
+            found[start] = loop_metrics(loop, plant)
             seconds[f"{name}, {start}: seconds per step"] = round(taken / max(1, len(loop.inputs)), 7)
-        metrics[name] = {"first_untrackable_step": first_untrackable_step(reference, plant, wanted.steps), **found}
+        metrics[name] = {"first_untrackable_step": first_untrackable_step(reference, plant, steps), **found}
     online = relearn(experiment, fitted.sampled, controller)
-    feasible = feasible_over_time(controller, references[JOINT.name], wanted.horizons, wanted.shown)
+    shown = range(steps.start, min(steps.start + wanted.shown, steps[-1]) + 1)
+    feasible = feasible_over_time(controller, references[JOINT.name], wanted.horizons, shown)
     closed = ClosedLoops(courses, feasible)
     if online:
         metrics["online"] = {**loop_metrics(online.loop, plant), "offers": online.records}
@@ -76,11 +88,18 @@ def _loops(
 
     The initial state `on` lies on `reference`; the others are those of the certified reference.
     """
-    wanted = experiment.control
-    states = initial_states(controller, certified) | {ON: reference.window(0, 1).states[0]}
+    steps, patience = experiment.loop_steps, experiment.control.patience
+    states = initial_states(controller, certified, steps.start) | {ON: reference.window(steps.start, 1).states[0]}
     for start, state in tqdm(states.items(), desc=f"{experiment.name}: {name}", disable=None):
         begin = time.perf_counter()
-        loop = simulate(controller, reference, state, wanted.steps, on_infeasible=apply_fallback_for(wanted.patience))
+        loop = simulate(
+            controller,
+            reference,
+            state,
+            len(steps),
+            first_step=steps.start,
+            on_infeasible=apply_fallback_for(patience),
+        )
         yield start, loop, time.perf_counter() - begin
 
 

@@ -16,7 +16,8 @@ def drawings(experiment: Experiment, results: Results) -> dict[str, Callable[[],
     """Return the figures by name, each drawn when it is called. Raises as `read_loops`."""
     plant, wanted = experiment.plant, experiment.control
     closed = read_loops(results, plant)
-    courses, shown = closed.courses, min(wanted.shown, wanted.logged, wanted.steps)
+    courses, steps = closed.courses, experiment.loop_steps
+    shown = steps.start + min(wanted.shown, wanted.logged, len(steps))
     by_name: dict[str, Callable[[], Figure]] = {
         "closed-loop": lambda: plots.closed_loop(courses, plant, shown),
         "cost": lambda: plots.costs(courses, plant, shown),

@@ -1,5 +1,6 @@
 """The one form of an experiment, and what its fields mean to mathematics."""
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated
 
@@ -20,6 +21,8 @@ from trackable.learning.prior import prior_for
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sampling import stencils_by_name
+
+_HAIR = 1e-9  # steps: the ends of a window are rounded
 
 
 def _by_name(written: object) -> object:
@@ -171,6 +174,15 @@ class Experiment(Fields):
         parameters = Parameters(algorithm1=self.algorithm1, periodic=self.periodic)
         space, goal = self.search_space(samples), self.goal(samples)
         return Task(samples, self.learned_prior, self.plant, space, goal, parameters)
+
+    @property
+    def loop_steps(self) -> range:
+        """The steps of closed loops: from 0 on, or those whose horizons lie in the window that is proved."""
+        if not isinstance(self.claim, tuple):
+            return range(self.control.steps)
+        first, last = (t / self.plant.sampling_time for t in self.claim)
+        start = max(math.ceil(first - _HAIR), 0)
+        return range(start, min(start + self.control.steps, math.floor(last + _HAIR) - self.control.horizon))
 
     def check(self, samples: tuple[Samples, ...]) -> None:
         """Raise ValueError where steps do not last the longest period that may be learned from these samples."""

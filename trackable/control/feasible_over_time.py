@@ -12,12 +12,12 @@ _INSTANTS = 80
 
 
 def feasible_over_time(
-    controller: Controller, reference: TrackedReference, horizons: tuple[int, ...], steps: int
+    controller: Controller, reference: TrackedReference, horizons: tuple[int, ...], steps: range
 ) -> dict[int, dict[str, Array]]:
     """Return the columns of the feasible set for each horizon; nothing for nonlinear systems and three states or more.
 
-    For one state the columns are `step`, `lower` and `upper`, at up to 81 of the first `steps` steps. For two they are
-    `step`, which is 0, and the corners under the names of the states. Horizons too short for the system are left out.
+    For one state the columns are `step`, `lower` and `upper`, at up to 81 of the `steps`. For two they are `step`, the
+    first of them, and the corners under the names of the states. Horizons too short for the system are left out.
     """
     system = controller.plant.system
     if not isinstance(system, LinearSystem) or len(system.states) > 2:
@@ -25,15 +25,15 @@ def feasible_over_time(
     fewest = shortest_horizon(controller.plant)
     with_horizon = {N: Controller(controller.plant, N, controller.Q, controller.R) for N in horizons if fewest <= N}
     if len(system.states) == 2:
-        return {N: _corners(at_horizon, reference) for N, at_horizon in with_horizon.items()}
-    instants = np.unique(np.linspace(0, steps, _INSTANTS + 1).round().astype(int)).tolist()
+        return {N: _corners(at_horizon, reference, steps.start) for N, at_horizon in with_horizon.items()}
+    instants = np.unique(np.linspace(steps.start, steps[-1], _INSTANTS + 1).round().astype(int)).tolist()
     return {N: _intervals(at_horizon, reference, instants) for N, at_horizon in with_horizon.items()}
 
 
-def _corners(controller: Controller, reference: TrackedReference) -> dict[str, Array]:
-    corners = feasible_set(controller, reference, 0)
+def _corners(controller: Controller, reference: TrackedReference, step: int) -> dict[str, Array]:
+    corners = feasible_set(controller, reference, step)
     names = controller.plant.system.states
-    return {"step": np.zeros(len(corners)), **{name: corners[:, i] for i, name in enumerate(names)}}
+    return {"step": np.full(len(corners), float(step)), **{name: corners[:, i] for i, name in enumerate(names)}}
 
 
 def _intervals(controller: Controller, reference: TrackedReference, steps: list[int]) -> dict[str, Array]:

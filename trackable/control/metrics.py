@@ -33,12 +33,12 @@ def loop_metrics(loop: ClosedLoop, plant: ConstrainedSystem) -> dict[str, float 
     return found
 
 
-def first_untrackable_step(reference: TrackedReference, plant: ConstrainedSystem, steps: int) -> int | None:
-    """Return the first of the steps 0 … `steps` − 1 at which the state or the input of a reference is outside its set;
-    None where there is no such step."""
-    window = reference.window(0, steps)
+def first_untrackable_step(reference: TrackedReference, plant: ConstrainedSystem, steps: range) -> int | None:
+    """Return the first of the `steps` at which the state or the input of a reference is outside its set; None where
+    there is no such step."""
+    window = reference.window(steps.start, len(steps))
     outside = (plant.state_set.margin(window.states[:-1]) < 0) | (plant.input_set.margin(window.inputs) < 0)
-    return int(np.argmax(outside)) if np.any(outside) else None
+    return steps[int(np.argmax(outside))] if np.any(outside) else None
 
 
 def _smallest(margins: Array) -> float | None:

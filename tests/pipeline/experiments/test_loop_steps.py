@@ -1,0 +1,75 @@
+"""Closed loops run where the certified reference is proved, and nowhere else."""
+
+from pathlib import Path
+
+import pytest
+
+from pipeline.control import control
+from pipeline.experiments import Experiment, load_experiment
+from pipeline.storage.archive import Fitted, write_fit
+from pipeline.storage.loops import read_loops
+from pipeline.storage.results import Results
+from pipeline.storage.sampled import Sampled
+from tests.pipeline.params import changed, written_to
+from trackable.errors import InputError
+from trackable.learning.learned import LearnedReference
+from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.search import best_solution
+
+CONTROL = """    control:
+      steps: 10000
+      online:
+        first: 20
+        window: 6
+        every: 10
+        stream: {steps: {first: 70, last: 120, every: 10}, noise_std: 0.02, seed: 7}
+"""
+
+
+def with_claim(folder: Path, claim: str, steps: int = 40) -> Experiment:
+    """Return Example 1, whose sampling time is 0.01 s, with another claim and a horizon of 20 steps."""
+    shorter = f"    control: {{steps: {steps}, logged: 30, shown: 10, horizons: [2]}}\n"
+    text = changed("example1", ("claim: all_times", f"claim: {claim}"), (CONTROL, shorter))
+    return load_experiment("example1", written_to(folder, text))
+
+
+CLAIMS = {
+    "all_times": range(40),
+    "{window: [0.0, 10.0]}": range(40),
+    "{window: [0.0, 0.5]}": range(30),
+    "{window: [0.1, 0.5]}": range(10, 30),
+    "{window: [0.105, 0.5]}": range(11, 30),
+    "{window: [-1.0, 0.5]}": range(30),
+    "{window: [0.0, 0.1]}": range(0),
+}
+
+
+@pytest.mark.parametrize("claim", CLAIMS)
+def test_loops_stay_in_the_window(claim: str, tmp_path: Path) -> None:
+    experiment = with_claim(tmp_path, claim)
+    assert [*experiment.loop_steps] == [*CLAIMS[claim]]
+    if isinstance(experiment.claim, tuple) and experiment.loop_steps:
+        last = experiment.loop_steps[-1] + experiment.control.horizon
+        assert last * experiment.plant.sampling_time <= experiment.claim[1]
+
+
+def test_the_control_stage_begins_and_ends_with_the_window(example1, tmp_path: Path) -> None:
+    experiment, results = with_claim(tmp_path, "{window: [0.1, 0.4]}"), Results("example1", tmp_path)
+    free = best_solution(
+        ConstrainedProblem(example1.learning.samples, example1.learning.prior, example1.learning.space)
+    )
+    assert isinstance(free, Solution)
+    learned = {
+        name: LearnedReference.of(name, solution, experiment.plant)
+        for name, solution in (("unconstrained", free), ("joint", example1.learned.solution))
+    }
+    write_fit(
+        results, Fitted(Sampled(("state",), example1.learning.samples), learned, {}), example1.learning.samples[0].times
+    )
+    control(experiment, results)
+    for by_state in read_loops(results, experiment.plant).courses.values():
+        for course in by_state.values():
+            assert course.steps[0] == 10
+            assert course.steps[-1] <= 20
+    with pytest.raises(InputError, match="the window that is proved must be longer than the horizon, 20 steps"):
+        control(with_claim(tmp_path, "{window: [0.0, 0.1]}"), results)
