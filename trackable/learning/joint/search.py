@@ -1,6 +1,10 @@
-"""Search for hyperparameters and function together: local minima of J(θ) = l(θ) + D(θ) from given starts."""
+"""Search for hyperparameters and function together: local minima of J(θ) = l(θ) + D(θ) from given starts.
 
-from dataclasses import dataclass
+A program with few places is a relaxation. Its minimiser may be far from any minimum of J: a step is taken only if it
+makes J smaller, at all times; otherwise the places that it has shown stay, and the next step is shorter.
+"""
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,17 +14,19 @@ from trackable.gp.signal import KernelSum
 from trackable.learning import sqp
 from trackable.learning.joint.bent import bent_mean
 from trackable.learning.joint.places import Places
-from trackable.learning.joint.settle import Settled, is_same, merged, no_places, same_time, settled
+from trackable.learning.joint.settle import Settled, merged, no_places, same_time, settled
 from trackable.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 30
 _SAME_VALUE = 1e-9
 _PRECISION = 1e-11  # of J: the covariances of rows are not more precise
-_SAME_THETA = 1e-7  # of ln θ
 _NEARBY = 0.1
-# A function that breaks bounds by less, as a part of their width, is one whose evaluation is rounded: a larger
-# back-off will mend it, and no other start.
+_SHORTER, _SHORTEST = 4.0, 1e-3  # steps in ln θ
+# Functions on the way to a minimum may break their bounds by this part of the width. So may one whose evaluation is
+# rounded: a larger back-off will mend it, and no other start.
 _ALMOST = 1e-3
+_ROUGH = 1e-6
+_COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-8  # of 1 + |J|
 
 
 @dataclass(frozen=True)
@@ -31,9 +37,10 @@ class JointProgram:
     places: Places
     near: tuple[KernelSum, ...]
 
-    def minimise(self, start: Array, curvature: Array | None) -> sqp.Minimum | None:
-        """Return a local minimum from `start`; None where J has no value there."""
-        lower, upper = self.problem.space.log_lower, self.problem.space.log_upper
+    def minimise(self, start: Array, curvature: Array | None, reach: float = np.inf) -> sqp.Minimum | None:
+        """Return a local minimum within `reach` of `start` in each ln θ; None where J has no value there."""
+        space = self.problem.space
+        lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
         return sqp.minimise(self.evaluate, start, lower, upper, _NEARBY, curvature, _PRECISION)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
@@ -66,7 +73,26 @@ class Point:
     @property
     def is_solution(self) -> bool:
         """Whether the function keeps its bounds, up to what a back-off mends."""
-        return not self.function.bent.contradicts and self.function.margin > -_ALMOST
+        return not self.function.bent.contradicts and self.function.margin >= -_ALMOST
+
+    @property
+    def ceiling(self) -> float:
+        """J from which on another point is worse."""
+        return self.objective if self.is_solution else np.inf
+
+
+@dataclass(frozen=True)
+class _Path:
+    """The last point of a descent, the places met so far, the curvature of J, and how far the next step may `reach`."""
+
+    point: Point
+    places: Places
+    curvature: Array | None = None
+    reach: float = np.inf
+
+    def met(self, point: Point) -> Places:
+        """Return the places with those of a point."""
+        return merged(self.places, point.function.places, same_time(self.point.function.bent.signals))
 
 
 @dataclass
@@ -82,54 +108,77 @@ class JointSearch:
     fits: int = 0
 
     def follow(self, start: Array, places: Places | None = None, near: tuple[KernelSum, ...] | None = None) -> None:
-        """Minimise J with bounds at the places met so far; settle the function at all times; repeat.
+        """Minimise J from a start: first with functions that almost keep their bounds, then with solutions."""
+        point = self._at(start, no_places(self.problem) if places is None else places, near, _ALMOST)
+        if point is None:
+            return
+        path = self._descended(_Path(point, point.function.places), _ALMOST, _COARSE_GAIN)
+        coarse = path.point
+        if not coarse.is_solution or self._is_no_better(coarse.objective):
+            return
+        fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.bent.signals, 0.0)
+        if fine is not None and fine.function.margin > -_ROUGH:
+            again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
+            fine = self._descended(again, 0.0, _FINE_GAIN).point
+        found = fine if fine is not None and fine.is_solution else coarse
+        if not self._is_no_better(found.objective):
+            self.best = found
 
-        Each program is a relaxation with more places than the last one. A relaxation that is no better than the best
-        point ends the search; so does one that leaves θ and the places as they were, and a second contradiction: more
-        places do not resolve it, and θ has just moved.
+    def _descended(self, path: "_Path", tolerance: float, least_gain: float) -> "_Path":
+        """Take steps in θ while they make J smaller by more than `least_gain`, a part of 1 + |J|.
+
+        From a contradiction one step goes to the minimiser of the relaxation. If it is met there too, more places do
+        not resolve it, and the search is given up; so it is where no function is found.
         """
-        met = no_places(self.problem) if places is None else places
-        point, curvature = self._at(start, met, near), None
         for _ in range(_MAX_ROUNDS):
-            if point is None:
-                return
+            point = path.point
+            if not (point.is_solution or point.function.bent.contradicts):
+                break
             signals = point.function.bent.signals
-            met = self._met(met, point)
-            found = JointProgram(self.problem, met, signals).minimise(point.log_theta, curvature)
+            program = JointProgram(self.problem, path.met(point), signals)
+            found = program.minimise(point.log_theta, path.curvature, path.reach)
             self.fits += 1
-            if found is None or self._is_no_better(found.at.value):
-                return
-            curvature, before = found.curvature, point
-            point = self._at(found.x, met, signals)
-            if point is None or (before.function.bent.contradicts and point.function.bent.contradicts):
-                return
-            if _is_same(point, before) and is_same(met, self._met(met, point)):
-                return
+            if found is None or self._is_known(found.at.value, path, least_gain):
+                break
+            there = self._at(found.x, program.places, signals, tolerance, point.ceiling)
+            if there is None:
+                break
+            if there.is_solution and there.objective < point.ceiling:
+                path = _Path(there, path.met(there), found.curvature, 2 * path.reach)
+            elif point.is_solution:
+                reach = float(np.max(np.abs(found.x - point.log_theta))) / _SHORTER
+                path = _Path(point, path.met(there), found.curvature, reach)
+            else:
+                break
+        return path
 
-    def _met(self, places: Places, point: Point) -> Places:
-        """Return the places with those of the point."""
-        return merged(places, point.function.places, same_time(point.function.bent.signals))
+    def _is_known(self, value: float, path: "_Path", least_gain: float) -> bool:
+        """Whether a relaxation with this value promises too little, or nothing better than the best point."""
+        gain = least_gain * (1 + abs(value))
+        nothing = value >= path.point.ceiling - gain or path.reach < _SHORTEST
+        return nothing or (np.isinf(path.reach) and self._is_no_better(value))
 
-    def _at(self, log_theta: Array, places: Places, near: tuple[KernelSum, ...] | None) -> Point | None:
-        """Return the point at ln θ, and remember it; None where it cannot be evaluated."""
+    def _at(
+        self,
+        log_theta: Array,
+        places: Places,
+        near: tuple[KernelSum, ...] | None,
+        tolerance: float,
+        ceiling: float = np.inf,
+    ) -> Point | None:
+        """Return the point at ln θ, up to where J exceeds the ceiling; None where it cannot be evaluated."""
         posterior = self.problem.posterior(log_theta)
         try:
             nlml, _ = posterior.negative_log_marginal_likelihood()
-            function = settled(self.problem, posterior, places, near)
+            function = settled(self.problem, posterior, places, near, tolerance, ceiling - nlml)
         except IllConditioned:
             return None
         if function is None:
             return None
         point = Point(log_theta, nlml, function)
-        if point.is_solution and (self.best is None or point.objective < self.best.objective):
-            self.best = point
         if self.closest is None or function.margin > self.closest.function.margin:
             self.closest = point
         return point
 
     def _is_no_better(self, value: float) -> bool:
         return self.best is not None and value >= self.best.objective - _SAME_VALUE * (1 + abs(self.best.objective))
-
-
-def _is_same(one: Point, other: Point) -> bool:
-    return bool(np.max(np.abs(one.log_theta - other.log_theta), initial=0.0) <= _SAME_THETA)

@@ -13,6 +13,7 @@ from trackable.learning.joint.places import LOWER, UPPER, Places
 from trackable.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 40
+_MOST_PLACES = 500  # rough functions touch a bound at ever more times: what is left is a larger back-off's task
 _CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
 _SAME_TIME = 3e-4  # of a correlation time: between closer places a bound cannot be broken by much
 _NO_GAIN = 1e-9  # of the price: what is broken then is not worth another program
@@ -42,10 +43,14 @@ def settled(
     posterior: JointPosterior,
     places: Places,
     near: tuple[KernelSum, ...] | None = None,
+    tolerance: float = 0.0,
+    ceiling: float = np.inf,
 ) -> Settled | None:
     """Return the function that keeps all bounds at all times of their index sets, or the last one of the exchange.
 
-    None where it cannot be computed (formulas that lead nowhere). Raises IllConditioned.
+    The exchange ends where bounds are broken by no more than `tolerance`, a part of their width, and where the price
+    exceeds the `ceiling`: more places would only make it larger. None where the function cannot be computed (formulas
+    that lead nowhere). Raises IllConditioned.
     """
     best: Settled | None = None
     price = -np.inf
@@ -62,9 +67,9 @@ def settled(
         met = merged(kept, tuple(close), same_time(bent.signals))
         best = Settled(bent, met, margin, constraint, time, count)
         gain, price = bent.price - price, bent.price
-        if best.keeps_bounds or bent.contradicts or is_same(met, places):
+        if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
             return best
-        if 0 <= gain <= _NO_GAIN * price:
+        if 0 <= gain <= _NO_GAIN * price or sum(map(len, met)) > _MOST_PLACES:
             return best
         places = met
         near = bent.signals
