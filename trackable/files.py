@@ -1,5 +1,6 @@
 """What reaches the disk: whole files or none, and JSON that is strict in both directions."""
 
+import errno
 import json
 import os
 from pathlib import Path
@@ -22,8 +23,12 @@ def write_atomically(path: Path, data: bytes) -> None:
 
     The bytes go to a hidden neighbour first, which then takes the name. A failure removes the neighbour; a kill leaves
     it behind, as `.<name>.<random>.tmp`, and what was at `path` before is still there. A link at `path` is replaced,
-    not followed: a file that a cache shares is never written through. Raises OSError.
+    not followed: a file that a cache shares is never written through. Raises OSError, with the path that was given.
     """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "expected the name of a file, got a folder", str(path))
+    if path.parent.exists() and not path.parent.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, "expected a folder, got a file", str(path.parent))
     path.parent.mkdir(parents=True, exist_ok=True)
     neighbour = path.with_name(f".{path.name}.{token_hex(4)}.tmp")
     try:

@@ -1,6 +1,5 @@
 """A learned reference with its proof, as programs and notebooks hold it, and as a file."""
 
-import operator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -8,13 +7,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from trackable.arguments import numbers, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.rounding.references import LATEST
 from trackable.errors import NoReferenceError
 from trackable.explanation import costs, distances, ignored
-from trackable.files import write_json
+from trackable.files import path_of, write_json
 from trackable.fit import Fit
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
@@ -104,9 +104,9 @@ class TrackableReference:
         ValueError for steps outside of what is proved or a horizon below one step, TypeError for one that is no whole
         number.
         """
-        if operator.index(horizon) < 1:
+        if whole("window: horizon", horizon) < 1:
             raise ValueError(f"window: a horizon of one step at least is needed, got {horizon}")
-        self._refuse_unproved(np.array([k, k + horizon]))
+        self._refuse_unproved(np.array([whole("window: k", k), k + horizon]))
         return self.reference.window(k, horizon)
 
     def state_std(self, k: Array | int) -> Array:
@@ -132,6 +132,7 @@ class TrackableReference:
         where the bounds leave nothing to draw.
         """
         self._refuse_unproved(k)
+        whole("draws: count", count, least=1)
         also = bounded_steps(self.reference, self.samples, self.certificate.claim.span)
         return draws_within_bounds(self.reference, self.fit.posterior, k, also, count, seed)
 
@@ -168,6 +169,7 @@ class TrackableReference:
         return "; ".join(filter(None, said))
 
     def _refuse_unproved(self, k: Array | int) -> None:
+        numbers("steps", k)
         (first, last), t, until = self.certificate.claim.span, self._times(k), self.certificate.evaluated_until
         hair = 1e-12 * np.abs(t)
         claim = f"outside of what is proved, {self.certificate.claim}"
@@ -190,7 +192,7 @@ class TrackableReference:
 
     def save(self, path: Path | str) -> None:
         """Write everything as JSON, losslessly and atomically. Raises OSError."""
-        SavedReference.of(self.fit, self.certificate).write(Path(path))
+        SavedReference.of(self.fit, self.certificate).write(path_of("save", path))
 
     @classmethod
     def load(cls, path: Path | str) -> Self:
@@ -199,7 +201,7 @@ class TrackableReference:
         Raises InputError where the file cannot be read or holds a certificate, CodecError where it is not what `save`
         wrote, and NotTrackableError where it holds a reference that cannot be proved to keep its bounds.
         """
-        saved = SavedReference.read(Path(path))
+        saved = SavedReference.read(path_of("load", path))
         found = saved.proofs()
         if not isinstance(found, tuple):
             raise NotTrackableError(found)
@@ -212,7 +214,7 @@ class TrackableReference:
         """
         from trackable.codec.certificates import encode_certificate  # noqa: PLC0415  loaded for files only
 
-        path = Path(path)
+        path = path_of("save_certificate", path)
         beside = [path.with_suffix(f".at{i + 1}{path.suffix}") for i in range(len(self.pin_certificates))]
         for file, certificate in zip((path, *beside), (self.certificate, *self.pin_certificates), strict=True):
             write_json(file, encode_certificate(certificate))

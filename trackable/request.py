@@ -12,6 +12,7 @@ from trackable.gp.kernels.base import Kernel
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.quantity import Quantity
 from trackable.systems.sampling import default_sample
 
 T = TypeVar("T")
@@ -71,11 +72,20 @@ def checked_goal(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, 
     means = [part.mean for part in prior.parts]
     for quantity in () if isinstance(claim, tuple) else plant.quantities:
         if not quantity.bounds.strictly_contains(level := quantity.at_rest(means)):
-            raise ValueError(
-                f"mean: must be an admissible equilibrium, but at rest there the {quantity.name} is {level:.4g}, not "
-                f"inside {quantity.bounds}: fading samples could not be followed for ever"
-            )
+            raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {_placed(quantity, level)}")
     return goal
+
+
+def _placed(quantity: Quantity, level: float) -> str:
+    """Say where a quantity at rest lies: on a bound of it, or outside of them."""
+    at, bounds = f"the {quantity.name} is {quantity.bounds.shown(level)}", quantity.bounds
+    if level in {bounds.lower, bounds.upper}:
+        return (
+            f"{at}, on a bound of {bounds}: a reference that fades to it has in the end no margin, and rounding alone "
+            "needs one; widen this bound, move the mean inside (by very little with PiecewisePolynomial2 or 3, which "
+            "come to rest), or claim a window (start, end)"
+        )
+    return f"{at}, not inside {bounds}: fading samples could not be followed for ever"
 
 
 def _prior(name: str, kernel: object, noise_std: float | tuple[float, float] | None, mean: float) -> Prior:

@@ -15,7 +15,7 @@ from trackable.fit import Fit
 
 @dataclass(frozen=True, eq=False)
 class SavedReference:
-    """A file's content: `proved_from` and `proved_until` [s] for a window only."""
+    """A file's content: `proved_from` and `proved_until` [s] for a window only. ValueError: these are no window."""
 
     fit: Fit
     proved_from: float | None
@@ -31,11 +31,23 @@ class SavedReference:
         """Read a file. Raises InputError for one that holds a certificate or cannot be read, CodecError else."""
         from trackable.codec import loads  # noqa: PLC0415  loaded for files only
         from trackable.codec.certificates import FORMAT  # noqa: PLC0415  loaded for files only
+        from trackable.codec.values import CodecError  # noqa: PLC0415  loaded for files only
 
         content = read_bytes(path)
         if f'"format": "{FORMAT}"'.encode() in content:
             raise InputError(f"{path}: holds a certificate; what can be loaded is the reference, as `save` writes it")
-        return loads(cls, content)
+        try:
+            return loads(cls, content)
+        except CodecError as error:
+            why = str(error).removeprefix("SavedReference: ")
+            raise CodecError(f"{path}: is no saved reference, or damaged: {why}") from None
+
+    def __post_init__(self) -> None:
+        ends = self.proved_from, self.proved_until
+        if (ends[0] is None) is not (ends[1] is None):
+            raise ValueError(f"proved_from and proved_until: expected both or none, got {ends[0]} and {ends[1]}")
+        if ends[0] is not None and ends[1] is not None and not ends[0] < ends[1]:
+            raise ValueError(f"proved_from and proved_until: expected a window, got {ends[0]} and {ends[1]}")
 
     def write(self, path: Path) -> None:
         from trackable.codec import dumps  # noqa: PLC0415  loaded for files only

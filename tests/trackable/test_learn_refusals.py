@@ -35,6 +35,15 @@ def refusals() -> dict[str, tuple[dict[str, object], str]]:
         "no kernel for b": ({**on_cart, "kernel": {"a": KERNEL}}, "kernel: is missing for b, given for a"),
         "no noise for b": ({**on_cart, "noise_std": {"a": 0.1}}, "noise_std: is missing for b, given for a"),
         "no equilibrium": ({"mean": 0.5}, "mean: must be an admissible equilibrium, but at rest there the position is"),
+        "on a bound": (
+            {"mean": 0.2},
+            "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: a reference that fades to it has in the end "
+            "no margin, and rounding alone needs one; widen this bound, move the mean inside (by very little with",
+        ),
+        "just beyond a bound": (
+            {"mean": 0.2 + 1e-9},
+            "at rest there the position is 0.200000001, not inside [-1.1, 0.2]",
+        ),
         "does not decay": ({"kernel": Periodic(period=1.0)}, "claim: all_times needs kernels that decay, got Per"),
         "no period": (
             {"claim": "all_phases"},

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from trackable.arguments import whole
 from trackable.arrays import Array
 from trackable.control.closed_loop import ClosedLoop
 from trackable.control.controller import Controller
@@ -46,6 +47,7 @@ def simulate(
     unsolved, where an input leads out of what the system's formulas define. Raises as `Controller.step` and as
     `reference.window`.
     """
+    first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
     table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
     system, repeated = controller.plant.system, RepeatedSteps(controller)
     states, inputs = [np.array(initial_state, dtype=float)], []

@@ -9,6 +9,19 @@ import numpy as np
 from trackable.arrays import Array
 
 
+def ends_shown(lower: float, upper: float) -> tuple[str, str]:
+    """Format two bounds with the digits that show a thousandth of their distance; with 6 at least."""
+    digits = _digits(lower, upper)
+    return f"{lower:.{digits}g}", f"{upper:.{digits}g}"
+
+
+def _digits(lower: float, upper: float) -> int:
+    largest, width = max(abs(lower), abs(upper)), abs(upper - lower)
+    if not (0 < width < math.inf and largest < math.inf):
+        return 6
+    return min(max(6, math.ceil(math.log10(largest / width)) + 3), 17)
+
+
 @dataclass(frozen=True)
 class Interval:
     """[lower, upper] with finite lower ≤ upper. ValueError: anything else."""
@@ -40,7 +53,15 @@ class Interval:
         return self.lower <= other.lower and other.upper <= self.upper
 
     def __str__(self) -> str:
-        return f"[{self.lower:g}, {self.upper:g}]"
+        return f"[{', '.join(ends_shown(self.lower, self.upper))}]"
+
+    def shown(self, value: float) -> str:
+        """Format a value beside the bounds, with the digits that tell it from a bound that it does not equal."""
+        for digits in range(_digits(self.lower, self.upper), 17):
+            text = f"{value:.{digits}g}"
+            if float(text) == value or float(text) not in {self.lower, self.upper}:
+                return text
+        return repr(value)
 
     def shrunk(self, by: float) -> Self:
         return type(self)(self.lower + by, self.upper - by)

@@ -8,7 +8,7 @@ import scipy
 
 from trackable.arguments import numbers
 from trackable.arrays import Array, ArrayLike
-from trackable.systems.sets.interval import Interval
+from trackable.systems.sets.interval import Interval, ends_shown
 
 _OUTWARDS = 1e-6  # relative: solvers find the minimum up to less than this
 
@@ -153,8 +153,10 @@ class Polytope:
         return np.asarray(np.min(np.minimum(values - self.lower, self.upper - values), axis=-1, initial=np.inf))
 
     def __str__(self) -> str:
-        sides = [f"{low:g} ≤ {_formula(row)} ≤ {high:g}" for row, low, high in zip(
-            self.rows, self.lower, self.upper, strict=True)]  # fmt: skip
+        sides = []
+        for row, low, high in zip(self.rows, self.lower.tolist(), self.upper.tolist(), strict=True):
+            first, last = ends_shown(low, high)
+            sides.append(f"{first} ≤ {_formula(row)} ≤ {last}")
         return "{x : " + ", ".join(sides) + "}"
 
 

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from trackable.systems.sets.interval import Interval
 
@@ -46,3 +48,33 @@ def test_shrunk_by_as_much_on_each_side():
     assert Interval(-1.0, 2.0).shrunk(0.25) == Interval(-0.75, 1.75)
     with pytest.raises(ValueError, match="lower"):
         Interval(-1.0, 2.0).shrunk(1.6)
+
+
+SHOWN = {
+    (-2.0, 0.05): "[-2, 0.05]",
+    (5429380.1, 5429380.4): "[5429380.1, 5429380.4]",
+    (1.0, 1.0 + 1e-12): "[1, 1.000000000001]",
+    (0.3, 0.3): "[0.3, 0.3]",
+    (-1e300, 1e300): "[-1e+300, 1e+300]",
+    (-1.7e308, 1.7e308): "[-1.7e+308, 1.7e+308]",
+    (0.0, 1e-9): "[0, 1e-09]",
+}
+
+
+@pytest.mark.parametrize("ends", SHOWN)
+def test_bounds_are_printed_with_digits_that_tell_them_apart(ends: tuple[float, float]) -> None:
+    assert str(Interval(*ends)) == SHOWN[ends]
+
+
+@given(st.floats(-1e9, 1e9), st.floats(1e-9, 1e9))
+def test_what_is_printed_is_within_a_hundredth_of_the_width(lower: float, width: float) -> None:
+    interval = Interval(lower, max(lower + width, float(np.nextafter(lower, np.inf))))
+    first, last = (float(end) for end in str(interval)[1:-1].split(", "))
+    assert abs(first - interval.lower) + abs(last - interval.upper) <= 0.01 * interval.width
+
+
+@given(st.floats(-1, 1), st.sampled_from([-0.3, 0.3]))
+def test_a_value_beside_a_bound_is_not_printed_as_the_bound(by: float, bound: float) -> None:
+    interval = Interval(-0.3, 0.3)
+    for value in (bound + 1e-9 * by, float(np.nextafter(bound, np.inf)), bound):
+        assert (float(interval.shown(value)) in {-0.3, 0.3}) == (value in {-0.3, 0.3})

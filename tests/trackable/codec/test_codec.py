@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.trackable.codec_instances import GENERAL, KERNEL, PLANT, REFERENCE, SIGNAL
+from tests.trackable.codec.instances import GENERAL, KERNEL, PLANT, REFERENCE, SIGNAL
 from trackable.arrays import Array
 from trackable.codec import decode, dumps, encode, loads
 from trackable.files import to_json

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.trackable.codec_instances import GENERAL, PLANT, REFERENCE, SIGNAL, edited
+from tests.trackable.codec.instances import GENERAL, PLANT, REFERENCE, SIGNAL, edited
 from trackable.arrays import Array
 from trackable.codec import CodecError, decode, dumps, encode, loads
 from trackable.gp.joint import JointPrior
