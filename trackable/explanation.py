@@ -25,6 +25,17 @@ def distances(fit: Fit) -> str:
     return "; ".join(_distance(misfit) for misfit in fit.misfits)
 
 
+def at_edges(fit: Fit) -> str | None:
+    """Return which learned hyperparameters lie at an end of their search interval; None where none does."""
+    return "; ".join(map(str, fit.edges)) or None
+
+
+def given_too_narrowly(fit: Fit) -> str | None:
+    """Return a question if an interval that was given for a hyperparameter holds it back; None where none does."""
+    said = "; ".join(f"{edge}, {edge.interval}" for edge in fit.edges if edge.is_given)
+    return f"{said}: was it meant as a limit? A wider one fits better" if said else None
+
+
 def costs(fit: Fit) -> str:
     """Return what the bounds cost, which of them and when."""
     of = "bounds and given values" if fit.pinned else "bounds"

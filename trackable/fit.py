@@ -1,5 +1,6 @@
 """A reference with what it was learned from: how far it is from its samples, and what its bounds cost."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
@@ -8,17 +9,22 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.certificates.pinned import Pinned
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPosterior, JointPrior
 from trackable.gp.prior import NOISE
 from trackable.gp.samples import Samples
 from trackable.learning.joint.contacts import Contact, contacts
 from trackable.learning.problem import ActiveBound, Moved, Solution
+from trackable.learning.space import SearchSpace
 from trackable.systems.reference import Reference
+from trackable.systems.sets.interval import Interval
 
 # A reference follows its samples unless it is further off than all of these.
 _TIMES_UNCONSTRAINED = 3.0
 _TIMES_NOISE = 1.0
 _OF_SPREAD = 0.1
+
+_AT_EDGE = 1e-4  # of ln θ: an optimiser stops there where its bound holds it back
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +75,27 @@ class Misfit:
 
     def _weighted(self, values: Array) -> float:
         return _root_mean_square(values / self.samples.relative_noise)
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A learned hyperparameter that lies at an end of its search `interval`; `is_given` if the user chose it."""
+
+    name: str
+    value: float
+    interval: Interval
+    is_given: bool
+
+    @classmethod
+    def of(cls, name: str, value: float, interval: Interval) -> Self | None:
+        """Return the edge at which a value lies; None where it lies inside."""
+        inside = np.log([value / interval.lower, interval.upper / value]) > _AT_EDGE
+        given = isinstance(value, Learned) and value.interval is not None
+        return None if inside.all() else cls(name, float(value), interval, given)
+
+    def __str__(self) -> str:
+        end = "lower" if self.value < math.sqrt(self.interval.lower) * math.sqrt(self.interval.upper) else "upper"
+        return f"{self.name} = {self.value:.4g} lies at the {end} end of the interval in which it was sought"
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +173,13 @@ class Fit:
             Misfit(name, samples, off[name], free[name], float(part.noise_std), NOISE in part.learned)
             for name, samples, part in zip(self.prior.names, self.samples, parts, strict=True)
         )
+
+    @cached_property
+    def edges(self) -> tuple[Edge, ...]:
+        """The learned hyperparameters that lie at an end of their search interval."""
+        space, learned = SearchSpace.around(self.samples, self.prior), self.prior.hyperparameters
+        found = (Edge.of(name, learned[name], interval) for name, interval in space.bounds.items())
+        return tuple(edge for edge in found if edge)
 
     @cached_property
     def unconstrained(self) -> Reference:

@@ -8,7 +8,7 @@ from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import Pinned, prove_pinned
 from trackable.doubts import doubts
 from trackable.errors import DoubtfulInputWarning
-from trackable.explanation import IgnoresSamplesWarning, ignored
+from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored
 from trackable.fit import Fit
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.samples import Samples
@@ -79,7 +79,8 @@ def learn_reference(
     -----
     DoubtfulInputWarning
         Where the input is accepted, but is hardly what was meant: a singular A, a window far from every sample, samples
-        before time zero, stamps since 1970, an outlier.
+        before time zero, stamps since 1970, an outlier. Also where a hyperparameter lies at an end of the interval
+        that was given for it.
     IgnoresSamplesWarning
         Where the reference keeps its bounds, but does not follow its samples: it is off by more than 3 times what it
         would be without bounds, by more than the noise, and by more than a tenth of the samples' spread.
@@ -123,6 +124,8 @@ def learn_reference(
     learned = TrackableReference(fit, found.certificate, proofs)
     if sentence := ignored(learned.fit):
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=2)
+    if question := given_too_narrowly(learned.fit):
+        warnings.warn(question, DoubtfulInputWarning, stacklevel=2)
     return learned
 
 

@@ -13,7 +13,7 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.rounding.references import LATEST
 from trackable.errors import NoReferenceError
-from trackable.explanation import costs, distances, ignored
+from trackable.explanation import at_edges, costs, distances, ignored
 from trackable.files import path_of, write_json
 from trackable.fit import Fit
 from trackable.gp.joint import JointPrior
@@ -165,7 +165,8 @@ class TrackableReference:
         until = self.certificate.evaluated_until
         rounding = f" (evaluated in float64 up to {until:.4g} s)" if until < LATEST else ""
         proved = f"{self.certificate.explanation}{rounding}"
-        said = [ignored(self.fit), proved, *map(str, self.fit.pinned), distances(self.fit), costs(self.fit)]
+        fit = self.fit
+        said = [ignored(fit), proved, *map(str, fit.pinned), distances(fit), costs(fit), at_edges(fit)]
         return "; ".join(filter(None, said))
 
     def _refuse_unproved(self, k: Array | int) -> None:

@@ -10,6 +10,7 @@ import pytest
 from tests.trackable.plants import AXIS, CART, KERNEL, MIXED, MOVED, SAMPLES, TIMES
 from trackable import (
     ConstrainedSystem,
+    DoubtfulInputWarning,
     Failed,
     IgnoresSamplesWarning,
     LinearSystem,
@@ -240,7 +241,8 @@ def test_flat_outputs_themselves_can_be_sampled() -> None:
 
 def test_known_and_bounded_hyperparameters_stay_where_they_are() -> None:
     kernel = SquaredExponential(signal_std=(0.1, 0.5), lengthscale=1.2)
-    found = learn_reference(SAMPLES, AXIS, kernel, "all_times", noise_std=(0.01, 0.03))
+    with pytest.warns(DoubtfulInputWarning, match=r"signal_std = 0\.5 .* noise_std = 0\.03 lies at the upper end"):
+        found = learn_reference(SAMPLES, AXIS, kernel, "all_times", noise_std=(0.01, 0.03))
     assert found.hyperparameters["lengthscale"] == 1.2
     assert 0.1 <= found.hyperparameters["signal_std"] <= 0.5
     assert 0.01 <= found.hyperparameters["noise_std"] <= 0.03
