@@ -1,7 +1,9 @@
 """Write and read the log of the control stage, and show it as tables."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from trackable.systems.constrained import ConstrainedSystem
 
 STAGE = "control"
 _SCALARS = ("cost", "stage_cost", "slack")
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +69,11 @@ def read_loops(results: Results, plant: ConstrainedSystem) -> ClosedLoops:
 
 
 def table_of_loops(results: Results) -> Table:
-    """Return the metrics of every loop by reference and initial state, for a notebook."""
-    metrics = from_json(results.control.read_bytes())
-    assert isinstance(metrics, dict)
+    """Return the metrics of every loop by reference and initial state, for a notebook.
+
+    A cost that rises by less than 1e-12 of the highest one rises by rounding.
+    """
+    metrics: Any = from_json(results.control.read_bytes())
     by_loop = {
         f"{reference}, {start}": found
         for reference, of in metrics.items()
@@ -85,6 +90,10 @@ def table_of_loops(results: Results) -> Table:
         "worst_state_margin": "worst state margin",
         "worst_input_margin": "worst input margin",
     }
+    highest = max((found["first_cost"] or 0.0 for found in by_loop.values()), default=0.0)
+    for found in by_loop.values():
+        if (found["largest_rise"] or math.inf) <= _ROUNDING * highest:
+            found["largest_rise"] = "rounding"
     rows = [[name, *(found.get(key) for key in columns)] for name, found in by_loop.items()]
     return Table(["reference, start", *columns.values()], rows, digits=3)
 

@@ -1,10 +1,12 @@
 """Show what the methods of an experiment cost, and how far their references are from samples and truth."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from pipeline.storage.results import Results
 from pipeline.storage.tables import Table
 from trackable.files import from_json
+from trackable.learning.learned import LearnedReference
 from trackable.learning.problem import ActiveBound
 
 _COSTS = {"nlml": "l", "objective": "J", "price": "price"}
@@ -29,6 +31,18 @@ def table_of_methods(results: Results) -> Table:
 def _heading(key: str, kind: str) -> str:
     name = key.removeprefix(kind).removeprefix("_")
     return f"{_ERRORS[kind]}, {name}" if name else _ERRORS[kind]
+
+
+def table_of_hyperparameters(learned: Mapping[str, LearnedReference]) -> Table:
+    """Return what each method learned, and k̄ at the end of Algorithm 1 where it was run."""
+    names = next(iter(learned.values())).prior.hyperparameters
+    rows: list[list[object]] = [
+        [name, *(found.prior.hyperparameters[name] for found in learned.values())] for name in names
+    ]
+    steps = [found.final_step for found in learned.values()]
+    if any(step is not None for step in steps):
+        rows.append(["last step k̄ of Algorithm 1", *steps])
+    return Table(["", *learned], rows)
 
 
 def table_of_bounds(active: tuple[ActiveBound, ...]) -> Table:

@@ -33,7 +33,10 @@ _UPDATES: Final[dict[float, dict[str, Any]]] = {
 
 @styled
 def infeasibility(trajectory: LoopTrajectory, plant: ConstrainedSystem, horizon: int) -> Figure:
-    """Draw the loop around its first infeasible step, and mark the `horizon` steps for which no plan exists."""
+    """Draw the loop around its first infeasible step, and mark the `horizon` steps over which a plan would reach.
+
+    Steps at which there is no plan are shaded.
+    """
     names, first = coordinates(plant), float(trajectory.infeasible[0])
     begin, end = max(0.0, first - horizon), first + 3 * horizon
     figure, panels = stacked_panels(names, 0.8)
@@ -50,7 +53,7 @@ def infeasibility(trajectory: LoopTrajectory, plant: ConstrainedSystem, horizon:
         "", (first, 1.04), (first + horizon, 1.04), xycoords=panels[0].get_xaxis_transform(),
         arrowprops={"arrowstyle": "<->", "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0}, annotation_clip=False,
     )  # fmt: skip
-    label = f" no plan for the steps {first:.0f} … {first + horizon:.0f}"
+    label = f" from step {first:.0f} no plan reaches step {first + horizon:.0f}"
     where = panels[0].get_xaxis_transform()
     direct_label(panels[0], first + horizon, 1.04, label, transform=where, va="center", clip_on=False)
     panels[-1].set(xlabel=step_label(plant.sampling_time), xlim=(begin, min(end, part.steps[-1])))

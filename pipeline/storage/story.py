@@ -1,0 +1,123 @@
+"""Sentences about the results of an experiment, for its notebook: other results, other words."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from pipeline.storage.results import Results
+from trackable.files import from_json
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.margins import MarginProfile
+
+UNCONSTRAINED = "unconstrained"
+_ROUNDING = 1e-9  # of the largest cost
+_ERRORS = {
+    "misfit": "the samples are off it by {} (root mean square)",
+    "held_out": "the held-out samples by {}",
+    "rmse": "the truth by {}",
+}
+
+
+class Told(str):
+    """A text that notebooks show as Markdown."""
+
+    __slots__ = ()
+
+    def _repr_markdown_(self) -> str:
+        return str(self)
+
+
+def told_of_system(plant: ConstrainedSystem) -> Told:
+    """Say what the states and inputs are, how often there is an input, and what is bounded."""
+    system = plant.system
+    bounds = _listed(f"{quantity.name} in {quantity.bounds}" for quantity in plant.quantities)
+    return Told(
+        f"States: {', '.join(system.states)}. Inputs: {', '.join(system.inputs)}, a new one every "
+        f"{plant.sampling_time:g} s. Bounds: {bounds}."
+    )
+
+
+def told_of_unconstrained(margins: Mapping[str, list[MarginProfile]]) -> Told:
+    """Say which bounds the unconstrained mean breaks, by how much and when; or that it breaks none."""
+    profiles = margins[UNCONSTRAINED]
+    broken = [
+        f"{profile.quantity.name} leaves its bounds by {-worst:.3g} at t = {time:.4g} s"
+        for profile in profiles
+        for worst, time in [profile.worst]
+        if worst < 0
+    ]
+    if not broken:
+        return Told("The unconstrained mean keeps all bounds at all times that were looked at: no constraint is felt.")
+    steps = len({k for profile in profiles for k in profile.violated_steps})
+    return Told(
+        f"The system cannot follow the unconstrained mean: {_listed(broken)}. A bound is broken at {steps} of "
+        f"{len(profiles[0].at_steps)} steps."
+    )
+
+
+def told_of_price(results: Results) -> Told:
+    """Say what each proved method costs beside the unconstrained mean, and how far the samples are."""
+    metrics: Any = from_json(results.metrics.read_bytes())
+    free = metrics[UNCONSTRAINED]
+    said = [f"`{UNCONSTRAINED}`: {_distances(free)}."]
+    for name, found in metrics.items():
+        if name != UNCONSTRAINED and found["proof"].startswith("proved"):
+            dearest = max(found.get("price_by_bound", {}).items(), key=lambda bound: bound[1], default=None)
+            most = f", of which {dearest[1]:.3g} for {dearest[0]}" if dearest else ""
+            said.append(f"`{name}` costs {found['price']:.3g} in $-2 \\ln p${most}: {_distances(found)}.")
+    return Told("\n".join(f"- {sentence}" for sentence in said))
+
+
+def told_of_proofs(results: Results) -> Told:
+    """Say what is proved of each method's reference, or what refutes it."""
+    metrics: Any = from_json(results.metrics.read_bytes())
+    return Told("\n".join(f"- `{name}`: {found['proof']}" for name, found in metrics.items()))
+
+
+def told_of_loops(results: Results) -> Told:
+    """Say, for each reference, whether the controller had a plan at each step, and whether its cost fell."""
+    loops: Any = from_json(results.control.read_bytes())
+    return Told("\n".join(f"- {sentence}" for sentence in _loops(loops, loops["horizon"])))
+
+
+def _loops(loops: Mapping[str, Any], horizon: int) -> Iterator[str]:
+    for reference, of in loops.items():
+        if reference == "online" or not isinstance(of, Mapping):
+            continue
+        starts = {start: found for start, found in of.items() if isinstance(found, Mapping)}
+        lost = {start: found for start, found in starts.items() if found["infeasible_steps"] or found["unsolved_steps"]}
+        if lost:
+            yield f"On `{reference}` there is no plan " + _listed(_loss(*loss) for loss in lost.items()) + "."
+        else:
+            kept = f"On `{reference}` there is a plan of {horizon} steps at each step, from {_counted(len(starts), 'start')}"
+            yield f"{kept}. {_margins(starts)}{_rises(starts)}"
+
+
+def _loss(start: str, found: Mapping[str, Any]) -> str:
+    first = found["first_infeasible_step"]
+    since = "" if first is None else f", first at step {first}"
+    return f"at {found['infeasible_steps'] + found['unsolved_steps']} of {found['steps']} steps from `{start}`{since}"
+
+
+def _margins(starts: Mapping[str, Mapping[str, float]]) -> str:
+    least = min(found[margin] for found in starts.values() for margin in ("worst_state_margin", "worst_input_margin"))
+    return "No bound is broken." if least >= 0 else f"No bound is broken by more than {-least:.1g}."
+
+
+def _rises(starts: Mapping[str, Mapping[str, float]]) -> str:
+    most = max(found["largest_rise"] or 0.0 for found in starts.values())
+    if most <= _ROUNDING * max(found["first_cost"] or 0.0 for found in starts.values()):
+        return ""
+    return f" The optimal cost rises by up to {most:.2g}: the system cannot stay on this reference."
+
+
+def _distances(found: Mapping[str, Any]) -> str:
+    return _listed(words.format(f"{found[key]:.3g}") for key, words in _ERRORS.items() if found.get(key) is not None)
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def _listed(parts: Iterable[str]) -> str:
+    *others, last = parts
+    return f"{', '.join(others)} and {last}" if others else last
