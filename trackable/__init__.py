@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from trackable.reference import NotTrackableError as NotTrackableError
     from trackable.reference import TrackableReference as TrackableReference
     from trackable.systems.constrained import ConstrainedSystem as ConstrainedSystem
+    from trackable.systems.disturbance.hull import ConvexHull as ConvexHull
+    from trackable.systems.disturbance.zonotope import Zonotope as Zonotope
     from trackable.systems.linear import LinearSystem as LinearSystem
     from trackable.systems.nonlinear import Nonlinear as Nonlinear
     from trackable.systems.sets.polytope import Polytope as Polytope
@@ -47,6 +49,7 @@ _MODULES = {
     "Column": "recordings.csv_files.reader",
     "ConstrainedSystem": "systems.constrained",
     "Controller": "control.controller",
+    "ConvexHull": "systems.disturbance.hull",
     "CsvLayout": "recordings.csv_files.table",
     "DoubtfulInputWarning": "errors",
     "Failed": "checker",
@@ -74,6 +77,7 @@ _MODULES = {
     "Sum": "gp.kernels.base",
     "TrackableReference": "reference",
     "Unsolved": "control.step.result",
+    "Zonotope": "systems.disturbance.zonotope",
     "check": "checking",
     "learn_reference": "learn",
     "read_csv": "recordings.csv_files.reader",

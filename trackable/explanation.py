@@ -1,6 +1,7 @@
 """What a fit says of itself, in plain sentences."""
 
 from trackable.fit import Fit, Misfit
+from trackable.systems.disturbance.tightening import Tightening
 
 _DEAREST = 3
 
@@ -18,6 +19,13 @@ def ignored(fit: Fit) -> str | None:
         f"it is {m.size:.3g} off those of {m.name}, and without bounds {m.size_unconstrained:.3g}" for m in large
     )
     return f"the reference keeps its bounds but does not follow its samples: {off}; {_help(fit)}"
+
+
+def kept_free(tightening: Tightening | None) -> str | None:
+    """Return which part of each width a margin keeps free; None without one."""
+    if tightening is None or not tightening.margin:
+        return None
+    return f"{tightening.margin:g} of each width is kept free at either bound"
 
 
 def distances(fit: Fit) -> str:

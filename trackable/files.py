@@ -10,6 +10,9 @@ from typing import NoReturn
 
 from trackable.errors import InputError
 
+LEFT_OUT = "left out by default"
+"""Metadata of a dataclass's field that files do not have where it has its default value."""
+
 
 def path_of(what: str, given: object) -> Path:
     """Return a path that is given as such, or as a text. TypeError: anything else."""

@@ -1,6 +1,7 @@
 """A reference with what it was learned from: how far it is from its samples, and what its bounds cost."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
@@ -16,6 +17,8 @@ from trackable.gp.samples import Samples
 from trackable.learning.joint.contacts import Contact, contacts
 from trackable.learning.problem import ActiveBound, Moved, Solution
 from trackable.learning.space import SearchSpace
+from trackable.systems.flat.functional import Functional
+from trackable.systems.flat.trajectory import Coordinate
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 
@@ -185,6 +188,21 @@ class Fit:
     def unconstrained(self) -> Reference:
         """The reference of least l, which need not keep any bounds."""
         return Reference(self.unconstrained_posterior.signals, self.reference.plant)
+
+    def std_of(self, coordinates: Iterable[Coordinate], t: Array) -> Array:
+        """Return the posterior standard deviations of coordinates at t [s], given the samples: shape (*t.shape, q)."""
+        variances = [self._variance(q, t) for q in coordinates]
+        return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
+
+    def _variance(self, q: Coordinate, t: Array) -> Array:
+        """Of formulas to first order, with other weights at each time."""
+        if isinstance(q, Functional):
+            return self.posterior.variance_of(q.rounded, t, q.sampling_time)
+        each = [
+            self.posterior.variance_of(q.weights_at(self.reference.signals, at), at, q.sampling_time)
+            for at in t.reshape(-1, 1)
+        ]
+        return np.array(each).reshape(t.shape)
 
     def _off(self, reference: Reference) -> dict[str, Array]:
         """Return samples minus what a reference says of them."""

@@ -2,10 +2,13 @@
 
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 
+from trackable.arrays import ArrayLike
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import Pinned, prove_pinned
+from trackable.certificates.robust import robust_of
 from trackable.doubts import doubts
 from trackable.errors import DoubtfulInputWarning
 from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored
@@ -19,8 +22,9 @@ from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
 from trackable.reference import NotTrackableError, TrackableReference
-from trackable.request import checked_goal, checked_plant, claimed, priors_by_name, samples_by_name
+from trackable.request import checked_goal, checked_plant, claimed, priors_by_name, samples_by_name, tightened
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.sampling import sampled_signals
 from trackable.waypoints import Waypoints, waypoints
 
@@ -38,6 +42,9 @@ def learn_reference(
     method: Moved = "joint",
     at: Waypoints | None = None,
     at_tolerance: float | Mapping[str, float] | None = None,
+    disturbance: DisturbanceSet | None = None,
+    feedback: ArrayLike | None = None,
+    margin: float = 0.0,
     starts: int = 8,
     progress: bool = True,
 ) -> TrackableReference:
@@ -70,6 +77,15 @@ def learn_reference(
     at_tolerance
         By how much these values may be missed, in their unit, for all names or by name; it is proved, by a certificate
         for each time. Left out, it is 1e-4 of the width of what bounds the state or input.
+    disturbance
+        W in x(k+1) = A x(k) + B u(k) + c + w(k), w(k) ∈ W, of a linear system: Zonotope.box(lower, upper), or another
+        Zonotope or ConvexHull. It holds 0. The reference then leaves room for every error that such disturbances may
+        cause under the feedback u = u_r + K (x - x_r), and the proof says so.
+    feedback
+        K (m, n), with all eigenvalues of A + B K inside the unit circle. Left out, it is the linear-quadratic regulator
+        that leaves the most of the bounds, among some weights.
+    margin
+        The part of each width that the reference keeps free at either bound, for those who have no W.
     starts
         The number of points from which the search starts.
     progress
@@ -91,14 +107,17 @@ def learn_reference(
         Where an argument is of another type: the message names it.
     ValueError
         Where samples, kernels, claim and options do not fit together, and where the prior mean is no admissible
-        equilibrium though all times are claimed. Also where a value of `at` is outside of its set, or a time outside of
-        the claim.
+        equilibrium though all times are claimed. Where a value of `at` is outside of its set, or a time outside of
+        the claim. Where a disturbance leaves nothing of the bounds: it says which bound is short by how much, and which
+        part of the disturbance set would do.
     NotTrackableError
         Where no reference was found, or none that is proved: the message says by how much, where and why. Also where
         values of `at` and bounds contradict each other: it says which.
 
     """
     checked_plant(plant)
+    drawn_in = tightened(plant, disturbance, feedback, margin)
+    plant = drawn_in.plant if drawn_in else plant
     claim = claimed(claim)
     learner, given = _learner(method), samples_by_name(samples, plant)
     if at and method != "joint":
@@ -121,7 +140,8 @@ def learn_reference(
         if not isinstance(proofs, tuple):
             raise NotTrackableError(proofs)
         fit = _fit(found, ConstrainedProblem(seen, prior, space), pinned)
-    learned = TrackableReference(fit, found.certificate, proofs)
+    certificate = replace(found.certificate, robust=robust_of(drawn_in))
+    learned = TrackableReference(fit, certificate, proofs, drawn_in)
     if sentence := ignored(learned.fit):
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=2)
     if question := given_too_narrowly(learned.fit):

@@ -13,16 +13,15 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.rounding.references import LATEST
 from trackable.errors import NoReferenceError
-from trackable.explanation import at_edges, costs, distances, ignored
+from trackable.explanation import at_edges, costs, distances, ignored, kept_free
 from trackable.files import path_of, write_json
 from trackable.fit import Fit
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.problem import ActiveBound, Moved, NoSolution
 from trackable.saved import SavedReference
+from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
-from trackable.systems.flat.functional import Functional
-from trackable.systems.flat.trajectory import Coordinate
 from trackable.systems.reference import Reference, Window
 
 
@@ -39,7 +38,8 @@ class TrackableReference:
     """A learned reference with its proof: the system can follow it at all times that `certificate` names.
 
     `fit` holds what it was learned from, and what its bounds cost. `pin_certificates` prove the values that were asked
-    for at single times, one certificate a time, in the order of `fit.pinned`. Steps outside of what is proved are
+    for at single times, one certificate a time, in the order of `fit.pinned`. `tightening` tells how a plant's bounds
+    were drawn in, for disturbances or by a margin; `reference` keeps what is left. Steps outside of what is proved are
     refused with a ValueError, and so are steps at |t| > `certificate.evaluated_until`; `reference` has values there
     too, but no guarantee.
     """
@@ -47,6 +47,7 @@ class TrackableReference:
     fit: Fit
     certificate: Certificate
     pin_certificates: tuple[Certificate, ...] = ()
+    tightening: Tightening | None = None
 
     @property
     def reference(self) -> Reference:
@@ -111,14 +112,14 @@ class TrackableReference:
 
     def state_std(self, k: Array | int) -> Array:
         """Return the posterior standard deviation of the states at steps k, from the samples: shape (*k.shape, n)."""
-        return self._std(self.reference.plant.flatness.states, self._times(k))
+        return self.fit.std_of(self.reference.plant.flatness.states, self._times(k))
 
     def input_std(self, k: Array | int) -> Array:
         """Return that of the inputs, to first order where they are no weighted sums: shape (*k.shape, m)."""
         plant, t = self.reference.plant, self._times(k)
         if plant.allocation is None:
-            return self._std(plant.flatness.inputs, t)
-        each = [self._std(self.reference.inputs_near(at), np.asarray(at)) for at in t.ravel().tolist()]
+            return self.fit.std_of(plant.flatness.inputs, t)
+        each = [self.fit.std_of(self.reference.inputs_near(at), np.asarray(at)) for at in t.ravel().tolist()]
         return np.array(each).reshape(*t.shape, len(plant.flatness.inputs))
 
     def draws(self, k: Array | int, count: int = 1000, seed: int = 0) -> Draws:
@@ -166,7 +167,15 @@ class TrackableReference:
         rounding = f" (evaluated in float64 up to {until:.4g} s)" if until < LATEST else ""
         proved = f"{self.certificate.explanation}{rounding}"
         fit = self.fit
-        said = [ignored(fit), proved, *map(str, fit.pinned), distances(fit), costs(fit), at_edges(fit)]
+        said = [
+            ignored(fit),
+            proved,
+            kept_free(self.tightening),
+            *map(str, fit.pinned),
+            distances(fit),
+            costs(fit),
+            at_edges(fit),
+        ]
         return "; ".join(filter(None, said))
 
     def _refuse_unproved(self, k: Array | int) -> None:
@@ -193,7 +202,7 @@ class TrackableReference:
 
     def save(self, path: Path | str) -> None:
         """Write everything as JSON, losslessly and atomically. Raises OSError."""
-        SavedReference.of(self.fit, self.certificate).write(path_of("save", path))
+        SavedReference.of(self.fit, self.certificate, self.tightening).write(path_of("save", path))
 
     @classmethod
     def load(cls, path: Path | str) -> Self:
@@ -206,7 +215,7 @@ class TrackableReference:
         found = saved.proofs()
         if not isinstance(found, tuple):
             raise NotTrackableError(found)
-        return cls(saved.fit, *found)
+        return cls(saved.fit, *found, saved.drawn_in)
 
     def save_certificate(self, path: Path | str) -> tuple[Path, ...]:
         """Write the proof alone, for `python -m trackable check FILE`; return the files. Raises OSError.
@@ -223,20 +232,6 @@ class TrackableReference:
 
     def _times(self, k: Array | int) -> Array:
         return np.asarray(self.reference.instants(k), dtype=float)
-
-    def _std(self, coordinates: tuple[Coordinate, ...], t: Array) -> Array:
-        variances = [self._variance(q, t) for q in coordinates]
-        return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
-
-    def _variance(self, q: Coordinate, t: Array) -> Array:
-        """Of formulas to first order, with other weights at each time."""
-        if isinstance(q, Functional):
-            return self.fit.posterior.variance_of(q.rounded, t, q.sampling_time)
-        each = [
-            self.fit.posterior.variance_of(q.weights_at(self.reference.signals, at), at, q.sampling_time)
-            for at in t.reshape(-1, 1)
-        ]
-        return np.array(each).reshape(t.shape)
 
     def __repr__(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())

@@ -6,12 +6,15 @@ from typing import TypeVar
 import numpy as np
 
 from trackable.arguments import instance, is_number, real
+from trackable.arrays import ArrayLike
 from trackable.certificates.goal import Claim, Goal, goal_for
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.sets import DisturbanceSet
+from trackable.systems.disturbance.tightening import Tightening, tightening
 from trackable.systems.quantity import Quantity
 from trackable.systems.sampling import default_sample
 
@@ -21,6 +24,14 @@ T = TypeVar("T")
 def checked_plant(plant: object) -> None:
     """Raise TypeError for anything but a system with its sets."""
     instance("plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
+
+
+def tightened(
+    plant: ConstrainedSystem, disturbance: DisturbanceSet | None, feedback: ArrayLike | None, margin: float
+) -> Tightening | None:
+    """Return the plant with its bounds drawn in; None where nothing asks for it. Raises as `tightening`."""
+    found = tightening(plant, disturbance, feedback, margin)
+    return found if found.margin or found.invariant is not None else None
 
 
 def samples_by_name(samples: Samples | Mapping[str, Samples], plant: ConstrainedSystem) -> dict[str, Samples]:

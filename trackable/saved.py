@@ -1,16 +1,57 @@
 """A learned reference as a file: the fit and the times of its proof, which is found again when it is read."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Self
 
+import numpy as np
+
+from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import OnWindow
 from trackable.certificates.pinned import prove_pinned
 from trackable.certificates.prove import Failure, prove, prove_on_window
+from trackable.certificates.robust import robust_of
 from trackable.errors import InputError
-from trackable.files import read_bytes, write_atomically
+from trackable.files import LEFT_OUT, read_bytes, write_atomically
 from trackable.fit import Fit
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.sets import DisturbanceSet
+from trackable.systems.disturbance.tightening import Tightening, tightening
+from trackable.systems.linear import LinearSystem
+
+
+@dataclass(frozen=True, eq=False)
+class SavedTightening:
+    """The `given` plant, and what draws its bounds in: the rest is found again when it is read."""
+
+    given: ConstrainedSystem
+    margin: float
+    disturbance: DisturbanceSet | None
+    feedback: Array | None
+
+    @classmethod
+    def of(cls, found: Tightening) -> Self:
+        Z = found.invariant
+        W, K = (None, None) if Z is None else (Z.disturbance, Z.feedback)
+        return cls(found.given, found.margin, W, K)
+
+    def found_again(self, plant: ConstrainedSystem) -> Tightening:
+        """Return how the bounds were drawn in. ValueError: those of a reference's `plant` are not the ones left."""
+        found = tightening(self.given, self.disturbance, self.feedback, self.margin)
+        if not _alike(found.plant, plant):
+            raise ValueError("tightening: the bounds of the reference are not those that it leaves")
+        return found
+
+
+def _alike(one: ConstrainedSystem, other: ConstrainedSystem) -> bool:
+    """Whether two plants have the same bounds and, where they are linear, the same matrices."""
+    pairs = [(one.state_set, other.state_set), (one.input_set, other.input_set)]
+    arrays = [(getattr(a, name), getattr(b, name)) for name in ("rows", "lower", "upper") for a, b in pairs]
+    if isinstance(one.system, LinearSystem) and isinstance(other.system, LinearSystem):
+        arrays += [(getattr(one.system, name), getattr(other.system, name)) for name in ("A", "B", "c")]
+    return all(np.array_equal(a, b) for a, b in arrays)
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,11 +61,13 @@ class SavedReference:
     fit: Fit
     proved_from: float | None
     proved_until: float | None
+    tightening: SavedTightening | None = field(default=None, metadata={LEFT_OUT: True})
 
     @classmethod
-    def of(cls, fit: Fit, certificate: Certificate) -> Self:
-        claim = certificate.claim
-        return cls(fit, *((claim.start, claim.end) if isinstance(claim, OnWindow) else (None, None)))
+    def of(cls, fit: Fit, certificate: Certificate, tightening: Tightening | None) -> Self:
+        claim, drawn_in = certificate.claim, None if tightening is None else SavedTightening.of(tightening)
+        start, end = (claim.start, claim.end) if isinstance(claim, OnWindow) else (None, None)
+        return cls(fit, start, end, drawn_in)
 
     @classmethod
     def read(cls, path: Path) -> Self:
@@ -46,8 +89,14 @@ class SavedReference:
         ends = self.proved_from, self.proved_until
         if (ends[0] is None) is not (ends[1] is None):
             raise ValueError(f"proved_from and proved_until: expected both or none, got {ends[0]} and {ends[1]}")
+        _ = self.drawn_in  # found now, to raise its error
         if ends[0] is not None and ends[1] is not None and not ends[0] < ends[1]:
             raise ValueError(f"proved_from and proved_until: expected a window, got {ends[0]} and {ends[1]}")
+
+    @cached_property
+    def drawn_in(self) -> Tightening | None:
+        """How the bounds were drawn in, if they were."""
+        return None if self.tightening is None else self.tightening.found_again(self.fit.reference.plant)
 
     def write(self, path: Path) -> None:
         from trackable.codec import dumps  # noqa: PLC0415  loaded for files only
@@ -64,4 +113,5 @@ class SavedReference:
         if not isinstance(found, Certificate):
             return found
         pinned = prove_pinned(reference, self.fit.pinned)
+        found = replace(found, robust=robust_of(self.drawn_in))
         return (found, pinned) if isinstance(pinned, tuple) else pinned

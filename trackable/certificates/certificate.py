@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from trackable.certificates.claim import Claim
 from trackable.certificates.cover import Cover
+from trackable.certificates.robust import Robust
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 
@@ -15,7 +16,7 @@ class Certificate:
     Each quantity stays at least `evaluation_error` away from its bounds. So its float64 value by sums of products (as
     `Reference.state`, `input` and `window` give it) at a float64 time |t| ≤ `evaluated_until` [s] stays inside too.
     `covers` holds the boxes of the proof by quantity (none for instants). `terms` is the number of Taylor coefficients
-    of each enclosure (0 without boxes).
+    of each enclosure (0 without boxes). `robust` says what follows for the disturbed system.
     """
 
     reference: Reference
@@ -24,6 +25,7 @@ class Certificate:
     covers: dict[str, Cover]
     evaluation_error: dict[str, float]
     evaluated_until: float
+    robust: Robust | None = None
 
     @property
     def explanation(self) -> str:
@@ -31,7 +33,8 @@ class Certificate:
         kept = ", ".join(f"{q.name} in {q.bounds}" for q in self.reference.quantities)
         plant = self.reference.plant
         chosen = f", with inputs in {_box(plant)} that push alike" if plant.allocation else ""
-        return f"proved for {self.claim}: {kept}{chosen}"
+        disturbed = f"; {self.robust.explanation}" if self.robust else ""
+        return f"proved for {self.claim}: {kept}{chosen}{disturbed}"
 
 
 def _box(plant: ConstrainedSystem) -> str:

@@ -7,6 +7,7 @@ lists, and a system with formulas f is nonlinear.
 
 import dataclasses
 from collections.abc import Callable, Set
+from fractions import Fraction
 from functools import cache
 from reprlib import repr as short
 from types import GenericAlias
@@ -18,12 +19,15 @@ from cattrs.cols import is_frozenset
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
 
 from trackable.codec.hyperparameters import read_hyperparameter, write_hyperparameter
-from trackable.codec.values import CodecError, read_array, read_float
-from trackable.files import from_json, to_json
+from trackable.codec.values import CodecError, read_array, read_float, read_fraction
+from trackable.files import LEFT_OUT, from_json, to_json
 from trackable.gp.hyperparameter import Hyperparameter
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.registry import KERNELS, name_of
 from trackable.systems.constrained import System
+from trackable.systems.disturbance.hull import ConvexHull
+from trackable.systems.disturbance.sets import DisturbanceSet
+from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.formulas.expression import Expression
 from trackable.systems.formulas.nested_lists import from_lists, to_lists
 from trackable.systems.linear import LinearSystem
@@ -89,18 +93,45 @@ def _difference(written: object, data: object, path: str) -> str | None:
 
 @cache
 def _read_object(cls: type) -> Hook:
-    """Return a reader of objects that have each of the fields of `cls`, with defaults or not, and no other."""
+    """Return a reader of objects that have each of the fields of `cls`, with defaults or not, and no other.
+
+    Fields that are left out by default need not be there.
+    """
     read: Hook = make_dict_structure_fn(cls, _CONVERTER)
     names = [field.name for field in dataclasses.fields(cls)]
+    needed = [field.name for field in dataclasses.fields(cls) if not _is_left_out(field)]
 
     def hook(data: Any, _: Any) -> Any:
         if not isinstance(data, dict):
             raise CodecError(f"{cls.__name__} must be an object, got {short(data)}")
-        if missing := [name for name in names if name not in data]:
+        if missing := [name for name in needed if name not in data]:
             raise CodecError(f"{cls.__name__} lacks {', '.join(missing)}")
         if unknown := [str(name) for name in data if name not in names]:
             raise CodecError(f"{cls.__name__} has no {', '.join(unknown)}")
         return read(data, cls)
+
+    return hook
+
+
+def _is_left_out(field: dataclasses.Field[Any]) -> bool:
+    """Whether a field is not written where it has its default value; all others always are."""
+    return bool(field.metadata.get(LEFT_OUT))
+
+
+def _leaves_out(cls: Any) -> bool:
+    return dataclasses.is_dataclass(cls) and any(map(_is_left_out, dataclasses.fields(cls)))
+
+
+def _write_object(cls: type) -> Callable[[Any], dict[str, Any]]:
+    write: Callable[[Any], dict[str, Any]] = make_dict_unstructure_fn(cls, _CONVERTER)
+    default = {field.name: field.default for field in dataclasses.fields(cls) if _is_left_out(field)}
+
+    def hook(value: Any) -> dict[str, Any]:
+        return {
+            name: data
+            for name, data in write(value).items()
+            if name not in default or getattr(value, name) is not default[name]
+        }
 
     return hook
 
@@ -132,6 +163,14 @@ def _read_system(data: Any, _: Any) -> Any:
     """Formulas f make a system nonlinear."""
     system = Nonlinear if isinstance(data, dict) and "f" in data else LinearSystem
     return _CONVERTER.structure(data, system)
+
+
+def _read_disturbance(data: Any, _: Any) -> Any:
+    """Vertices make a disturbance set a convex hull."""
+    if data is None:
+        return None
+    kind = ConvexHull if isinstance(data, dict) and "vertices" in data else Zonotope
+    return _CONVERTER.structure(data, kind)
 
 
 def _read_expression(data: Any, _: Any) -> Expression:
@@ -183,7 +222,11 @@ def _converter() -> Converter:
     converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
     converter.register_structure_hook_func(is_frozenset, _read_set)
     converter.register_structure_hook_func(lambda cls: cls == System, _read_system)
+    converter.register_structure_hook_func(lambda cls: cls == DisturbanceSet | None, _read_disturbance)
+    converter.register_structure_hook(Fraction, read_fraction)
+    converter.register_unstructure_hook(Fraction, str)
     converter.register_structure_hook_factory(dataclasses.is_dataclass, _read_object)
+    converter.register_unstructure_hook_factory(_leaves_out, _write_object)
     converter.register_structure_hook_func(_is_kernel, _read_kernel)
     converter.register_unstructure_hook_func(_is_kernel, _write_kernel)
     converter.register_structure_hook_func(_is_expression, _read_expression)

@@ -1,6 +1,8 @@
 """Numbers and arrays from JSON, read strictly."""
 
+import re
 import sys
+from fractions import Fraction
 from reprlib import repr as short
 from typing import Any
 
@@ -20,6 +22,13 @@ def read_float(value: Any, _: Any) -> float:
     if not (abs(value) <= sys.float_info.max and float(value) == value):
         raise CodecError(f"must be finite, and exact in float64, got {short(value)}")
     return float(value)
+
+
+def read_fraction(value: Any, _: Any) -> Fraction:
+    """Return the rational number of a text such as -3/4. Raise CodecError for anything else."""
+    if not isinstance(value, str) or not re.fullmatch(r"-?[0-9]+(/0*[1-9][0-9]*)?", value):
+        raise CodecError(f"must be a rational number such as -3/4, got {short(value)}")
+    return Fraction(value)
 
 
 def read_array(values: Any, _: Any) -> Array:

@@ -1,0 +1,43 @@
+"""What a certificate says of the disturbed system: its reference leaves room for every error in an invariant set."""
+
+from dataclasses import dataclass
+
+from trackable.systems.constrained import ConstrainedSystem, LinearConstraint
+from trackable.systems.disturbance.invariant import InvariantSet
+from trackable.systems.disturbance.tightening import Tightening
+
+
+@dataclass(frozen=True, eq=False)
+class Robust:
+    """For every w(k) ∈ W, every start in x_r ⊕ Z and all k, u = u_r + K (x − x_r) keeps x and u in the `given` sets.
+
+    Z is the `invariant` set. It follows because the certified reference keeps these sets' bounds drawn in by h_Z(row)
+    for states, and by h_Z(Kᵀ row) for inputs: then e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z.
+    """
+
+    given: ConstrainedSystem
+    invariant: InvariantSet
+
+    @property
+    def explanation(self) -> str:
+        """What is claimed, in a sentence."""
+        states, inputs = (
+            ", ".join(_kept(constraint) for constraint in self.given.given_constraints if constraint.side == side)
+            for side in ("state", "input")
+        )
+        kept = ", ".join(filter(None, (states, inputs)))
+        return (
+            f"under every disturbance in {self.invariant.disturbance}, from every start in x_r ⊕ Z and for all later "
+            f"steps, u = u_r + K (x - x_r) with K = {self.invariant.feedback.tolist()} keeps {kept}"
+        )
+
+
+def robust_of(tightening: Tightening | None) -> Robust | None:
+    """Return what a certificate for a tightened plant says of the disturbed one; None where there is none."""
+    if tightening is None or tightening.invariant is None:
+        return None
+    return Robust(tightening.given, tightening.invariant)
+
+
+def _kept(constraint: LinearConstraint) -> str:
+    return f"{constraint.name} in {constraint.bounds}"
