@@ -88,8 +88,8 @@ def _loops(loops: Mapping[str, Any], horizon: int) -> Iterator[str]:
         if lost:
             yield f"On `{reference}` there is no plan " + _listed(_loss(*loss) for loss in lost.items()) + "."
         else:
-            kept = f"On `{reference}` there is a plan of {horizon} steps at each step, from {_counted(len(starts), 'start')}"
-            yield f"{kept}. {_margins(starts)}{_rises(starts)}"
+            of_all = f"there is a plan of {horizon} steps at each step, from {_counted(len(starts), 'start')}"
+            yield f"On `{reference}` {of_all}. {_margins(starts)}{_rises(starts)}"
 
 
 def _loss(start: str, found: Mapping[str, Any]) -> str:
