@@ -1,19 +1,24 @@
-"""Cover a window with boxes of time: in each box an enclosure of the quantity lies inside the bounds."""
+"""Cover a window with boxes of time: in each box enclosures of the quantities lie inside their bounds."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from flint import arb
+import numpy as np
 
-from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above
-from trackable.certificates.balls.formulas import UndefinedError
-from trackable.certificates.enclosure import Box, best_radius, enclosure, remainder
-from trackable.certificates.exact import ExactQuantity, ShiftedSignal
-from trackable.certificates.sketch import Sketch
+from trackable.arrays import Array
+from trackable.certificates.boxes.boxes import Boxes
+from trackable.certificates.boxes.choice import Choice
+from trackable.certificates.boxes.decision import Bounded, Decision, decide
+from trackable.certificates.boxes.enclosures import Enclosures
+from trackable.certificates.boxes.nearby import Summands
+from trackable.certificates.enclosure import Box
+from trackable.certificates.exact import ExactQuantity
+from trackable.certificates.floats.balls import Mask
 from trackable.progress.work import done
 
 TERMS = 16
-_MOST_BOXES = 20_000
+_MOST_BOXES, _MOST_BY_KINK = 20_000, 32
 _TOO_WIDE = "no enclosure found in this box is narrow enough"
 
 
@@ -27,53 +32,75 @@ class Cover:
 
 @dataclass(frozen=True)
 class Hole:
-    """A box in which no enclosure inside the bounds was found, and the reason."""
+    """A box in which no enclosure of the quantity inside its bounds was found, and the reason."""
 
+    quantity: ExactQuantity
     box: Box
     reason: str
 
 
-def cover(
-    quantity: ExactQuantity,
-    signals: Collection[ShiftedSignal],
-    sketch: Sketch,
-    start: float,
-    end: float,
-    reserve: float,
-) -> Cover | Hole:
-    """Return boxes from `start` to `end` [s] in which the quantity stays inside its bounds, both drawn in by `reserve`.
+def covers(quantities: Sequence[Bounded], start: float, end: float) -> list[Cover] | Hole:
+    """Return boxes from `start` to `end` [s] for each quantity: in each of them it stays inside its drawn in bounds.
 
-    Discs are chosen for all `signals`, also those of other quantities: so quantities share boxes, and each signal is
-    enclosed once in a box.
+    All quantities are proved together, and boxes are parts of one another: so each signal is enclosed once in a box,
+    here and by whoever checks the boxes.
     """
-    with ball_arithmetic():
-        lower, upper = arb(quantity.bounds.lower) + arb(reserve), arb(quantity.bounds.upper) - arb(reserve)
-    waiting = [_box(signals, start, end)]
-    proved: list[Box] = []
-    while waiting:
-        box = waiting.pop()
-        margin = sketch.smallest(box.start, box.end) - reserve
-        reason = _TOO_WIDE
-        if _missed(quantity, box, sketch.steepest(box.start, box.end)) <= margin / 2:
-            try:
-                if enclosure(quantity, box, TERMS).stays_in(lower, upper):
-                    proved.append(box)
-                    done("box")
-                    continue
-            except UndefinedError as undefined:
-                reason = str(undefined)
-        middle = box.start + (box.end - box.start) / 2
-        if not box.start < middle < box.end or len(waiting) + len(proved) > _MOST_BOXES:
-            return Hole(box, reason)
-        waiting += [_box(signals, middle, box.end), _box(signals, box.start, middle)]
-    return Cover((start, *(box.end for box in proved)), tuple(box.radius for box in proved))
+    summands = {shifted: Summands.of(shifted) for q in quantities for shifted in q.quantity.shifted_signals}
+    choice = Choice(tuple(summands.values()), TERMS)
+    most = _MOST_BOXES + _MOST_BY_KINK * choice.kink_count
+    waiting = _Waiting(np.array([start]), np.array([end]), np.ones((len(quantities), 1), dtype=bool))
+    proved: list[list[Boxes]] = [[] for _ in quantities]
+    while waiting.starts.size:
+        boxes = choice.boxes(waiting.starts, waiting.ends)
+        enclosures, missing = Enclosures(boxes, TERMS, summands), waiting.wanted.copy()
+        at_kinks = np.zeros(len(boxes), dtype=bool)
+        for q, bounded in enumerate(quantities):
+            with np.errstate(all="ignore"):  # what is not finite is not proved
+                decision = decide(bounded, enclosures, waiting.wanted[q])
+            at_kinks |= decision.at_kinks
+            missing[q] &= ~decision.inside
+            proved[q].append(boxes.at(decision.inside))
+            for _ in range(len(proved[q][-1])):
+                done("box")
+            hole = _hole(bounded, boxes, missing[q], decision, len(boxes) > most)
+            if hole is not None:
+                return hole
+        waiting = _parts(boxes, missing, at_kinks, choice)
+    return [_joined(start, boxes) for boxes in proved]
 
 
-def _missed(quantity: ExactQuantity, box: Box, slopes: Mapping[str, float]) -> float:
-    """Estimate cheaply the error of the enclosure's polynomial, to reject boxes that are much too wide."""
-    missed = (float_above(remainder(functional, box, TERMS)) for functional in quantity.arguments.values())
-    return sum(slope * rest for slope, rest in zip(slopes.values(), missed, strict=True))
+def _hole(bounded: Bounded, boxes: Boxes, missing: Mask, decision: Decision, is_last: bool) -> Hole | None:
+    """Return a box that cannot be split, or in whose middle the bound is not kept; any one where this try `is_last`."""
+    hopeless = missing & (is_last | ~boxes.can_be_split | decision.outside)
+    if not np.any(hopeless):
+        return None
+    b = int(np.argmax(hopeless))
+    return Hole(bounded.quantity, boxes.box(b), decision.reasons.get(b, _TOO_WIDE))
 
 
-def _box(signals: Collection[ShiftedSignal], start: float, end: float) -> Box:
-    return Box(start, end, best_radius(signals, start, end, TERMS))
+class _Waiting(NamedTuple):
+    """Boxes that wait for a proof: `wanted` has shape (Q, B)."""
+
+    starts: Array
+    ends: Array
+    wanted: Mask
+
+
+def _parts(boxes: Boxes, missing: Mask, at_kinks: Mask, choice: Choice) -> _Waiting:
+    """Return the parts of all boxes in which some quantity is not proved."""
+    starts, ends, of_box = [], [], []
+    for b in np.flatnonzero(np.any(missing, axis=0)).tolist():
+        first, last = float(boxes.starts[b]), float(boxes.ends[b])
+        inner = choice.parts(first, last, bool(at_kinks[b]))
+        starts += [first, *inner]
+        ends += [*inner, last]
+        of_box += [b] * (len(inner) + 1)
+    return _Waiting(np.array(starts), np.array(ends), missing[:, of_box])
+
+
+def _joined(start: float, found: list[Boxes]) -> Cover:
+    starts, ends, radii = (
+        np.concatenate(parts) for parts in zip(*((b.starts, b.ends, b.radii) for b in found), strict=True)
+    )
+    order = np.argsort(starts)
+    return Cover((start, *ends[order].tolist()), tuple(radii[order].tolist()))

@@ -1,11 +1,9 @@
 """Enclose a quantity over a box of time: a Taylor polynomial about the midpoint, and a bound of its error."""
 
-import math
-from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numpy as np
 from flint import arb, arb_poly, arb_series
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
@@ -20,8 +18,6 @@ _REMEMBERED = 4096  # enclosures of shifted signals: several quantities use the 
 _ENLARGED = 4
 """Remainders of formulas are enlarged by this factor: a checker with slightly cruder bounds then still agrees."""
 
-_RATIOS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0)
-
 
 @dataclass(frozen=True)
 class Box:
@@ -35,11 +31,11 @@ class Box:
 def remainder(functional: ExactFunctional, box: Box, terms: int) -> arb:
     """Bound the error of a Taylor polynomial with `terms` terms in the box; infinite if the disc is too small."""
     with ball_arithmetic(2):
-        return sum((abs(weight) * _missed(shifted, box, terms) for weight, shifted in functional.terms), arb(0))
+        return sum((abs(weight) * missed(shifted, box, terms) for weight, shifted in functional.terms), arb(0))
 
 
 @lru_cache(_REMEMBERED)
-def _missed(shifted: ShiftedSignal, box: Box, terms: int) -> arb:
+def missed(shifted: ShiftedSignal, box: Box, terms: int) -> arb:
     """Return Σ_i |c_i| times the bound of the error of the Taylor polynomial of κ(t + s − t_i)."""
     kernel = balls_of(shifted.signal.kernel)
     with ball_arithmetic(2):
@@ -54,6 +50,11 @@ def _missed(shifted: ShiftedSignal, box: Box, terms: int) -> arb:
 def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
     """Return a polynomial with `terms` terms and its remainder. UndefinedError where q may not be defined."""
     arguments = {name: _enclosure(functional, box, terms) for name, functional in quantity.arguments.items()}
+    return of_arguments(quantity, arguments, terms)
+
+
+def of_arguments(quantity: ExactQuantity, arguments: Mapping[str, Enclosure], terms: int) -> Enclosure:
+    """Enclose a quantity whose arguments are enclosed. UndefinedError where it may not be defined."""
     if isinstance(quantity.formula, Variable):
         return arguments[quantity.formula.name]
     with ball_arithmetic(terms):
@@ -63,43 +64,20 @@ def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
 
 def _enclosure(functional: ExactFunctional, box: Box, terms: int) -> Enclosure:
     with ball_arithmetic(terms):
-        polynomial = sum(
-            (_polynomial(shifted, box, terms) * weight for weight, shifted in functional.terms), arb_poly()
-        )
-        return Enclosure(polynomial + functional.offset, remainder(functional, box, terms))
+        found = sum((polynomial(shifted, box, terms) * weight for weight, shifted in functional.terms), arb_poly())
+        return Enclosure(found + functional.offset, remainder(functional, box, terms))
 
 
 @lru_cache(_REMEMBERED)
-def _polynomial(shifted: ShiftedSignal, box: Box, terms: int) -> arb_poly:
+def polynomial(shifted: ShiftedSignal, box: Box, terms: int) -> arb_poly:
     """Return the first `terms` terms of the Taylor series of Σ_i c_i κ(middle + h x + s − t_i) in x."""
     kernel = balls_of(shifted.signal.kernel)
     with ball_arithmetic(terms):
         middle, half = _midpoint(box)
-        expansion, polynomial = Expansion(half, arb(box.radius), terms), arb_series([0], prec=terms)
+        expansion, found = Expansion(half, arb(box.radius), terms), arb_series([0], prec=terms)
         for shift, c in shifted.summands:
-            polynomial += kernel.polynomial(middle + shift, expansion, _side(box, shift)) * c
-        return arb_poly(polynomial.coeffs())
-
-
-def best_radius(signals: Collection[ShiftedSignal], start: float, end: float, terms: int) -> float:
-    """Return a disc radius [s] with small remainders in the box [start, end] [s]. Every radius is valid."""
-    half = (end - start) / 2
-    with ball_arithmetic(2):
-        nearest = [(balls_of(shifted.signal.kernel), _nearest(shifted, start + half)) for shifted in signals]
-        radii = [half * ratio for ratio in _RATIOS]
-        bounds = [
-            sum((kernel.on_disc(r, arb(radius)) for kernel, r in nearest), arb(0)) * (arb(half) / arb(radius)) ** terms
-            for radius in radii
-        ]
-        sizes = [float(bound.upper()) if bound.is_finite() else math.inf for bound in bounds]
-        return radii[sizes.index(min(sizes))]
-
-
-def _nearest(shifted: ShiftedSignal, middle: float) -> arb:
-    """Estimate the distance [s] to the nearest centre; zero for periodic kernels, whose maxima are always near."""
-    if balls_of(shifted.signal.kernel).has_periodic_part:
-        return arb(0)
-    return arb(float(np.min(np.abs(middle + float(shifted.shift) - shifted.signal.centres))))
+            found += kernel.polynomial(middle + shift, expansion, _side(box, shift)) * c
+        return arb_poly(found.coeffs())
 
 
 def _midpoint(box: Box) -> tuple[arb, arb]:

@@ -8,9 +8,10 @@ from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
 from trackable.certificates.balls.formulas import UndefinedError
+from trackable.certificates.boxes.decision import Bounded
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
-from trackable.certificates.cover import TERMS, Cover, Hole, cover
+from trackable.certificates.cover import TERMS, Hole, covers
 from trackable.certificates.exact import ExactQuantity, exact_quantities
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.rounding.references import (
@@ -111,14 +112,12 @@ class _ProofProblem:
         for quantity, drawn in zip(self.quantities, sketches, strict=True):
             if failure := self._failure_at(quantity, arb(drawn.worst_time), drawn.worst_time):
                 return failure
-        covers: dict[str, Cover] = {}
-        signals = tuple(dict.fromkeys(shifted for quantity in self.quantities for shifted in quantity.shifted_signals))
-        for quantity, drawn in zip(self.quantities, sketches, strict=True):
-            found = cover(quantity, signals, drawn, start, end, self.errors[quantity.name])
-            if isinstance(found, Hole):
-                return self._explained(quantity, found)
-            covers[quantity.name] = found
-        return Certificate(self.reference, claim, TERMS, covers, self.errors, self.until)
+        bounded = [Bounded(q, drawn, self.errors[q.name]) for q, drawn in zip(self.quantities, sketches, strict=True)]
+        found = covers(bounded, start, end)
+        if isinstance(found, Hole):
+            return self._explained(found)
+        by_name = {q.name: cover for q, cover in zip(self.quantities, found, strict=True)}
+        return Certificate(self.reference, claim, TERMS, by_name, self.errors, self.until)
 
     def _sketches(self, start: float, end: float) -> list[Sketch]:
         return [sketch(self.reference, quantity, start, end) for quantity in self.reference.quantities]
@@ -179,7 +178,8 @@ class _ProofProblem:
         reason = f"float64 evaluation may go wrong: with states anywhere in their set, {why}"
         return Unproved(quantity.name, quantity.bounds, (-np.inf, np.inf), np.inf, reason)
 
-    def _explained(self, quantity: ExactQuantity, hole: Hole) -> Failure:
+    def _explained(self, hole: Hole) -> Failure:
+        quantity = hole.quantity
         start, end = hole.box.start, hole.box.end
         middle = start + (end - start) / 2
         failure = self._failure_at(quantity, arb(middle), middle)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from trackable.arrays import Array
 from trackable.learning.index_set import Window
@@ -20,18 +21,19 @@ class Sketch:
     margins: Array
     slopes: dict[str, Array]
 
-    def smallest(self, start: float, end: float) -> float:
-        """Return the smallest margin at grid times in [start, end], and at the next one on either side."""
-        return float(np.min(self.margins[self._within(start, end)]))
+    def smallest(self, starts: Array, ends: Array) -> Array:
+        """Return the smallest margin at grid times in each [start, end], and at the next one on either side."""
+        return _over(np.minimum, self.margins, self._within(starts, ends))
 
-    def steepest(self, start: float, end: float) -> dict[str, float]:
+    def steepest(self, starts: Array, ends: Array) -> dict[str, Array]:
         """Return the largest |∂q/∂q_i| at these times."""
-        within = self._within(start, end)
-        return {name: float(np.max(slopes[within])) for name, slopes in self.slopes.items()}
+        within = self._within(starts, ends)
+        return {name: _over(np.maximum, slopes, within) for name, slopes in self.slopes.items()}
 
-    def _within(self, start: float, end: float) -> slice:
-        first, last = np.searchsorted(self.times, [start, end])
-        return slice(max(int(first) - 1, 0), int(last) + 1)
+    def _within(self, starts: Array, ends: Array) -> npt.NDArray[np.intp]:
+        """Return from where to where, interleaved: shape (2 B,)."""
+        first, last = np.searchsorted(self.times, starts) - 1, np.searchsorted(self.times, ends) + 1
+        return np.stack([np.maximum(first, 0), np.minimum(last, len(self.times))], axis=1).ravel()
 
     @property
     def worst_time(self) -> float:
@@ -56,3 +58,8 @@ def sketch(reference: Reference, quantity: Quantity, start: float, end: float) -
     slopes = trajectory.slopes({name: functional(signals, times) for name, functional in trajectory.arguments})
     sizes = {name: np.broadcast_to(np.abs(slope), times.shape) for name, slope in slopes.items()}
     return Sketch(times, margin(times), sizes)
+
+
+def _over(extreme: np.ufunc, values: Array, within: npt.NDArray[np.intp]) -> Array:
+    """Return the extremes of `values` within intervals, which may overlap; the second ends do not count."""
+    return np.asarray(extreme.reduceat(np.append(values, values[-1:]), within)[::2])

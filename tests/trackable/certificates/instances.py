@@ -7,6 +7,10 @@ import numpy as np
 
 from tests.trackable.certificates import naive
 from tests.trackable.systems.instances import controllable
+from trackable.certificates.boxes.choice import Choice
+from trackable.certificates.boxes.nearby import Summands
+from trackable.certificates.enclosure import Box
+from trackable.certificates.exact import ExactQuantity
 from trackable.certificates.prove import reference_period
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.matern import Matern32, Matern52
@@ -22,6 +26,12 @@ from trackable.systems.sets.polytope import Polytope
 
 DrawnKernel = Callable[[np.random.Generator, float], Kernel]
 _RADIAL = (SquaredExponential, Matern32, Matern52)
+
+
+def chosen_box(quantity: ExactQuantity, start: float, end: float, terms: int) -> Box:
+    """Return a box as proofs choose it."""
+    choice = Choice([Summands.of(shifted) for shifted in quantity.shifted_signals], terms)
+    return choice.boxes(np.array([start]), np.array([end])).box(0)
 
 
 @dataclass(frozen=True)

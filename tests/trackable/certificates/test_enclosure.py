@@ -8,10 +8,10 @@ from flint import arb, arb_series
 from mpmath import mp
 
 from tests.trackable.certificates import naive
-from tests.trackable.certificates.instances import case, general_case
+from tests.trackable.certificates.instances import case, chosen_box, general_case
 from tests.trackable.gp.instances import KERNELS, RADIAL, formula, over, time_scale
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above, float_below
-from trackable.certificates.enclosure import Box, best_radius, enclosure
+from trackable.certificates.enclosure import Box, enclosure
 from trackable.certificates.exact import exact_quantities
 from trackable.certificates.kernels.table import balls_of
 from trackable.certificates.limits import limits_beyond
@@ -124,8 +124,8 @@ def test_boxes_hold_the_quantity(make, seed):
         start = float(rng.uniform(-0.2, 1) * chosen.end)
         end = start + float(chosen.end * 10 ** rng.uniform(-6, -0.5))
         half = (end - start) / 2
-        for radius in (best_radius(quantity.shifted_signals, start, end, 12), 1.7 * half):
-            found = enclosure(quantity, Box(start, end, radius), 12)
+        for box in (chosen_box(quantity, start, end, 12), Box(start, end, 1.7 * half)):
+            found = enclosure(quantity, box, 12)
             for t in [start, end, *rng.uniform(start, end, 5)]:
                 with mp.workdps(naive.DIGITS), ball_arithmetic():
                     middle, width = (arb(start) + arb(end)) / 2, (arb(end) - arb(start)) / 2
@@ -148,7 +148,7 @@ def test_limits_hold_from_their_start_on(make, seed):
 def test_stays_in_means_what_it_says():
     chosen = case(1)
     state = exact_quantities(chosen.reference)[0]
-    box = Box(0.0, chosen.end / 64, best_radius(state.shifted_signals, 0.0, chosen.end / 64, 16))
+    box = chosen_box(state, 0.0, chosen.end / 64, 16)
     values = naive.extended(chosen.reference, "state", np.linspace(box.start, box.end, 400))
     low, high = float(np.min(values)), float(np.max(values))
     slack = 1e-6 * (high - low) + 1e-9 * abs(high)

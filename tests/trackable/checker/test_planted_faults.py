@@ -5,16 +5,17 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from flint import arb, arb_poly
 
 from tests.trackable.certificates.references import certified, unconstrained
-from trackable.certificates import cover, enclosure, exact, prove, settled
+from trackable.certificates import cover, exact, prove, settled
+from trackable.certificates.boxes import decision, enclosures, few
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.cover import Cover
+from trackable.certificates.floats.choice import zero
 from trackable.certificates.kernels.matern import Matern32Balls
 from trackable.certificates.kernels.piecewise_polynomial import PiecewisePolynomialBalls
-from trackable.certificates.kernels.squared_exponential import SquaredExponentialBalls
 from trackable.certificates.rounding import references as rounding
+from trackable.certificates.sketch import Sketch
 from trackable.checker import Failed, Proved, check
 from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.matern import Matern32
@@ -65,44 +66,51 @@ def broken(request) -> Reference:
     return unconstrained(request.param)
 
 
+def wide(_: Sketch, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    return np.ones_like(starts)  # margins that seem to be wide everywhere
+
+
+def nothing_missed(*arguments) -> np.ndarray:
+    return np.zeros((2, len(arguments[1])))
+
+
 @pytest.fixture
 def blind(monkeypatch):
-    """The search for a counterexample finds nothing."""
+    """The search for a counterexample finds nothing, and few centres are enclosed as many are."""
     monkeypatch.setattr(prove._ProofProblem, "_failure_at", lambda *_: None)
+    monkeypatch.setattr(few, "_FEW", 0)
 
 
 def test_a_prover_that_believes_every_box(broken, monkeypatch, blind):
-    monkeypatch.setattr(enclosure.Enclosure, "stays_in", lambda *_: True)
-    monkeypatch.setattr(cover, "remainder", lambda *_: arb(0))
-    monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
+    monkeypatch.setattr(decision, "are_positive", lambda of: np.ones(of.mid.shape[1], dtype=bool))
+    monkeypatch.setattr(enclosures, "missed", nothing_missed)
+    monkeypatch.setattr(Sketch, "smallest", wide)
     assert_caught(broken, "box")
 
 
 def test_a_prover_that_forgets_the_remainder(monkeypatch, blind):
-    monkeypatch.setattr(cover, "remainder", lambda *_: arb(0))
-    monkeypatch.setattr(enclosure, "remainder", lambda *_: arb(0))
-    monkeypatch.setattr(cover, "TERMS", 2)
-    monkeypatch.setattr(prove, "TERMS", 2)
+    monkeypatch.setattr(enclosures, "missed", nothing_missed)
+    for module in (cover, prove):
+        monkeypatch.setattr(module, "TERMS", 2)
     assert_caught(small(SquaredExponential(1.0, 0.3)), "box")
 
 
 def test_a_prover_with_a_wrong_kernel(monkeypatch, blind):
-    right = SquaredExponentialBalls.polynomial
-    half_as_large = lambda self, *arguments: right(replace(self, signal_std=0.5), *arguments)  # noqa: E731
-    monkeypatch.setattr(SquaredExponentialBalls, "polynomial", half_as_large)
-    monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
+    right = enclosures.polynomials
+    monkeypatch.setattr(enclosures, "polynomials", lambda *arguments: right(*arguments) * 0.25)
+    monkeypatch.setattr(Sketch, "smallest", wide)
     assert_caught(small(SquaredExponential(1.0, 0.3), state_set=(-0.4, 0.3)), "box")
 
 
 def test_a_prover_that_overlooks_kinks(monkeypatch, blind):
-    monkeypatch.setattr(Matern32Balls, "is_analytic", True)
+    monkeypatch.setattr(Matern32Balls, "kinks", ())
     assert_caught(small(Matern32(1.0, 0.3), state_set=(-0.71, 0.34)), "box")
 
 
 def test_a_prover_that_overlooks_where_a_support_ends(monkeypatch, blind):
     """A box whose middle is beyond the support, as if all of it was; z = φ(0.9) = 1.2e-4 where it begins."""
-    monkeypatch.setattr(PiecewisePolynomialBalls, "jump", lambda *_: arb(0))
-    monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
+    monkeypatch.setattr(PiecewisePolynomialBalls, "jump", lambda _, r, half: zero(r))
+    monkeypatch.setattr(Sketch, "smallest", wide)
     plant = small(SquaredExponential(1.0, 0.3), state_set=(-2.0, 5e-5)).plant
     reference = Reference((KernelSum(PiecewisePolynomial2(1.0, 0.5), 0.0, np.zeros(1), np.ones(1)),), plant)
     found = prove.prove_on_window(reference, 0.45, 0.65)
@@ -113,32 +121,24 @@ def test_a_prover_that_overlooks_where_a_support_ends(monkeypatch, blind):
 
 
 def test_a_prover_that_takes_the_wrong_branch(monkeypatch, blind):
-    """Zero inside of the support too."""
-    monkeypatch.setattr(PiecewisePolynomialBalls, "polynomial", lambda *_: arb_poly())
-    monkeypatch.setattr(PiecewisePolynomialBalls, "jump", lambda *_: arb(0))
-    monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
+    right = enclosures.polynomials
+    monkeypatch.setattr(enclosures, "polynomials", lambda *arguments: right(*arguments) * 0)
+    monkeypatch.setattr(PiecewisePolynomialBalls, "jump", lambda _, r, half: zero(r))
+    monkeypatch.setattr(Sketch, "smallest", wide)
     assert_caught(small(PiecewisePolynomial2(1.0, 0.5), state_set=(-0.4, 0.3)), "box")
 
 
 def test_a_prover_whose_cover_ends_too_early(learned, monkeypatch, blind):
-    right = prove.cover
-
-    def shortened(*arguments):
-        found = right(*arguments)
-        return Cover(found.ends[:-1], found.radii[:-1])
-
-    monkeypatch.setattr(prove, "cover", shortened)
+    right = prove.covers
+    shortened = lambda *arguments: [Cover(each.ends[:-1], each.radii[:-1]) for each in right(*arguments)]  # noqa: E731
+    monkeypatch.setattr(prove, "covers", shortened)
     assert_caught(learned, "cover")
 
 
 def test_a_prover_whose_cover_has_a_hole(learned, monkeypatch, blind):
-    right = prove.cover
-
-    def holed(*arguments):
-        found = right(*arguments)
-        return Cover((found.ends[0], *found.ends[2:]), found.radii[1:])
-
-    monkeypatch.setattr(prove, "cover", holed)
+    right = prove.covers
+    holed = lambda *a: [Cover((each.ends[0], *each.ends[2:]), each.radii[1:]) for each in right(*a)]  # noqa: E731
+    monkeypatch.setattr(prove, "covers", holed)
     assert_caught(learned, "box")
 
 
@@ -169,10 +169,10 @@ def test_a_prover_with_a_wrong_sign_in_the_system(monkeypatch, blind):
         return state, replace(inputs, arguments={name: replace(functional, terms=((-weight, now), later))})
 
     monkeypatch.setattr(prove, "exact_quantities", mistaken)
-    monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
+    monkeypatch.setattr(Sketch, "smallest", wide)
     monkeypatch.setattr(settled, "float_below", lambda _: 1.0)
-    wide = small(SquaredExponential(1.0, 3.0), input_set=(-0.2, 0.2), state_set=(-1.0, 1.0), a=-0.9)
-    assert_caught(wide, "box", "tail")
+    learned = small(SquaredExponential(1.0, 3.0), input_set=(-0.2, 0.2), state_set=(-1.0, 1.0), a=-0.9)
+    assert_caught(learned, "box", "tail")
 
 
 def test_the_axis_is_proved_before_anything_is_planted():
@@ -224,7 +224,7 @@ def test_a_prover_that_takes_a_row_for_another(monkeypatch, blind):
     reference = axis()
     narrow = replace(reference.plant.state_set, lower=-np.array([4, 4, 0.8]), upper=np.array([4, 4, 0.8]))
     monkeypatch.setattr(prove, "exact_quantities", confused)
-    monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
+    monkeypatch.setattr(Sketch, "smallest", wide)
     assert_caught(Reference(reference.signals, replace(reference.plant, state_set=narrow)), "box: the x1+x2")
 
 

@@ -2,6 +2,9 @@
 
 Hyperparameters are the stored float64 numbers, taken as exact reals; π is a ball. All bounds over-estimate. Distances
 and radii are in seconds.
+
+`taylor`, `on_disc`, `far` and `jump` are written once for two arithmetics: for arb and arb_series, and for arrays of
+float64 balls and of series of them (`floats`). So they compare numbers by `choose` only.
 """
 
 from abc import ABC, abstractmethod
@@ -12,8 +15,9 @@ from typing import NamedTuple
 from flint import arb, arb_series
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
+from trackable.certificates.floats.choice import Number, PowerSeries, zero
 
-_BEYOND_HALF = 1.01
+BEYOND_HALF = 1.01
 
 
 class Decay(NamedTuple):
@@ -51,16 +55,20 @@ class KernelBalls(ABC):
     """A kernel κ(r) in ball arithmetic. A kernel with a kink at 0 means its branch of positive differences."""
 
     @abstractmethod
-    def taylor(self, r: arb_series) -> arb_series:
+    def taylor(self, r: PowerSeries) -> PowerSeries:
         """Enclose κ along r = r₀ + h x + …, as a power series in x; the branch that holds at r₀ > 0."""
 
-    def exponential(self, r: arb_series) -> tuple[arb, arb_series] | None:
+    def exponential(self, r: PowerSeries) -> tuple[arb, PowerSeries] | None:
         """Return v and e with κ = v exp(e) along r, as `taylor` does; None where κ is not stated so."""
         return None
 
     @abstractmethod
-    def on_disc(self, r: arb, radius: arb) -> arb:
+    def on_disc(self, r: Number, radius: Number) -> Number:
         """Bound |κ(z)| over |z − r| ≤ radius, of the branch that holds at |r|; infinite where κ is singular."""
+
+    @abstractmethod
+    def far(self, distance: Number, radius: Number) -> Number:
+        """Bound |κ(z)| over |z − r| ≤ radius for all |r| ≥ distance ≥ radius, of every branch; it may be infinite."""
 
     @abstractmethod
     def beyond(self, distance: arb) -> Decay:
@@ -73,19 +81,24 @@ class KernelBalls(ABC):
     @property
     def is_analytic(self) -> bool:
         """Whether κ is analytic at r = 0."""
-        return True
+        return not self.kinks
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """The distances |r| [s] at which κ changes its branch; none where it is analytic."""
+        return ()
 
     @property
     def has_periodic_part(self) -> bool:
         """Whether any part of κ repeats for ever."""
         return False
 
-    def jump(self, r: arb, half: arb) -> arb:
+    def jump(self, r: Number, half: Number) -> Number:
         """Bound how far κ is from its branch at |r| between |r| − half and |r| + half, on the positive side.
 
         Zero for kernels with one branch for all positive differences.
         """
-        return arb(0)
+        return zero(r)
 
     def value(self, r: arb) -> arb:
         """Enclose κ(r)."""
@@ -119,7 +132,7 @@ class KernelBalls(ABC):
 
         Of (1 + x) e^(−x) the odd powers begin with x³, of Matérn 5/2 with x⁵.
         """
-        reach = box.half * _BEYOND_HALF
+        reach = box.half * BEYOND_HALF
         rest = self.on_disc(arb(0), box.radius) * geometric_rest(reach / box.radius, box.terms)
         with ball_arithmetic(box.terms):
             odd = self.taylor(arb_series([0, reach], prec=box.terms)).coeffs()[1::2]

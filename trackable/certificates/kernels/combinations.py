@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 
-from flint import arb, arb_series
+from flint import arb
 
+from trackable.certificates.floats.choice import Number, PowerSeries, choose, zero
 from trackable.certificates.kernels.base import Decay, KernelBalls, Sensitivity
 
 
@@ -15,8 +16,8 @@ class CombinationBalls(KernelBalls):
     right: KernelBalls
 
     @property
-    def is_analytic(self) -> bool:
-        return self.left.is_analytic and self.right.is_analytic
+    def kinks(self) -> tuple[float, ...]:
+        return tuple(sorted({*self.left.kinks, *self.right.kinks}))
 
     @property
     def has_periodic_part(self) -> bool:
@@ -26,13 +27,16 @@ class CombinationBalls(KernelBalls):
 class SumBalls(CombinationBalls):
     """κ = κ₁ + κ₂."""
 
-    def taylor(self, r: arb_series) -> arb_series:
+    def taylor(self, r: PowerSeries) -> PowerSeries:
         return self.left.taylor(r) + self.right.taylor(r)
 
-    def on_disc(self, r: arb, radius: arb) -> arb:
+    def on_disc(self, r: Number, radius: Number) -> Number:
         return self.left.on_disc(r, radius) + self.right.on_disc(r, radius)
 
-    def jump(self, r: arb, half: arb) -> arb:
+    def far(self, distance: Number, radius: Number) -> Number:
+        return self.left.far(distance, radius) + self.right.far(distance, radius)
+
+    def jump(self, r: Number, half: Number) -> Number:
         return self.left.jump(r, half) + self.right.jump(r, half)
 
     def beyond(self, distance: arb) -> Decay:
@@ -50,28 +54,28 @@ class SumBalls(CombinationBalls):
 class ProductBalls(CombinationBalls):
     """κ = κ₁ κ₂."""
 
-    def exponential(self, r: arb_series) -> tuple[arb, arb_series] | None:
+    def exponential(self, r: PowerSeries) -> tuple[arb, PowerSeries] | None:
         left, right = self.left.exponential(r), self.right.exponential(r)
         return (left[0] * right[0], left[1] + right[1]) if left and right else None
 
-    def taylor(self, r: arb_series) -> arb_series:
+    def taylor(self, r: PowerSeries) -> PowerSeries:
         # One exponential takes half the time of two and their product.
         if found := self.exponential(r):
             size, exponent = found
             return exponent.exp() * size
         return self.left.taylor(r) * self.right.taylor(r)
 
-    def on_disc(self, r: arb, radius: arb) -> arb:
+    def on_disc(self, r: Number, radius: Number) -> Number:
         return self.left.on_disc(r, radius) * self.right.on_disc(r, radius)
 
-    def jump(self, r: arb, half: arb) -> arb:
+    def far(self, distance: Number, radius: Number) -> Number:
+        return self.left.far(distance, radius) * self.right.far(distance, radius)
+
+    def jump(self, r: Number, half: Number) -> Number:
         # κ₁ κ₂ − b₁ b₂ = (κ₁ − b₁) κ₂ + b₁ (κ₂ − b₂) with the branches b at r
-        found, f, g = arb(0), self.left.jump(r, half), self.right.jump(r, half)
-        if not f.is_zero():
-            found += f * self.right.beyond(arb(0)).size
-        if not g.is_zero():
-            found += self.left.on_disc(r, half) * g
-        return found
+        f, g = self.left.jump(r, half), self.right.jump(r, half)
+        left = choose(f.is_zero(), zero(r), f * self.right.beyond(arb(0)).size)
+        return left + choose(g.is_zero(), zero(r), self.left.on_disc(r, half) * g)
 
     def beyond(self, distance: arb) -> Decay:
         f, g = self.left.beyond(distance), self.right.beyond(distance)

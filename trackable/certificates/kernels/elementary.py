@@ -7,6 +7,7 @@ from functools import cached_property
 from flint import arb, arb_series
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
+from trackable.certificates.floats.choice import Number
 from trackable.certificates.kernels.base import Decay, KernelBalls, Sensitivity
 
 FORMULA = 40
@@ -39,12 +40,18 @@ class ElementaryBalls(KernelBalls):
 
 
 class RadialBalls(ElementaryBalls):
-    """A kernel that falls with the distance; its |κ̇| rises up to `steepest` and falls from there on."""
+    """A kernel that falls with the distance; its |κ̇| rises up to `steepest` and falls from there on.
+
+    With one branch, so does its bound on discs of one radius.
+    """
 
     @property
     @abstractmethod
     def steepest(self) -> arb:
         """The distance ζ [s] of the largest |κ̇|."""
+
+    def far(self, distance: Number, radius: Number) -> Number:
+        return self.on_disc(distance, radius)
 
     def moment(self, reach: arb, size: arb) -> arb:
         """Bound |r κ| for |r| ≤ reach, where |κ| ≤ size."""
@@ -65,6 +72,6 @@ class RadialBalls(ElementaryBalls):
         return arb(FORMULA)
 
 
-def least_square(r: arb, radius: arb) -> arb:
+def least_square(r: Number, radius: Number) -> Number:
     """Bound Re z² from below on |z − r| ≤ radius: with z = x + iy, Re z² = x² − y² ≥ r²/2 − radius²."""
     return r**2 / 2 - radius**2

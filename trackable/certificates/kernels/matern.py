@@ -1,7 +1,8 @@
 """Matérn kernels in ball arithmetic: κ(r) = θ₁² P(x) e^(−x) for the branch of r ≥ 0."""
 
-from flint import arb, arb_series
+from flint import arb
 
+from trackable.certificates.floats.choice import Number, PowerSeries
 from trackable.certificates.kernels.elementary import RadialBalls
 
 
@@ -9,14 +10,14 @@ class Matern32Balls(RadialBalls):
     """P(x) = 1 + x with x = √3 r/θ₂."""
 
     @property
-    def is_analytic(self) -> bool:
-        return False
+    def kinks(self) -> tuple[float, ...]:
+        return (0.0,)
 
-    def taylor(self, r: arb_series) -> arb_series:
+    def taylor(self, r: PowerSeries) -> PowerSeries:
         x = r * (arb(3).sqrt() / self.length)
         return (1 + x) * (-x).exp() * self.variance
 
-    def on_disc(self, r: arb, radius: arb) -> arb:
+    def on_disc(self, r: Number, radius: Number) -> Number:
         rate = arb(3).sqrt() / self.length
         size = rate * (abs(r) + radius)
         return self.variance * (1 + size) * (rate * (radius - abs(r))).exp()
@@ -34,14 +35,14 @@ class Matern52Balls(RadialBalls):
     """P(x) = 1 + x + x²/3 with x = √5 r/θ₂."""
 
     @property
-    def is_analytic(self) -> bool:
-        return False
+    def kinks(self) -> tuple[float, ...]:
+        return (0.0,)
 
-    def taylor(self, r: arb_series) -> arb_series:
+    def taylor(self, r: PowerSeries) -> PowerSeries:
         x = r * (arb(5).sqrt() / self.length)
         return (1 + x + x * x / 3) * (-x).exp() * self.variance
 
-    def on_disc(self, r: arb, radius: arb) -> arb:
+    def on_disc(self, r: Number, radius: Number) -> Number:
         rate = arb(5).sqrt() / self.length
         size = rate * (abs(r) + radius)
         return self.variance * (1 + size + size**2 / 3) * (rate * (radius - abs(r))).exp()

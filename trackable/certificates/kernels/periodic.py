@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from flint import arb, arb_series
+from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
+from trackable.certificates.floats.choice import Number, PowerSeries, choose
 from trackable.certificates.kernels.base import Decay, Sensitivity
 from trackable.certificates.kernels.elementary import FORMULA, ElementaryBalls
 
@@ -26,18 +27,22 @@ class PeriodicBalls(ElementaryBalls):
     def has_periodic_part(self) -> bool:
         return True
 
-    def exponential(self, r: arb_series) -> tuple[arb, arb_series]:
+    def exponential(self, r: PowerSeries) -> tuple[arb, PowerSeries]:
         return self.variance, ((r * self.omega).cos() - 1) / self.squared_length
 
-    def taylor(self, r: arb_series) -> arb_series:
+    def taylor(self, r: PowerSeries) -> PowerSeries:
         size, exponent = self.exponential(r)
         return exponent.exp() * size
 
-    def on_disc(self, r: arb, radius: arb) -> arb:
+    def on_disc(self, r: Number, radius: Number) -> Number:
         # Re cos(x + iy) = cos x cosh y.
         cosine = (self.omega * (r + radius * arb(0, 1))).cos().upper()
-        if cosine > 0:
-            cosine *= (self.omega * radius).cosh()
+        return self._of_cosine(choose(cosine > 0, cosine * (self.omega * radius).cosh(), cosine))
+
+    def far(self, distance: Number, radius: Number) -> Number:
+        return self._of_cosine((self.omega * radius).cosh())
+
+    def _of_cosine(self, cosine: Number) -> Number:
         return self.variance * ((cosine - 1) / self.squared_length).exp()
 
     def beyond(self, distance: arb) -> Decay:

@@ -1,12 +1,16 @@
 """Piecewise polynomial kernels in ball arithmetic: a polynomial for r < θ₂, and zero from θ₂ on."""
 
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
+import numpy as np
 from flint import arb, arb_series
 
+from trackable.certificates.floats.balls import Balls
+from trackable.certificates.floats.choice import Number, PowerSeries, choose, zero
+from trackable.certificates.floats.series import Series
 from trackable.certificates.kernels.elementary import RadialBalls
 
-_X = TypeVar("_X", arb, arb_series)
+_X = TypeVar("_X", arb, arb_series, Balls, Series)
 
 
 class PiecewisePolynomialBalls(RadialBalls):
@@ -19,34 +23,38 @@ class PiecewisePolynomialBalls(RadialBalls):
     coefficients: ClassVar[tuple[int, ...]]
 
     @property
-    def is_analytic(self) -> bool:
-        return False
+    def kinks(self) -> tuple[float, ...]:
+        return 0.0, self.lengthscale
 
-    def taylor(self, r: arb_series) -> arb_series:
-        return self._polynomial(r / self.length) if self._is_inside(r[0]) else r * 0
+    def taylor(self, r: PowerSeries) -> PowerSeries:
+        return choose(self._is_inside(r[0]), self._polynomial(r / self.length), r * 0)
 
-    def on_disc(self, r: arb, radius: arb) -> arb:
-        if not self._is_inside(r):
-            return arb(0)
+    def on_disc(self, r: Number, radius: Number) -> Number:
         # |1 − z| ≤ |1 − s| + ρ and |Q(z)| ≤ Q(s + ρ) on |z − s| ≤ ρ.
         s, rho = abs(r) / self.length, radius / self.length
-        return self.variance * self._powered(abs(1 - s) + rho) * self._factor(s + rho)
+        found = self.variance * self._powered(abs(1 - s) + rho) * self._factor(s + rho)
+        return choose(self._is_inside(r), found, zero(r))
 
-    def jump(self, r: arb, half: arb) -> arb:
+    def far(self, distance: Number, radius: Number) -> Number:
+        return choose(distance - radius > self.length, zero(distance), arb.pos_inf())
+
+    def jump(self, r: Number, half: Number) -> Number:
         # |(1 − s)ᵖ Q(s)| falls up to s = 1 and rises from there on: it is largest at the end that is farther from 1.
-        if self._is_inside(r):
-            end = abs(r) + half
-            return arb(0) if end <= self.length else abs(self._polynomial(end / self.length))
-        start = (abs(r) - half).max(arb(0))
-        return arb(0) if start >= self.length else abs(self._polynomial(start / self.length))
+        end, start = abs(r) + half, (abs(r) - half).max(arb(0))
+        beyond = choose(end <= self.length, zero(r), self._size(end))
+        before = choose(start >= self.length, zero(r), self._size(start))
+        return choose(self._is_inside(r), beyond, before)
 
     def moment(self, reach: arb, size: arb) -> arb:
         # s φ(s) ≤ 0.165
         return size * self.length * arb(17) / 100
 
-    def _is_inside(self, r: arb) -> bool:
+    def _is_inside(self, r: Number) -> Any:
         """Return whether the polynomial is the branch at |r|, as it is at θ₂ and where no branch holds for certain."""
-        return not abs(r) > self.length
+        return np.logical_not(abs(r) > self.length)
+
+    def _size(self, r: Number) -> Number:
+        return abs(self._polynomial(r / self.length))
 
     def _polynomial(self, s: _X) -> _X:
         return self._powered(1 - s) * self._factor(s) * self.variance

@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 
-from flint import arb, arb_series
+from flint import arb
 
+from trackable.certificates.floats.choice import Number, PowerSeries, choose
 from trackable.certificates.kernels.elementary import RadialBalls, least_square
 
 
@@ -18,13 +19,13 @@ class RationalQuadraticBalls(RadialBalls):
         """α."""
         return arb(self.shape)
 
-    def taylor(self, r: arb_series) -> arb_series:
+    def taylor(self, r: PowerSeries) -> PowerSeries:
         s, alpha = r / self.length, self.alpha
         return ((1 + s * s / (2 * alpha)).log() * -alpha).exp() * self.variance
 
-    def on_disc(self, r: arb, radius: arb) -> arb:
+    def on_disc(self, r: Number, radius: Number) -> Number:
         q = 1 + least_square(r, radius) / (2 * self.alpha * self.length**2)  # ≤ Re q(z) ≤ |q(z)|
-        return self.variance * (q.log() * -self.alpha).exp() if q > 0 else arb.pos_inf()
+        return choose(q > 0, self.variance * (q.log() * -self.alpha).exp(), arb.pos_inf())
 
     @property
     def steepest(self) -> arb:

@@ -1,22 +1,23 @@
 """κ(r) = θ₁² exp(−r²/(2 θ₂²)) in ball arithmetic."""
 
-from flint import arb, arb_series
+from flint import arb
 
+from trackable.certificates.floats.choice import Number, PowerSeries
 from trackable.certificates.kernels.elementary import RadialBalls, least_square
 
 
 class SquaredExponentialBalls(RadialBalls):
     """κ(r) = θ₁² exp(−r²/(2 θ₂²))."""
 
-    def exponential(self, r: arb_series) -> tuple[arb, arb_series]:
+    def exponential(self, r: PowerSeries) -> tuple[arb, PowerSeries]:
         s = r / self.length
         return self.variance, s * s / -2
 
-    def taylor(self, r: arb_series) -> arb_series:
+    def taylor(self, r: PowerSeries) -> PowerSeries:
         size, exponent = self.exponential(r)
         return exponent.exp() * size
 
-    def on_disc(self, r: arb, radius: arb) -> arb:
+    def on_disc(self, r: Number, radius: Number) -> Number:
         return self.variance * (-least_square(r, radius) / (2 * self.squared_length)).exp()
 
     @property

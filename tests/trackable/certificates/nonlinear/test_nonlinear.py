@@ -7,6 +7,7 @@ import pytest
 from flint import arb
 from mpmath import mp
 
+from tests.trackable.certificates.instances import chosen_box
 from tests.trackable.certificates.nonlinear.instances import (
     BOX,
     END,
@@ -21,7 +22,7 @@ from tests.trackable.systems.nonlinear_instances import INSTANCES, LINEAR, as_fo
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above, float_below
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.certified import Certified, learn_certified
-from trackable.certificates.enclosure import Box, best_radius, enclosure
+from trackable.certificates.enclosure import enclosure
 from trackable.certificates.exact import exact_quantities
 from trackable.certificates.limits import limits_beyond
 from trackable.certificates.outcome import Counterexample
@@ -48,7 +49,7 @@ def test_enclosures_hold_the_true_values(name):
     with mp.workdps(50):
         true = true_values(name, reference, times)
         for quantity in exact_quantities(reference):
-            box = Box(start, end, best_radius(quantity.shifted_signals, start, end, 12))
+            box = chosen_box(quantity, start, end, 12)
             found = enclosure(quantity, box, 12)
             missed = mp.mpf(float_above(found.remainder))
             assert missed < 1e-6

@@ -25,6 +25,7 @@ from trackable.certificates.balls.models import Enclosure
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import prove as prove_always
 from trackable.certificates.prove import prove_on_window
+from trackable.certificates.sketch import Sketch
 from trackable.checker import Failed, NotACertificate, Proved, check
 from trackable.codec.certificates import decode_certificate
 from trackable.systems.constrained import ConstrainedSystem
@@ -151,7 +152,7 @@ def test_a_prover_with_a_wrong_function(monkeypatch):
         return Enclosure(found.coefficients * arb(0.9), found.remainder)
 
     monkeypatch.setattr(prove._ProofProblem, "_failure_at", lambda *_: None)
-    monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
+    monkeypatch.setattr(Sketch, "smallest", lambda _, starts, ends: np.ones_like(starts))
     monkeypatch.setattr(models, "composed", smaller)
     false = replace(loose, plant=replace(loose.plant, input_set=BOX([-99.0], [highest - 1e-2])))
     found = prove_on_window(false, 0.0, 1.0)
@@ -171,7 +172,7 @@ def test_a_prover_that_takes_another_law(monkeypatch):
     )
     monkeypatch.setattr(prove._ProofProblem, "_failure_at", lambda *_: None)
     monkeypatch.setattr(prove, "exact_quantities", lambda _: right(tight("tank")))
-    monkeypatch.setattr(cover.Sketch, "smallest", lambda *_: 1.0)
+    monkeypatch.setattr(Sketch, "smallest", lambda _, starts, ends: np.ones_like(starts))
     found = prove_on_window(other, 0.0, 1.0)
     assert isinstance(found, Certificate), found.explanation
     assert isinstance(check(as_read(found)), Failed)

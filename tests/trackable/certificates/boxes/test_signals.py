@@ -1,0 +1,127 @@
+"""Enclosures in float64 hold what ball arithmetic encloses, in boxes of all sizes; planted faults let some escape."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from flint import arb
+
+from tests.trackable.gp.instances import KERNELS, over, time_scale
+from trackable.certificates.balls.arithmetic import ball_arithmetic
+from trackable.certificates.boxes import nearby, signals
+from trackable.certificates.boxes.boxes import Boxes
+from trackable.certificates.boxes.enclosures import model
+from trackable.certificates.boxes.nearby import Summands
+from trackable.certificates.enclosure import remainder
+from trackable.certificates.exact import ExactFunctional, ShiftedSignal
+from trackable.certificates.floats.balls import Balls
+from trackable.certificates.kernels.matern import Matern32Balls
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.matern import Matern32
+from trackable.gp.signal import KernelSum
+
+TERMS = 12
+COUNT = 40
+
+
+def shifted_signal(kernel: Kernel, rng: np.random.Generator) -> ShiftedSignal:
+    """A signal with centres near and far, some of them at one place, in no order."""
+    span = time_scale(kernel) * 10 ** rng.uniform(-0.5, 2)
+    centres = span * np.round(rng.uniform(-1, 1, COUNT), 3)
+    weights = rng.normal(size=COUNT) * 10 ** rng.uniform(-2, 2, COUNT)
+    shift = int(rng.integers(0, 3)) * arb(0.1 * time_scale(kernel))
+    return ShiftedSignal(KernelSum(kernel, 0.0, centres, weights), shift)
+
+
+def boxes_around(shifted: ShiftedSignal, rng: np.random.Generator) -> Boxes:
+    """Return boxes at random places, and around, beginning and ending at kinks up to rounding."""
+    scale = time_scale(shifted.signal.kernel)
+    summands = Summands.of(shifted)
+    kinks = summands.kinks if summands.kernel.kinks else summands.centres
+    at = np.concatenate([rng.choice(kinks, 8), rng.choice(shifted.signal.centres, 4) + scale * rng.normal(size=4)])
+    halves = scale * 10 ** rng.uniform(-5, -0.5, len(at))
+    starts = at - halves * rng.choice([0.0, 1.0, 0.3, 1e-9], len(at))
+    ends = at + halves * np.where(starts < at, rng.choice([0.0, 1.0, 0.7], len(at)), 1.0)
+    return Boxes(starts, ends, (ends - starts) / 2 * rng.choice([1.3, 2.0, 6.0, 64.0], len(at)))
+
+
+def escapes(kernel: Kernel, seed: int) -> Iterator[bool]:
+    """Yield whether the signal lies outside of its enclosure, at some times of some boxes."""
+    rng = np.random.default_rng(seed)
+    shifted = shifted_signal(kernel, rng)
+    boxes, summands = boxes_around(shifted, rng), Summands.of(shifted)
+    rests, _ = signals.missed(summands, boxes, TERMS)
+    series = signals.polynomials(summands, boxes, TERMS)
+    for b in range(len(boxes)):
+        found, box = model(series.at((slice(None), b)), float(rests[b])), boxes.box(b)
+        for t in (box.start, box.end, *rng.uniform(box.start, box.end, 2)):
+            with ball_arithmetic():
+                x = (2 * arb(t) - arb(box.start) - arb(box.end)) / (arb(box.end) - arb(box.start))
+                yield bool(abs(found.coefficients(x) - shifted.at(arb(t))) > found.remainder)
+
+
+@over(KERNELS)
+@pytest.mark.parametrize("seed", range(3))
+def test_enclosures_hold_the_signal(kernel, seed):
+    assert not any(escapes(kernel, seed))
+
+
+@over(KERNELS)
+def test_remainders_are_those_of_ball_arithmetic(kernel):
+    """Up to rounding, and to what is out of reach."""
+    rng = np.random.default_rng(7)
+    shifted = shifted_signal(kernel, rng)
+    boxes, size = boxes_around(shifted, rng), np.sum(np.abs(shifted.signal.weights)) * kernel(np.zeros(()))
+    found, _ = signals.missed(Summands.of(shifted), boxes, TERMS)
+    functional = ExactFunctional(((arb(1), shifted),), arb(0))
+    for b in range(len(boxes)):
+        exact = remainder(functional, boxes.box(b), TERMS)
+        if exact.is_finite():
+            assert float(exact) * (1 - 1e-6) - 1e-14 * size <= found[b] <= (1 + 1e-6) * float(exact) + 1e-13 * size
+
+
+def nothing_far(monkeypatch):
+    """Only the nearest centres count, and the others are forgotten."""
+    monkeypatch.setattr(Summands, "reach", lambda self, boxes: (np.full(len(boxes), 0.3), np.zeros(len(boxes))))
+
+
+def half_an_envelope(monkeypatch):
+    monkeypatch.setattr(nearby, "_NEGLIGIBLE", 1.0)
+    right = Summands.reach
+
+    def reach(self, boxes):
+        distance, outside = right(self, boxes)
+        return distance, outside / 100
+
+    monkeypatch.setattr(Summands, "reach", reach)
+
+
+def no_kinks(monkeypatch):
+    monkeypatch.setattr(Matern32Balls, "kinks", ())
+
+
+def one_sign(monkeypatch):
+    """Differences are not mirrored."""
+    right = signals._Mirrored.of
+    of = lambda *arguments: replace(right(*arguments), signs=np.ones_like(right(*arguments).signs))  # noqa: E731
+    monkeypatch.setattr(signals._Mirrored, "of", of)
+
+
+def no_rounding(monkeypatch):
+    right = signals.polynomials
+    monkeypatch.setattr(signals, "polynomials", lambda *a: Balls(right(*a).mid, np.zeros_like(right(*a).rad)))
+
+
+def half_of_what_is_missed(monkeypatch):
+    right = signals.missed
+    monkeypatch.setattr(signals, "missed", lambda *arguments: right(*arguments) / 4)
+
+
+FAULTS = [nothing_far, half_an_envelope, no_kinks, one_sign, no_rounding, half_of_what_is_missed]
+
+
+@pytest.mark.parametrize("plant", FAULTS, ids=lambda plant: plant.__name__)
+def test_planted_faults_are_seen(plant, monkeypatch):
+    plant(monkeypatch)
+    assert any(any(escapes(Matern32(1.0, 1.0), seed)) for seed in range(30))

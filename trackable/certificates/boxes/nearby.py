@@ -1,0 +1,117 @@
+"""The centres within reach of boxes, as pairs; all others together are one bound."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from flint import arb
+
+from trackable.arrays import Array
+from trackable.certificates.balls.arithmetic import ball_arithmetic
+from trackable.certificates.boxes.boxes import Boxes, Shift
+from trackable.certificates.exact import ShiftedSignal
+from trackable.certificates.floats.balls import Balls, sums_up
+from trackable.certificates.kernels.base import KernelBalls
+from trackable.certificates.kernels.table import balls_of
+
+Indices = npt.NDArray[np.intp]
+
+_NEGLIGIBLE = 2.0**-60
+"""Of κ(0): less than what one rounding adds, and far less than the reserve for evaluation, which counts all centres."""
+
+_FRACTIONS = 2.0 ** (-np.arange(48) / 4)
+_INSIDE = 1 - 2.0**-20
+_PAIRS = 2048  # pairs whose series stay in the cache
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Pairs of a box and a centre: `firsts` are where those of each of the `boxes` begin."""
+
+    boxes: Boxes
+    of_box: Indices
+    centres: Array
+    weights: Array
+    firsts: Indices
+
+    def summed(self, values: Array) -> Array:
+        """Sum over the centres of each box, along the last axis."""
+        return np.add.reduceat(values, self.firsts, axis=-1)
+
+    def summed_up(self, values: Array) -> Array:
+        """Over-estimate Σ_i |c_i| v_i over the centres of each box, for positive values."""
+        return sums_up(self.summed(values * np.abs(self.weights)), len(self.weights))
+
+
+@dataclass(frozen=True, eq=False)
+class Summands:
+    """Σ_i c_i κ(t + s − t_i) with the centres in order, and `total` ≥ Σ_i |c_i|."""
+
+    kernel: KernelBalls
+    shift: Shift
+    centres: Array
+    weights: Array
+
+    @classmethod
+    def of(cls, shifted: ShiftedSignal) -> "Summands":
+        """Return the summands of a shifted signal."""
+        signal = shifted.signal
+        order = np.argsort(signal.centres, kind="stable")
+        return cls(balls_of(signal.kernel), Shift.of(shifted), signal.centres[order], signal.weights[order])
+
+    @cached_property
+    def total(self) -> float:
+        """Over-estimate of Σ_i |c_i|."""
+        return float(sums_up(np.sum(np.abs(self.weights)), len(self.weights)))
+
+    @cached_property
+    def kinks(self) -> Array:
+        """All t [s], rounded, at which some κ(t + s − t_i) has a kink; sorted."""
+        distances = {sign * r for r in self.kernel.kinks for sign in (-1, 1)}
+        return np.unique([self.centres - self.shift.high + distance for distance in distances])
+
+    def reach(self, boxes: Boxes) -> tuple[Array, Array]:
+        """Return a distance [s] from the middle of each box, and a bound of |κ| on the discs of all farther centres.
+
+        The distance is infinite, and the bound zero, where all centres matter.
+        """
+        times = boxes.middles.mid + self.shift.high
+        farthest = np.maximum(np.abs(times - self.centres[0]), np.abs(times - self.centres[-1]))
+        distances, radii = farthest[:, None] * _FRACTIONS, boxes.radii[:, None]
+        # Distances are compared in float64.
+        certain = distances * _INSIDE - 2.0**-48 * (np.abs(times) + farthest)[:, None]
+        with ball_arithmetic():
+            largest = Balls.of(self.kernel.beyond(arb(0)).size).lowest
+            sizes = self.kernel.far(Balls.exact(certain), Balls.exact(radii)).highest
+        sizes = np.broadcast_to(sizes, distances.shape)
+        reached = (sizes <= _NEGLIGIBLE * largest) & (certain >= radii)
+        last = np.sum(np.logical_and.accumulate(reached, axis=1), axis=1) - 1
+        rows, some = np.arange(len(boxes)), last >= 0
+        return np.where(some, distances[rows, last], np.inf), np.where(some, sizes[rows, last], 0.0)
+
+    def pairs(self, boxes: Boxes, reach: Array) -> Iterator[tuple[slice, Pairs]]:
+        """Yield the pairs of boxes and their centres within `reach` [s], for blocks of neighbouring boxes."""
+        times = boxes.middles.mid + self.shift.high
+        first = np.searchsorted(self.centres, times - reach)
+        # At least one: no box is without pairs.
+        first = np.minimum(first, len(self.centres) - 1)
+        counts = np.maximum(np.searchsorted(self.centres, times + reach, side="right") - first, 1)
+        for block in _blocks(counts):
+            some, starts = counts[block], np.concatenate([[0], np.cumsum(counts[block])[:-1]])
+            which = np.arange(np.sum(some)) + np.repeat(first[block] - starts, some)
+            of_box = np.repeat(np.arange(len(some)), some)
+            yield block, Pairs(boxes.at(block), of_box, self.centres[which], self.weights[which], starts)
+
+
+def _blocks(counts: Indices) -> Iterator[slice]:
+    """Yield slices with about `_PAIRS` pairs each."""
+    first, total = 0, 0
+    for b, count in enumerate(counts.tolist()):
+        if total and total + count > _PAIRS:
+            yield slice(first, b)
+            first, total = b, 0
+        total += count
+    if total:
+        yield slice(first, len(counts))
