@@ -87,7 +87,9 @@ def _dense(samples: Samples) -> Callable[[], object]:
     def of_whole_matrix() -> object:
         posterior = Posterior(PRIOR.parts[0], samples)
         noise = noise_variance(posterior.prior, samples)
-        vars(posterior)["_factored"] = Dense.of(samples.times, posterior._covariance, noise)
+        vars(posterior)["_factored"] = Dense.of(
+            samples.times, posterior.samples.stencil.covariance(posterior.prior.kernel), noise
+        )
         return posterior.negative_log_marginal_likelihood()
 
     return of_whole_matrix

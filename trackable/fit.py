@@ -169,12 +169,13 @@ class Fit:
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
-        """How far the reference and the unconstrained fit are from the samples of each flat output."""
+        """How far the reference and the unconstrained fit are from the samples of each name."""
         off, free = self._off(self.reference), self._off(self.unconstrained)
-        parts = self.unconstrained_prior.parts
+        parts = zip(self.prior.names, self.samples, self.unconstrained_prior.parts, strict=True)
         return tuple(
             Misfit(name, samples, off[name], free[name], float(part.noise_std), NOISE in part.learned)
-            for name, samples, part in zip(self.prior.names, self.samples, parts, strict=True)
+            for process, together, part in parts
+            for name, samples in together.by_name(process).items()
         )
 
     @cached_property
@@ -207,7 +208,11 @@ class Fit:
     def _off(self, reference: Reference) -> dict[str, Array]:
         """Return samples minus what a reference says of them."""
         flat = zip(self.prior.names, self.samples, reference.signals, strict=True)
-        return {name: of.values - of.stencil.measured(signal, of.times) for name, of, signal in flat}
+        return {
+            name: of.values - of.stencil.measured(signal, of.times)
+            for process, together, signal in flat
+            for name, of in together.by_name(process).items()
+        }
 
     def _distance(self, bound: ActiveBound) -> float:
         """Return how far the reference stays inside an active bound, in the quantity's unit."""

@@ -22,10 +22,19 @@ from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
 from trackable.reference import NotTrackableError, TrackableReference
-from trackable.request import checked_goal, checked_plant, claimed, priors_by_name, samples_by_name, tightened
+from trackable.request import (
+    checked_goal,
+    checked_plant,
+    claimed,
+    noise_of_first,
+    priors_by_name,
+    samples_by_name,
+    tightened,
+    with_noise,
+)
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
-from trackable.systems.sampling import sampled_signals
+from trackable.systems.sampling import kinds_by_name, sampled_signals
 from trackable.waypoints import Waypoints, waypoints
 
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
@@ -53,17 +62,20 @@ def learn_reference(
     Parameters
     ----------
     samples
-        By name of the sampled state (or of a flat output, z1, z2, …): one for each flat output of the system. A system
-        with one flat output takes samples of its first state without a name.
+        By name of the sampled state (or of a flat output, z1, z2, …): one at least for each flat output of the system.
+        Several that show one flat output, such as position and velocity, are learned from together. A system with one
+        flat output takes samples of its first state without a name.
     kernel
-        One for all flat outputs, or by the same names. Each hyperparameter is a number (known), a pair (learned in this
-        interval), or left out (learned in an interval chosen from the samples).
+        One for all flat outputs, or by the same names; of several that show one flat output, by the first of them. Each
+        hyperparameter is a number (known), a pair (learned in this interval), or left out (learned in an interval
+        chosen from the samples).
     claim
         What is proved. "all_times": every time t ≥ 0, with kernels that decay; the reference comes to rest at the prior
         mean. "all_phases": every time, with periodic kernels of one period. (start, end): the times between, in
         seconds.
     noise_std
-        σ_n of the samples, given as a hyperparameter is. The `relative_noise` of samples multiplies it.
+        σ_n of the samples, given as a hyperparameter is. The `relative_noise` of samples multiplies it. It has to be
+        known of several states that show one flat output, each in its own unit.
     mean
         The prior mean, in the unit of the sampled states.
     method
@@ -122,13 +134,14 @@ def learn_reference(
     learner, given = _learner(method), samples_by_name(samples, plant)
     if at and method != "joint":
         raise ValueError('at: values at given times need method="joint": hyperparameters alone cannot meet them')
-    names, seen = sampled_signals(plant, given)
-    believed = priors_by_name(names, kernel, noise_std, mean)
+    kinds = [tuple(shown) for shown in kinds_by_name(plant, given)]
+    names, seen = sampled_signals(plant, with_noise(given, kinds, noise_std))
+    believed = priors_by_name(names, kernel, noise_of_first(noise_std, kinds), mean)
     shared = frozenset({"period"}) if claim == "all_phases" and len(names) > 1 else frozenset[str]()
     prior = prior_for(plant, believed, shared)
     goal = checked_goal(claim, seen, prior, plant)
     space = SearchSpace.around(seen, prior, starts)
-    for doubt in doubts(claim, dict(zip(names, seen, strict=True)), plant):
+    for doubt in doubts(claim, given, plant):
         warnings.warn(doubt, DoubtfulInputWarning, stacklevel=2)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
     pins = tuple(pin for values in pinned for pin in values.pins(plant))

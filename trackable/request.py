@@ -1,6 +1,7 @@
 """What a user asks of `learn_reference`, checked where it enters: samples, priors, claim."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from trackable.arguments import instance, is_number, real
 from trackable.arrays import ArrayLike
 from trackable.certificates.goal import Claim, Goal, goal_for
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.prior import Prior
@@ -61,6 +63,40 @@ def priors_by_name(
         _refuse_unknown(what, given, names)
     return {name: _prior(name, _of(kernel, name, "kernel"), _of(noise_std, name, "noise_std"), _of(mean, name, "mean"))
             for name in names}  # fmt: skip
+
+
+def with_noise(
+    samples: Mapping[str, Samples],
+    kinds: Iterable[Iterable[str]],
+    noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None,
+) -> dict[str, Samples]:
+    """Return samples whose noise is relative to σ_n of the first name that shows the same flat output.
+
+    `kinds` are the names that show each flat output. ValueError: several do, and their noise is not known.
+    """
+    found = dict(samples)
+    for first, *others in kinds:
+        for name in others:
+            stds = [_known_noise(_of(noise_std, each, "noise_std"), (first, *others)) for each in (first, name)]
+            found[name] = replace(found[name], relative_noise=found[name].relative_noise * stds[1] / stds[0])
+    return found
+
+
+def noise_of_first(noise_std: T | Mapping[str, T], kinds: Iterable[Iterable[str]]) -> T | dict[str, T]:
+    """Return the noise without that of other names than the first that shows a flat output."""
+    if not isinstance(noise_std, Mapping):
+        return noise_std
+    others = {name for _, *rest in kinds for name in rest}
+    return {name: value for name, value in noise_std.items() if name not in others}
+
+
+def _known_noise(given: object, names: tuple[str, ...]) -> float:
+    if not (is_number(given) and 0 < given < np.inf) or isinstance(given, Learned):
+        raise ValueError(
+            f"noise_std: must be known for each of {' and '.join(names)}, which show the same flat output in units of "
+            f"their own, as {{{', '.join(f'{name!r}: 0.1' for name in names)}}}; got {given!r}"
+        )
+    return float(given)
 
 
 def claimed(claim: object) -> Claim:
@@ -121,4 +157,4 @@ def _refuse_unknown(what: str, given: object, names: tuple[str, ...]) -> None:
     """A value for a name that is not sampled would be forgotten without a word."""
     if isinstance(given, Mapping) and set(names) < set(given):
         unknown = next(name for name in given if name not in names)
-        raise ValueError(f"{what}: is given for {unknown}, but only {', '.join(names)} is sampled")
+        raise ValueError(f"{what}: is given for {unknown}, expected for {', '.join(names)} only")

@@ -29,7 +29,14 @@ def refusals() -> dict[str, tuple[dict[str, object], str]]:
             {"samples": {"velocity": SAMPLES}},
             "velocity says how its flat output moves, but not where it is",
         ),
-        "seen twice": ({"samples": {"position": SAMPLES, "z1": SAMPLES}}, "z1 and position show the same flat output"),
+        "two, learned noise": (
+            {"samples": {"position": SAMPLES, "velocity": SAMPLES}, "noise_std": (0.01, 0.1)},
+            "noise_std: must be known for each of position and velocity, which show the same flat output",
+        ),
+        "two, one noise": (
+            {"samples": {"position": SAMPLES, "velocity": SAMPLES}, "noise_std": {"position": 0.1}},
+            "noise_std: is missing for velocity, given for position",
+        ),
         "not seen": ({"plant": CART, "samples": {"a": SAMPLES}}, "cannot be seen in samples of a: also give one of b"),
         "mixed": ({"plant": MIXED, "samples": {"x1": SAMPLES, "x2": SAMPLES}}, "x1 shows several flat outputs at once"),
         "no kernel for b": ({**on_cart, "kernel": {"a": KERNEL}}, "kernel: is missing for b, given for a"),

@@ -101,7 +101,7 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
     "noise of another": (
         lambda: learn(noise_std={"position": 1, "velocity": 1}),
         ValueError,
-        "noise_std: is given for ",
+        "noise_std: is given for velocity, expected for ",
     ),
     "mean, text": (lambda: learn(mean="0"), TypeError, "mean of position: expected a number, got '0'"),
     "mean, none": (lambda: learn(mean=None), TypeError, "mean of position: expected a number, got None"),

@@ -24,6 +24,8 @@ from trackable.files import LEFT_OUT, from_json, to_json
 from trackable.gp.hyperparameter import Hyperparameter
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.registry import KERNELS, name_of
+from trackable.gp.stencil import Stencil
+from trackable.gp.stencils import Stencils
 from trackable.systems.constrained import System
 from trackable.systems.disturbance.hull import ConvexHull
 from trackable.systems.disturbance.sets import DisturbanceSet
@@ -173,6 +175,12 @@ def _read_disturbance(data: Any, _: Any) -> Any:
     return _CONVERTER.structure(data, kind)
 
 
+def _read_stencil(data: Any, _: Any) -> Any:
+    """Parts make several stencils of one."""
+    several = isinstance(data, dict) and "parts" in data
+    return _CONVERTER.structure(data, Stencils if several else Stencil)
+
+
 def _read_expression(data: Any, _: Any) -> Expression:
     try:
         return from_lists(data)
@@ -225,6 +233,7 @@ def _converter() -> Converter:
     converter.register_structure_hook_func(lambda cls: cls == DisturbanceSet | None, _read_disturbance)
     converter.register_structure_hook(Fraction, read_fraction)
     converter.register_unstructure_hook(Fraction, str)
+    converter.register_structure_hook_func(lambda cls: cls == Stencil | Stencils, _read_stencil)
     converter.register_structure_hook_factory(dataclasses.is_dataclass, _read_object)
     converter.register_unstructure_hook_factory(_leaves_out, _write_object)
     converter.register_structure_hook_func(_is_kernel, _read_kernel)

@@ -138,4 +138,5 @@ def _last(samples: Samples, until: float, count: int) -> Samples:
     arrived = np.flatnonzero(samples.times <= until)[-count:]
     if not arrived.size:
         raise ValueError(f"online: no sample has arrived by {until:g} s, the first comes at {samples.times[0]:g} s")
-    return Samples(samples.times[arrived], samples.values[arrived], samples.relative_noise[arrived], samples.stencil)
+    stencil = samples.stencil.only(arrived)
+    return Samples(samples.times[arrived], samples.values[arrived], samples.relative_noise[arrived], stencil)

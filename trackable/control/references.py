@@ -9,6 +9,7 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.samples import Samples
+from trackable.gp.stencil import Stencil
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.trajectory import Coordinate
 from trackable.systems.reference import Window
@@ -65,7 +66,10 @@ def _flat_samples(samples: Samples) -> tuple[Array, Array]:
 
     On a straight line Σ_j w_j z(t + j T) = W z(t + τ) with W = Σ_j w_j and τ = Σ_j w_j j T / W.
     """
-    stencil, weights = samples.stencil, np.array(samples.stencil.weights)
+    samples = samples.of_level
+    if not isinstance(stencil := samples.stencil, Stencil):
+        raise ValueError("reference: the samples see only changes of a flat output, which leaves open where it is")
+    weights = np.array(stencil.weights)
     total = float(np.sum(weights))
     if abs(total) <= 1e-9 * float(np.sum(np.abs(weights))):
         raise ValueError("reference: the samples see only changes of a flat output, which leaves open where it is")

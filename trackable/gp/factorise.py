@@ -16,6 +16,8 @@ from trackable.gp.factors.low_rank import LowRank
 from trackable.gp.factors.toeplitz import Toeplitz
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
+from trackable.gp.stencil import Stencil
+from trackable.gp.stencils import Stencils
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_BLOCK = LARGEST_DENSE // 2
@@ -29,6 +31,16 @@ _EPS = float(np.finfo(float).eps)
 def noise_variance(prior: Prior, samples: Samples) -> Array:
     """Return σ_n² ϱ_i² of each sample i, shape (n,)."""
     return np.asarray((prior.noise_std * samples.relative_noise) ** 2)
+
+
+def factorise_kinds(prior: Prior, samples: Samples, stencils: Stencils) -> Factorisation | None:
+    """Factorise K + V of samples of several kinds; None as `factorise`. ValueError: too many for a dense matrix."""
+    if len(samples) > LARGEST_DENSE:
+        raise ValueError(
+            f"samples: {len(samples)} of {' and '.join(stencils.names)} are too many to learn from together; thin them "
+            f"out to {LARGEST_DENSE}, or give one of them"
+        )
+    return Dense.of_blocks(stencils.block(prior.kernel, samples.times), noise_variance(prior, samples))
 
 
 class Candidate(NamedTuple):
@@ -64,6 +76,7 @@ def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Itera
     Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative).
     """
     variances = noise_variance(prior, samples)
+    assert isinstance(samples.stencil, Stencil), "covariances of several kinds of samples have no such structure"
     n, times, kernel, lags = len(samples), samples.times, prior.kernel, samples.stencil.lags
     span, gain = float(times[-1] - times[0]), sum(abs(rho) for rho, _ in lags)
     (variance,), _ = covariance(np.zeros(1))

@@ -6,13 +6,14 @@ from functools import cached_property, partial
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.factorise import factorise, noise_variance
+from trackable.gp.factorise import factorise, factorise_kinds, noise_variance
 from trackable.gp.factors.blocks import in_blocks
-from trackable.gp.factors.factorisation import Covariance, Factorisation
+from trackable.gp.factors.factorisation import Factorisation
 from trackable.gp.prior import Prior
 from trackable.gp.row_kernel import RowKernel
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
+from trackable.gp.stencils import Stencils
 
 _LOG_TAU = np.log(2 * np.pi)
 
@@ -152,9 +153,7 @@ class Posterior:
 
     def _by_sample(self, covariances: Array) -> Array:
         """Combine covariances (…, centres) with the sample centres to those with the samples: shape (…, n)."""
-        weights = self.samples.stencil.weights
-        parts = np.split(covariances, len(weights), axis=-1)
-        return np.asarray(sum(w * part for w, part in zip(weights, parts, strict=True)))
+        return self.samples.stencil.combined(covariances)
 
     def _jet_and_gradient(self, order: int, t: Array) -> tuple[Array, Array]:
         jet, gradient = self.prior.kernel.jet_and_gradient(t[..., None] - self.signal.centres, order)
@@ -169,15 +168,15 @@ class Posterior:
     @cached_property
     def _factored(self) -> Factorisation:
         """A = K + σ_n² I."""
-        found = factorise(self.prior, self.samples, self._covariance)
+        stencil = self.samples.stencil
+        if isinstance(stencil, Stencils):
+            found = factorise_kinds(self.prior, self.samples, stencil)
+        else:
+            found = factorise(self.prior, self.samples, stencil.covariance(self.prior.kernel))
         if found is None:
             values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
             raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")
         return found
-
-    @property
-    def _covariance(self) -> Covariance:
-        return self.samples.stencil.covariance(self.prior.kernel)
 
     @cached_property
     def _weights_gradient(self) -> Array:

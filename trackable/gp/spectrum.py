@@ -9,6 +9,7 @@ from trackable.gp.factors.chebyshev import Bases
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.samples import Samples
+from trackable.gp.stencil import Stencil
 
 _FEWEST = 150  # samples: for fewer, computing all eigenvalues is faster
 
@@ -32,12 +33,16 @@ class Spectrum(NamedTuple):
         scaled, stencil = residual / samples.relative_noise, samples.stencil
         first, bases = _start_and_bases(samples, kernel)
         may_be_few = len(samples) >= _FEWEST and kernel.is_analytic
-        if may_be_few and (count := bases.points_for(stencil.covariance(kernel), len(samples) // 2)):
+        if (
+            may_be_few
+            and isinstance(stencil, Stencil)
+            and (count := bases.points_for(stencil.covariance(kernel), len(samples) // 2))
+        ):
             points, q, r = bases.of(count)
             power, vectors = np.linalg.eigh(r @ stencil.value(kernel, points[:, None] - points) @ r.T)
             along = vectors.T @ (scaled @ q)
             return cls(power, along, float(scaled @ scaled - along @ along), first + points, r.T @ vectors)
-        whole = stencil.value(kernel, samples.times[:, None] - samples.times)
+        whole = stencil.between(kernel, samples.times)
         power, vectors = np.linalg.eigh(whole / np.outer(samples.relative_noise, samples.relative_noise))
         return cls(power, vectors.T @ scaled, 0.0, samples.times, vectors / samples.relative_noise[:, None])
 

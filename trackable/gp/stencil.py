@@ -10,6 +10,8 @@ from trackable.arrays import Array
 from trackable.gp.factors.factorisation import Covariance
 from trackable.gp.kernels.base import Kernel
 
+_CANCELLED = 1e-9  # of the largest weight: the sum of a difference's weights is smaller, zero up to rounding
+
 
 @dataclass(frozen=True)
 class Stencil:
@@ -44,6 +46,24 @@ class Stencil:
         This is the transpose of the linear map from process to samples.
         """
         return np.concatenate([w * values for w in self.weights], axis=-1)
+
+    def combined(self, values: Array) -> Array:
+        """Return Σ_j w_j of values (…, n · len(weights)) at the centres: shape (…, n)."""
+        parts = np.split(values, len(self.weights), axis=-1)
+        return np.asarray(sum(w * part for w, part in zip(self.weights, parts, strict=True)))
+
+    def only(self, _: object) -> "Stencil":
+        """Return the stencil of some samples: this one."""
+        return self
+
+    @property
+    def measures_levels(self) -> bool:
+        """Whether the samples show where a process at rest is, by more than rounding."""
+        return abs(sum(self.weights)) > _CANCELLED * max(map(abs, self.weights))
+
+    def between(self, kernel: Kernel, t: Array) -> Array:
+        """Return the covariance matrix of samples at t [s], shape (n, n)."""
+        return self.value(kernel, t[:, None] - t)
 
     @cached_property
     def lags(self) -> list[tuple[float, float]]:

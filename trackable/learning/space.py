@@ -11,10 +11,8 @@ from trackable.gp.hyperparameter import Scales
 from trackable.gp.joint import JointPrior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
+from trackable.gp.stencil import Stencil
 from trackable.systems.sets.interval import Interval
-
-# Relative to the largest weight: the sum of a difference's weights is smaller, zero up to rounding.
-_CANCELLED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -94,14 +92,13 @@ class SearchSpace:
 
 def amplitude(samples: Samples, prior: Prior) -> float:
     """Return the root mean square of y − m in the unit of the process; σ_n where it is zero."""
+    samples = samples.of_level
     stencil = samples.stencil
     size = float(np.sqrt(np.mean((samples.values - stencil.at_rest(prior.mean)) ** 2))) or prior.noise_std
-    gain = abs(sum(stencil.weights))
-    measures_levels = gain > _CANCELLED * max(map(abs, stencil.weights))
-    return size / gain if measures_levels else size
+    return size / abs(sum(stencil.weights)) if isinstance(stencil, Stencil) and stencil.measures_levels else size
 
 
 def _scales(samples: Samples, prior: Prior) -> Scales:
     span = float(samples.times[-1] - samples.times[0]) or 1.0
-    spacing = float(np.min(np.diff(samples.times), initial=span))
+    spacing = float(np.min(np.diff(np.unique(samples.times)), initial=span))
     return Scales(amplitude(samples, prior), span, spacing, len(samples))

@@ -3,41 +3,88 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import POINT, Stencil
+from trackable.gp.stencils import Stencils
 from trackable.systems.constrained import ConstrainedSystem
 
 _ROUNDING = 1e-12  # relative to the weights
 
 
 def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str, Stencil]:
-    """Return, in the order of the flat outputs, the sampled name for each and its stencil.
+    """Return, in the order of the flat outputs, the one sampled name for each and its stencil.
 
-    Names are those of states, or of flat outputs (z1, z2, …). ValueError: an unknown name, a state that depends on
-    several flat outputs or not on the level of any, or a flat output that is not sampled exactly once.
+    Names are those of states, or of flat outputs (z1, z2, …). ValueError: as `kinds_by_name`, and where two names show
+    the same flat output.
     """
-    found: dict[int, tuple[str, Stencil]] = {}
+    found: dict[str, Stencil] = {}
+    for kinds in kinds_by_name(plant, names):
+        name, *others = kinds
+        if others:
+            raise ValueError(f"samples: {others[0]} and {name} show the same flat output; give one of them")
+        found.update(kinds)
+    return found
+
+
+def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[str, Stencil], ...]:
+    """Return, for each flat output, the names that show it with their stencils; a name that shows its level is first.
+
+    ValueError: an unknown name, a state that depends on several flat outputs, or a flat output whose level is not
+    sampled.
+    """
+    found: list[dict[str, Stencil]] = [{} for _ in range(plant.signal_count)]
+    moving: dict[str, int] = {}
     for name in names:
-        signal, stencil = _signal_and_stencil(plant, name)
-        if signal in found:
-            raise ValueError(f"samples: {name} and {found[signal][0]} show the same flat output; give one of them")
-        found[signal] = name, stencil
-    if missing := [signal for signal in range(plant.signal_count) if signal not in found]:
+        signal, stencil, shows_level = _seen(plant, name)
+        found[signal][name] = stencil
+        if not shows_level:
+            moving[name] = signal
+    ordered = tuple(dict(sorted(kinds.items(), key=lambda kind: kind[0] in moving)) for kinds in found)
+    for name, signal in moving.items():
+        if next(iter(ordered[signal])) in moving:
+            raise ValueError(
+                f"samples: {name} says how its flat output moves, but not where it is; give samples of "
+                f"{', '.join(_sampled_names(plant, signal))} instead (learn_reference takes both)"
+            )
+    if missing := [signal for signal, kinds in enumerate(ordered) if not kinds]:
         wanted = "; ".join(f"one of {', '.join(_sampled_names(plant, signal))}" for signal in missing)
-        given = ", ".join(name for name, _ in found.values()) or "nothing"
+        given = ", ".join(name for kinds in ordered for name in kinds) or "nothing"
         raise ValueError(
             f"samples: {plant.signal_count} flat outputs determine all states, one for each input that matters, but "
             f"{len(missing)} of them cannot be seen in samples of {given}: also give {wanted}"
         )
-    return dict(found[signal] for signal in range(plant.signal_count))
+    return ordered
 
 
 def sampled_signals(
     plant: ConstrainedSystem, given: Mapping[str, Samples]
 ) -> tuple[tuple[str, ...], tuple[Samples, ...]]:
-    """Return names and samples in the order of the flat outputs, with stencils. ValueError: as `stencils_by_name`."""
-    stencils = stencils_by_name(plant, given)
-    return tuple(stencils), tuple(replace(given[name], stencil=stencil) for name, stencil in stencils.items())
+    """Return names and samples in the order of the flat outputs, with stencils. ValueError: as `kinds_by_name`.
+
+    Samples of several states that show one flat output are joined, under the name of the first of them.
+    """
+    by_signal = kinds_by_name(plant, given)
+    names = tuple(next(iter(kinds)) for kinds in by_signal)
+    return names, tuple(_joined({name: (given[name], kinds[name]) for name in kinds}) for kinds in by_signal)
+
+
+def _joined(kinds: Mapping[str, tuple[Samples, Stencil]]) -> Samples:
+    """Return the samples of all kinds, sorted by time."""
+    parts = [samples for samples, _ in kinds.values()]
+    stencils = tuple(stencil for _, stencil in kinds.values())
+    if len(parts) == 1:
+        return replace(parts[0], stencil=stencils[0])
+    times = np.concatenate([part.times for part in parts])
+    of = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    order = np.lexsort((of, times))
+    return Samples(
+        times[order],
+        np.concatenate([part.values for part in parts])[order],
+        np.concatenate([part.relative_noise for part in parts])[order],
+        Stencils(stencils, tuple(kinds), tuple(of[order].tolist())),
+    )
 
 
 def default_sample(plant: ConstrainedSystem) -> str:
@@ -53,7 +100,8 @@ def default_sample(plant: ConstrainedSystem) -> str:
     return _sampled_names(plant, 0)[0]
 
 
-def _signal_and_stencil(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil]:
+def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
+    """Return the flat output that a name shows, by which stencil, and whether it shows its level."""
     flat = [f"z{signal + 1}" for signal in range(plant.signal_count)]
     states = plant.system.states
     if name in states:
@@ -63,14 +111,9 @@ def _signal_and_stencil(plant: ConstrainedSystem, name: str) -> tuple[int, Stenc
                 f"samples: {name} shows several flat outputs at once; give samples of {', '.join(flat)}, or of states "
                 "that show one each"
             )
-        if not _depends_on_level(plant, states.index(name), seen[0]):
-            raise ValueError(
-                f"samples: {name} says how its flat output moves, but not where it is; give samples of "
-                f"{', '.join(_sampled_names(plant, seen[0]))} instead"
-            )
-        return seen
+        return *seen, _depends_on_level(plant, states.index(name), seen[0])
     if name in flat:
-        return flat.index(name), POINT
+        return flat.index(name), POINT, True
     raise ValueError(f"samples: {name} is neither a state ({', '.join(states)}) nor a flat output ({', '.join(flat)})")
 
 

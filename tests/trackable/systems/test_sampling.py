@@ -63,8 +63,12 @@ def test_samples_without_a_name_are_those_of_the_first_state_that_shows_the_flat
 @pytest.mark.parametrize(
     ("plant", "names", "message"),
     [
-        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead"),
-        (AXIS, ["acceleration"], f"acceleration {NO_LEVEL}; give samples of position, z1 instead"),
+        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead (learn_reference takes both)"),
+        (
+            AXIS,
+            ["acceleration"],
+            f"acceleration {NO_LEVEL}; give samples of position, z1 instead (learn_reference takes both)",
+        ),
         (AXIS, ["speed"], "speed is neither a state (position, velocity, acceleration) nor a flat output (z1)"),
         (AXIS, ["z2"], "z2 is neither a state (position, velocity, acceleration) nor a flat output (z1)"),
         (

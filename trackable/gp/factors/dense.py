@@ -8,8 +8,8 @@ import numpy as np
 import scipy
 
 from trackable.arrays import Array
-from trackable.gp.factors.factorisation import Covariance, Factorisation
-from trackable.gp.factors.gram import Strips, gram
+from trackable.gp.factors.factorisation import Block, Covariance, Factorisation
+from trackable.gp.factors.gram import Gram, Strips, gram, gram_of_blocks
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,17 @@ class Dense(Factorisation):
     @classmethod
     def of(cls, times: Array, covariance: Covariance, noise_variance: Array) -> Self | None:
         """Factorise for n `times` [s] and noise variances (n,); None if A is not positive definite in float64."""
-        upper, workspace, gradient = gram(times, covariance)
-        upper.reshape(-1)[:: len(times) + 1] += noise_variance
+        return cls._of(gram(times, covariance), noise_variance)
+
+    @classmethod
+    def of_blocks(cls, block: Block, noise_variance: Array) -> Self | None:
+        """Factorise for any covariance of n samples, given by blocks; None as above."""
+        return cls._of(gram_of_blocks(len(noise_variance), block), noise_variance)
+
+    @classmethod
+    def _of(cls, found: Gram, noise_variance: Array) -> Self | None:
+        upper, workspace, gradient = found
+        upper.reshape(-1)[:: len(noise_variance) + 1] += noise_variance
         factor, info = scipy.linalg.lapack.dpotrf(upper.T, lower=True, clean=False, overwrite_a=True)
         return None if info else cls(factor, workspace.T, gradient, noise_variance)
 

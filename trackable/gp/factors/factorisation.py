@@ -8,6 +8,9 @@ from trackable.arrays import Array
 Covariance = Callable[[Array], tuple[Array, Array]]
 """k(r) of two samples r [s] apart, and ∂k/∂ln θ_j: shapes (*r.shape) and (p, *r.shape). Even in r."""
 
+Block = Callable[[slice, slice], tuple[Array, Array]]
+"""K(rows, columns) of samples, and ∂K/∂ln θ_j: shapes (rows, columns) and (p, rows, columns)."""
+
 
 class Factorisation(ABC):
     """A = K + V, factorised: the covariance K of n samples, with p hyperparameters, and diagonal noise V."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.factors.factorisation import Covariance
+from trackable.gp.factors.factorisation import Block, Covariance
 
 _ROWS = 64
 _SMALL = 128  # rows: up to here one strip is as fast as two
@@ -55,17 +55,22 @@ class Gram(NamedTuple):
 
 
 def gram(times: Array, covariance: Covariance) -> Gram:
-    """Compute the covariance matrix of samples at n `times` [s], and its derivatives.
+    """Compute the covariance matrix of samples at n `times` [s], and its derivatives."""
+    return gram_of_blocks(len(times), lambda rows, columns: covariance(times[rows, None] - times[columns]))
+
+
+def gram_of_blocks(n: int, block: Block) -> Gram:
+    """Compute a covariance matrix of n samples, and its derivatives, from its blocks.
 
     All large arrays share one piece of memory. Several pieces would go back to the operating system when freed, and
     getting them again, page by page, takes longer than computing their content.
     """
-    n, memory, strips = len(times), np.empty(0), list[Array]()
+    memory, strips = np.empty(0), list[Array]()
     if n <= _SMALL:
-        values, gradient = covariance(times[:, None] - times)
+        values, gradient = block(slice(0, n), slice(0, n))
         return Gram(values, np.empty((n, n)), Strips((gradient,)))
     for rows in _rows(n):
-        values, gradient = covariance(times[rows, None] - times[rows.start :])
+        values, gradient = block(rows, slice(rows.start, n))
         if not strips:
             sizes = [(r.stop - r.start) * (n - r.start) for r in _rows(n)]
             memory = np.empty(2 * n**2 + len(gradient) * sum(sizes))

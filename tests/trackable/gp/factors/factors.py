@@ -5,7 +5,7 @@ import numpy as np
 from tests.trackable.gp.instances import KERNELS
 from trackable.gp.factorise import candidates, noise_variance
 from trackable.gp.factors.dense import Dense
-from trackable.gp.factors.factorisation import Factorisation
+from trackable.gp.factors.factorisation import Covariance, Factorisation
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
@@ -25,16 +25,23 @@ def posterior_at(kernel, times, noise, relative_noise=None, stencil=POINT):
     return Posterior(Prior(kernel, noise * scale, 0.1).as_learned(), samples)
 
 
+def covariance_of(posterior: Posterior) -> Covariance:
+    return posterior.samples.stencil.covariance(posterior.prior.kernel)
+
+
 def factorisations(posterior: Posterior) -> dict[type[Factorisation], Factorisation]:
     """All factorisations that are offered and succeed, by type."""
-    computed = (each.compute() for each in candidates(posterior.prior, posterior.samples, posterior._covariance))
+    computed = (each.compute() for each in candidates(posterior.prior, posterior.samples, covariance_of(posterior)))
     return {type(factor): factor for factor in computed if factor is not None}
 
 
 def dense(posterior: Posterior) -> Posterior:
     """The same posterior by a Cholesky factor of the whole matrix."""
     prior, samples = posterior.prior, posterior.samples
-    return with_factor(posterior, Dense.of(samples.times, posterior._covariance, noise_variance(prior, samples)))
+    return with_factor(
+        posterior,
+        Dense.of(samples.times, covariance_of(posterior), noise_variance(prior, samples)),
+    )
 
 
 def with_factor(posterior: Posterior, factor: Factorisation | None) -> Posterior:

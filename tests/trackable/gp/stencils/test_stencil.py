@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.trackable.gp import naive, naive_stencil
+from tests.trackable.gp import naive
 from tests.trackable.gp.instances import KERNELS, over
+from tests.trackable.gp.stencils import naive as naive_stencil
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
