@@ -13,6 +13,7 @@ from trackable.doubts import doubts
 from trackable.errors import DoubtfulInputWarning
 from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored
 from trackable.fit import Fit
+from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.samples import Samples
 from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner
@@ -40,6 +41,7 @@ from trackable.waypoints import Waypoints, waypoints
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
 
+@one_blas_thread()
 def learn_reference(
     samples: Samples | Mapping[str, Samples],
     plant: ConstrainedSystem,

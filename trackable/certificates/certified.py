@@ -10,6 +10,7 @@ from trackable.certificates.goal import Goal, for_all_times
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import Failure, reference_period
 from trackable.certificates.rounding.references import evaluation_errors
+from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.constraint import Constraint
@@ -55,6 +56,7 @@ class Certified:
         return f"{self.certificate.explanation}; {drawn}"
 
 
+@one_blas_thread()
 def learn_certified(
     samples: tuple[Samples, ...],
     prior: JointPrior,
