@@ -101,6 +101,13 @@ class Edge:
         return f"{self.name} = {self.value:.4g} lies at the {end} end of the interval in which it was sought"
 
 
+def edges_of(prior: JointPrior, samples: tuple[Samples, ...]) -> tuple[Edge, ...]:
+    """Return the hyperparameters, learned from these samples, that lie at an end of their search interval."""
+    space, learned = SearchSpace.around(samples, prior), prior.hyperparameters
+    found = (Edge.of(name, learned[name], interval) for name, interval in space.bounds.items())
+    return tuple(edge for edge in found if edge)
+
+
 @dataclass(frozen=True, eq=False)
 class Fit:
     """A `reference` learned from `samples` of the flat outputs: all that is known of it beside its proof.
@@ -181,9 +188,7 @@ class Fit:
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
         """The learned hyperparameters that lie at an end of their search interval."""
-        space, learned = SearchSpace.around(self.samples, self.prior), self.prior.hyperparameters
-        found = (Edge.of(name, learned[name], interval) for name, interval in space.bounds.items())
-        return tuple(edge for edge in found if edge)
+        return edges_of(self.prior, self.samples)
 
     @cached_property
     def unconstrained(self) -> Reference:

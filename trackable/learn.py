@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from trackable.arrays import ArrayLike
+from trackable.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import Pinned, prove_pinned
@@ -29,6 +30,7 @@ from trackable.request import (
     claimed,
     noise_of_first,
     priors_by_name,
+    same_states,
     samples_by_name,
     tightened,
     with_noise,
@@ -49,7 +51,8 @@ def learn_reference(
     claim: Claim,
     *,
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None = None,
-    mean: float | Mapping[str, float] = 0.0,
+    mean: Mean | Mapping[str, Mean] = 0.0,
+    learn_from: Samples | Mapping[str, Samples] | None = None,
     method: Moved = "joint",
     at: Waypoints | None = None,
     at_tolerance: float | Mapping[str, float] | None = None,
@@ -79,7 +82,11 @@ def learn_reference(
         σ_n of the samples, given as a hyperparameter is. The `relative_noise` of samples multiplies it. It has to be
         known of several states that show one flat output, each in its own unit.
     mean
-        The prior mean, in the unit of the sampled states.
+        The prior mean, in the unit of the sampled states. A pair is learned in this interval: as it is most likely
+        without bounds.
+    learn_from
+        Samples from which hyperparameters (and means) are learned, without bounds; they are then known while the
+        function is learned from `samples`: the paper's D_θ beside D_t. Left out, both are `samples`.
     method
         What is learned. "joint": function and hyperparameters together, so that J = l + D is least; l = −2 ln p(y) of
         the samples, and D is what the bounds cost. "hyperparameters": these alone, so that the posterior mean keeps the
@@ -136,11 +143,22 @@ def learn_reference(
     learner, given = _learner(method), samples_by_name(samples, plant)
     if at and method != "joint":
         raise ValueError('at: values at given times need method="joint": hyperparameters alone cannot meet them')
+    if learn_from is not None and method != "joint":
+        raise ValueError('learn_from: needs method="joint": with known hyperparameters, they alone cannot be learned')
     kinds = [tuple(shown) for shown in kinds_by_name(plant, given)]
     names, seen = sampled_signals(plant, with_noise(given, kinds, noise_std))
-    believed = priors_by_name(names, kernel, noise_of_first(noise_std, kinds), mean)
+    level, between = split_means(mean, names)
+    believed = priors_by_name(names, kernel, noise_of_first(noise_std, kinds), level)
     shared = frozenset({"period"}) if claim == "all_phases" and len(names) > 1 else frozenset[str]()
     prior = prior_for(plant, believed, shared)
+    if between or learn_from is not None:
+        of = seen if learn_from is None else same_states(learn_from, plant, kinds, noise_std)
+        first = learned_beforehand(of, prior, levels(between, names, of), starts, keep=learn_from is not None)
+        if not isinstance(first, Beforehand):
+            raise NotTrackableError(first)
+        for question in first.questions:
+            warnings.warn(question, DoubtfulInputWarning, stacklevel=2)
+        prior = first.prior
     goal = checked_goal(claim, seen, prior, plant)
     space = SearchSpace.around(seen, prior, starts)
     for doubt in doubts(claim, given, plant):
@@ -159,8 +177,8 @@ def learn_reference(
     learned = TrackableReference(fit, certificate, proofs, drawn_in)
     if sentence := ignored(learned.fit):
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=2)
-    if question := given_too_narrowly(learned.fit):
-        warnings.warn(question, DoubtfulInputWarning, stacklevel=2)
+    if narrow := given_too_narrowly(learned.fit):
+        warnings.warn(narrow, DoubtfulInputWarning, stacklevel=2)
     return learned
 
 

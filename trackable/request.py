@@ -18,7 +18,7 @@ from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.disturbance.tightening import Tightening, tightening
 from trackable.systems.quantity import Quantity
-from trackable.systems.sampling import default_sample
+from trackable.systems.sampling import default_sample, kinds_by_name, sampled_signals
 
 T = TypeVar("T")
 
@@ -80,6 +80,20 @@ def with_noise(
             stds = [_known_noise(_of(noise_std, each, "noise_std"), (first, *others)) for each in (first, name)]
             found[name] = replace(found[name], relative_noise=found[name].relative_noise * stds[1] / stds[0])
     return found
+
+
+def same_states(
+    samples: Samples | Mapping[str, Samples],
+    plant: ConstrainedSystem,
+    kinds: list[tuple[str, ...]],
+    noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None,
+) -> tuple[Samples, ...]:
+    """Return the samples `learn_from` of each flat output. ValueError: they are not of the states of `samples`."""
+    given = samples_by_name(samples, plant)
+    if [tuple(shown) for shown in kinds_by_name(plant, given)] != kinds:
+        expected = ", ".join(name for shown in kinds for name in shown)
+        raise ValueError(f"learn_from: expected samples of {expected}, as of `samples`, got {', '.join(given)}")
+    return sampled_signals(plant, with_noise(given, kinds, noise_std))[1]
 
 
 def noise_of_first(noise_std: T | Mapping[str, T], kinds: Iterable[Iterable[str]]) -> T | dict[str, T]:

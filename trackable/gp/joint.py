@@ -84,6 +84,16 @@ class JointPrior:
         vars(moved).update(learned=self.learned, places=self.places)
         return moved
 
+    def with_parts(self, parts: tuple[Prior, ...]) -> Self:
+        """Return the same with other priors of the processes, in which the same hyperparameters are learned."""
+        moved = type(self)(parts, self.names, self.shared)
+        vars(moved).update(learned=self.learned, places=self.places)
+        return moved
+
+    def as_known(self) -> Self:
+        """Return the same with every hyperparameter known, as it is now."""
+        return type(self)(tuple(part.as_known() for part in self.parts), self.names, self.shared)
+
     @cached_property
     def places(self) -> tuple[list[int], ...]:
         """For each process, the indices of its learned hyperparameters among all learned ones."""
@@ -125,6 +135,15 @@ class JointPosterior:
             total += value
             gradient[places] += by_own
         return total, gradient
+
+    def with_likeliest_means(self, between: Sequence[tuple[float, float] | None]) -> "JointPosterior":
+        """Return the same with each prior mean as likely as it can be in its interval; None: it stays as it is."""
+        pairs = zip(self.parts, between, strict=True)
+        parts = tuple(part if ends is None else part.with_likeliest_mean(*ends) for part, ends in pairs)
+        prior = self.prior.with_parts(tuple(part.prior for part in parts))
+        moved = JointPosterior(prior, self.samples)
+        vars(moved)["parts"] = parts  # with their factorisations, which do not depend on the means
+        return moved
 
     def variance_of(self, weights: Sequence[tuple[int, Array]], t: Array, step: float) -> Array:
         """Return the variance of Σ_c Σ_j w_cj g_c(t + j step), from pairs (c, w_c), at t [s]: the shape of t."""

@@ -1,7 +1,8 @@
 """The posterior of one process given samples: factored once, evaluated often."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Self
 
 import numpy as np
 
@@ -131,6 +132,26 @@ class Posterior:
         by_kernel = self._factored.gradient_times(weights) @ weights
         by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2
         return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
+
+    def with_likeliest_mean(self, lower: float, upper: float) -> Self:
+        """Return the same with the prior mean of least l between two values, for the same hyperparameters.
+
+        l is quadratic in the mean: without ends it is dᵀA⁻¹(y − o) / dᵀA⁻¹d, where samples of a process at rest at
+        level m are o + d m. It stays as it is where samples do not depend on the level, or A cannot be factored.
+        """
+        stencil, y = self.samples.stencil, self.samples.values
+        o = np.broadcast_to(stencil.at_rest(0.0), y.shape)
+        d = np.broadcast_to(stencil.at_rest(1.0), y.shape) - o
+        try:
+            weighted = self._factored.solve(np.ascontiguousarray(d))
+        except IllConditioned:
+            return self
+        if not weighted @ d > 0:
+            return self
+        mean = float(np.clip(weighted @ (y - o) / (weighted @ d), lower, upper))
+        moved = type(self)(replace(self.prior, mean=mean), self.samples)
+        vars(moved)["_factored"] = self._factored
+        return moved
 
     @cached_property
     def _centres(self) -> Array:

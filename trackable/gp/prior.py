@@ -62,6 +62,10 @@ class Prior:
         noise_std = learned(self.noise_std) if names is None or NOISE in names else self.noise_std
         return type(self)(self.kernel.as_learned(names), noise_std, self.mean)
 
+    def as_known(self) -> Self:
+        """Return the same prior with every hyperparameter known, as it is now."""
+        return type(self)(self.kernel.as_known(), float(self.noise_std), self.mean)
+
     def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
         """Return the same prior with these values; learned hyperparameters stay learned."""
         kernel = self.kernel.with_hyperparameters({name: v for name, v in values.items() if name != NOISE})

@@ -33,8 +33,9 @@ class Pin:
 class ConstrainedProblem:
     """minimise l(θ) over the `space` of the prior's learned hyperparameters, subject to `constraints` on m⁺(·|θ).
 
-    There is one set of samples for each process of the prior. Raises ValueError where samples, prior and space do not
-    fit together, and for fewer samples than learned hyperparameters.
+    There is one set of samples for each process of the prior. Without constraints, prior means may be learned too: in
+    `means`, intervals or None (known), each is the most likely one for θ. Raises ValueError where samples, prior and
+    space do not fit together, and for fewer samples than learned hyperparameters.
     """
 
     samples: tuple[Samples, ...]
@@ -42,8 +43,11 @@ class ConstrainedProblem:
     space: SearchSpace
     constraints: tuple[Bounded, ...] = field(default=())
     pins: tuple[Pin, ...] = field(default=())
+    means: tuple[tuple[float, float] | None, ...] = field(default=())
 
     def __post_init__(self) -> None:
+        if self.means and (len(self.means) != len(self.prior.parts) or self.constraints or self.pins):
+            raise ValueError("means: are learned without constraints, and need an interval or None for each process")
         count = sum(len(samples) for samples in self.samples)
         if len(self.samples) != len(self.prior.parts):
             raise ValueError(f"samples: needed for {len(self.prior.parts)} processes, got {len(self.samples)}")
@@ -68,7 +72,8 @@ class ConstrainedProblem:
 
     def posterior(self, log_theta: Array) -> JointPosterior:
         done("evaluation")
-        return JointPosterior(self.prior.with_log_hyperparameters(log_theta), self.samples)
+        found = JointPosterior(self.prior.with_log_hyperparameters(log_theta), self.samples)
+        return found.with_likeliest_means(self.means) if self.means else found
 
 
 @dataclass(frozen=True)
