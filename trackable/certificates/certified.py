@@ -132,7 +132,8 @@ class _Learning:
                 return Certified(solution, reference, outcome, backoff, cost, self.attempts)
             if goal.extends_to(_failed_at(outcome)) or not self.may_go_on:
                 return outcome
-            backoff = max(10 * backoff, 4 * _relative_error(reference))
+            missed = min(3 * found.missed, _LARGEST_BACKOFF)
+            backoff = max(10 * backoff, 4 * _relative_error(reference), missed)
             if backoff > _LARGEST_BACKOFF:
                 return outcome
             found = learner.continued(found, self._problem(goal, backoff))

@@ -33,6 +33,11 @@ class Terms:
             np.concatenate([np.empty(0, dtype=np.intp), *rows]),
         )
 
+    def renumbered(self, places: npt.NDArray[np.intp]) -> Self:
+        """Return the terms of rows a with `places`[a] ≥ 0, as those of rows `places`[a]."""
+        kept = places[self.of_row] >= 0
+        return type(self)(self.times[kept], self.weights[kept], places[self.of_row[kept]])
+
     def spread(self, multipliers: Array) -> Array:
         """Return Σ_a ν_a L_a as weights at the `times`, shape (P,), from one multiplier ν_a for each row."""
         return np.asarray(self.weights * multipliers[self.of_row])
@@ -71,6 +76,12 @@ class Rows:
 
     def __len__(self) -> int:
         return len(self.offsets)
+
+    def among(self, chosen: npt.NDArray[np.intp]) -> Self:
+        """Return the chosen rows, by their increasing indices (m,), counted anew from zero."""
+        places = np.full(len(self), -1)
+        places[chosen] = np.arange(len(chosen))
+        return type(self)(self.offsets[chosen], tuple(terms.renumbered(places) for terms in self.terms))
 
     def values(self, signals: Sequence[Callable[[Array], Array]]) -> Array:
         """Return all q_a of some signals, shape (n,)."""

@@ -116,7 +116,8 @@ class Solution:
     posterior means, and J = l. `active` holds the places of each constraint in the last program. `fits` counts the
     nonlinear programs that were solved. `rounds` are the rounds that led from a start to this solution. `others` are
     ln θ of other local minima, the best first. `moved` says what was learned. `unconstrained` is the posterior at the
-    likelihood's minimum, where the learner has computed it on the way.
+    likelihood's minimum, where the learner has computed it on the way. Bounds are broken by `missed` at most, a part of
+    their width, where more places than a program can have would be needed: a larger back-off mends it.
     """
 
     posterior: JointPosterior
@@ -129,6 +130,7 @@ class Solution:
     others: tuple[Array, ...] = ()
     moved: Moved = "hyperparameters"
     unconstrained: JointPosterior | None = None
+    missed: float = 0.0
 
     @property
     def price(self) -> float:
@@ -180,6 +182,21 @@ class Contradiction(NoSolution):
         sides = {"lower": "lower bound", "upper": "upper bound", "equal": "given value"}
         said = "; ".join(f"{bound.name} ({sides[bound.side]}) at t = {bound.time:.6g} s" for bound in self.among)
         return f"bounds contradict each other, whatever the function between the samples: {said}"
+
+
+@dataclass(frozen=True)
+class NoFunction(NoSolution):
+    """From no start could a function with the given values be computed."""
+
+    pins: tuple[Pin, ...]
+
+    @property
+    def explanation(self) -> str:
+        given = "; ".join(f"{pin.name} = {pin.value:.6g} at t = {pin.time:.6g} s" for pin in self.pins)
+        return (
+            f"no function could be computed that has the given values ({given}): formulas may not be defined near "
+            "them, or covariances cannot be factored in float64; give fewer or other values, or another prior"
+        )
 
 
 @dataclass(frozen=True)

@@ -97,7 +97,7 @@ def bent_mean(
         demanded = demands(problem, places, at)
         if not (np.all(np.isfinite(demanded.limits)) and np.all(np.isfinite(demanded.rows.offsets))):
             return None
-        found = _bent(posterior, demanded)
+        found = bent_by(posterior, demanded)
         if found is None or found.contradicts or is_linear(problem):
             return found
         if _is_linearised_at(problem, places, found):
@@ -111,7 +111,8 @@ def is_linear(problem: ConstrainedProblem) -> bool:
     return all(c.quantity.functional is not None for c in problem.constraints)
 
 
-def _bent(posterior: JointPosterior, demanded: Demands) -> BentMean | None:
+def bent_by(posterior: JointPosterior, demanded: Demands) -> BentMean | None:
+    """Return the function that meets the demands; None where they are not understood in float64. See `bent_mean`."""
     given = RowPosterior(posterior, demanded.rows)
     dual = solve_dual(given.covariance, demanded.limits - given.mean, demanded.is_equation)
     if dual is None:

@@ -8,8 +8,9 @@ from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import IllConditioned
 from trackable.learning.joint.search import JointSearch, Point
-from trackable.learning.problem import ConstrainedProblem, Contradiction, Infeasible, NoSolution, Solution
+from trackable.learning.problem import ConstrainedProblem, Contradiction, Infeasible, NoFunction, NoSolution, Solution
 from trackable.learning.search import best_solution
+from trackable.learning.search import continued as continued_alone
 
 _OTHER_MINIMA = 3  # of the likelihood: they are starts too
 _TOLD = 4  # bounds that contradict each other
@@ -39,15 +40,25 @@ def learn_jointly(problem: ConstrainedProblem) -> Solution | NoSolution:
         return replace(alone, fits=fits, unconstrained=free.posterior)
     if search.best is not None:
         return _solution(search.best, fits, free.posterior)
-    return _no_solution(problem, search.closest) if search.closest else alone
+    if search.closest is not None:
+        return _no_solution(problem, search.closest)
+    return NoFunction(problem.pins) if problem.pins else alone
 
 
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem whose bounds or times differ a little from those of `solution`: search from its minimiser."""
+    """Solve a problem whose bounds or times differ a little from those of `solution`: search from its minimiser.
+
+    Where that finds no function, a solution of hyperparameters alone is continued as such; any other is sought anew.
+    """
     search = JointSearch(problem)
     places = solution.active if solution.active_bounds else None
     search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals)
-    return _solution(search.best, search.fits, solution.unconstrained) if search.best else learn_jointly(problem)
+    if search.best:
+        return _solution(search.best, search.fits, solution.unconstrained)
+    if solution.moved == "hyperparameters" and not problem.pins:
+        alone = continued_alone(solution, problem)
+        return replace(alone, unconstrained=solution.unconstrained) if isinstance(alone, Solution) else alone
+    return learn_jointly(problem)
 
 
 def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
@@ -68,6 +79,7 @@ def _solution(point: Point, fits: int, unconstrained: JointPosterior | None) -> 
         active_bounds=bent.active_bounds,
         moved="joint",
         unconstrained=unconstrained,
+        missed=max(0.0, -point.function.margin),
     )
 
 

@@ -43,6 +43,22 @@ class Demands:
     widths: Array
     labels: tuple[Label, ...]
 
+    def among(self, chosen: npt.NDArray[np.intp]) -> "Demands":
+        """Return the chosen demands, by their increasing indices."""
+        return Demands(
+            self.rows.among(chosen),
+            self.limits[chosen],
+            self.is_equation[chosen],
+            self.widths[chosen],
+            tuple(self.labels[a] for a in chosen.tolist()),
+        )
+
+
+def chosen(places: Places, flags: Flags) -> Places:
+    """Return the places whose rows have a flag; rows of pins come after those of all places, and are no places."""
+    parts = np.split(flags, np.cumsum([len(of_constraint) for of_constraint in places]))
+    return tuple(of_constraint[part] for of_constraint, part in zip(places, parts, strict=False))
+
 
 def demands(problem: ConstrainedProblem, places: Places, near: Sequence[KernelSum]) -> Demands:
     """Return all places as rows; formulas are linearised at the signals `near`."""

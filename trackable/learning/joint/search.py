@@ -4,27 +4,30 @@ A program with few places is a relaxation. Its minimiser may be far from any min
 makes J smaller, at all times; otherwise the places that it has shown stay, and the next step is shorter.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import IllConditioned
 from trackable.gp.signal import KernelSum
 from trackable.learning import sqp
-from trackable.learning.joint.bent import bent_mean
-from trackable.learning.joint.places import Places
+from trackable.learning.joint.bent import BentMean, bent_mean, is_linear
+from trackable.learning.joint.places import Places, chosen, demands
 from trackable.learning.joint.settle import Settled, merged, no_places, same_time, settled
+from trackable.learning.joint.working import WorkingSet
 from trackable.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 30
 _SAME_VALUE = 1e-9
 _PRECISION = 1e-11  # of J: the covariances of rows are not more precise
 _NEARBY = 0.1
-_SHORTER, _SHORTEST = 4.0, 1e-3  # steps in ln θ
+_FIRST, _SHORTER, _SHORTEST = 2.0, 4.0, 1e-3  # steps in ln θ
 # Functions on the way to a minimum may break their bounds by this part of the width. So may one whose evaluation is
 # rounded: a larger back-off will mend it, and no other start.
-_ALMOST = 1e-3
+_ALMOST = 3e-3
 _ROUGH = 1e-6
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-8  # of 1 + |J|
 
@@ -37,24 +40,50 @@ class JointProgram:
     places: Places
     near: tuple[KernelSum, ...]
 
-    def minimise(self, start: Array, curvature: Array | None, reach: float = np.inf) -> sqp.Minimum | None:
-        """Return a local minimum within `reach` of `start` in each ln θ; None where J has no value there."""
+    def minimise(
+        self, start: Array, curvature: Array | None, reach: float = np.inf
+    ) -> tuple[sqp.Minimum, Places] | None:
+        """Return a local minimum within `reach` of `start` in each ln θ, and the places that were active on the way.
+
+        None where J has no value at the start.
+        """
         space = self.problem.space
         lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
-        return sqp.minimise(self.evaluate, start, lower, upper, _NEARBY, curvature, _PRECISION)
+        working = self._working_set()
+
+        def evaluate(log_theta: Array) -> sqp.Evaluation | None:
+            return self._evaluated(log_theta, working.bent if working else self._bent)
+
+        found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, _PRECISION)
+        return None if found is None else (found, chosen(self.places, working.chosen) if working else self.places)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return J with its gradient, which the envelope theorem gives; None where J has no value."""
+        return self._evaluated(log_theta, self._bent)
+
+    def _evaluated(
+        self, log_theta: Array, bent_for: Callable[[JointPosterior], BentMean | None]
+    ) -> sqp.Evaluation | None:
         posterior = self.problem.posterior(log_theta)
         try:
             value, gradient = posterior.negative_log_marginal_likelihood()
-            bent = bent_mean(self.problem, posterior, self.places, self.near)
+            bent = bent_for(posterior)
         except IllConditioned:
             return None
         if bent is None:
             return None
         by_theta = gradient + bent.price_gradient()
         return sqp.Evaluation(value + bent.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
+
+    def _bent(self, posterior: JointPosterior) -> BentMean | None:
+        return bent_mean(self.problem, posterior, self.places, self.near)
+
+    def _working_set(self) -> WorkingSet | None:
+        """Return a set that begins with the pins; None where rows depend on the function."""
+        if not is_linear(self.problem):
+            return None
+        demanded = demands(self.problem, self.places, self.near)
+        return WorkingSet(demanded, demanded.is_equation.copy())
 
 
 @dataclass(frozen=True)
@@ -75,6 +104,10 @@ class Point:
         """Whether the function keeps its bounds, up to what a back-off mends."""
         return not self.function.bent.contradicts and self.function.margin >= -_ALMOST
 
+    def is_unfinished(self, ceiling: float) -> bool:
+        """Whether bounds are broken though the exchange ended below the ceiling of J: it needs too many places."""
+        return not (self.is_solution or self.function.bent.contradicts or self.objective > ceiling)
+
     @property
     def ceiling(self) -> float:
         """J from which on another point is worse."""
@@ -88,7 +121,7 @@ class _Path:
     point: Point
     places: Places
     curvature: Array | None = None
-    reach: float = np.inf
+    reach: float = _FIRST
 
     def met(self, point: Point) -> Places:
         """Return the places with those of a point."""
@@ -136,12 +169,15 @@ class JointSearch:
                 break
             signals = point.function.bent.signals
             program = JointProgram(self.problem, path.met(point), signals)
-            found = program.minimise(point.log_theta, path.curvature, path.reach)
+            minimised = program.minimise(point.log_theta, path.curvature, path.reach)
             self.fits += 1
-            if found is None or self._is_known(found.at.value, path, least_gain):
+            if minimised is None:
                 break
-            there = self._at(found.x, program.places, signals, tolerance, point.ceiling)
-            if there is None:
+            found, active = minimised
+            if self._is_known(found.at.value, path, least_gain):
+                break
+            there = self._at(found.x, active, signals, tolerance, point.ceiling)
+            if there is None or there.is_unfinished(point.ceiling):
                 break
             if there.is_solution and there.objective < point.ceiling:
                 path = _Path(there, path.met(there), found.curvature, 2 * path.reach)

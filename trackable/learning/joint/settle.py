@@ -9,11 +9,11 @@ from trackable.gp.joint import JointPosterior
 from trackable.gp.signal import KernelSum
 from trackable.learning.constraint import Bounded
 from trackable.learning.joint.bent import BentMean, bent_mean
-from trackable.learning.joint.places import LOWER, UPPER, Places
+from trackable.learning.joint.places import LOWER, UPPER, Places, chosen
 from trackable.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 40
-_MOST_PLACES = 500  # rough functions touch a bound at ever more times: what is left is a larger back-off's task
+_MOST_PLACES = 300  # rough functions touch a bound at ever more times: what is left is a larger back-off's task
 _CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
 _SAME_TIME = 3e-4  # of a correlation time: between closer places a bound cannot be broken by much
 _NO_GAIN = 1e-9  # of the price: what is broken then is not worth another program
@@ -62,7 +62,7 @@ def settled(
         if min((np.min(margins, initial=np.inf) for _, margins in minima), default=np.inf) >= 0:
             minima = [_with_overlooked(c, bent, found) for c, found in zip(problem.constraints, minima, strict=True)]
         margin, constraint, time = _worst(minima)
-        kept = _active(bent, places)
+        kept = chosen(places, bent.multipliers > 0)
         close = [places_at(c, bent, *found) for c, found in zip(problem.constraints, minima, strict=True)]
         met = merged(kept, tuple(close), same_time(bent.signals))
         best = Settled(bent, met, margin, constraint, time, count)
@@ -121,13 +121,6 @@ def _worst(minima: list[tuple[Array, Array]]) -> tuple[float, int, float]:
 def _with_overlooked(constraint: Bounded, bent: BentMean, found: tuple[Array, Array]) -> tuple[Array, Array]:
     times, margins = constraint.overlooked(bent)
     return np.concatenate([found[0], times]), np.concatenate([found[1], margins])
-
-
-def _active(bent: BentMean, places: Places) -> Places:
-    """Return the places with a multiplier."""
-    ends = np.cumsum([len(of_constraint) for of_constraint in places])
-    parts = np.split(bent.multipliers, ends)
-    return tuple(of_constraint[m > 0] for of_constraint, m in zip(places, parts, strict=False))
 
 
 def _united(places: Array, new: Array, same: float) -> Array:
