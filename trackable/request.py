@@ -143,8 +143,8 @@ def _placed(quantity: Quantity, level: float) -> str:
     if level in {bounds.lower, bounds.upper}:
         return (
             f"{at}, on a bound of {bounds}: a reference that fades to it has in the end no margin, and rounding alone "
-            "needs one; widen this bound, move the mean inside (by very little with PiecewisePolynomial2 or 3, which "
-            "come to rest), or claim a window (start, end)"
+            "needs one; widen this bound or move the mean inside, if only by a millionth of the width, or claim a "
+            "window (start, end)"
         )
     return f"{at}, not inside {bounds}: fading samples could not be followed for ever"
 

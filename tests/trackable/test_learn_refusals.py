@@ -45,7 +45,7 @@ def refusals() -> dict[str, tuple[dict[str, object], str]]:
         "on a bound": (
             {"mean": 0.2},
             "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: a reference that fades to it has in the end "
-            "no margin, and rounding alone needs one; widen this bound, move the mean inside (by very little with",
+            "no margin, and rounding alone needs one; widen this bound or move the mean inside, if only by a millionth",
         ),
         "just beyond a bound": (
             {"mean": 0.2 + 1e-9},

@@ -11,6 +11,8 @@ import pytest
 
 from tests.trackable.plants import AXIS, CART, KERNEL, SAMPLES
 from trackable import ConstrainedSystem, Controller, LinearSystem, Nonlinear, Polytope, Samples, check, learn_reference
+from trackable.certificates.claim import OnWindow
+from trackable.certificates.goal import on_window
 from trackable.checking import check_file
 from trackable.learning.space import SearchSpace
 from trackable.recordings import Signal
@@ -90,6 +92,16 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
     "window array": (lambda: learn(claim=np.array([0.0, 1.0])), ValueError, "in seconds, got array([0., 1.])"),
     "window of truths": (lambda: learn(claim=(False, True)), ValueError, "in seconds, got (False, True)"),
     "endless window": (lambda: learn(claim=(0, float("inf"))), ValueError, "in seconds, got (0, inf)"),
+    "endless proof": (
+        lambda: OnWindow(0.0, float("inf")),
+        ValueError,
+        "a window needs finite ends, got [0.0, inf]",
+    ),
+    "endless goal": (
+        lambda: on_window(0.0, float("inf")),
+        ValueError,
+        "a window needs finite ends, got [0.0, inf]",
+    ),
     "starts": (lambda: learn(starts=1.5), TypeError, "search: starts: expected a whole number, got 1.5"),
     "starts, text": (lambda: learn(starts="8"), TypeError, "search: starts: expected a whole number, got '8'"),
     "no starts": (lambda: learn(starts=0), ValueError, "search: starts must be at least 1, got 0"),

@@ -44,6 +44,8 @@ class OnWindow:
     def __post_init__(self) -> None:
         if not self.start < self.end:
             raise ValueError(f"claim: a window needs start < end, got [{self.start!r}, {self.end!r}]")
+        if not (math.isfinite(self.start) and math.isfinite(self.end)):
+            raise ValueError(f"claim: a window needs finite ends, got [{self.start!r}, {self.end!r}]")
 
     @property
     def span(self) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, Self
 
+from trackable.certificates.claim import OnWindow
 from trackable.certificates.prove import Outcome, prove, prove_on_window, prove_while_settling
 from trackable.gp.joint import JointPrior
 from trackable.gp.period import has_period
@@ -74,5 +75,6 @@ def for_all_times(samples: tuple[Samples, ...], prior: JointPrior, plant: Constr
 
 
 def on_window(start: float, end: float) -> Goal:
-    """Return the goal for every real t from `start` to `end` [s]."""
+    """Return the goal for every real t from `start` to `end` [s]. ValueError: these are no window."""
+    OnWindow(start, end)  # refused now, not after the search
     return Goal(Window(start, end), partial(prove_on_window, start=start, end=end))

@@ -8,6 +8,7 @@ from trackable.gp.samples import Samples
 from trackable.recordings.cleaning import Cleaning
 from trackable.recordings.origin import described
 from trackable.recordings.signal import Signal
+from trackable.systems.sets.interval import ends_shown
 
 
 @dataclass(frozen=True)
@@ -53,10 +54,14 @@ class Recording:
 
     def __str__(self) -> str:
         lines = [
-            f"{name}: {len(signal)} samples from {signal.times[0]:g} to {signal.times[-1]:g} s"
+            f"{name}: {len(signal)} samples from {' to '.join(_span(signal))} s"
             for name, signal in self.signals.items()
         ]
         return "\n".join([*lines, f"time zero: {described(self.origin, self.absolute)}", *map(str, self.cleanings)])
+
+
+def _span(signal: Signal) -> tuple[str, str]:
+    return ends_shown(float(signal.times[0]), float(signal.times[-1]))
 
 
 def _named(name: str, signal: Signal, start: float, end: float) -> Signal:

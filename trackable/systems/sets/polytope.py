@@ -61,7 +61,8 @@ class Polytope:
         if low.shape != high.shape or low.ndim != 1:
             raise ValueError(f"set: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
         for i in np.flatnonzero(~(low < high)).tolist():
-            raise ValueError(f"set: must have an interior, got [{low[i]:g}, {high[i]:g}] for coordinate {i + 1}")
+            ends = ", ".join(ends_shown(float(low[i]), float(high[i])))
+            raise ValueError(f"set: must have an interior, got [{ends}] for coordinate {i + 1}")
         bounded = ~(np.isinf(low) & np.isinf(high))
         for i in np.flatnonzero(bounded & (np.isinf(low) | np.isinf(high))).tolist():
             raise ValueError(
