@@ -3,9 +3,9 @@
 from dataclasses import dataclass, replace
 
 from trackable.arrays import Array
-from trackable.control.controller import Controller
 from trackable.control.references import TrackedReference
 from trackable.control.step.result import Plan, StepResult
+from trackable.control.stepping import SteppedController
 
 
 @dataclass
@@ -16,7 +16,7 @@ class RepeatedSteps:
     controller.
     """
 
-    controller: Controller
+    controller: SteppedController
     _given: tuple[bytes, ...] = ()
     _plan: Plan | None = None
 

@@ -7,10 +7,10 @@ import numpy as np
 from trackable.arguments import whole
 from trackable.arrays import Array
 from trackable.control.closed_loop import ClosedLoop
-from trackable.control.controller import Controller
 from trackable.control.references import TabulatedReference, TrackedReference
 from trackable.control.repeated_steps import RepeatedSteps
 from trackable.control.step.result import Infeasible, Plan, Status, Unsolved
+from trackable.control.stepping import Disturbances, SteppedController
 
 InfeasibilityPolicy = Callable[[Infeasible | Unsolved], Array | None]
 """Returns the input (m,) to apply where the controller finds no plan; None ends the simulation."""
@@ -32,20 +32,21 @@ def apply_fallback_for(steps: int) -> InfeasibilityPolicy:
 
 
 def simulate(
-    controller: Controller,
+    controller: SteppedController,
     reference: TrackedReference,
     initial_state: Array,
     steps: int,
     *,
     first_step: int = 0,
     on_infeasible: InfeasibilityPolicy = stop,
+    disturbances: Disturbances | None = None,
 ) -> ClosedLoop:
     """Simulate the closed loop from `initial_state` (n,) at `first_step`, for `steps` steps.
 
-    The simulated system is the controller's own model, `controller.plant`, without disturbances. Where the controller
-    finds no plan, `on_infeasible` chooses the input or ends the simulation early. The simulation also ends, as
-    unsolved, where an input leads out of what the system's formulas define. Raises as `Controller.step` and as
-    `reference.window`.
+    The simulated system is the controller's own model, `controller.plant`, with `disturbances` added to each of its
+    states; left out, there are none. Where the controller finds no plan, `on_infeasible` chooses the input or ends the
+    simulation early. The simulation also ends, as unsolved, where an input leads out of what the system's formulas
+    define. Raises as `Controller.step` and as `reference.window`.
     """
     first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
     table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
@@ -69,7 +70,8 @@ def simulate(
             values.append((np.nan, np.nan, np.nan))
         inputs.append(applied)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            states.append(system.successor(states[-1], applied))
+            successor = system.successor(states[-1], applied)
+            states.append(successor if disturbances is None else successor + disturbances(k, successor))
         if not np.all(np.isfinite(states[-1])):
             without_plan.append(Unsolved(k, "the system is not defined under the input applied", applied))
             del states[-1], inputs[-1], values[-1]
@@ -80,7 +82,7 @@ def simulate(
     return ClosedLoop(
         first_step=first_step,
         states=np.array(states),
-        inputs=np.array(inputs).reshape(count, len(controller.R)),
+        inputs=np.array(inputs).reshape(count, len(system.inputs)),
         reference_states=tracked.states,
         reference_inputs=tracked.inputs,
         costs=costs,

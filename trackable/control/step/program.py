@@ -40,24 +40,33 @@ class Program:
         All numbers are scaled. Raises ArithmeticError where one is not finite.
         """
         self.variables.assign(model, initial_error, defects, slack, terminal_error)
-        if not all(np.all(np.isfinite(parameter.value)) for parameter in self.problem.parameters()):
-            raise ArithmeticError("the numbers of its program are not finite")
-        data, chain, inverse = self.problem.get_problem_data(_SOLVER, solver_opts={})
-        for tolerance in _TOLERANCES:
-            options = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), tolerance)
-            options["max_iter"] = _MAX_ITERATIONS
-            raw = chain.solve_via_data(self.problem, data, warm_start=False, verbose=False, solver_opts=options)
-            solution = chain.invert(raw, inverse)
-            if solution.status in _CONCLUSIVE:
-                break
-        return np.asarray(solution.primal_vars[self.variables.v.id]) if solution.status == cp.OPTIMAL else None
+        found = optimal_values(self.problem)
+        return None if found is None else np.asarray(found[self.variables.v.id])
+
+
+def optimal_values(problem: cp.Problem) -> dict[int, Array] | None:
+    """Return the optimal values of a program's variables, by their ids; None where the solver finds no solution.
+
+    Raises ArithmeticError where a parameter is not finite.
+    """
+    if not all(np.all(np.isfinite(parameter.value)) for parameter in problem.parameters()):
+        raise ArithmeticError("the numbers of its program are not finite")
+    data, chain, inverse = problem.get_problem_data(_SOLVER, solver_opts={})
+    for tolerance in _TOLERANCES:
+        options = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), tolerance)
+        options["max_iter"] = _MAX_ITERATIONS
+        raw = chain.solve_via_data(problem, data, warm_start=False, verbose=False, solver_opts=options)
+        solution = chain.invert(raw, inverse)
+        if solution.status in _CONCLUSIVE:
+            break
+    return dict(solution.primal_vars) if solution.status == cp.OPTIMAL else None
 
 
 def tracking_program(plant: ConstrainedSystem, horizon: int, scales: Scales, Q: Array, R: Array) -> Program:
     """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with e(N) as given (zero: on the reference) and e, v within their slack."""
     s = StepVariables.of(plant, horizon)
     scaled_Q, scaled_R = scales.weights(Q, R)
-    cost = _squared(s.e[:-1], scaled_Q) + _squared(s.v, scaled_R)
+    cost = squared(s.e[:-1], scaled_Q) + squared(s.v, scaled_R)
     return Program(s, cp.Problem(cp.Minimize(cost), [*s.dynamics(), *s.bounds(plant, scales), s.ends()]))
 
 
@@ -75,6 +84,6 @@ def terminal_error_program(plant: ConstrainedSystem, horizon: int, scales: Scale
     return Program(s, cp.Problem(cp.Minimize(missed), [*s.dynamics(), *s.bounds(plant, scales)]))
 
 
-def _squared(rows: cp.Expression, weight: Array) -> cp.Expression:
+def squared(rows: cp.Expression, weight: Array) -> cp.Expression:
     """Σ_i ‖row_i‖² in the norm of `weight`."""
     return cp.quad_form(cp.vec(rows, order="C"), np.kron(np.eye(rows.shape[0]), weight), assume_PSD=True)

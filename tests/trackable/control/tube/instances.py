@@ -1,0 +1,67 @@
+"""Robust references: constant and moving ones, whose plant is the tightened one."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tests.trackable.systems.disturbance.instances import CART, EXAMPLE1, random_disturbed
+from trackable.control.scaling import scaled_controller
+from trackable.control.tube.controller import TubeController
+from trackable.gp.kernels.squared_exponential import SquaredExponential
+from trackable.gp.signal import KernelSum
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.hull import ConvexHull
+from trackable.systems.disturbance.sets import DisturbanceSet
+from trackable.systems.disturbance.tightening import Tightening, tightening
+from trackable.systems.disturbance.zonotope import Zonotope
+from trackable.systems.reference import Reference
+
+STEPS = 60
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A plant and its disturbance; the reference moves by a `part` of the way to the nearest tightened bound."""
+
+    plant: ConstrainedSystem
+    disturbance: DisturbanceSet
+    part: float = 0.999
+    horizon: int = 12
+
+    @cached_property
+    def tightening(self) -> Tightening:
+        return tightening(self.plant, self.disturbance)
+
+    @cached_property
+    def controller(self) -> TubeController:
+        nominal = scaled_controller(self.tightening.plant, self.horizon)
+        return TubeController(self.tightening, self.horizon, nominal.Q, nominal.R)
+
+    @cached_property
+    def reference(self) -> Reference:
+        """Signals scaled such that they come as near to the tightened bounds as `part` says, from a rest in zero."""
+        plant, t_s = self.tightening.plant, self.plant.sampling_time
+        centres = t_s * np.linspace(0, STEPS, 9)
+        kernel = SquaredExponential(1.0, t_s * STEPS / 7)
+        rng = np.random.default_rng(1)
+        wild = tuple(
+            KernelSum(kernel, 0.0, centres, rng.standard_normal(centres.size)) for _ in range(plant.signal_count)
+        )
+        moved = Reference(wild, plant)
+        k = np.arange(STEPS + self.horizon + 2)
+        used = [
+            np.max(values @ bounded.rows.T / np.where(values @ bounded.rows.T > 0, bounded.upper, bounded.lower))
+            for values, bounded in ((moved.state(k), plant.state_set), (moved.input(k), plant.input_set))
+        ]
+        by = self.part / max(used)
+        return Reference(tuple(KernelSum(s.kernel, 0.0, s.centres, by * s.weights) for s in wild), plant)
+
+
+LOOPS: dict[str, Loop] = {
+    "example1": Loop(EXAMPLE1, Zonotope.box([-0.01], [0.01])),
+    "pushed cart": Loop(CART, Zonotope.box([0.0, -0.05], [0.0, 0.05])),
+    "triangle": Loop(CART, ConvexHull([[0.01, 0.0], [-0.01, 0.02], [0.0, -0.03]])),
+    "three states": Loop(random_disturbed(7).plant, random_disturbed(7).disturbance),
+    "another": Loop(random_disturbed(4).plant, random_disturbed(4).disturbance),
+}

@@ -1,0 +1,133 @@
+"""The tube controller: its optimum against a naive program, what is kept, and what it says where there is no plan."""
+
+import numpy as np
+import pytest
+
+from tests.trackable.control.instances import at_rest
+from tests.trackable.control.tube import naive
+from tests.trackable.control.tube.instances import LOOPS, STEPS
+from tests.trackable.systems.disturbance.instances import ALL, CART, EXAMPLE1
+from trackable.control.controller import Controller
+from trackable.control.simulation import simulate
+from trackable.control.step.result import Infeasible, Plan, Status, Unsolved
+from trackable.control.tube.controller import TubeController
+from trackable.control.tube.disturbances import Constant, Drawn, Greedy
+from trackable.systems.disturbance.tightening import tightening
+from trackable.systems.disturbance.zonotope import Zonotope
+
+
+def off(loop, part: float) -> np.ndarray:
+    """A state beside the reference, by a part of the widths."""
+    rng, widths = np.random.default_rng(3), 1 / np.sqrt(np.diag(loop.controller.Q))
+    return loop.reference.state(0) + part * widths * rng.uniform(-1, 1, len(widths))
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_inside_of_the_tube_the_plan_is_the_reference(name):
+    loop = LOOPS[name]
+    Z = loop.tightening.invariant
+    edge = Z.disturbance.farthest(np.ones(len(Z.box)))
+    plan = loop.controller.step(3, loop.reference.state(3) + edge, loop.reference)
+    assert isinstance(plan, Plan)
+    assert plan.cost < 1e-20
+    assert plan.status is Status.NO_ACTIVE_BOUND
+    np.testing.assert_allclose(plan.input, loop.reference.input(3) + Z.feedback @ edge, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("part", [0.05, 0.15])
+def test_the_optimum_is_that_of_the_naive_program(name, part):
+    loop = LOOPS[name]
+    state = off(loop, part)
+    plan, cost = (
+        loop.controller.step(0, state, loop.reference),
+        naive.optimum(loop.controller, 0, state, loop.reference),
+    )
+    if isinstance(plan, Plan):
+        assert plan.cost == pytest.approx(cost, rel=1e-4, abs=1e-9)
+        assert loop.controller.errors.contains((1 - 1e-6) * (state - plan.states[0]))
+    else:
+        assert isinstance(plan, Infeasible)
+        assert cost == np.inf
+
+
+def test_the_states_above_have_plans_of_both_kinds_and_none():
+    results = [
+        loop.controller.step(0, off(loop, part), loop.reference) for loop in LOOPS.values() for part in (0.05, 3)
+    ]
+    assert {Status.SOLVED} < {r.status if isinstance(r, Plan) else type(r) for r in results}
+    assert Infeasible in {type(r) for r in results}
+
+
+def kinds(loop) -> dict:
+    W, n = loop.disturbance, len(loop.controller.Q)
+    return {
+        "drawn": Drawn(W, 5),
+        "greedy": Greedy(W, loop.plant.state_set),
+        "up": Constant(W, np.ones(n)),
+        "down": Constant(W, -np.ones(n)),
+    }
+
+
+@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("kind", ["drawn", "greedy", "up", "down"])
+def test_no_bound_is_broken_no_step_has_no_plan_and_the_cost_falls(name, kind):
+    """From a state off the tube: V(k + 1) ≤ V(k) − ℓ(k) at each step, whatever the disturbances are."""
+    loop = LOOPS[name]
+    part = 0.3
+    while not isinstance(loop.controller.step(0, off(loop, part), loop.reference), Plan):
+        part /= 2
+    run = simulate(loop.controller, loop.reference, off(loop, part), STEPS, disturbances=kinds(loop)[kind])
+    assert not run.without_plan
+    assert np.min(loop.plant.state_set.margin(run.states[1:])) >= 0
+    assert np.min(loop.plant.input_set.margin(run.inputs)) >= 0
+    assert np.max(run.cost_increases) <= 1e-6 * (1e-3 + run.costs[0])
+    assert run.costs[-1] < 1e-9
+
+
+def test_the_nominal_controller_loses_its_plan_under_the_same_disturbances():
+    """On a reference that touches its bound a push towards it is too much; the tube controller's own leaves room."""
+    loop = LOOPS["example1"]
+    nominal = Controller(EXAMPLE1, 12, loop.controller.Q, loop.controller.R)
+    touching = at_rest(EXAMPLE1, 0.05)
+    run = simulate(nominal, touching, touching.state(0), STEPS, disturbances=Constant(loop.disturbance, np.ones(1)))
+    assert run.without_plan or np.min(EXAMPLE1.state_set.margin(run.states)) < 0
+
+
+def test_where_there_is_no_plan_it_says_by_how_much():
+    loop = LOOPS["pushed cart"]
+    result = loop.controller.step(0, np.array([0.99, 0.9]), loop.reference)
+    assert isinstance(result, Infeasible)
+    assert result.widening > 0
+    assert "all bounds would have to move by" in result.explanation
+    assert loop.plant.input_set.margin(result.fallback) >= 0
+
+
+def test_numbers_beyond_floating_point_have_no_answer():
+    loop = LOOPS["example1"]
+    result = loop.controller.step(0, np.array([1e308]), loop.reference)
+    assert isinstance(result, Unsolved | Infeasible)
+
+
+def test_without_disturbance_the_costs_are_those_of_the_nominal_controller():
+    still = tightening(CART, Zonotope.box([0.0, 0.0], [0.0, 0.0]))
+    loop = LOOPS["pushed cart"]
+    tube = TubeController(still, 12, loop.controller.Q, loop.controller.R)
+    nominal = Controller(CART, 12, loop.controller.Q, loop.controller.R)
+    for part in (0.0, 0.02, 0.1):
+        ours, theirs = (c.step(0, off(loop, part), loop.reference) for c in (tube, nominal))
+        assert isinstance(ours, Plan)
+        assert isinstance(theirs, Plan)
+        assert ours.cost == pytest.approx(theirs.cost, rel=1e-6, abs=1e-12)
+        np.testing.assert_allclose(ours.input, theirs.input, atol=1e-5)
+
+
+def test_what_does_not_fit_is_refused():
+    with pytest.raises(ValueError, match="a disturbance set is needed"):
+        TubeController(tightening(CART, margin=0.1), 12, np.eye(2), np.eye(1))
+    with pytest.raises(TypeError, match="tube: tightening"):
+        TubeController(CART, 12, np.eye(2), np.eye(1))
+    with pytest.raises(ValueError, match="horizon must be at least 2"):
+        TubeController(ALL["pushed"].tightening, 1, np.eye(2), np.eye(1))
+    with pytest.raises(ValueError, match="a state is 1 finite numbers"):
+        LOOPS["example1"].controller.step(0, np.array([np.nan]), LOOPS["example1"].reference)

@@ -1,0 +1,48 @@
+"""The error set in float64: half-spaces and generators describe the same Z."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+from tests.trackable.control.tube.instances import LOOPS
+from tests.trackable.control.tube.naive import in_error_set
+from tests.trackable.systems.disturbance.instances import ALL
+from trackable.control.tube.error_set import ErrorSet
+from trackable.systems.disturbance.hull import ConvexHull
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_support_is_the_exact_one(name):
+    Z = ALL[name].tightening.invariant
+    if len(Z.box) > 2 and isinstance(Z.disturbance, ConvexHull):
+        with pytest.raises(ValueError, match="must be a Zonotope"):
+            ErrorSet(Z)
+        return
+    for axis in np.eye(len(Z.box)):
+        exact = float(Z.support([*map(int, axis)]))
+        assert ErrorSet(Z).support(axis[None])[0] == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_points_of_the_set_are_inside_and_others_are_not(name):
+    """Points on the boundary by a convex program of the definition, moved in and out by a hundredth."""
+    loop = LOOPS[name]
+    Z, errors = loop.tightening.invariant, loop.controller.errors
+    rng = np.random.default_rng(0)
+    for direction in rng.normal(size=(6, len(Z.box))):
+        e = cp.Variable(len(Z.box))
+        cp.Problem(cp.Maximize(direction @ e), in_error_set(Z, e)).solve(solver=cp.CLARABEL)
+        assert direction @ e.value == pytest.approx(errors.support(direction[None])[0], rel=1e-3)
+        middle = -0.5 * (errors.support(-np.eye(len(Z.box))) - errors.support(np.eye(len(Z.box))))
+        assert errors.contains(middle + 0.99 * (e.value - middle))
+        assert not errors.contains(middle + 1.01 * (e.value - middle))
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_disturbed_errors_stay_inside(name):
+    loop = LOOPS[name]
+    Z, errors, rng = loop.tightening.invariant, loop.controller.errors, np.random.default_rng(1)
+    e = np.zeros(len(Z.box))
+    for _ in range(40):
+        e = Z.closed_loop @ e + Z.disturbance.farthest(rng.normal(size=len(e)))
+        assert errors.contains(e)

@@ -1,0 +1,124 @@
+"""The invariant set of the error in float64: half-spaces for one or two states, generators for more."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from trackable.arrays import Array
+from trackable.systems.disturbance.invariant import InvariantSet
+from trackable.systems.disturbance.rationals import as_array
+from trackable.systems.disturbance.zonotope import Zonotope
+
+_ROUNDING = 1e-12
+"""Points beyond a side of the set by this part of its size count as inside."""
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorSet:
+    """Z of an invariant set: its parts ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P, summed in float64.
+
+    ValueError: W is a convex hull in three dimensions or more, whose sum has no short description.
+    """
+
+    invariant: InvariantSet
+
+    def __post_init__(self) -> None:
+        if self.dimension > 2 and not isinstance(self.invariant.disturbance, Zonotope):
+            raise ValueError(
+                "tube: for three states or more the disturbance set must be a Zonotope, such as a box around the hull"
+            )
+
+    @property
+    def dimension(self) -> int:
+        return len(self.invariant.box)
+
+    def contains(self, e: Array) -> bool:
+        """Whether an error (n,) is in Z, up to rounding."""
+        if self.dimension <= 2:
+            rows, sides = self.halfspaces
+            return bool(np.all(rows @ e <= sides + _ROUNDING * np.max(sides, initial=0.0)))
+        return self._weights(e) is not None
+
+    @cached_property
+    def halfspaces(self) -> tuple[Array, Array]:
+        """H (f, n) and h (f,) with Z = {e : H e ≤ h}, for one or two states. Rows have unit length."""
+        if self.dimension == 1:
+            rows = np.array([[1.0], [-1.0]])
+        else:
+            edges = np.array(list(self._edges())).reshape(-1, 2)
+            found = edges[:, ::-1] * [-1.0, 1.0] / np.linalg.norm(edges, axis=1, keepdims=True)
+            rows = np.vstack([found, -found]) if len(found) else np.vstack([np.eye(2), -np.eye(2)])
+            if len(found) and np.linalg.matrix_rank(found, tol=1e-9) < 2:  # a flat set has ends, too
+                rows = np.vstack([rows, rows[:1, ::-1] * [1, -1], rows[:1, ::-1] * [-1, 1]])
+        return rows, self.support(rows)
+
+    def support(self, rows: Array) -> Array:
+        """Return h_Z(row) for rows (r, n): shape (r,)."""
+        Z, total = self.invariant, np.zeros(len(rows))
+        for i in range(Z.head + Z.terms):
+            part = Z.disturbance.support(rows) if i < Z.head else np.abs(rows) @ Z.box / (1 - Z.contraction)
+            total, rows = total + part, rows @ Z.closed_loop
+        return total
+
+    @cached_property
+    def centre(self) -> Array:
+        """The centre (n,) of a zonotope."""
+        Z = self.invariant
+        assert isinstance(Z.disturbance, Zonotope), "hulls have no centre"
+        at, total = as_array([Z.disturbance.centre], self.dimension)[0], np.zeros(self.dimension)
+        for _ in range(Z.head):
+            total, at = total + at, Z.closed_loop @ at
+        return total
+
+    @cached_property
+    def generators(self) -> Array:
+        """The generators (g, n) of a zonotope, none of them zero."""
+        Z = self.invariant
+        assert isinstance(Z.disturbance, Zonotope), "hulls have no generators"
+        found, head, tail = [], Z.disturbance.generator_matrix, np.diag(Z.box) / (1 - Z.contraction)
+        for i in range(Z.head + Z.terms):
+            found.append(head if i < Z.head else tail)
+            head, tail = head @ Z.closed_loop.T, tail @ Z.closed_loop.T
+        stacked = np.vstack(found)
+        return np.asarray(stacked[np.any(stacked != 0, axis=1)])
+
+    def _edges(self) -> Iterator[Array]:
+        """Yield the directions of all edges of a polygon Z, which are those of its summands."""
+        Z = self.invariant
+        if isinstance(Z.disturbance, Zonotope):
+            yield from self.generators
+            return
+        W, tail = Z.disturbance.vertex_matrix, np.diag(Z.box)
+        edges = np.array([q - p for i, p in enumerate(W) for q in W[i + 1 :] if _is_edge(p, q, W)]).reshape(-1, 2)
+        for i in range(Z.head + Z.terms):
+            yield from (edge for edge in (edges if i < Z.head else tail) if edge.any())
+            edges, tail = edges @ Z.closed_loop.T, tail @ Z.closed_loop.T
+
+    def _weights(self, e: Array) -> Array | None:
+        """Return ξ with |ξ| ≤ 1 and centre + Σ_j ξ_j g_j = e; None where there is none."""
+        G, aim = self.generators.T, e - self.centre
+        if not G.size:
+            return np.zeros(0) if np.all(np.abs(aim) <= _ROUNDING) else None
+        found = self._inverse @ aim
+        if np.max(np.abs(found)) <= 1 and np.allclose(G @ found, aim, rtol=1e-9, atol=0):
+            return np.asarray(found)
+        unit = np.maximum(np.abs(G).sum(axis=1), np.finfo(float).tiny)
+        program = scipy.optimize.linprog(
+            np.zeros(G.shape[1]), A_eq=G / unit[:, None], b_eq=aim / unit, bounds=(-1, 1), method="highs"
+        )
+        return None if program.x is None else np.asarray(program.x)
+
+    @cached_property
+    def _inverse(self) -> Array:
+        """The weights of least squares: those of most errors are less than one."""
+        return np.asarray(np.linalg.pinv(self.generators.T))
+
+
+def _is_edge(p: Array, q: Array, points: Array) -> bool:
+    """Whether all points lie on one side of the line through p and q, which differ."""
+    along = q - p
+    sides = (points - p) @ np.array([-along[1], along[0]])
+    return bool(along.any() and (np.all(sides <= 0) or np.all(sides >= 0)))

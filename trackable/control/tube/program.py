@@ -1,0 +1,111 @@
+"""The convex programs of a tube controller: as those of the nominal one, with the nominal start as a variable."""
+
+from dataclasses import dataclass
+
+import cvxpy as cp
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.control.step.error_model import ErrorModel
+from trackable.control.step.program import optimal_values, squared
+from trackable.control.step.scales import Scales
+from trackable.control.step.slack import Inequalities, Slack
+from trackable.control.step.variables import StepVariables
+from trackable.control.tube.error_set import ErrorSet
+from trackable.systems.constrained import ConstrainedSystem
+
+
+@dataclass(frozen=True, eq=False)
+class Membership:
+    """The constraint x − z(0) ∈ Z on e(0) = (z(0) − x_r) / scales, affine in a parameter made of x − x_r."""
+
+    errors: ErrorSet
+    scales: Array
+    parameter: cp.Parameter
+
+    @classmethod
+    def of(cls, errors: ErrorSet, scales: Array) -> "Membership":
+        size = len(errors.halfspaces[0]) if errors.dimension <= 2 else errors.dimension
+        return cls(errors, scales, cp.Parameter(size))
+
+    def constraints(self, start: cp.Expression) -> list[cp.Constraint]:
+        """Return the constraints on the scaled e(0) (n,)."""
+        if self.errors.dimension <= 2:
+            rows = self.errors.halfspaces[0] * self.scales / self._units[:, None]
+            return [-rows @ start <= self.parameter]
+        G = self.errors.generators.T / self.scales[:, None]
+        weights = cp.Variable(G.shape[1])
+        return [start + G @ weights == self.parameter, weights <= 1, weights >= -1]
+
+    def assign(self, off: Array) -> None:
+        """Give the parameter its value for x − x_r = `off` (n,)."""
+        if self.errors.dimension <= 2:
+            rows, sides = self.errors.halfspaces
+            self.parameter.value = (sides - rows @ off) / self._units
+        else:
+            self.parameter.value = (off - self.errors.centre) / self.scales
+
+    @property
+    def _units(self) -> Array:
+        return np.asarray(np.linalg.norm(self.errors.halfspaces[0] * self.scales, axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class TubeProgram:
+    """A program in e(0), …, e(N) and v(0), …, v(N − 1), all scaled. It ends on the reference."""
+
+    variables: StepVariables
+    membership: Membership
+    start_slack: cp.Parameter
+    problem: cp.Problem
+
+    @classmethod
+    def tracking(
+        cls, plant: ConstrainedSystem, horizon: int, scales: Scales, Q: Array, R: Array, errors: ErrorSet
+    ) -> "TubeProgram":
+        """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with x − z(0) ∈ Z, z in X for all i < N, and v in U."""
+        s = StepVariables.of(plant, horizon)
+        scaled_Q, scaled_R = scales.weights(Q, R)
+        return cls._of(s, plant, scales, errors, squared(s.e[:-1], scaled_Q) + squared(s.v, scaled_R), 0.0)
+
+    @classmethod
+    def widening(cls, plant: ConstrainedSystem, horizon: int, scales: Scales, errors: ErrorSet) -> "TubeProgram":
+        """The least part of their widths by which all sets must grow, or the most they may shrink."""
+        by = cp.Variable()
+        return cls._of(StepVariables.of(plant, horizon), plant, scales, errors, by, by)
+
+    @classmethod
+    def _of(
+        cls,
+        s: StepVariables,
+        plant: ConstrainedSystem,
+        scales: Scales,
+        errors: ErrorSet,
+        cost: cp.Expression,
+        widening: cp.Expression | float,
+    ) -> "TubeProgram":
+        membership = Membership.of(errors, scales.states)
+        start_slack = cp.Parameter(2 * len(plant.state_set.rows))
+        constraints = [*s.dynamics()[1:], s.ends(), *membership.constraints(s.e[0])]
+        constraints += s.bounds(plant, scales, widening)
+        if len(plant.state_set.rows):
+            given = Inequalities.of(plant.state_set)
+            rows = given.rows * scales.states / given.widths[:, None]
+            constraints.append(rows @ s.e[0] <= start_slack + widening * np.ones(start_slack.shape))
+        return cls(s, membership, start_slack, cp.Problem(cp.Minimize(cost), constraints))
+
+    def solve(
+        self, model: ErrorModel, off: Array, defects: Array, start_slack: Array, slack: Slack
+    ) -> tuple[Array, Array] | None:
+        """Return the optimal scaled e(0) (n,) and v (N, m); None where the solver finds none.
+
+        `off` (n,) is x − x_r in its unit, all else is scaled. Raises ArithmeticError where a number is not finite.
+        """
+        zero = np.zeros_like(off)
+        self.variables.assign(model, zero, defects, slack, zero)
+        self.start_slack.value = start_slack
+        self.membership.assign(off)
+        found = optimal_values(self.problem)
+        if found is None:
+            return None
+        return np.asarray(found[self.variables.e.id])[0], np.asarray(found[self.variables.v.id])
