@@ -89,6 +89,9 @@ def test_a_zero_of_its_own_is_asked_for_where_stamps_look_like_dates(unit: str) 
 def test_a_clock_that_was_never_set_is_no_doubt() -> None:
     assert doubt(CLOCKS["epoch s"], Decimal(12)) is None
     assert doubt(frames(30), Decimal(3)) is None
+    milliseconds = CLOCKS["ms"]
+    assert isinstance(milliseconds, Ticks)
+    assert doubt(milliseconds, milliseconds.seconds(Decimal(NOW))) is None  # twenty days, in ms, are no date in s
 
 
 def test_the_question_comes_as_a_warning(tmp_path) -> None:
