@@ -20,6 +20,7 @@ def doubts(claim: Claim, samples: Mapping[str, Samples], plant: ConstrainedSyste
     yield from _of_system(plant)
     for name, of_name in samples.items():
         yield from _of_times(claim, name, of_name)
+        yield from _of_span(name, of_name, plant.sampling_time)
         yield from _of_values(name, of_name)
 
 
@@ -51,6 +52,15 @@ def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
         yield (
             f"samples: those of {name} begin {first:.10g} s after t = 0, and last only {last - first:.4g} s: if these "
             'stamps count from 1970, subtract the first, as read_csv(..., origin="first") does'
+        )
+
+
+def _of_span(name: str, samples: Samples, sampling_time: float) -> Iterator[str]:
+    span = float(samples.times[-1] - samples.times[0])
+    if len(samples) > 1 and span < sampling_time:
+        yield (
+            f"samples: those of {name} last {span:g} s, less than one step of the system, {sampling_time:g} s: are "
+            "their times in seconds?"
         )
 
 

@@ -40,6 +40,7 @@ from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.sampling import kinds_by_name, sampled_signals
 from trackable.waypoints import Waypoints, waypoints
 
+_CALLER = 3  # frames up: the decorator of `learn_reference` is one of them
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
 
@@ -157,12 +158,12 @@ def learn_reference(
         if not isinstance(first, Beforehand):
             raise NotTrackableError(first)
         for question in first.questions:
-            warnings.warn(question, DoubtfulInputWarning, stacklevel=2)
+            warnings.warn(question, DoubtfulInputWarning, stacklevel=_CALLER)
         prior = first.prior
     goal = checked_goal(claim, seen, prior, plant)
     space = SearchSpace.around(seen, prior, starts)
     for doubt in doubts(claim, given, plant):
-        warnings.warn(doubt, DoubtfulInputWarning, stacklevel=2)
+        warnings.warn(doubt, DoubtfulInputWarning, stacklevel=_CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with progress_bar("learn reference", shown=progress):
@@ -176,9 +177,9 @@ def learn_reference(
     certificate = replace(found.certificate, robust=robust_of(drawn_in))
     learned = TrackableReference(fit, certificate, proofs, drawn_in)
     if sentence := ignored(learned.fit):
-        warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=2)
+        warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     if narrow := given_too_narrowly(learned.fit):
-        warnings.warn(narrow, DoubtfulInputWarning, stacklevel=2)
+        warnings.warn(narrow, DoubtfulInputWarning, stacklevel=_CALLER)
     return learned
 
 

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from trackable.arguments import numbers, whole
+from trackable.arguments import numbers, real, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample, Unproved
@@ -134,6 +134,7 @@ class TrackableReference:
         """
         self._refuse_unproved(k)
         whole("draws: count", count, least=1)
+        whole("draws: seed", seed, least=0)
         also = bounded_steps(self.reference, self.samples, self.certificate.claim.span)
         return draws_within_bounds(self.reference, self.fit.posterior, k, also, count, seed)
 
@@ -143,6 +144,7 @@ class TrackableReference:
         The shortest intervals that hold this part of `count` draws: shapes (*k.shape, n) and (*k.shape, m), each with
         lower and upper ends. Raises ValueError and NoRoom as `draws` does.
         """
+        coverage = real("bands: coverage", coverage)
         return Bands(*(band(of, coverage) for of in self.draws(k, count, seed)))
 
     @property
@@ -179,7 +181,6 @@ class TrackableReference:
         return "; ".join(filter(None, said))
 
     def _refuse_unproved(self, k: Array | int) -> None:
-        numbers("steps", k)
         (first, last), t, until = self.certificate.claim.span, self._times(k), self.certificate.evaluated_until
         hair = 1e-12 * np.abs(t)
         claim = f"outside of what is proved, {self.certificate.claim}"
@@ -231,7 +232,7 @@ class TrackableReference:
         return path, *beside
 
     def _times(self, k: Array | int) -> Array:
-        return np.asarray(self.reference.instants(k), dtype=float)
+        return np.asarray(self.reference.instants(numbers("steps", k)), dtype=float)
 
     def __repr__(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())

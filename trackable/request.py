@@ -36,18 +36,20 @@ def tightened(
     return found if found.margin or found.invariant is not None else None
 
 
-def samples_by_name(samples: Samples | Mapping[str, Samples], plant: ConstrainedSystem) -> dict[str, Samples]:
+def samples_by_name(
+    samples: Samples | Mapping[str, Samples], plant: ConstrainedSystem, what: str = "samples"
+) -> dict[str, Samples]:
     """Return samples by the name of what is sampled. TypeError: something else was given."""
     if isinstance(samples, Samples):
         return {default_sample(plant): samples}
     if not isinstance(samples, Mapping):
         raise TypeError(
-            f"samples: expected Samples, or a mapping from names to Samples, got {type(samples).__name__}; "
+            f"{what}: expected Samples, or a mapping from names to Samples, got {type(samples).__name__}; "
             "`recording.samples(name)` gives those of a recording"
         )
     for name, of_name in samples.items():
         if not isinstance(of_name, Samples):
-            raise TypeError(f"samples: expected Samples(times, values) of {name}, got {type(of_name).__name__}")
+            raise TypeError(f"{what}: expected Samples(times, values) of {name}, got {type(of_name).__name__}")
     return dict(samples)
 
 
@@ -89,7 +91,7 @@ def same_states(
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None,
 ) -> tuple[Samples, ...]:
     """Return the samples `learn_from` of each flat output. ValueError: they are not of the states of `samples`."""
-    given = samples_by_name(samples, plant)
+    given = samples_by_name(samples, plant, "learn_from")
     if [tuple(shown) for shown in kinds_by_name(plant, given)] != kinds:
         expected = ", ".join(name for shown in kinds for name in shown)
         raise ValueError(f"learn_from: expected samples of {expected}, as of `samples`, got {', '.join(given)}")

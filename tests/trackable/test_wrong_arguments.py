@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 
 from tests.trackable.plants import AXIS, CART, KERNEL, SAMPLES
-from trackable import ConstrainedSystem, Controller, LinearSystem, Nonlinear, Polytope, Samples, check, learn_reference
+from trackable import (
+    ConstrainedSystem,
+    Controller,
+    LinearSystem,
+    Nonlinear,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    check,
+    learn_reference,
+)
 from trackable.certificates.claim import OnWindow
 from trackable.certificates.goal import on_window
 from trackable.checking import check_file
@@ -135,6 +145,15 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
         TypeError,
         "at_tolerance: expected a num",
     ),
+    "stencil": (lambda: Samples([0], [1], [1], "a"), TypeError, "stencil: expected a Stencil, or Stencils, got 'a'"),
+    "a name as names": (
+        lambda: Nonlinear.of(lambda x, u: [u[0]], "a", "b", 1),
+        TypeError,
+        "states: expected a list of n",
+    ),
+    "no function": (lambda: Nonlinear.of(3, ["a"], ["b"], 1), TypeError, "f: expected a function of x and u, got 3"),
+    "enormous": (lambda: learn(samples=Samples([0, 1, 2], [1e300, -1e300, 0])), ValueError, "choose another unit"),
+    "learn from": (lambda: learn(learn_from=[1]), TypeError, "learn_from: expected Samples, or a mapping from names"),
     "interval": (lambda: SearchSpace({"lengthscale": 1.0}), TypeError, "bounds of lengthscale: expected an Interval"),
     "horizon": (
         lambda: Controller(AXIS, 1.5, Q, R),
@@ -164,6 +183,7 @@ def test_numbers_of_every_kind_are_taken() -> None:
     for values in ([1, 2.5], (np.float32(1), 2.5), [Fraction(1), Fraction(5, 2)], np.array([1, 2.5], dtype=object)):
         np.testing.assert_array_equal(Samples([False, True], values).values, [1.0, 2.5])
     assert SearchSpace({}, np.int64(3)).starts == 3
+    assert SquaredExponential(np.float32(0.5), (np.int64(1), np.float64(2.0))).signal_std == 0.5
     assert CART.sampling_time == 0.1
 
 

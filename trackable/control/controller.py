@@ -9,7 +9,7 @@ import scipy
 
 from trackable.arguments import instance, numbers, whole
 from trackable.arrays import Array, ArrayLike
-from trackable.control.references import TrackedReference
+from trackable.control.references import TrackedReference, check_reference
 from trackable.control.step.formulation import Formulation
 from trackable.control.step.problem import TOLERANCE, StepProblem
 from trackable.control.step.result import Infeasible, Plan, StepResult, Unsolved
@@ -79,8 +79,13 @@ class Controller:
         - ValueError: the state is not n finite numbers, or what `reference.window` raises outside of its steps.
         """
         k, state = whole("controller: k", k), numbers("controller: state", state)
+        check_reference("controller", reference)
         if state.shape != (n := len(self.Q),) or not np.all(np.isfinite(state)):
             raise ValueError(f"controller: a state is {n} finite numbers, got {state.tolist()} at step {k}")
+        if initial_guess is not None:
+            initial_guess = numbers("controller: initial_guess", initial_guess)
+            if initial_guess.shape != (shape := (self.horizon, len(self.R))):
+                raise ValueError(f"controller: initial_guess must have shape {shape}, got {initial_guess.shape}")
         safe = () if initial_guess is None else (initial_guess[0],)
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later

@@ -23,6 +23,12 @@ class TrackedReference(Protocol):
         ...
 
 
+def check_reference(what: str, given: object) -> None:
+    """Raise TypeError for what has no `window(k, horizon)`."""
+    if not callable(getattr(given, "window", None)):
+        raise TypeError(f"{what}: expected a reference, with `window(k, horizon)`, got {type(given).__name__}")
+
+
 @dataclass(frozen=True, eq=False)
 class InterpolatedReference:
     """Linear interpolation of samples of the flat outputs, constant before the first sample and after the last one.

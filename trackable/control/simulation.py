@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trackable.arguments import whole
+from trackable.arguments import numbers, whole
 from trackable.arrays import Array
 from trackable.control.closed_loop import ClosedLoop
-from trackable.control.references import TabulatedReference, TrackedReference
+from trackable.control.references import TabulatedReference, TrackedReference, check_reference
 from trackable.control.repeated_steps import RepeatedSteps
 from trackable.control.step.result import Infeasible, Plan, Status, Unsolved
 from trackable.control.stepping import Disturbances, SteppedController
@@ -48,10 +48,13 @@ def simulate(
     simulation early. The simulation also ends, as unsolved, where an input leads out of what the system's formulas
     define. Raises as `Controller.step` and as `reference.window`.
     """
+    if not callable(getattr(controller, "step", None)):
+        raise TypeError(f"simulate: controller: expected a Controller(plant, horizon, Q, R), got {controller!r}")
+    check_reference("simulate", reference)
     first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
     table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
     system, repeated = controller.plant.system, RepeatedSteps(controller)
-    states, inputs = [np.array(initial_state, dtype=float)], []
+    states, inputs = [numbers("simulate: initial_state", initial_state)], []
     values, without_plan, widened = [], list[Infeasible | Unsolved](), 0
     initial_guess: Array | None = None
     for k in range(first_step, first_step + steps):

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self, overload
 
+from trackable.arguments import is_number
+
 Interval = tuple[float, float]
 
 
@@ -141,4 +143,4 @@ def _times(scale: float, bounds: Interval, starts: Interval) -> tuple[Interval, 
 
 
 def _is_positive(given: object) -> bool:
-    return isinstance(given, int | float) and not isinstance(given, bool) and 0 < given < math.inf
+    return is_number(given) and 0 < given < math.inf

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trackable.arguments import numbers
+from trackable.arguments import instance, numbers
 from trackable.arrays import Array, ArrayLike
 from trackable.gp.factors.chebyshev import Bases
 from trackable.gp.stencil import POINT, Stencil
@@ -45,6 +45,7 @@ class Samples:
     def __post_init__(self) -> None:
         if self.relative_noise is _UNIFORM:
             object.__setattr__(self, "relative_noise", np.ones(np.shape(self.times)))
+        instance("samples: stencil", self.stencil, Stencil | Stencils, "a Stencil, or Stencils")
         for name in ("times", "values", "relative_noise"):
             array = numbers(f"samples: {name}", getattr(self, name))
             if array.ndim != 1 or array.size == 0:

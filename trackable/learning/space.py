@@ -94,7 +94,11 @@ def amplitude(samples: Samples, prior: Prior) -> float:
     """Return the root mean square of y − m in the unit of the process; σ_n where it is zero."""
     samples = samples.of_level
     stencil = samples.stencil
-    size = float(np.sqrt(np.mean((samples.values - stencil.at_rest(prior.mean)) ** 2))) or prior.noise_std
+    with np.errstate(over="ignore"):
+        size = float(np.sqrt(np.mean((samples.values - stencil.at_rest(prior.mean)) ** 2))) or prior.noise_std
+    if not size < np.inf:
+        largest = float(np.max(np.abs(samples.values)))
+        raise ValueError(f"samples: values are too large to be squared, up to {largest:g}; choose another unit")
     return size / abs(sum(stencil.weights)) if isinstance(stencil, Stencil) and stencil.measures_levels else size
 
 

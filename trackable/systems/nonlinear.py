@@ -8,6 +8,7 @@ from typing import Self
 
 import numpy as np
 
+from trackable.arguments import names
 from trackable.arrays import Array
 from trackable.systems.flat.flatness import Flatness
 from trackable.systems.flat.functional import Functional
@@ -78,7 +79,10 @@ class Nonlinear:
         f is called once, with symbols: it must use ordinary arithmetic only (see `formulas.symbol`). Numbers that it
         uses are constants of the system. ValueError also: f is no such function, with the reason.
         """
-        return cls(traced(f, tuple(states), tuple(inputs)), tuple(states), tuple(inputs), sampling_time)
+        if not callable(f):
+            raise TypeError(f"system: f: expected a function of x and u, got {f!r}")
+        x, u = names("system: states", states), names("system: inputs", inputs)
+        return cls(traced(f, x, u), x, u, sampling_time)
 
     @property
     def successors(self) -> tuple[str, ...]:

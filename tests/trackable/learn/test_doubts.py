@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 import pytest
 
-from tests.trackable.plants import AXIS, CART, SAMPLES
+from tests.trackable.plants import AXIS, CART, SAMPLES, TIMES
 from trackable import (
     ConstrainedSystem,
     DoubtfulInputWarning,
@@ -41,6 +41,7 @@ DOUBTFUL = {
     "an early window": (asked((-10.0, -9.0)), "claim: the window from -10 s to -9 s is 9 s away"),
     "before time zero": (asked(samples=moved(-100)), r"samples: all of position lie before t = 0, .*\(from -100 s to"),
     "since 1970": (asked(samples=moved(1.7145648e9)), "begin 1714564800 s after t = 0, and last only 3 s: .* origin="),
+    "milliseconds": (asked(samples=Samples(1e-3 * TIMES, TIMES)), r"last 0\.003 s, less than one step of the system"),
     "an outlier": (asked(samples=Samples(SAMPLES.times, SPIKE)), r"samples: position is 1e\+06 at 0\.6 s, more than"),
 }  # fmt: skip
 
