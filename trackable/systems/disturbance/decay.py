@@ -30,10 +30,10 @@ def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: A
     total, largest, powers = np.zeros(len(rows)), np.zeros(len(rows)), rows
     if not len(rows):
         return total
-    if not _spectral_radius(A_K) < 1:
+    if not spectral_radius(A_K) < 1:
         raise NoInvariantSetError(
             "feedback: the eigenvalues of A + B K must lie inside the unit circle, but one has the size "
-            f"{_spectral_radius(A_K):.6g}"
+            f"{spectral_radius(A_K):.6g}"
         )
     for _ in range(LONGEST):
         total = total + disturbance.support(powers)
@@ -49,9 +49,10 @@ def too_slow(A_K: Array) -> NoInvariantSetError:
     """Return the error to raise where the error of the loop decays too slowly."""
     return NoInvariantSetError(
         f"feedback: the error decays too slowly under A + B K, which has an eigenvalue of size "
-        f"{_spectral_radius(A_K):.6g}"
+        f"{spectral_radius(A_K):.6g}"
     )
 
 
-def _spectral_radius(A_K: Array) -> float:
+def spectral_radius(A_K: Array) -> float:
+    """Return the size of the largest eigenvalue."""
     return float(np.max(np.abs(np.linalg.eigvals(A_K))))

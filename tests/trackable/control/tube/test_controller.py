@@ -82,7 +82,7 @@ def test_no_bound_is_broken_no_step_has_no_plan_and_the_cost_falls(name, kind):
     assert np.min(loop.plant.state_set.margin(run.states[1:])) >= 0
     assert np.min(loop.plant.input_set.margin(run.inputs)) >= 0
     assert np.max(run.cost_increases) <= 1e-6 * (1e-3 + run.costs[0])
-    assert run.costs[-1] < 1e-9
+    assert run.costs[-1] < 1e-3 * run.costs[0]
 
 
 def test_the_nominal_controller_loses_its_plan_under_the_same_disturbances():

@@ -2,13 +2,15 @@
 
 import re
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 import pytest
 
 from tests.trackable.systems.disturbance.instances import ALL, CART, DISTURBED, EXAMPLE1, OBLIQUE
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.disturbance.feedback import INPUT_WEIGHTS, best_feedback, regulator, room
+from trackable.systems.disturbance.decay import closed_loop, spectral_radius
+from trackable.systems.disturbance.feedback import INPUT_WEIGHTS, RATES, best_feedback, regulator, room
 from trackable.systems.disturbance.tightening import tightening
 from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.nonlinear import Nonlinear
@@ -106,13 +108,24 @@ def test_no_disturbance_set_would_do_beside_too_large_a_margin():
         tightening(plant, Zonotope.box([-0.01, -0.01], [0.01, 0.01]), margin=0.4)
 
 
-def test_the_feedback_leaves_the_most_room_of_all_weights():
-    given = DISTURBED["pushed"]
+@pytest.mark.parametrize("name", ["example1", "pushed", "oblique"])
+def test_the_feedback_leaves_nearly_the_most_room_and_forgets_errors_fastest(name):
+    given = DISTURBED[name]
     plant = given.plant
     sets = plant.state_set, plant.input_set
-    best = room(plant.system, *sets, given.disturbance, best_feedback(plant.system, *sets, given.disturbance))
-    others = [room(plant.system, *sets, given.disturbance, regulator(plant.system, *sets, w)) for w in INPUT_WEIGHTS]
-    assert best == max(others) > min(others)
+    K = best_feedback(plant.system, *sets, given.disturbance)
+    others = [regulator(plant.system, *sets, weight, rate) for weight, rate in product(INPUT_WEIGHTS, RATES)]
+    rooms = [room(plant.system, *sets, given.disturbance, other) for other in others]
+    left, radius = room(plant.system, *sets, given.disturbance, K), spectral_radius(closed_loop(plant.system, K))
+    assert left >= max(rooms) - 0.05 > min(rooms)
+    for other, of_other in zip(others, rooms, strict=True):
+        assert of_other < max(rooms) - 0.05 or spectral_radius(closed_loop(plant.system, other)) >= radius
+
+
+@pytest.mark.parametrize("rate", [0.95, 0.8])
+def test_errors_decay_at_the_rate_that_is_asked_for(rate):
+    K = regulator(CART.system, CART.state_set, CART.input_set, 1.0, rate)
+    assert spectral_radius(closed_loop(CART.system, K)) < rate
 
 
 def test_the_feedback_does_not_depend_on_units():
