@@ -1,5 +1,6 @@
 """Approximate margins in float64: they guide the choice of boxes and of candidate times, and prove nothing."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,8 @@ from trackable.learning.index_set import Window
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
 
-_GRID_POINTS = 1025
+_GRID_POINTS, _MOST_POINTS = 1025, 50_000
+_POINTS_PER_CORRELATION_TIME = 4
 
 
 @dataclass(frozen=True)
@@ -41,23 +43,35 @@ class Sketch:
 
 
 def sketch(reference: Reference, quantity: Quantity, start: float, end: float) -> Sketch:
-    """Return margins on a regular grid, at their local minima, and near each centre (for short length scales)."""
+    """Return margins on a regular grid, at their local minima, and near centres where they may change in between."""
     signals, trajectory = reference.signals, quantity.trajectory
+    kernels = [signal.kernel for signal in signals]
 
     def margin(t: Array) -> Array:
         return quantity.margin(signals, t)
 
-    near_centres = [
-        (signals[c].centres[:, None] - trajectory.sampling_time * np.arange(len(weights))).ravel()
-        for _, functional in trajectory.arguments
-        for c, weights in functional.rounded
-    ]
-    lowest = Window(start, end).local_minima(margin, [signal.kernel for signal in signals])
-    times = np.unique(np.concatenate([np.linspace(start, end, _GRID_POINTS), *near_centres, lowest]))
+    lowest = Window(start, end).local_minima(margin, kernels)
+    resolved = _POINTS_PER_CORRELATION_TIME * (end - start) / min(kernel.correlation_time for kernel in kernels)
+    points = int(np.clip(resolved, _GRID_POINTS, _MOST_POINTS))
+    times = np.unique(np.concatenate([np.linspace(start, end, points), lowest, *_near_centres(reference, quantity)]))
     times = times[(times >= start) & (times <= end)]
+    if trajectory.functional:
+        return Sketch(times, margin(times), {name: np.ones_like(times) for name, _ in trajectory.arguments})
     slopes = trajectory.slopes({name: functional(signals, times) for name, functional in trajectory.arguments})
     sizes = {name: np.broadcast_to(np.abs(slope), times.shape) for name, slope in slopes.items()}
     return Sketch(times, margin(times), sizes)
+
+
+def _near_centres(reference: Reference, quantity: Quantity) -> Iterator[Array]:
+    """Yield the times at which the quantity looks at a centre: for short length scales, and for kernels with kinks.
+
+    Between many centres of a smooth kernel nothing happens that the grid does not show.
+    """
+    for _, functional in quantity.trajectory.arguments:
+        for c, weights in functional.rounded:
+            signal = reference.signals[c]
+            if len(signal.centres) <= _GRID_POINTS or not signal.kernel.is_analytic:
+                yield (signal.centres[:, None] - functional.sampling_time * np.arange(len(weights))).ravel()
 
 
 def _over(extreme: np.ufunc, values: Array, within: npt.NDArray[np.intp]) -> Array:

@@ -13,6 +13,7 @@ from trackable.gp.kernels.base import Kernel
 
 _LONG = 200  # centres
 _MANY = 2**22  # terms: for fewer, direct summation is faster than looking for a regular grid
+_NEARBY = 2**14  # terms that are summed at once, so that their times are neighbours
 
 
 @dataclass(frozen=True)
@@ -58,27 +59,41 @@ class KernelSum:
         return float(np.sum(np.abs(self.weights)) * np.abs(self.kernel.jet(np.zeros(()), 2)[2]))
 
     def _sums(self, t: Array, order: int) -> Array:
-        terms = t.shape[-1] * len(self.centres) if t.ndim else 0
+        terms = t.shape[-1] * self._most_relevant if t.ndim else 0
         if terms > _MANY and t.ndim > 1:
             return np.stack([self._sums(row, order) for row in t], axis=1)
         if terms > _MANY and (sums := convolved(self.kernel, self.centres, self.weights, t, order)) is not None:
             return sums
-        return self._blocks(t, order)
+        if self._most_relevant > len(self.centres) // 2:
+            return self._blocks(t, order)
+        return in_blocks(partial(self._nearby, order), t, self._most_relevant * (order + 1), _NEARBY)[0]
 
     def _blocks(self, t: Array, order: int) -> Array:
-        return in_blocks(partial(self._products, order), t, len(self.centres) * (order + 1))[0]
+        products = partial(self._products, order, self.kernel.vanishing_distance)
+        return in_blocks(products, t, len(self.centres) * (order + 1))[0]
 
-    def _products(self, order: int, t: Array) -> tuple[Array]:
-        nearby = self._relevant_centres(t)
+    def _nearby(self, order: int, t: Array) -> tuple[Array]:
+        return self._products(order, self.kernel.negligible_distance, t)
+
+    def _products(self, order: int, reach: float, t: Array) -> tuple[Array]:
+        nearby = self._relevant_centres(t, reach)
         return (self.kernel.jet(t[..., None] - self.centres[nearby], order) @ self.weights[nearby],)
 
-    def _relevant_centres(self, t: Array) -> slice:
-        """Return the centres whose kernels are not zero at some of the times."""
-        reach = self.kernel.vanishing_distance
+    def _relevant_centres(self, t: Array, reach: float) -> slice:
+        """Return the centres that are within reach [s] of some of the times."""
         if not (self._selects_centres and np.isfinite(reach) and t.size):
             return slice(None)
         first, last = np.searchsorted(self.centres, [np.min(t) - reach, np.max(t) + reach]).tolist()
         return slice(first, last)
+
+    @cached_property
+    def _most_relevant(self) -> int:
+        """The number of centres whose kernels matter at one time, at most."""
+        reach = self.kernel.negligible_distance
+        if not (self._selects_centres and np.isfinite(reach)):
+            return len(self.centres)
+        last = np.searchsorted(self.centres, self.centres + 2 * reach, side="right")
+        return int(np.max(last - np.arange(len(last))))
 
     @cached_property
     def _selects_centres(self) -> bool:

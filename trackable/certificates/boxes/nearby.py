@@ -12,8 +12,9 @@ from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.boxes.boxes import Boxes, Shift
 from trackable.certificates.exact import ShiftedSignal
-from trackable.certificates.floats.balls import Balls, sums_up
+from trackable.certificates.floats.balls import Balls, U, sums_up
 from trackable.certificates.kernels.base import KernelBalls
+from trackable.certificates.kernels.matern import MaternBalls
 from trackable.certificates.kernels.table import balls_of
 
 Indices = npt.NDArray[np.intp]
@@ -23,7 +24,7 @@ _NEGLIGIBLE = 2.0**-60
 
 _FRACTIONS = 2.0 ** (-np.arange(48) / 4)
 _INSIDE = 1 - 2.0**-20
-_PAIRS = 2048  # pairs whose series stay in the cache
+_SERIES, _FEW_NUMBERS = 2**11, 2**14  # pairs that are held at once: their series, or a few numbers, stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +37,26 @@ class Pairs:
     weights: Array
     firsts: Indices
 
-    def summed(self, values: Array) -> Array:
-        """Sum over the centres of each box, along the last axis."""
-        return np.add.reduceat(values, self.firsts, axis=-1)
+    def weighted(self, values: Balls, weights: Array) -> Balls:
+        """Return Σ_i w_i v_i over the centres of each box, along the last axis."""
+        off = (values.rad + (self._most + 4) * U * np.abs(values.mid)) * np.abs(weights)
+        return Balls(self._summed(values.mid * weights), sums_up(self._summed(off), self._most))
 
     def summed_up(self, values: Array) -> Array:
         """Over-estimate Σ_i |c_i| v_i over the centres of each box, for positive values."""
-        return sums_up(self.summed(values * np.abs(self.weights)), len(self.weights))
+        return sums_up(self._summed(values * np.abs(self.weights)), self._most)
+
+    def largest(self, values: Array) -> Array:
+        """Return the largest value of each box."""
+        return np.maximum.reduceat(values, self.firsts)
+
+    def _summed(self, values: Array) -> Array:
+        return np.add.reduceat(values, self.firsts, axis=-1)
+
+    @cached_property
+    def _most(self) -> int:
+        """The number of centres of a box, at most."""
+        return int(np.max(np.diff(self.firsts, append=len(self.weights))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,25 +105,25 @@ class Summands:
         rows, some = np.arange(len(boxes)), last >= 0
         return np.where(some, distances[rows, last], np.inf), np.where(some, sizes[rows, last], 0.0)
 
-    def pairs(self, boxes: Boxes, reach: Array) -> Iterator[tuple[slice, Pairs]]:
+    def pairs(self, boxes: Boxes, reach: Array) -> Iterator[Pairs]:
         """Yield the pairs of boxes and their centres within `reach` [s], for blocks of neighbouring boxes."""
         times = boxes.middles.mid + self.shift.high
         first = np.searchsorted(self.centres, times - reach)
         # At least one: no box is without pairs.
         first = np.minimum(first, len(self.centres) - 1)
         counts = np.maximum(np.searchsorted(self.centres, times + reach, side="right") - first, 1)
-        for block in _blocks(counts):
+        for block in _blocks(counts, _FEW_NUMBERS if isinstance(self.kernel, MaternBalls) else _SERIES):
             some, starts = counts[block], np.concatenate([[0], np.cumsum(counts[block])[:-1]])
             which = np.arange(np.sum(some)) + np.repeat(first[block] - starts, some)
             of_box = np.repeat(np.arange(len(some)), some)
-            yield block, Pairs(boxes.at(block), of_box, self.centres[which], self.weights[which], starts)
+            yield Pairs(boxes.at(block), of_box, self.centres[which], self.weights[which], starts)
 
 
-def _blocks(counts: Indices) -> Iterator[slice]:
-    """Yield slices with about `_PAIRS` pairs each."""
+def _blocks(counts: Indices, most: int) -> Iterator[slice]:
+    """Yield slices with about as many pairs as this."""
     first, total = 0, 0
     for b, count in enumerate(counts.tolist()):
-        if total and total + count > _PAIRS:
+        if total and total + count > most:
             yield slice(first, b)
             first, total = b, 0
         total += count

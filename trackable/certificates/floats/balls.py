@@ -5,6 +5,7 @@ NumPy's functions within 4 units in the last place. A ball that is not finite en
 holds a NaN: every comparison with it is False.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -178,6 +179,13 @@ class Balls:
         high = np.cos(np.maximum(angle - off, 0.0))
         low = np.cos(np.minimum(angle + off, np.pi))
         return type(self)((high + low) / 2, ((high - low) / 2 + _FUNCTION + 4 * U) * _UP)
+
+
+def joined(parts: Iterable[Balls]) -> Balls:
+    """Join arrays of balls along their last axis."""
+    found = list(parts)
+    rads = [np.broadcast_to(each.rad, each.mid.shape) for each in found]
+    return Balls(np.concatenate([each.mid for each in found], axis=-1), np.concatenate(rads, axis=-1))
 
 
 def sums_up(values: Array, terms: int) -> Array:

@@ -89,6 +89,11 @@ class Kernel(ABC):
         return math.inf
 
     @property
+    def negligible_distance(self) -> float:
+        """A distance [s] beyond which κ and its derivatives are lost in rounding: less than 2⁻⁶⁰ of their largest."""
+        return self.vanishing_distance
+
+    @property
     def correlation_time(self) -> float:
         """√(κ(0)/|κ̈(0)|) [s]: how fast a signal of this kernel can turn."""
         jet = self.jet(np.zeros(()), 2)
@@ -158,6 +163,10 @@ class Sum(_Pair):
     def vanishing_distance(self) -> float:
         return max(self.left.vanishing_distance, self.right.vanishing_distance)
 
+    @property
+    def negligible_distance(self) -> float:
+        return max(self.left.negligible_distance, self.right.negligible_distance)
+
     def jet(self, r: Array, order: int) -> Array:
         return np.asarray(self.left.jet(r, order) + self.right.jet(r, order))
 
@@ -178,6 +187,10 @@ class Product(_Pair):
     @property
     def vanishing_distance(self) -> float:
         return min(self.left.vanishing_distance, self.right.vanishing_distance)
+
+    @property
+    def negligible_distance(self) -> float:
+        return min(self.left.negligible_distance, self.right.negligible_distance)
 
     def jet(self, r: Array, order: int) -> Array:
         return _leibniz(self.left.jet(r, order), self.right.jet(r, order))

@@ -9,7 +9,7 @@ from numpy.polynomial import Polynomial
 
 from trackable.arrays import Array
 from trackable.gp.kernels.polynomials import horner
-from trackable.gp.kernels.radial import UNDERFLOW, Radial
+from trackable.gp.kernels.radial import NEGLIGIBLE, UNDERFLOW, Radial
 
 
 class _Matern(Radial):
@@ -25,6 +25,10 @@ class _Matern(Radial):
     @property
     def vanishing_distance(self) -> float:
         return self.lengthscale * UNDERFLOW / self.rate
+
+    @property
+    def negligible_distance(self) -> float:
+        return self.lengthscale * NEGLIGIBLE / self.rate
 
     def correlation(self, s: Array, order: int) -> Array:
         x = self.rate * np.abs(s)

@@ -12,6 +12,9 @@ from trackable.gp.kernels.elementary import Elementary, stretched
 UNDERFLOW = 746.0
 """e^(−x) is zero in float64 for every x beyond."""
 
+NEGLIGIBLE = 56.0
+"""e^(−x) is below 2⁻⁸⁰ for every x beyond, and below 2⁻⁶⁰ after multiplication with the polynomials of derivatives."""
+
 
 @dataclass(frozen=True)
 class Radial(Elementary):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.kernels.radial import UNDERFLOW, Radial
+from trackable.gp.kernels.radial import NEGLIGIBLE, UNDERFLOW, Radial
 
 
 class SquaredExponential(Radial):
@@ -30,3 +30,7 @@ class SquaredExponential(Radial):
     @property
     def vanishing_distance(self) -> float:
         return self.lengthscale * math.sqrt(2 * UNDERFLOW)
+
+    @property
+    def negligible_distance(self) -> float:
+        return self.lengthscale * math.sqrt(2 * NEGLIGIBLE)

@@ -65,3 +65,11 @@ def test_sums_are_those_of_all_terms(kernel: Kernel, in_order: bool) -> None:
         every[0] += 0.3
         scale = np.max(np.abs(kernel.jet(np.linspace(0, 0.1, 200), 2)), axis=1).reshape(3, *(1,) * t.ndim)
         np.testing.assert_allclose(signal.jet(t, 2) / scale, every / scale, atol=1e-13)
+
+
+@over({name: kernel for name, kernel in KERNELS.items() if np.isfinite(kernel.negligible_distance)})
+def test_beyond_a_shorter_distance_all_is_lost_in_rounding(kernel: Kernel) -> None:
+    far = kernel.negligible_distance * np.array([1.0, 1.0001, 1.5, 2.0, 1e3])
+    near = np.linspace(0, 1, 2001)[1:] * kernel.negligible_distance
+    largest = np.max(np.abs(kernel.jet(near, 3)), axis=1)
+    assert np.all(np.abs(kernel.jet(np.concatenate([far, -far]), 3)) <= 2.0**-60 * largest[:, None])
