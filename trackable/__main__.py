@@ -1,31 +1,51 @@
 """The library's command line: `python -m trackable check FILE`."""
 
 import argparse
+import math
 import sys
 from pathlib import Path
 
-from trackable.checking import check_file
-from trackable.errors import InputError, NoReferenceError
+from trackable.checker.__main__ import INTERRUPTED, UNUSABLE, report
+from trackable.checking import check
+from trackable.errors import InputError
 
-_FAILED, _UNUSABLE = 1, 2
+_CODES = """Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE cannot be
+used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 130 interrupted.
+"""
 
 
 def main(arguments: list[str]) -> int:
-    """Run a command and return its exit code: 0 done, 1 nothing is proved, 2 something handed in is not usable."""
+    """Run a command and return its exit code, which `check --help` explains."""
     parser = argparse.ArgumentParser(prog="python -m trackable", description="What needs no pipeline.")
     commands = parser.add_subparsers(dest="command", required=True)
-    check = commands.add_parser("check", help="check a certificate, independently of what found it")
-    check.add_argument("file", type=Path, metavar="FILE", help="a certificate, as `save_certificate` writes it")
+    checking = commands.add_parser(
+        "check", help="check a certificate or a counterexample, independently of what found it", epilog=_CODES
+    )
+    checking.add_argument(
+        "file", type=Path, metavar="FILE", help="what `save_certificate` or `save_counterexample` wrote"
+    )
+    checking.add_argument(
+        "--seconds", type=_positive, metavar="N", help="answer within about this time: 3 if undecided"
+    )
+    given = parser.parse_args(arguments)
     try:
-        print(check_file(parser.parse_args(arguments).file))
-    except NoReferenceError as error:
-        print(f"failed: {error}", file=sys.stderr)
-        return _FAILED
+        return report(check(given.file, given.seconds), given.file)
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
-        return _UNUSABLE
-    return 0
+        return UNUSABLE
+
+
+def _positive(text: str) -> float:
+    """Return a positive number, for argparse: it names the option where there is none."""
+    seconds = float(text)
+    if not (seconds > 0 and math.isfinite(seconds)):
+        raise argparse.ArgumentTypeError(f"must be a positive number, got {text!r}")
+    return seconds
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    try:
+        code = main(sys.argv[1:])
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    sys.exit(code)

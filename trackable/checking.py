@@ -4,40 +4,50 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from trackable import checker
-from trackable.checker import Failed, NotACertificate, Proved, Verdict
+from trackable.checker import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
+from trackable.checker.progress import ProgressLine
+from trackable.checker.reading.limits import BYTES
 from trackable.errors import InputError, NoReferenceError
-from trackable.files import from_json, path_of, read_bytes
+from trackable.files import from_json, read_bytes
 
 
-def check(certificate: Path | str | Mapping[str, object]) -> Verdict:
-    """Check a certificate, given as a file or as the content of one, and return the verdict.
+def check(certificate: Path | str | Mapping[str, object], seconds: float | None = None) -> Verdict:
+    """Check a certificate or a counterexample, given as a file or as the content of one, and return the verdict.
 
-    `Proved` says in words what holds; `Failed` and `NotACertificate` say why nothing is proved. Raises InputError where
-    the file cannot be read.
+    `Proved` and `Refuted` say in words what holds; `Failed` and `NotACertificate` say why nothing is shown, `Undecided`
+    that the check took longer than `seconds`. On a terminal, a line shows how far a long check is. Raises InputError
+    where the file cannot be read.
     """
-    return checker.check(
-        certificate if isinstance(certificate, Mapping) else _read(path_of("certificate", certificate))
-    )
+    content = certificate if isinstance(certificate, Mapping) else _read(Path(certificate))
+    line = ProgressLine()
+    try:
+        return checker.check(content, seconds, line)
+    finally:
+        line.clear()
 
 
-def check_file(path: Path | str) -> str:
+def check_file(path: Path) -> str:
     """Return what the certificate in a file proves, in words.
 
     Raises NoReferenceError where it proves nothing, and InputError where the file is no certificate.
     """
-    path = path_of("certificate", path)
-    match checker.check(_read(path)):
+    match check(path):
         case Proved(statement):
             return statement
-        case Failed(reason):
-            raise NoReferenceError(f"{path}: the certificate does not prove its claim: {reason}")
+        case Failed() as failed:
+            raise NoReferenceError(f"{path}: {failed.sentence}")
+        case Refuted(reason) | Undecided(reason):
+            raise NoReferenceError(f"{path}: {reason}")
         case NotACertificate(reason):
             raise InputError(f"{path}: {reason}")
 
 
 def _read(path: Path) -> object:
+    content: object
     try:
-        content: object = from_json(read_bytes(path))
+        if path.is_file() and path.stat().st_size > BYTES:
+            raise ValueError(f"it has more than {BYTES} bytes")
+        content = from_json(read_bytes(path))
     except ValueError as error:
         raise InputError(f"{path}: is not a certificate: {error}") from error
     if isinstance(content, dict) and "fit" in content and "format" not in content:

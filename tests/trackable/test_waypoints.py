@@ -64,7 +64,7 @@ def test_a_certificate_for_each_time_proves_it(axis, tmp_path):
     verdicts = [check(file) for file in files[1:]]
     assert all(isinstance(verdict, Proved) for verdict in verdicts)
     assert (
-        "For all real t from -5e-08 s to 5e-08 s the reference keeps -0.98013 ≤ position ≤ -0.97987"
+        'For all real t from -5e-08 s to 5e-08 s the reference keeps -0.98013 ≤ "position" ≤ -0.97987'
         in verdicts[0].statement
     )
     content = json.loads(files[2].read_text())

@@ -2,17 +2,24 @@
 
 from dataclasses import dataclass
 
+from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 
 
 @dataclass(frozen=True)
 class Counterexample:
-    """Bounds are certainly broken by at least `violation`, at `time` [s] or at exactly k T_s for a `step` k."""
+    """Bounds are certainly broken by at least `violation`, at `time` [s] or at exactly k T_s for a `step` k.
+
+    The time is one of those that were to be proved of the `reference`: the real times in `span` [s], or, if there is a
+    step, the instants in it.
+    """
 
     quantity: str
     bounds: Interval
     time: float
     violation: float
+    reference: Reference
+    span: tuple[float, float]
     step: int | None = None
 
     @property

@@ -41,12 +41,14 @@ def prove_for_all_phases(reference: Reference, period: float) -> Outcome:
     """Prove the bounds for all real t, by boxes over one `period` [s]. ValueError unless it is that of all kernels."""
     if period != reference_period(reference):
         raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
-    return _ProofProblem(reference, period).cover_window(AllPhases(period), 0.0, period)
+    problem = _ProofProblem(reference, period, (-np.inf, np.inf))
+    return problem.cover_window(AllPhases(period), 0.0, period)
 
 
 def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
     """Prove the bounds for all real t from `start` to `end` [s], and for no other times."""
-    return _ProofProblem(reference, max(abs(start), abs(end))).cover_window(OnWindow(start, end), start, end)
+    claim = OnWindow(start, end)
+    return _ProofProblem(reference, max(abs(start), abs(end)), claim.span).cover_window(claim, start, end)
 
 
 def prove_while_settling(reference: Reference) -> Outcome:
@@ -58,7 +60,7 @@ def prove_while_settling(reference: Reference) -> Outcome:
 
 def prove_at_instants(reference: Reference) -> Outcome:
     """Prove the bounds at all instants k T_s, k ≥ 0, of a reference that decays; prove nothing between instants."""
-    problem = _ProofProblem(reference, _span(reference))
+    problem = _ProofProblem(reference, _span(reference), at_instants=True)
     start, step = problem.settled, reference.plant.sampling_time
     if start is None or start / step > _LATEST_STEP:
         return problem.unsettled
@@ -77,13 +79,15 @@ def _span(reference: Reference) -> float:
 
 @dataclass(frozen=True)
 class _ProofProblem:
-    """What is needed to prove a reference; float64 evaluation is bounded up to far beyond `window` [s].
+    """What is needed to prove a reference at all times in `span` [s], or at the instants k T_s in it.
 
-    Raises ValueError where nothing is bounded.
+    Float64 evaluation is bounded up to far beyond `window` [s]. Raises ValueError where nothing is bounded.
     """
 
     reference: Reference
     window: float
+    span: tuple[float, float] = (0.0, np.inf)
+    at_instants: bool = False
 
     def __post_init__(self) -> None:
         if not self.reference.quantities:
@@ -110,7 +114,7 @@ class _ProofProblem:
             return self._beyond_analysis
         sketches = self._sketches(start, end)
         for quantity, drawn in zip(self.quantities, sketches, strict=True):
-            if failure := self._failure_at(quantity, arb(drawn.worst_time), drawn.worst_time):
+            if failure := self._failure_at(quantity, drawn.worst_time):
                 return failure
         bounded = [Bounded(q, drawn, self.errors[q.name]) for q, drawn in zip(self.quantities, sketches, strict=True)]
         found = covers(bounded, start, end)
@@ -123,12 +127,9 @@ class _ProofProblem:
         return [sketch(self.reference, quantity, start, end) for quantity in self.reference.quantities]
 
     def prove_instants(self, last_step: int) -> Outcome:
-        step = self.reference.plant.sampling_time
         for k in range(last_step + 1):
-            with ball_arithmetic():
-                t = k * arb(step)
             for quantity in self.quantities:
-                if failure := self._failure_at(quantity, t, k * step, k):
+                if failure := self._failure_at(quantity, k * self.reference.plant.sampling_time, k):
                     return failure
         return Certificate(self.reference, AtInstants(last_step), 0, {}, self.errors, self.until)
 
@@ -139,13 +140,13 @@ class _ProofProblem:
             return self._beyond_analysis
         if unbounded := [quantity for quantity in self.quantities if not np.isfinite(self.errors[quantity.name])]:
             worst = zip(self.quantities, self._sketches(0.0, self.window), strict=True)
-            failures = (self._failure_at(q, arb(drawn.worst_time), drawn.worst_time) for q, drawn in worst)
+            failures = (self._failure_near(q, drawn.worst_time) for q, drawn in worst)
             broken = (failure for failure in failures if isinstance(failure, Counterexample))
             return next(broken, None) or self._unbounded_error(unbounded[0])
         far = 1e6 * self.window
         margins = settled_margins(self.reference, arb(far), self.errors)
         quantity = min(self.quantities, key=lambda q: margins[q.name])
-        failure = self._failure_at(quantity, arb(far), far)
+        failure = self._failure_near(quantity, far)
         if isinstance(failure, Counterexample):
             return failure
         reason = "the kernel has no envelope that decays into this bound in time; a finite window can still be claimed"
@@ -157,21 +158,34 @@ class _ProofProblem:
         first = self.reference.quantities[0]
         return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
 
-    def _failure_at(self, quantity: ExactQuantity, t: arb, time: float, step: int | None = None) -> Failure | None:
-        """Return the failure that the value at the exact time t shows; None where the bound is kept there."""
+    def _failure_near(self, quantity: ExactQuantity, time: float) -> Failure | None:
+        """The same as `_failure_at`, at the instant nearest to `time` [s] if only instants are to be proved."""
+        step = self.reference.plant.sampling_time
+        if not self.at_instants:
+            return self._failure_at(quantity, time)
+        k = max(round(time / step), 0)
+        return self._failure_at(quantity, k * step, k)
+
+    def _failure_at(self, quantity: ExactQuantity, time: float, step: int | None = None) -> Failure | None:
+        """Return the failure that the value shows at `time` [s], or at exactly k T_s for a `step` k; None if none."""
         reserve = self.errors[quantity.name]
         try:
-            margin = quantity.margin_at(t)
+            margin = quantity.margin_at(self._exact_time(time, step))
         except UndefinedError as undefined:
             return Unproved(quantity.name, quantity.bounds, (time, time), np.inf, str(undefined))
         if margin < 0:
-            return Counterexample(quantity.name, quantity.bounds, time, float_below(-margin), step)
+            by = float_below(-margin)
+            return Counterexample(quantity.name, quantity.bounds, time, by, self.reference, self.span, step)
         if margin >= arb(reserve):
             return None
         if not np.isfinite(reserve):
             return self._unbounded_error(quantity)
         reason = f"the margin is smaller than the error of float64 evaluation, up to {reserve:.3g}"
         return Unproved(quantity.name, quantity.bounds, (time, time), reserve - float_below(margin), reason)
+
+    def _exact_time(self, time: float, step: int | None) -> arb:
+        with ball_arithmetic():
+            return arb(time) if step is None else step * arb(self.reference.plant.sampling_time)
 
     def _unbounded_error(self, quantity: ExactQuantity) -> Unproved:
         why = why_unbounded(self.reference, self.until)
@@ -182,5 +196,5 @@ class _ProofProblem:
         quantity = hole.quantity
         start, end = hole.box.start, hole.box.end
         middle = start + (end - start) / 2
-        failure = self._failure_at(quantity, arb(middle), middle)
+        failure = self._failure_at(quantity, middle)
         return failure or Unproved(quantity.name, quantity.bounds, (start, end), 0.0, hole.reason)

@@ -16,6 +16,12 @@ So the system follows the states x(k T) with the admissible inputs u(k T). The d
 error of evaluating x(t), u(t) and the bound's row in float64, at float64 times |t| ≤ until among these times (the field
 `evaluation`). A time k T may be rounded to float64 for it.
 
+Which reference. The answer names the SHA-256 of the signals and the system (`reading.fingerprint`): certificates with
+the same one speak about the same x(t) and u(t).
+
+Counterexamples. A file of this form holds a time of the claim instead of boxes. If `check` answers Refuted, then at
+this time x(t) ∉ X, or no u ∈ U has x(t + T) = A x(t) + B u + c, or x(t + T) = f(x(t), u).
+
 Redundant inputs. The certificate of a linear system may also hold `attainable` rows; u(t) is then bounded by these rows
 instead of U. If `check` answers Proved, then at each of these times there is a v(t) with B v(t) = 0 and
 u(t) + v(t) ∈ U. So the system follows the states x(k T) with the admissible inputs u(k T) + v(k T).
@@ -23,6 +29,11 @@ u(t) + v(t) ∈ U. So the system follows the states x(k T) with the admissible i
 Assumptions about rounding. Arithmetic is IEEE's. exp, log, sqrt, sin, cos and powers are within 4 units in the last
 place. The evaluated formulas are those of κ in `kernels`, sums of products in any order (no fast Fourier transforms),
 and for nonlinear systems the formulas of u found in step 0.
+
+Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 100,000 centres of a
+signal, 10,000 rows of a set, 100,000 boxes of a bound or instants, 64 Taylor terms, rational numbers of 20,000
+characters, 100 kernels in one, nested 40 deep, and formulas of 1000 parts, nested 100 deep; the formula of an input has
+up to 10,000. What exceeds them is refused (`reading.limits`). A check may be given a time, after which it is Undecided.
 
 Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0 and 6 in rational arithmetic.
   0. Linear: x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j, with zeros beyond the ends
@@ -57,64 +68,93 @@ Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0 
      all λ with Σ_i λ_i r_i Z = 0. It is enough to know this for the λ of minimal support, because every other λ is a
      conformal sum of these (no cancellation of signs): R. T. Rockafellar, The elementary vectors of a subspace of R^N,
      1969. They are enumerated, and each must follow from an attainable row (`steps.redundancy`).
+  Of a counterexample: step 0; the time is one of the claim; and the value of the bound's row at this time, a number, is
+  outside (`steps.violation`). Of redundant inputs it must be outside of what step 6 demands for one λ: that this is
+  necessary needs no lemma.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
 
+from trackable.checker.certificate import FORMAT, Certificate
+from trackable.checker.counterexample import FORMAT as COUNTEREXAMPLE
+from trackable.checker.counterexample import Counterexample
 from trackable.checker.formulas.affine import UnsolvableError
 from trackable.checker.reading.certificates import read_certificate
+from trackable.checker.reading.counterexamples import read_counterexample
 from trackable.checker.reading.values import UnreadableError
-from trackable.checker.statement import statement
+from trackable.checker.statement import refutation, statement
 from trackable.checker.steps.boxes import check_boxes
 from trackable.checker.steps.cover import check_cover
 from trackable.checker.steps.instants import check_instants
-from trackable.checker.steps.quantities import quantities
+from trackable.checker.steps.quantities import Quantity, quantities
 from trackable.checker.steps.redundancy import check_input_set
 from trackable.checker.steps.rounding import check_rounding
-from trackable.checker.steps.shapes import check_shapes
+from trackable.checker.steps.shapes import check_names, check_shapes
 from trackable.checker.steps.sizes import check_sizes
 from trackable.checker.steps.tail import check_tail
 from trackable.checker.steps.trajectories import check_trajectories
+from trackable.checker.steps.violation import check_violation
+from trackable.checker.subject import Subject
+from trackable.checker.verdicts import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
+from trackable.checker.watch import OutOfTimeError, Report, watched
+
+__all__ = ["Failed", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
 
 
-@dataclass(frozen=True)
-class Proved:
-    """The certificate is valid; `statement` says in words what it proves."""
+def check(data: object, seconds: float | None = None, report: Report | None = None) -> Verdict:
+    """Verify the content of a certificate's or counterexample's file: what its JSON says, as dicts, lists and numbers.
 
-    statement: str
-
-
-@dataclass(frozen=True)
-class Failed:
-    """The certificate can be read but proves nothing; `reason` names the first step that fails."""
-
-    reason: str
-
-
-@dataclass(frozen=True)
-class NotACertificate:
-    """The data cannot be read; `reason` says what it is instead, or names the first part that is wrong."""
-
-    reason: str
-
-
-Verdict = Proved | Failed | NotACertificate
-
-
-def check(data: object) -> Verdict:
-    """Verify the content of a certificate file: what its JSON says, as dicts, lists, strings and numbers."""
+    A check that takes longer than `seconds` answers Undecided. `report` is told how far it is.
+    """
     try:
-        certificate = read_certificate(data)
+        with watched(seconds, report):
+            return _check(data)
+    except OutOfTimeError:
+        return Undecided(f"not decided within {seconds:g} s")
+
+
+def _check(data: object) -> Verdict:
+    kind = data.get("format") if isinstance(data, dict) else None
+    try:
+        if isinstance(data, dict) and kind == COUNTEREXAMPLE:
+            return _refuted(read_counterexample(data))
+        if isinstance(data, dict) and kind == FORMAT:
+            return _proved(read_certificate(data))
     except UnreadableError as error:
         return NotACertificate(str(error))
-    for check_content in (check_shapes, check_trajectories, check_input_set, check_cover):
-        if reason := check_content(certificate):
-            return Failed(reason)
-    try:
-        bounded = quantities(certificate)
-    except UnsolvableError as error:
-        return Failed(f"system: {error}")
+    return NotACertificate(f"is not a certificate: certificate.format must be {FORMAT!r}")
+
+
+def _proved(certificate: Certificate) -> Proved | Failed:
+    subject = certificate.subject
+    reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
+    if reason:
+        return Failed(reason)
+    bounded = _bounded(subject, certificate.errors)
+    if isinstance(bounded, str):
+        return Failed(bounded)
     for check_step in (check_sizes, check_rounding, check_boxes, check_instants, check_tail):
         if reason := check_step(certificate, bounded):
             return Failed(reason)
     return Proved(statement(certificate))
+
+
+def _refuted(counterexample: Counterexample) -> Refuted | Failed:
+    subject = counterexample.subject
+    reason: str | None = _misfit(subject)
+    if not reason:
+        bounded = _bounded(subject, {bound.name: 0.0 for bound in subject.bounds})
+        reason = bounded if isinstance(bounded, str) else check_violation(counterexample, bounded)
+    return Failed(reason, "counterexample") if reason else Refuted(refutation(counterexample))
+
+
+def _misfit(subject: Subject) -> str | None:
+    return check_shapes(subject) or check_trajectories(subject)
+
+
+def _bounded(subject: Subject, errors: Mapping[str, float]) -> list[Quantity] | str:
+    """Return the bounded quantities, or why f determines no inputs."""
+    try:
+        return quantities(subject, errors)
+    except UnsolvableError as error:
+        return f"system: {error}"

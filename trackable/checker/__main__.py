@@ -1,45 +1,65 @@
-"""Check a certificate: `python -m trackable.checker FILE`.
+"""Check a certificate, or a counterexample: `python -m trackable.checker [--seconds N] FILE`.
 
-Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE is not a certificate.
+Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE is not a certificate;
+3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 130 interrupted.
 """
 
 import json
 import sys
 from io import TextIOWrapper
+from math import isfinite
 from pathlib import Path
+from reprlib import repr as short
 
-from trackable.checker import Failed, NotACertificate, Proved, check
+from trackable.checker import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict, check
+from trackable.checker.progress import ProgressLine
+from trackable.checker.reading.limits import BYTES
 
-_PROVED, _FAILED, _UNUSABLE = 0, 1, 2
-_USAGE = f"usage: python -m trackable.checker FILE\n\n{__doc__.split(chr(10), maxsplit=2)[2].strip()}"
+PROVED, FAILED, UNUSABLE, UNDECIDED, REFUTED, INTERRUPTED = 0, 1, 2, 3, 4, 130
+_USAGE = f"usage: python -m trackable.checker [--seconds N] FILE\n\n{__doc__.split(chr(10), maxsplit=2)[2].strip()}"
 
 
 def main(arguments: list[str]) -> int:
-    """Print what the certificate in a file proves, or why it proves nothing, and return the exit code."""
+    """Print what the file proves, or why it proves nothing, and return the exit code."""
     match arguments:
         case ["-h" | "--help"]:
             print(_USAGE)
-            return _PROVED
+            return PROVED
+        case ["--seconds", given, path] | [path, "--seconds", given]:
+            if (seconds := _positive(given)) is None:
+                return _say(f"error: --seconds must be a positive number, got {short(given)}", UNUSABLE)
+            return _check(path, seconds)
         case [path]:
-            return _check(path)
-    return _say(_USAGE, _UNUSABLE)
+            return _check(path, None)
+    return _say(_USAGE, UNUSABLE)
 
 
-def _check(path: str) -> int:
+def _check(path: str, seconds: float | None) -> int:
+    line = ProgressLine()
+    verdict: Verdict
     try:
-        verdict = check(_content(Path(path)))
+        verdict = check(_content(Path(path)), seconds, line)
     except OSError as error:
-        return _say(f"error: {path}: cannot be read ({error.strerror or error})", _UNUSABLE)
+        verdict = NotACertificate(f"cannot be read ({error.strerror or error})")
     except ValueError as error:
-        return _say(f"error: {path}: is not a certificate: {error}", _UNUSABLE)
+        verdict = NotACertificate(f"is not a certificate: {error}")
+    finally:
+        line.clear()
+    return report(verdict, path)
+
+
+def report(verdict: Verdict, path: object) -> int:
+    """Print a verdict about a file, and return the exit code."""
     match verdict:
-        case Proved(statement):
+        case Proved(statement) | Refuted(statement):
             print(statement)
-            return _PROVED
-        case Failed(reason):
-            return _say(f"failed: {path}: the certificate does not prove its claim: {reason}", _FAILED)
+            return PROVED if isinstance(verdict, Proved) else REFUTED
+        case Failed():
+            return _say(f"failed: {path}: {verdict.sentence}", FAILED)
         case NotACertificate(reason):
-            return _say(f"error: {path}: {reason}", _UNUSABLE)
+            return _say(f"error: {path}: {reason}", UNUSABLE)
+        case Undecided(reason):
+            return _say(f"undecided: {path}: {reason}", UNDECIDED)
 
 
 def _say(sentence: str, code: int) -> int:
@@ -47,12 +67,23 @@ def _say(sentence: str, code: int) -> int:
     return code
 
 
-def _content(path: Path) -> object:
-    """Return what a JSON file says. Raise OSError, or ValueError where it is no strict JSON."""
+def _positive(given: str) -> float | None:
+    """Return a number of seconds; None where it is none."""
     try:
-        content: object = json.loads(
-            path.read_bytes().decode(), parse_constant=_refuse_constant, object_pairs_hook=_unique
-        )
+        seconds = float(given)
+    except ValueError:
+        return None
+    return seconds if seconds > 0 and isfinite(seconds) else None
+
+
+def _content(path: Path) -> object:
+    """Return what a JSON file says. Raise OSError, or ValueError where it is no strict JSON or too long."""
+    with path.open("rb") as file:
+        data = file.read(BYTES + 1)
+    if len(data) > BYTES:
+        raise ValueError(f"it has more than {BYTES} bytes")
+    try:
+        content: object = json.loads(data.decode(), parse_constant=_refuse_constant, object_pairs_hook=_unique)
     except RecursionError as error:
         raise ValueError("JSON nested too deeply") from error
     return content
@@ -66,17 +97,21 @@ def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
     found: dict[str, object] = {}
     for key, value in pairs:
         if key in found:
-            raise ValueError(f"key {key!r} appears twice in one object")
+            raise ValueError(f"key {short(key)} appears twice in one object")
         found[key] = value
     return found
 
 
 def run() -> None:
     """Run the command line, and leave Python with its exit code."""
-    for stream in (sys.stdout, sys.stderr):  # a bare Python may not write UTF-8 by itself
+    for stream in (sys.stdout, sys.stderr):  # a bare Python may not write UTF-8 by itself, nor every name of a file
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(encoding="utf-8")
-    sys.exit(main(sys.argv[1:]))
+            stream.reconfigure(encoding="utf-8", errors="backslashreplace")
+    try:
+        code = main(sys.argv[1:])
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    sys.exit(code)
 
 
 if __name__ == "__main__":

@@ -1,38 +1,61 @@
-"""What a certificate proves, in words and numbers."""
+"""What is shown, in words and numbers. Names are in quotes; no name contains a quote, a space or a comparison."""
 
 from fractions import Fraction
 
-from trackable.checker.certificate import (
-    AllPhases,
-    AllTimes,
-    Bound,
-    Certificate,
-    Claim,
-    Instants,
-    NonlinearSystem,
-    Row,
-    System,
-    Window,
-    as_float,
-)
+from trackable.checker.arithmetic.intervals import ZERO
+from trackable.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Instants, Window
+from trackable.checker.counterexample import Counterexample, Interval
 from trackable.checker.formulas.formula import text
+from trackable.checker.steps.instants import combination_at
+from trackable.checker.steps.quantities import states_of
+from trackable.checker.subject import Bound, NonlinearSystem, Row, Subject, System, as_float
 
 
 def statement(certificate: Certificate) -> str:
-    """Return what is proved."""
-    system = certificate.system
-    names = {"state": system.states, "input": system.inputs}
-    kept = ", ".join(_bound(bound, names[bound.of]) for bound in certificate.bounds)
+    """Return what a certificate proves, and of which reference."""
+    subject = certificate.subject
+    kept = ", ".join(_bound(bound, _names(subject.system, bound)) for bound in subject.bounds)
     inputs = "these inputs"
-    if certificate.attainable is not None:
-        rows = ", ".join(_bound(row, system.inputs) for row in certificate.input_set.rows)
+    if subject.attainable is not None:
+        rows = ", ".join(_bound(row, subject.system.inputs) for row in subject.input_set.rows)
         inputs = f"inputs that push alike (they differ by v with B v = 0) and keep {rows}"
     return (
-        f"For {_times(certificate.claim)} the reference keeps {kept}, and the system {_dynamics(system)} "
-        f"follows it with {inputs} "
-        f"(T = {system.sampling_time!r} s). The bounds hold with room for the error of float64 evaluation at times "
-        f"up to {certificate.until:g} s."
+        f"For {_times(certificate.claim)} the reference keeps {kept}, and the system {_dynamics(subject.system)} "
+        f"follows it with {inputs} (T = {subject.system.sampling_time!r} s). The bounds hold with room for the error "
+        f"of float64 evaluation, by sums of products, at times up to {certificate.until:g} s. {identity(subject)}"
     )
+
+
+def refutation(counterexample: Counterexample) -> str:
+    """Return what a counterexample shows, and of which reference."""
+    subject, where = counterexample.subject, counterexample.where
+    bound = next(bound for bound in subject.bounds if bound.name == counterexample.name)
+    if isinstance(where, Interval):
+        at, times = f"t = {where.time!r} s", _interval(where)
+    else:
+        at, times = (
+            f"t = {where.step} T (T = {subject.system.sampling_time!r} s)",
+            "all sampled instants t = k T, k ≥ 0",
+        )
+    return (
+        f"NOT TRACKABLE: at {at} the reference breaks {_bound(bound, _names(subject.system, bound))} by at least "
+        f"{counterexample.violation!r}, so it does not keep its bounds for {times}; the system "
+        f"{_dynamics(subject.system)}. {identity(subject)}"
+    )
+
+
+def identity(subject: Subject) -> str:
+    """Return which reference is meant: its fingerprint, where its kernels are, and its states at time zero."""
+    used = [t for signal in subject.signals for t, c in zip(signal.centres, signal.weights, strict=True) if c]
+    span = f"{len(used)} kernels centred from {min(used)!r} s to {max(used)!r} s" if used else "no kernel at all"
+    states = zip(subject.system.states, states_of(subject), strict=True)
+    at_zero = ((name, combination_at(subject, state, ZERO)) for name, state in states)
+    values = ", ".join(f'"{name}" = {float(value.mid):.6g}' for name, value in at_zero)
+    return f"The reference has the SHA-256 {subject.fingerprint}, {span}, and {values} at t = 0 s."
+
+
+def _names(system: System, bound: Bound) -> tuple[str, ...]:
+    return system.states if bound.of == "state" else system.inputs
 
 
 def _times(claim: Claim) -> str:
@@ -47,8 +70,16 @@ def _times(claim: Claim) -> str:
             return "all sampled instants t = k T, k = 0, 1, 2, …"
 
 
+def _interval(where: Interval) -> str:
+    if where.end < float("inf"):
+        return f"all real t from {where.start!r} s to {where.end!r} s"
+    return "all real t" if where.start < 0 else "all real t ≥ 0"
+
+
 def _bound(bound: Bound | Row, names: tuple[str, ...]) -> str:
-    weighted = [name if r == 1 else f"{_number(r)} {name}" for r, name in zip(bound.row, names, strict=True) if r]
+    weighted = [
+        f'"{name}"' if r == 1 else f'{_number(r)} "{name}"' for r, name in zip(bound.row, names, strict=True) if r
+    ]
     return f"{bound.lower!r} ≤ {' + '.join(weighted)} ≤ {bound.upper!r}"
 
 
@@ -59,7 +90,7 @@ def _number(r: Fraction) -> str:
 
 def _dynamics(system: System) -> str:
     if isinstance(system, NonlinearSystem):
-        laws = zip(system.successors, system.f, strict=True)
-        return ", ".join(f"{name} = {text(formula)}" for name, formula in laws)
+        laws = zip(system.states, system.f, strict=True)
+        return ", ".join(f'"{name}"⁺ = {text(formula)}' for name, formula in laws)
     A, B = ([list(row) for row in matrix] for matrix in (system.A, system.B))
     return f"x⁺ = A x + B u + c with A = {A!r}, B = {B!r}, c = {list(system.c)!r}"

@@ -27,16 +27,18 @@ _CLAIMS: dict[str, type[AllTimes | AllPhases | OnWindow | AtInstants]] = {
 
 def encode_certificate(certificate: Certificate) -> dict[str, Any]:
     """Return a certificate as nested dicts, lists, strings and numbers: the input of the checker."""
-    plant = certificate.reference.plant
     return {
         "format": FORMAT,
         "version": VERSION,
         "claim": {**_claim(certificate.claim), **_proof(certificate)},
-        "reference": encode(certificate.reference),
-        **_trajectories(plant),
-        **_attainable(plant),
+        **encode_subject(certificate.reference),
         "evaluation": {"until": certificate.evaluated_until, "errors": dict(certificate.evaluation_error)},
     }
+
+
+def encode_subject(reference: Reference) -> dict[str, Any]:
+    """Return what certificates and counterexamples are about."""
+    return {"reference": encode(reference), **_trajectories(reference.plant), **_attainable(reference.plant)}
 
 
 def _claim(claim: Claim) -> dict[str, Any]:

@@ -11,9 +11,9 @@ from tests.trackable.checker.redundant import as_read, learned
 from tests.trackable.gp.instances import over
 from tests.trackable.systems.redundant_instances import CASES
 from trackable.checker import Failed, NotACertificate, check
-from trackable.checker.certificate import Row
 from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.steps.redundancy import why_not_attainable
+from trackable.checker.subject import Row
 from trackable.systems.allocation import Allocation
 
 TAMPERED: dict[str, tuple[tuple[Any, ...], Any, str]] = {
@@ -58,7 +58,7 @@ def test_rows_of_redundant_inputs_are_exact(row):
 
 
 def test_the_same_row_in_another_size_or_direction_says_the_same():
-    certificate = read_certificate(as_read(learned().certificate))
+    certificate = read_certificate(as_read(learned().certificate)).subject
     rows, (bound,) = certificate.input_set.rows, certificate.attainable
     for factor in (2, -1, -4):
         lower, upper = sorted(factor * end for end in (bound.lower, bound.upper))
@@ -79,7 +79,7 @@ EMPTY = {
 @over(EMPTY, "rows")
 def test_an_empty_set_holds_no_input(rows):
     """Each has no inequality left that says anything of u; those that say nothing of it must hold."""
-    certificate = read_certificate(as_read(learned().certificate))
+    certificate = read_certificate(as_read(learned().certificate)).subject
     sides = tuple(row_of(*row) for row in rows)
     reason = why_not_attainable(certificate.system, sides, certificate.attainable)
     assert reason is not None
@@ -92,7 +92,7 @@ def test_an_empty_set_holds_no_input(rows):
 
 
 def test_a_set_turned_inside_out_holds_no_input():
-    certificate = read_certificate(as_read(learned().certificate))
+    certificate = read_certificate(as_read(learned().certificate)).subject
     side, bound = row_of([0.0, 1.0], 0.2, -0.2), row_of([1.0, 1.0], -0.5, 0.5)
     reason = why_not_attainable(certificate.system, (certificate.input_set.rows[0], side), (bound,))
     assert reason == "input_set: every row needs a number for each input, and lower ≤ upper"

@@ -6,6 +6,8 @@ from typing import Protocol
 
 from mpmath.ctx_iv import MPIntervalContext
 
+from trackable.checker.watch import tick
+
 
 class Real(Protocol):
     """An interval of mpmath that contains a real number; comparisons raise ValueError where intervals overlap."""
@@ -118,6 +120,7 @@ def lesser(x: Real, y: Real) -> Real:
 
 def total(numbers: Iterable[Real]) -> Real:
     """Return the sum."""
+    tick()
     return sum(numbers, ZERO)
 
 
@@ -128,4 +131,5 @@ def ratio(number: Fraction) -> Real:
 
 def exact_sum(numbers: Iterable[Fraction]) -> Fraction:
     """Return the sum of rational numbers, exactly."""
+    tick()
     return sum(numbers, Fraction(0))

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from math import factorial
 
 from trackable.checker.arithmetic.domains import (
-    MOST_MULTIPLIED,
     around,
     bounded,
     is_multiplied,
@@ -76,9 +75,12 @@ class Models:
             return self._composed("power", a, exponent)
         if exponent < 0:
             return self._composed("reciprocal", self.power(a, -exponent))
-        found = self.number(ONE)
-        for _ in range(min(int(exponent), MOST_MULTIPLIED)):
-            found = found * a
+        found, square, left = self.number(ONE), a, int(exponent)
+        while left:
+            if left % 2:
+                found = found * square
+            left //= 2
+            square = square * square if left else square
         return found
 
     def function(self, name: str, a: Model) -> Model:

@@ -7,9 +7,11 @@ part of f out: each part without inputs becomes a part of the drift f0 or of a g
 
 from collections.abc import Callable, Sequence
 
-from trackable.checker.formulas.formula import Formula, Name, Number, Operation, operands
+from trackable.checker.formulas.formula import Formula, Name, Number, Operation, operands, parts
 
 _MOST_COUPLED = 3
+_MOST_PARTS = 10_000
+"""Of the formula of an input, as parts that differ."""
 _Maybe = Formula | None
 _Parts = tuple[_Maybe, dict[str, _Maybe]]
 """The drift, and the gains of the inputs by their names."""
@@ -36,26 +38,28 @@ def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[
         found |= _cramer([rows[i] for i in left], [rests[i] for i in left], [u for u in inputs if u not in found])
     if set(found) != set(inputs):
         raise UnsolvableError("f does not determine every input")
+    if any(len(parts(formula)) > _MOST_PARTS for formula in found.values()):
+        raise UnsolvableError(f"the formula of an input has more than {_MOST_PARTS} parts")
     return found
 
 
 def _split(formula: Formula, inputs: set[str]) -> _Parts:
     if isinstance(formula, Name) and formula.name in inputs:
         return None, {formula.name: Number(1.0)}
-    parts = [_split(part, inputs) for part in operands(formula)]
-    contain = [bool(gains) for _, gains in parts]
+    split = [_split(part, inputs) for part in operands(formula)]
+    contain = [bool(gains) for _, gains in split]
     if not any(contain):
         return formula, {}
     match formula:
         case Operation("+"):
-            return _merged(parts[0], parts[1], _plus)
+            return _merged(split[0], split[1], _plus)
         case Operation("-"):
-            return _merged(parts[0], parts[1], _minus)
+            return _merged(split[0], split[1], _minus)
         case Operation("*", left, right) if not all(contain):
-            factor, of = (left, parts[1]) if contain[1] else (right, parts[0])
+            factor, of = (left, split[1]) if contain[1] else (right, split[0])
             return _each(of, lambda part: _times(factor, part) if contain[1] else _times(part, factor))
         case Operation("/", _, denominator) if not contain[1]:
-            return _each(parts[0], lambda part: None if part is None else Operation("/", part, denominator))
+            return _each(split[0], lambda part: None if part is None else Operation("/", part, denominator))
     raise UnsolvableError(f"f is not affine in {', '.join(sorted(inputs))}")
 
 

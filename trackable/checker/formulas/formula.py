@@ -1,8 +1,10 @@
 """Formulas as trees, and their values in any arithmetic."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, Protocol, Self, TypeVar
+
+from trackable.checker.watch import tick
 
 Symbol = Literal["+", "-", "*", "/"]
 SYMBOLS: tuple[Symbol, ...] = ("+", "-", "*", "/")
@@ -77,32 +79,40 @@ class Arithmetic(Protocol[T]):
 def evaluate(formula: Formula, values: Mapping[str, T], arithmetic: Arithmetic[T]) -> T:
     """Return the value where names have these values. Raise UndefinedError where there may be none."""
     known: dict[Formula, T] = {}
-
-    def at(node: Formula) -> T:
-        if node not in known:
-            known[node] = compute(node)
-        return known[node]
-
-    def compute(node: Formula) -> T:  # noqa: PLR0911  a line for each kind of node
+    for node in parts(formula):
+        tick()
         match node:
             case Number(value):
-                return arithmetic.constant(value)
+                known[node] = arithmetic.constant(value)
             case Name(name):
-                return values[name]
+                known[node] = values[name]
             case Operation("+", left, right):
-                return at(left) + at(right)
+                known[node] = known[left] + known[right]
             case Operation("-", left, right):
-                return at(left) - at(right)
+                known[node] = known[left] - known[right]
             case Operation("*", left, right):
-                return at(left) * at(right)
+                known[node] = known[left] * known[right]
             case Operation(_, left, right):
-                return arithmetic.over(at(left), at(right))
+                known[node] = arithmetic.over(known[left], known[right])
             case Power(base, exponent):
-                return arithmetic.power(at(base), exponent)
+                known[node] = arithmetic.power(known[base], exponent)
             case Function(function, argument):
-                return arithmetic.function(function, at(argument))
+                known[node] = arithmetic.function(function, known[argument])
+    return known[formula]
 
-    return at(formula)
+
+def parts(formula: Formula) -> list[Formula]:
+    """Return every part once, after those that it is made of; formulas may share parts, however deep."""
+    found: dict[Formula, None] = {}
+    waiting = [formula]
+    while waiting:
+        node = waiting[-1]
+        missing = [part for part in operands(node) if part not in found]
+        if missing:
+            waiting += missing
+        else:
+            found[waiting.pop()] = None
+    return list(found)
 
 
 def operands(formula: Formula) -> tuple[Formula, ...]:
@@ -115,32 +125,25 @@ def operands(formula: Formula) -> tuple[Formula, ...]:
     return ()
 
 
-def written(formula: Formula) -> Iterator[Formula]:
-    """Yield every part, as often as it is written."""
-    yield formula
-    for part in operands(formula):
-        yield from written(part)
-
-
 def names(formula: Formula) -> set[str]:
     """Return the names in a formula."""
-    return {part.name for part in written(formula) if isinstance(part, Name)}
+    return {part.name for part in parts(formula) if isinstance(part, Name)}
 
 
 def numbers(formula: Formula) -> list[float]:
     """Return the constants and exponents in a formula."""
-    parts = list(written(formula))
-    exponents = [part.exponent for part in parts if isinstance(part, Power)]
-    return [part.value for part in parts if isinstance(part, Number)] + exponents
+    every = parts(formula)
+    exponents = [part.exponent for part in every if isinstance(part, Power)]
+    return [part.value for part in every if isinstance(part, Number)] + exponents
 
 
 def text(formula: Formula) -> str:
-    """Return a formula in words, with every parenthesis."""
+    """Return a formula in words, with every parenthesis, and names in quotes."""
     match formula:
         case Number(value):
             return repr(value)
         case Name(name):
-            return name
+            return f'"{name}"'
         case Operation(symbol, left, right):
             return f"({text(left)} {symbol} {text(right)})"
         case Power(base, exponent):

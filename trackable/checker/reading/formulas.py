@@ -9,26 +9,26 @@ from trackable.checker.formulas.formula import (
     Number,
     Operation,
     Power,
-    written,
+    parts,
 )
-from trackable.checker.reading.values import UnreadableError, a_name, real_number
-
-_DEEPEST, _LONGEST = 100, 1000
+from trackable.checker.reading.limits import DEPTH, PARTS
+from trackable.checker.reading.names import an_identifier
+from trackable.checker.reading.values import UnreadableError, real_number
 
 
 def a_formula(value: object, where: str) -> Formula:
     """Read a formula. Raise UnreadableError where the lists are none, or a long one."""
-    found = _formula(value, where, _DEEPEST)
-    if sum(1 for _ in written(found)) > _LONGEST:
-        raise UnreadableError(f"{where} must have no more than {_LONGEST} operations, names and numbers")
+    found = _formula(value, where, DEPTH)
+    if len(parts(found)) > PARTS:
+        raise UnreadableError(f"{where} must have no more than {PARTS} operations, names and numbers")
     return found
 
 
 def _formula(value: object, where: str, deepest: int) -> Formula:
     if not isinstance(value, list):
-        return Name(a_name(value, where)) if isinstance(value, str) else Number(real_number(value, where))
+        return Name(an_identifier(value, where)) if isinstance(value, str) else Number(real_number(value, where))
     if not deepest:
-        raise UnreadableError(f"{where} must not be nested more than {_DEEPEST} deep")
+        raise UnreadableError(f"{where} must not be nested more than {DEPTH} deep")
     match value:
         case ["^", base, exponent]:
             return Power(_formula(base, where, deepest - 1), real_number(exponent, where))

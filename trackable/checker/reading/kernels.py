@@ -3,21 +3,28 @@
 from dataclasses import fields
 
 from trackable.checker.kernels.base import Kernel
+from trackable.checker.kernels.combinations import Combination
 from trackable.checker.kernels.registry import COMBINATIONS, ELEMENTARY
+from trackable.checker.reading.limits import KERNEL_DEPTH, KERNELS
 from trackable.checker.reading.values import Fields, UnreadableError, positive_number, tag_of
-
-_DEEPEST = 40
 
 
 def a_kernel(value: object, where: str) -> Kernel:
     """Read a kernel: an object with its type and exactly its positive hyperparameters, or the two parts it combines."""
-    return _kernel(value, where, _DEEPEST)
+    found = _kernel(value, where, KERNEL_DEPTH)
+    if (count := _count(found)) > KERNELS:
+        raise UnreadableError(f"{where} must be made of no more than {KERNELS} kernels, got {count}")
+    return found
+
+
+def _count(kernel: Kernel) -> int:
+    return _count(kernel.left) + _count(kernel.right) if isinstance(kernel, Combination) else 1
 
 
 def _kernel(value: object, where: str, deepest: int) -> Kernel:
     kind = tag_of(value, where, "type", {**ELEMENTARY, **COMBINATIONS})
     if not deepest:
-        raise UnreadableError(f"{where} is nested too deeply")
+        raise UnreadableError(f"{where} must not be nested more than {KERNEL_DEPTH} deep")
     if kind in COMBINATIONS:
         parts = Fields(value, where, "type", "left", "right")
 

@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import TypeVar
 
+from trackable.checker.reading.limits import DIGITS
+
 T = TypeVar("T")
 Reader = Callable[[object, str], T]
 """Reads a value found at a place in the certificate; the place is named in messages."""
@@ -23,6 +25,9 @@ class Fields:
         self._value: dict[object, object] = value
         self._where = where
 
+    def __contains__(self, name: str) -> bool:
+        return name in self._value
+
     def __call__(self, name: str, reader: Reader[T]) -> T:
         return reader(self._value[name], f"{self._where}.{name}")
 
@@ -35,19 +40,21 @@ def tag_of(value: object, where: str, tag: str, known: Mapping[str, object]) -> 
     return found
 
 
-def many(reader: Reader[T], empty: bool = False) -> Reader[tuple[T, ...]]:
-    """Read a list of values, which must not be empty unless that is allowed."""
+def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, ...]]:
+    """Read a list of so many values at most, which must not be empty unless that is allowed."""
 
     def read(value: object, where: str) -> tuple[T, ...]:
         if not isinstance(value, list) or not (value or empty):
             raise UnreadableError(f"{where} must be a list{'' if empty else ', not empty'}")
+        if len(value) > most:
+            raise UnreadableError(f"{where} must have no more than {most} entries, got {len(value)}")
         return tuple(reader(item, f"{where}[{i}]") for i, item in enumerate(value))
 
     return read
 
 
-def by_name(reader: Reader[T]) -> Reader[dict[str, T]]:
-    """Read an object whose keys are names."""
+def by_name(a_name: Reader[str], reader: Reader[T]) -> Reader[dict[str, T]]:
+    """Read an object whose keys are names of this kind."""
 
     def read(value: object, where: str) -> dict[str, T]:
         if not isinstance(value, dict):
@@ -82,24 +89,21 @@ def exact_number(value: object, where: str) -> Fraction:
     return Fraction(real_number(value, where))
 
 
-def whole_number(value: object, where: str) -> int:
+def whole_number(most: int) -> Reader[int]:
     """Read a positive count."""
-    if type(value) is not int or not 0 < value <= 1_000_000:
-        raise UnreadableError(f"{where} must be a positive whole number, a million at most")
-    return value
 
+    def read(value: object, where: str) -> int:
+        if type(value) is not int or not 0 < value <= most:
+            raise UnreadableError(f"{where} must be a positive whole number, {most} at most")
+        return value
 
-def a_name(value: object, where: str) -> str:
-    """Read a short text."""
-    if not isinstance(value, str) or not 0 < len(value) <= 200:
-        raise UnreadableError(f"{where} must be a name")
-    return value
+    return read
 
 
 def rational_number(value: object, where: str) -> Fraction:
     """Read a text such as -3/4."""
-    if not isinstance(value, str) or len(value) > 20_000 or not re.fullmatch(r"-?[0-9]+(/0*[1-9][0-9]*)?", value):
-        raise UnreadableError(f"{where} must be a rational number, as in -3/4")
+    if not isinstance(value, str) or len(value) > DIGITS or not re.fullmatch(r"-?[0-9]+(/0*[1-9][0-9]*)?", value):
+        raise UnreadableError(f"{where} must be a rational number, as in -3/4, of {DIGITS} characters at most")
     numerator, _, denominator = value.partition("/")
     return Fraction(_integer(numerator), _integer(denominator or "1"))
 

@@ -8,6 +8,7 @@ from trackable.checker.arithmetic.polynomials import is_positive
 from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.steps.enclosures import Box, Enclosures
 from trackable.checker.steps.quantities import Quantity
+from trackable.checker.watch import progress
 
 
 def check_boxes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
@@ -15,17 +16,27 @@ def check_boxes(certificate: Certificate, quantities: list[Quantity]) -> str | N
     claim = certificate.claim
     if isinstance(claim, Instants):
         return None
-    enclosures = Enclosures(certificate, claim.cover.terms)
+    held: dict[Box, list[Quantity]] = {}
     for q in quantities:
         boxes = claim.cover.boxes[q.name]
         for (start, end), radius in zip(pairwise(boxes.ends), boxes.radii, strict=True):
-            where = f"from {start!r} s to {end!r} s"
-            try:
-                model = enclosures.enclose(q, Box(start, end, radius))
-            except UndefinedError as undefined:
-                return f"box: the {q.name} is not shown to be defined {where}: {undefined}"
-            if not stays_inside(model, q):
-                return f"box: the {q.name} is not shown to stay inside its bounds {where}"
+            held.setdefault(Box(start, end, radius), []).append(q)
+    for i, (box, inside) in enumerate(held.items()):
+        progress(i, len(held))
+        if reason := _why_not(Enclosures(certificate.subject, claim.cover.terms, box), inside):
+            return f"{reason[0]} from {box.start!r} s to {box.end!r} s{reason[1]}"
+    return None
+
+
+def _why_not(enclosures: Enclosures, quantities: list[Quantity]) -> tuple[str, str] | None:
+    """Return which quantity is not shown to stay inside its bounds in a box, and why; None where all do."""
+    for q in quantities:
+        try:
+            model = enclosures.enclose(q)
+        except UndefinedError as undefined:
+            return f"box: the {q.name} is not shown to be defined", f": {undefined}"
+        if not stays_inside(model, q):
+            return f"box: the {q.name} is not shown to stay inside its bounds", ""
     return None
 
 

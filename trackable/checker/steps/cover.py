@@ -11,7 +11,7 @@ def check_cover(certificate: Certificate) -> str | None:
     if isinstance(claim, Instants):
         return None
     start, end = claim.span
-    if isinstance(claim, AllPhases) and any(s.kernel.repeats_after != end for s in certificate.signals):
+    if isinstance(claim, AllPhases) and any(s.kernel.repeats_after != end for s in certificate.subject.signals):
         return f"period: a kernel does not repeat after {end!r} s"
     for name, boxes in claim.cover.boxes.items():
         ends = boxes.ends

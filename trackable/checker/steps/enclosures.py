@@ -5,11 +5,10 @@ from typing import NamedTuple
 
 from trackable.checker.arithmetic.intervals import ZERO, Real, exactly, ratio
 from trackable.checker.arithmetic.models import Model, Models
-from trackable.checker.certificate import Certificate, Signal
 from trackable.checker.formulas.formula import evaluate
 from trackable.checker.steps.quantities import LinearCombination, Quantity
-
-_MOST_TERMS = 64
+from trackable.checker.subject import Signal, Subject
+from trackable.checker.watch import tick
 
 
 class Box(NamedTuple):
@@ -22,35 +21,32 @@ class Box(NamedTuple):
 
 @dataclass(frozen=True)
 class Enclosures:
-    """Enclosures over boxes, mapped to x ∈ [−1, 1], with this many `terms`; each signal is enclosed once in a box."""
+    """Enclosures over one `box`, mapped to x ∈ [−1, 1], with this many `terms`; each signal is enclosed once."""
 
-    certificate: Certificate
+    subject: Subject
     terms: int
-    known: dict[tuple[int, int, Box], Model] = field(default_factory=dict)
+    box: Box
+    known: dict[tuple[int, int], Model] = field(default_factory=dict)
 
-    def enclose(self, q: Quantity, box: Box) -> Model:
+    def enclose(self, q: Quantity) -> Model:
         """Enclose a quantity. Raise UndefinedError where it may not be defined somewhere in the box."""
-        arguments = {name: self._combination(argument, box) for name, argument in q.arguments.items()}
-        return evaluate(q.formula, arguments, Models(self._terms))
+        arguments = {name: self._combination(argument) for name, argument in q.arguments.items()}
+        return evaluate(q.formula, arguments, Models(self.terms))
 
-    def _combination(self, argument: LinearCombination, box: Box) -> Model:
-        found = Models(self._terms).number(argument.offset)
+    def _combination(self, argument: LinearCombination) -> Model:
+        found = Models(self.terms).number(argument.offset)
         for s, weights in enumerate(argument.weights):
             for j, w in enumerate(weights):
                 if w:
-                    found += self._signal(s, j, box).times(ratio(w))
+                    found += self._signal(s, j).times(ratio(w))
         return found
 
-    def _signal(self, s: int, j: int, box: Box) -> Model:
+    def _signal(self, s: int, j: int) -> Model:
         """Enclose z_s(t + j T) − m_s."""
-        if (s, j, box) not in self.known:
-            shift = j * self.certificate.step
-            self.known[s, j, box] = enclose_signal(self.certificate.signals[s], shift, box, self._terms)
-        return self.known[s, j, box]
-
-    @property
-    def _terms(self) -> int:
-        return min(self.terms, _MOST_TERMS)
+        if (s, j) not in self.known:
+            shift = j * self.subject.step
+            self.known[s, j] = enclose_signal(self.subject.signals[s], shift, self.box, self.terms)
+        return self.known[s, j]
 
 
 def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
@@ -59,5 +55,6 @@ def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
     middle, h = (first + last) / 2, (last - first) / 2
     found = Model([ZERO] * n, ZERO)
     for t, weight in signal.pairs:
+        tick()
         found += signal.kernel.model(middle + shift - t, h, radius, n).times(weight)
     return found

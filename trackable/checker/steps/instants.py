@@ -6,20 +6,20 @@ from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.values import Intervals
 from trackable.checker.steps.quantities import LinearCombination, Quantity
+from trackable.checker.subject import Subject
+from trackable.checker.watch import progress, tick
 
 
 def check_instants(certificate: Certificate, quantities: list[Quantity]) -> str | None:
     """Return the first of the steps 0 … last_step at which a quantity is not shown to lie inside its bounds."""
-    claim = certificate.claim
+    claim, subject = certificate.claim, certificate.subject
     if not isinstance(claim, Instants):
         return None
     for k in range(claim.last_step + 1):
+        progress(k, claim.last_step + 1)
         for q in quantities:
-            arguments = {
-                name: _value(certificate, argument, k * certificate.step) for name, argument in q.arguments.items()
-            }
             try:
-                value = evaluate(q.formula, arguments, Intervals())
+                value = value_at(subject, q, k * subject.step)
             except UndefinedError as undefined:
                 return f"instants: the {q.name} is not shown to be defined at step {k}: {undefined}"
             if not (at_most(q.lower, value) and at_most(value, q.upper)):
@@ -27,11 +27,18 @@ def check_instants(certificate: Certificate, quantities: list[Quantity]) -> str 
     return None
 
 
-def _value(certificate: Certificate, argument: LinearCombination, t: Real) -> Real:
+def value_at(subject: Subject, q: Quantity, t: Real) -> Real:
+    """Return an interval that contains q(t). Raise UndefinedError where q may not be defined there."""
+    arguments = {name: combination_at(subject, argument, t) for name, argument in q.arguments.items()}
+    return evaluate(q.formula, arguments, Intervals())
+
+
+def combination_at(subject: Subject, argument: LinearCombination, t: Real) -> Real:
     """Return the linear combination at time t: offset + Σ w c κ(t + j T − t_i)."""
     value = argument.offset
-    for signal, weights in zip(certificate.signals, argument.weights, strict=True):
+    for signal, weights in zip(subject.signals, argument.weights, strict=True):
         for j, w in enumerate(weights):
             for t_i, c in signal.pairs if w else ():
-                value += ratio(w) * c * signal.kernel.value(t + j * certificate.step - t_i)
+                tick()
+                value += ratio(w) * c * signal.kernel.value(t + j * subject.step - t_i)
     return value

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from trackable.checker.arithmetic.intervals import Real, exact_sum, exactly, ratio
-from trackable.checker.certificate import Bound, Certificate, Functional, NonlinearSystem, Side, as_float
 from trackable.checker.formulas.affine import inputs_of
 from trackable.checker.formulas.formula import Formula, Name, Number, Operation, names
+from trackable.checker.subject import Bound, Functional, NonlinearSystem, Side, Subject, as_float
 
 _ITSELF = "itself"
 
@@ -31,7 +31,7 @@ class Quantity:
     """A formula of `arguments`, which are linear combinations of the signals, by name.
 
     If the row bounds inputs given by formulas, `parts` holds these formulas with their weights; otherwise it is empty.
-    [lower, upper] is the certificate's bound, drawn in by its evaluation error.
+    [lower, upper] is the bound, drawn in by its evaluation error.
     """
 
     name: str
@@ -47,52 +47,60 @@ class Quantity:
         return self.arguments[_ITSELF] if not self.parts else None
 
 
-def quantities(certificate: Certificate) -> list[Quantity]:
-    """Return all bounded quantities. Raise UnsolvableError where f cannot be solved for the inputs."""
-    system, solved = certificate.system, dict[str, Formula]()
+def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
+    """Return all bounded quantities, with their bounds drawn in by these errors.
+
+    Raise UnsolvableError where f cannot be solved for the inputs.
+    """
+    system, solved = subject.system, dict[str, Formula]()
     if isinstance(system, NonlinearSystem):
         solved = inputs_of(system.f, system.successors, system.inputs)
-    return [_quantity(certificate, bound, solved) for bound in certificate.bounds]
+    return [_quantity(subject, bound, errors[bound.name], solved) for bound in subject.bounds]
 
 
-def _quantity(certificate: Certificate, bound: Bound, solved: Mapping[str, Formula]) -> Quantity:
-    away = exactly(certificate.errors[bound.name])
+def _quantity(subject: Subject, bound: Bound, error: float, solved: Mapping[str, Formula]) -> Quantity:
+    away = exactly(error)
     lower, upper = exactly(bound.lower) + away, exactly(bound.upper) - away
     if not (solved and bound.of == "input"):
-        argument = _combined(certificate, bound.row, functionals(certificate, bound.of))
+        argument = _combined(subject, bound.row, functionals(subject, bound.of))
         return Quantity(bound.name, Name(_ITSELF), {_ITSELF: argument}, [], lower, upper)
-    parts = [(r, solved[u]) for r, u in zip(bound.row, certificate.system.inputs, strict=True) if r]
+    parts = [(r, solved[u]) for r, u in zip(bound.row, subject.system.inputs, strict=True) if r]
     terms = [part if r == 1 else Operation("*", Number(as_float(r)), part) for r, part in parts]
     formula = terms[0]
     for term in terms[1:]:
         formula = Operation("+", formula, term)
     contained = names(formula)
-    arguments = {name: argument for name, argument in _states_and_successors(certificate).items() if name in contained}
+    arguments = {name: argument for name, argument in _states_and_successors(subject).items() if name in contained}
     return Quantity(bound.name, formula, arguments, parts, lower, upper)
 
 
-def functionals(certificate: Certificate, of: Side) -> tuple[Functional, ...]:
+def states_of(subject: Subject) -> list[LinearCombination]:
+    """Return the states as linear combinations of the signals."""
+    return [_combined(subject, (Fraction(1),), (part,)) for part in functionals(subject, "state")]
+
+
+def functionals(subject: Subject, of: Side) -> tuple[Functional, ...]:
     """Return the states or inputs of a linear system, or the states of a nonlinear one, which are its signals."""
-    trajectories = certificate.trajectories
+    trajectories = subject.trajectories
     if trajectories is not None:
         return trajectories.states if of == "state" else trajectories.inputs
-    return tuple(_signal(certificate, i, (1,)) for i in range(len(certificate.signals)))
+    return tuple(_signal(subject, i, (1,)) for i in range(len(subject.signals)))
 
 
-def _signal(certificate: Certificate, i: int, weights: tuple[int, ...]) -> Functional:
-    every = range(len(certificate.signals))
+def _signal(subject: Subject, i: int, weights: tuple[int, ...]) -> Functional:
+    every = range(len(subject.signals))
     return Functional(Fraction(0), tuple(tuple(Fraction(w if s == i else 0) for w in weights) for s in every))
 
 
-def _states_and_successors(certificate: Certificate) -> dict[str, LinearCombination]:
+def _states_and_successors(subject: Subject) -> dict[str, LinearCombination]:
     arguments = {}
-    for i, state in enumerate(certificate.system.states):
-        arguments[state] = _combined(certificate, (Fraction(1),), (_signal(certificate, i, (1,)),))
-        arguments[f"{state}⁺"] = _combined(certificate, (Fraction(1),), (_signal(certificate, i, (0, 1)),))
+    for i, state in enumerate(subject.system.states):
+        arguments[state] = _combined(subject, (Fraction(1),), (_signal(subject, i, (1,)),))
+        arguments[f"{state}⁺"] = _combined(subject, (Fraction(1),), (_signal(subject, i, (0, 1)),))
     return arguments
 
 
-def _combined(certificate: Certificate, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
+def _combined(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
     """Return Σ_i row_i part_i."""
     counts = [len(weights) for weights in parts[0].weights]
     weights = [
@@ -104,9 +112,7 @@ def _combined(certificate: Certificate, row: tuple[Fraction, ...], parts: tuple[
         for s in range(len(counts))
     ]
     at_rest = exact_sum(r * part.offset for r, part in zip(row, parts, strict=True)) + exact_sum(
-        w * Fraction(signal.mean)
-        for signal, of_signal in zip(certificate.signals, weights, strict=True)
-        for w in of_signal
+        w * Fraction(signal.mean) for signal, of_signal in zip(subject.signals, weights, strict=True) for w in of_signal
     )
     offsets = exact_sum(abs(r * part.offset) for r, part in zip(row, parts, strict=True))
     return LinearCombination(weights, ratio(at_rest), gross, offsets)

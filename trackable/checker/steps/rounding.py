@@ -13,10 +13,11 @@ from trackable.checker.arithmetic.intervals import (
     ratio,
     total,
 )
-from trackable.checker.certificate import Certificate, NonlinearSystem, Signal
+from trackable.checker.certificate import Certificate
 from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.rounded import Rounded, RoundedFormulas
 from trackable.checker.steps.quantities import LinearCombination, Quantity, functionals
+from trackable.checker.subject import NonlinearSystem, Signal, Subject
 
 _TINY = exactly(2) ** -300
 
@@ -27,10 +28,10 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     Errors of signals are bounded to first order in u, enlarged by 1 %. Errors of formulas are propagated from operation
     to operation.
     """
-    of_signals = [_signal_error(certificate, signal) for signal in certificate.signals]
+    of_signals = [_signal_error(certificate, signal) for signal in certificate.subject.signals]
     for q in quantities:
         try:
-            error = _error(certificate, q, of_signals)
+            error = _error(certificate.subject, q, of_signals)
         except UndefinedError as undefined:
             return f"evaluation: the error of the {q.name} in float64 is not bounded: {undefined}"
         if not at_most(error, certificate.errors[q.name]):
@@ -38,34 +39,34 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     return None
 
 
-def _error(certificate: Certificate, q: Quantity, of_signals: list[Rounded]) -> Real:
+def _error(subject: Subject, q: Quantity, of_signals: list[Rounded]) -> Real:
     if q.combination is not None:
-        return _combination(certificate, q.combination, of_signals).error
-    values = {name: _combination(certificate, argument, of_signals) for name, argument in q.arguments.items()}
-    for i, state in enumerate(certificate.system.states):
+        return _combination(subject, q.combination, of_signals).error
+    values = {name: _combination(subject, argument, of_signals) for name, argument in q.arguments.items()}
+    for i, state in enumerate(subject.system.states):
         if state in values:  # bounds of states are proved without any use of this step
-            values[state] = Rounded(_within(certificate, i, values[state].exact), values[state].error)
+            values[state] = Rounded(_within(subject, i, values[state].exact), values[state].error)
     error, size = ZERO, ZERO
     for r, part in q.parts:
         found = evaluate(part, values, RoundedFormulas())
         error, size = error + abs(ratio(r)) * found.error, size + abs(ratio(r)) * abs(found.computed)
-    return 1.01 * (error + (len(certificate.system.inputs) + 2) * UNIT * size) + _TINY
+    return 1.01 * (error + (len(subject.system.inputs) + 2) * UNIT * size) + _TINY
 
 
-def _combination(certificate: Certificate, argument: LinearCombination, of_signals: list[Rounded]) -> Rounded:
+def _combination(subject: Subject, argument: LinearCombination, of_signals: list[Rounded]) -> Rounded:
     error = total(ratio(w) * z.error for w, z in zip(argument.gross, of_signals, strict=True))
     size = ratio(argument.gross_offset) + total(
         ratio(w) * abs(z.exact) for w, z in zip(argument.gross, of_signals, strict=True)
     )
-    roundings = 5 + _terms(certificate) + max(len(certificate.system.states), len(certificate.system.inputs))
+    roundings = 5 + _terms(subject) + max(len(subject.system.states), len(subject.system.inputs))
     tiny = _TINY * (1 + ratio(exact_sum(argument.gross)))
     return Rounded(SIGN * size, 1.01 * (error + roundings * UNIT * size) + tiny)
 
 
-def _within(certificate: Certificate, i: int, exact: Real) -> Real:
+def _within(subject: Subject, i: int, exact: Real) -> Real:
     """Return the part of an interval that is inside all bounds of the i-th state alone."""
     low, high = exact.a, exact.b
-    for bound in certificate.state_set.rows:
+    for bound in subject.state_set.rows:
         row = bound.row
         if row[i] and not any(r for k, r in enumerate(row) if k != i):
             ends = [exactly(end) / ratio(row[i]) for end in (bound.lower, bound.upper)]
@@ -76,24 +77,24 @@ def _within(certificate: Certificate, i: int, exact: Real) -> Real:
     return between(low, high) if low <= high else exact
 
 
-def _terms(certificate: Certificate) -> int:
+def _terms(subject: Subject) -> int:
     """Return the number of shifted signals that an input depends on."""
-    if isinstance(certificate.system, NonlinearSystem):
+    if isinstance(subject.system, NonlinearSystem):
         return 2
-    return sum(map(len, functionals(certificate, "input")[0].weights))
+    return sum(map(len, functionals(subject, "input")[0].weights))
 
 
-def _ahead(certificate: Certificate) -> Real:
+def _ahead(subject: Subject) -> Real:
     """Return the largest shift j T on which a state or an input depends [s]."""
-    if isinstance(certificate.system, NonlinearSystem):
-        return certificate.step
-    parts = (*functionals(certificate, "state"), *functionals(certificate, "input"))
-    return (max(len(w) for part in parts for w in part.weights) - 1) * certificate.step
+    if isinstance(subject.system, NonlinearSystem):
+        return subject.step
+    parts = (*functionals(subject, "state"), *functionals(subject, "input"))
+    return (max(len(w) for part in parts for w in part.weights) - 1) * subject.step
 
 
 def _signal_error(certificate: Certificate, signal: Signal) -> Rounded:
     """Over-estimate |z| and |float64 − exact| for |t| ≤ until, and for the shifts T, 2 T, … beyond."""
-    latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(certificate)
+    latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(certificate.subject)
     kernel = signal.kernel.sizes(certificate.until + ahead + latest)
     # Rounded once each, by u times their sizes: k T, j T, k T + j T, and r = k T + j T − t_i. As |k T + j T| is at most
     # |r| + |t_i|, and |k T| at most j T more, r is off by 3 u (|r| + |t_i| + j T) at most. Beside that there are up to

@@ -3,16 +3,17 @@
 from fractions import Fraction
 
 from trackable.checker.arithmetic.intervals import ZERO, at_most
-from trackable.checker.certificate import Certificate, NonlinearSystem
+from trackable.checker.certificate import Certificate
 from trackable.checker.formulas.formula import numbers
 from trackable.checker.steps.quantities import Quantity
+from trackable.checker.subject import NonlinearSystem
 
 
 def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
     """Verify that no number is so large, or so small, that float64 evaluation could overflow or lose a factor."""
     values: list[float] = []
-    positive: list[float] = [certificate.system.sampling_time]
-    for signal in certificate.signals:
+    positive: list[float] = [certificate.subject.system.sampling_time]
+    for signal in certificate.subject.signals:
         values += [*signal.centres, *signal.weights, signal.mean]
         positive += signal.kernel.numbers
     positive += [
@@ -21,7 +22,7 @@ def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | N
     if max(map(abs, [*values, *positive])) > 1e30 or min(positive) < 1e-30:
         return "sizes: some number is too large or too small for the analysis of rounding"
     if certificate.until > 1e60 or not all(
-        at_most(signal.kernel.beyond(ZERO).size, 1e100) for signal in certificate.signals
+        at_most(signal.kernel.beyond(ZERO).size, 1e100) for signal in certificate.subject.signals
     ):
         return "sizes: some value could overflow in float64 evaluation"
     return None
@@ -32,6 +33,6 @@ def _factors(certificate: Certificate, quantities: list[Quantity]) -> list[Fract
     arguments = [argument for q in quantities for argument in q.arguments.values()]
     factors = [size for argument in arguments for size in (*argument.gross, argument.gross_offset)]
     factors += [abs(r) for q in quantities for r, _ in q.parts]
-    if isinstance(certificate.system, NonlinearSystem):
-        factors += [abs(Fraction(v)) for formula in certificate.system.f for v in numbers(formula)]
+    if isinstance(certificate.subject.system, NonlinearSystem):
+        factors += [abs(Fraction(v)) for formula in certificate.subject.system.f for v in numbers(formula)]
     return [factor for factor in factors if factor]

@@ -16,27 +16,28 @@ from trackable.checker.arithmetic.intervals import (
     ratio,
     total,
 )
-from trackable.checker.certificate import AllTimes, Certificate, Instants, Signal
+from trackable.checker.certificate import AllTimes, Certificate, Instants
 from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.slopes import Sloped, SlopedFormulas
 from trackable.checker.formulas.values import Intervals
 from trackable.checker.kernels.base import Decay
 from trackable.checker.steps.quantities import LinearCombination, Quantity
+from trackable.checker.subject import Signal
 
 
 def check_tail(certificate: Certificate, quantities: list[Quantity]) -> str | None:
     """Return the first quantity that is not shown to stay inside its bounds after the boxes or instants."""
-    claim, step = certificate.claim, certificate.step
+    claim, subject = certificate.claim, certificate.subject
     if isinstance(claim, AllTimes):
         start = exactly(claim.tail_start)
     elif isinstance(claim, Instants):
-        start = (claim.last_step + 1) * step
+        start = (claim.last_step + 1) * subject.step
     else:
         return None
-    envelopes = [_envelope(signal, start) for signal in certificate.signals]
+    envelopes = [_envelope(signal, start) for signal in subject.signals]
     for q in quantities:
         try:
-            middle, reach = _limits(q, envelopes, step)
+            middle, reach = _limits(q, envelopes, subject.step)
         except UndefinedError as undefined:
             return f"tail: the {q.name} is not shown to be defined from {float(start.mid):g} s on: {undefined}"
         if not (at_most(q.lower, middle - reach) and at_most(middle + reach, q.upper)):

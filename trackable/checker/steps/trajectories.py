@@ -3,12 +3,12 @@
 from fractions import Fraction
 
 from trackable.checker.arithmetic.intervals import exact_sum
-from trackable.checker.certificate import Certificate, Functional, LinearSystem
+from trackable.checker.subject import Functional, LinearSystem, Subject
 
 
-def check_trajectories(certificate: Certificate) -> str | None:
+def check_trajectories(subject: Subject) -> str | None:
     """Verify x(t + T) = A x(t) + B u(t) + c for all signals. A nonlinear f is solved for u: nothing is to verify."""
-    system, trajectories = certificate.system, certificate.trajectories
+    system, trajectories = subject.system, subject.trajectories
     if not isinstance(system, LinearSystem) or trajectories is None:
         return None
     states, inputs = trajectories.states, trajectories.inputs
@@ -24,7 +24,7 @@ def check_trajectories(certificate: Certificate) -> str | None:
     if not follows(start, [part.offset for part in inputs], start, system.c):
         return "trajectories: the system does not stay where its state and input are the offsets"
     zero = (0.0,) * len(A)
-    for s in range(len(certificate.signals)):
+    for s in range(len(subject.signals)):
         for j in range(max(len(parts[0].weights[s]) for parts in (states, inputs)) + 1):
             if not follows(_column(states, s, j), _column(inputs, s, j), _column(states, s, j - 1), zero):
                 return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"

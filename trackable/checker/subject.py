@@ -1,0 +1,160 @@
+"""What a file speaks about, as typed values: a reference, its system and its sets."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Literal
+
+from trackable.checker.arithmetic.intervals import Real, exactly
+from trackable.checker.formulas.formula import Formula
+from trackable.checker.kernels.base import Kernel
+
+
+@dataclass(frozen=True)
+class Signal:
+    """z(t) = m + Σ_i c_i κ(t − t_i) with `mean` m, `centres` t_i [s] and `weights` c_i."""
+
+    kernel: Kernel
+    mean: float
+    centres: tuple[float, ...]
+    weights: tuple[float, ...]
+
+    @cached_property
+    def pairs(self) -> list[tuple[Real, Real]]:
+        """All (t_i, c_i)."""
+        return [(exactly(t), exactly(c)) for t, c in zip(self.centres, self.weights, strict=True)]
+
+
+@dataclass(frozen=True)
+class LinearSystem:
+    """x⁺ = A x + B u + c; matrices row by row."""
+
+    A: tuple[tuple[float, ...], ...]
+    B: tuple[tuple[float, ...], ...]
+    c: tuple[float, ...]
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    sampling_time: float
+
+
+@dataclass(frozen=True)
+class NonlinearSystem:
+    """x⁺ = f(x, u), one formula `f` for each state."""
+
+    f: tuple[Formula, ...]
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    sampling_time: float
+
+    @property
+    def successors(self) -> tuple[str, ...]:
+        """The names of the states one step later."""
+        return tuple(f"{name}⁺" for name in self.states)
+
+
+System = LinearSystem | NonlinearSystem
+Side = Literal["state", "input"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """lower ≤ Σ_i r_i v_i ≤ upper, of states or inputs v."""
+
+    row: tuple[Fraction, ...]
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class Polytope:
+    """All vectors of a `dimension` that keep some rows."""
+
+    rows: tuple[Row, ...]
+    dimension: int
+
+
+@dataclass(frozen=True)
+class Functional:
+    """offset + Σ_s Σ_j w_sj z_s(t + j T) with `weights[s][j]` = w_sj."""
+
+    offset: Fraction
+    weights: tuple[tuple[Fraction, ...], ...]
+
+
+@dataclass(frozen=True)
+class Trajectories:
+    """States and inputs of a linear system as weighted sums of the signals."""
+
+    states: tuple[Functional, ...]
+    inputs: tuple[Functional, ...]
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A row of states or of inputs (`of` says which) that is proved to stay in [lower, upper]."""
+
+    name: str
+    of: Side
+    row: tuple[Fraction, ...]
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A reference (signals and a system) with the sets that bound it.
+
+    `trajectories` are given for linear systems only; `attainable` rows only where they bound u in the place of the
+    input set. The `fingerprint` is that of signals and system (`reading.fingerprint`).
+    """
+
+    signals: tuple[Signal, ...]
+    system: System
+    state_set: Polytope
+    input_set: Polytope
+    trajectories: Trajectories | None
+    attainable: tuple[Row, ...] | None
+    fingerprint: str
+
+    @property
+    def step(self) -> Real:
+        """The sampling time T [s]."""
+        return exactly(self.system.sampling_time)
+
+    @cached_property
+    def bounds(self) -> tuple[Bound, ...]:
+        """The rows of the state set, and those of the input set or of what stands in its place."""
+        inputs = self.input_set.rows if self.attainable is None else self.attainable
+        sides: tuple[tuple[Side, tuple[str, ...], tuple[Row, ...]], ...] = (
+            ("state", self.system.states, self.state_set.rows),
+            ("input", self.system.inputs, inputs),
+        )
+        found: list[Bound] = []
+        counted: dict[str, int] = {}
+        for of, names, rows in sides:
+            for row in rows:
+                name = _written(row.row, names)
+                counted[name] = counted.get(name, 0) + 1
+                called = name if counted[name] == 1 else f"{name} ({counted[name]})"
+                found.append(Bound(called, of, row.row, row.lower, row.upper))
+        return tuple(found)
+
+
+def _written(row: tuple[Fraction, ...], names: tuple[str, ...]) -> str:
+    """The name of a weighted sum, such as x, x+y or x-0.5y; 80 characters at most."""
+    signed = []
+    for weight, name in zip(row, names, strict=True):
+        size = as_float(abs(weight))
+        if size:
+            factor = "" if size == 1 else f"{size:.3g}"
+            signed.append(f"{'-' if weight < 0 else '+'}{factor}{name}")
+    text = "".join(signed).removeprefix("+")
+    return text if len(text) <= 80 else f"{text[:79]}…"
+
+
+def as_float(number: Fraction) -> float:
+    """The nearest float64; infinite beyond the largest."""
+    try:
+        return float(number)
+    except OverflowError:
+        return float("inf") if number > 0 else -float("inf")

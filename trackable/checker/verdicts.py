@@ -1,0 +1,48 @@
+"""What a check may answer."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Proved:
+    """The certificate is valid; `statement` says in words what it proves, and of which reference."""
+
+    statement: str
+
+
+@dataclass(frozen=True)
+class Refuted:
+    """The counterexample is valid: its reference is not trackable; `statement` says in words why."""
+
+    statement: str
+
+
+@dataclass(frozen=True)
+class Failed:
+    """The file can be read but shows nothing; `reason` names the first step that fails."""
+
+    reason: str
+    kind: str = "certificate"
+
+    @property
+    def sentence(self) -> str:
+        """What did not work."""
+        wanted = "prove its claim" if self.kind == "certificate" else "refute what is claimed"
+        return f"the {self.kind} does not {wanted}: {self.reason}"
+
+
+@dataclass(frozen=True)
+class NotACertificate:
+    """The data cannot be read; `reason` says what it is instead, or names the first part that is wrong."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class Undecided:
+    """The time that the check may take was over before it ended: nothing is known."""
+
+    reason: str
+
+
+Verdict = Proved | Refuted | Failed | NotACertificate | Undecided
