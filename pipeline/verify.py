@@ -12,8 +12,10 @@ from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
 from pipeline.storage.tables import to_csv
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import Outcome
 from trackable.codec.certificates import encode_certificate
+from trackable.codec.counterexamples import encode_counterexample
 from trackable.errors import NoReferenceError
 from trackable.files import write_json, write_text
 from trackable.systems.margins import MarginProfile, margin_profile
@@ -29,25 +31,35 @@ def verify(experiment: Experiment, results: Results) -> None:
     baseline = fitted.learned[UNCONSTRAINED.name]
     margins: dict[str, list[MarginProfile]] = {}
     metrics: dict[str, dict[str, Any]] = {}
-    certificates: dict[str, Certificate] = {}
+    proofs: dict[str, Outcome] = {}
     for method, learned in tqdm(fitted.learned.items(), desc=f"{experiment.name}: verify", disable=None):
         margins[method] = _profiles(experiment, learned.reference)
         proof = prove_for(experiment, method, fitted.sampled, learned.reference)
-        if isinstance(proof, Certificate):
-            certificates[method] = proof
-        elif METHODS[method].must_be_proved:
+        proofs[method] = proof
+        if METHODS[method].must_be_proved and not isinstance(proof, Certificate):
             raise NoReferenceError(f"experiment {experiment.name}: {method} has no proof: {proof.explanation}")
         numbers = metrics_of(experiment, fitted.sampled, learned, margins[method], baseline)
         metrics[method] = {**numbers, "proof": proof.explanation}
+    certificates = {method: proof for method, proof in proofs.items() if isinstance(proof, Certificate)}
     write_margins(results, margins, metrics, certificates)
-    for method, certificate in certificates.items():
-        write_json(results.certificate(method), encode_certificate(certificate))
-    for method in metrics.keys() - certificates.keys():
-        results.certificate(method).unlink(missing_ok=True)  # of an earlier run: it is about another reference
+    for method, proof in proofs.items():
+        _write_proof(results, method, proof)
     write_text(results.margins, to_csv(margins_over_time(margins)))
     write_json(results.metrics, metrics)
     summary = summary_of(metrics, margins, baseline=baseline.method, guaranteed=JOINT.name, alone=HYPERPARAMETERS.name)
     write_json(results.summary, summary)
+
+
+def _write_proof(results: Results, method: str, proof: Outcome) -> None:
+    """Write a certificate or a counterexample; remove those of an earlier run, which are about another reference."""
+    if isinstance(proof, Certificate):
+        write_json(results.certificate(method), encode_certificate(proof))
+    else:
+        results.certificate(method).unlink(missing_ok=True)
+    if isinstance(proof, Counterexample):
+        write_json(results.counterexample(method), encode_counterexample(proof))
+    else:
+        results.counterexample(method).unlink(missing_ok=True)
 
 
 def prove_for(experiment: Experiment, method: str, sampled: Sampled, reference: Reference) -> Outcome:

@@ -22,8 +22,9 @@ from trackable.learning.prior import prior_for
 from trackable.learning.problem import ConstrainedProblem, Moved, Solution
 from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
+from trackable.not_trackable import NotTrackableError
 from trackable.progress.bar import progress_bar
-from trackable.reference import NotTrackableError, TrackableReference
+from trackable.reference import TrackableReference
 from trackable.request import (
     checked_goal,
     checked_plant,

@@ -5,32 +5,22 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackable.arguments import numbers, real, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
-from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.rounding.references import LATEST
-from trackable.errors import NoReferenceError
-from trackable.explanation import at_edges, costs, distances, ignored, kept_free
+from trackable.explanation import at_edges, costs, distances, ignored, kept_free, where_it_is
 from trackable.files import path_of, write_json
 from trackable.fit import Fit
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
-from trackable.learning.problem import ActiveBound, Moved, NoSolution
+from trackable.learning.problem import ActiveBound, Moved
+from trackable.not_trackable import NotTrackableError
 from trackable.saved import SavedReference
 from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackable.systems.reference import Reference, Window
-
-
-class NotTrackableError(NoReferenceError):
-    """No certified reference was found; `outcome` says by how much, where and why."""
-
-    def __init__(self, outcome: NoSolution | Counterexample | Unproved) -> None:
-        super().__init__(outcome.explanation)
-        self.outcome = outcome
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,21 +171,26 @@ class TrackableReference:
         return "; ".join(filter(None, said))
 
     def _refuse_unproved(self, k: Array | int) -> None:
-        (first, last), t, until = self.certificate.claim.span, self._times(k), self.certificate.evaluated_until
-        hair = 1e-12 * np.abs(t)
-        claim = f"outside of what is proved, {self.certificate.claim}"
-        self._refuse(k, ~((t >= first - hair) & (t <= last + hair)), claim)
-        rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
-        self._refuse(k, np.abs(t) > until, rounding)
-
-    def _refuse(self, k: Array | int, refused: NDArray[np.bool_], why: str) -> None:
-        """Raise a ValueError that names the first refused step."""
-        if refused.any():
-            step, when = np.asarray(k, dtype=float)[refused].flat[0], self._times(k)[refused].flat[0]
+        t = self._times(k)
+        if (found := self.certificate.first_unproved(t)) is not None:
+            i, why = found
+            step, when = np.asarray(k, dtype=float).flat[i], t.flat[i]
             raise ValueError(
                 f"step {step:g} ({when:g} s) is {why}; the field `reference` has values there too, without any "
                 "guarantee"
             )
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 of the signals and the system, as the checker prints it for certificates about this reference."""
+        from trackable.codec.fingerprint import fingerprint  # noqa: PLC0415  loaded for files only
+
+        return fingerprint(self.reference)
+
+    @property
+    def identity(self) -> str:
+        """Which reference this is, as the checker says it: its fingerprint, where its kernels are, and its start."""
+        return f"SHA-256 {self.fingerprint}, {where_it_is(self.reference)}"
 
     def unconstrained(self) -> Reference:
         """Return the reference of least l without bounds, to compare with: the system may be unable to follow it."""
@@ -236,4 +231,4 @@ class TrackableReference:
 
     def __repr__(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())
-        return f"TrackableReference({theta}; {self.explanation})"
+        return f"TrackableReference({theta}; {self.explanation}; {self.identity})"

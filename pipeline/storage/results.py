@@ -52,6 +52,9 @@ class Results:
         """Versions and kernels that the fit was made with."""
         return self.folder / ENVIRONMENT
 
+    def counterexample(self, method: str) -> Path:
+        return self.folder / "certificates" / f"{method}.counterexample.json"
+
     def certificate(self, method: str) -> Path:
         return self.folder / "certificates" / f"{method}.json"
 

@@ -35,6 +35,7 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
     files += ["summary.json", "margins.csv", "control.mcap", "control.json"]
     files += [f"figures/{name}.svg" for name in figures]
     files += [f"certificates/{name}.json" for name in ("as_published", "sound", "hyperparameters", "joint")]
+    files += ["certificates/unconstrained.counterexample.json"]
     assert written(finished).keys() == {f"example1/{name}" for name in files}
 
 
@@ -231,6 +232,9 @@ def test_certificates_are_checked_on_the_command_line(
         (tmp_path / "none.json").write_text(text)
         assert check(tmp_path / "none.json") == 2
     assert check(tmp_path / "missing.json") == 2
+    capsys.readouterr()
+    assert check(certificate.with_name("unconstrained.counterexample.json")) == 4
+    assert capsys.readouterr().out.startswith("NOT TRACKABLE: at t = 0.9")
 
 
 def test_every_reference_says_what_is_proved_of_it(finished: Path) -> None:

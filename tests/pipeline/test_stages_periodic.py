@@ -52,6 +52,7 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
         "summary.json",
     }
     files |= {f"certificates/{method}.json" for method in ("intervals", "exact", "hyperparameters", "joint")}
+    files |= {f"certificates/{method}.counterexample.json" for method in ("unconstrained", "grid")}
     assert written(finished).keys() == {f"example2/{name}" for name in files}
 
 

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from trackable.arrays import Array
 from trackable.certificates.claim import Claim
 from trackable.certificates.cover import Cover
 from trackable.certificates.robust import Robust
@@ -35,6 +38,19 @@ class Certificate:
         chosen = f", with inputs in {_box(plant)} that push alike" if plant.allocation else ""
         disturbed = f"; {self.robust.explanation}" if self.robust else ""
         return f"proved for {self.claim}: {kept}{chosen}{disturbed}"
+
+    def first_unproved(self, t: Array) -> tuple[int, str] | None:
+        """Return the index of the first of some times [s] that is not proved, and why; None where all are."""
+        (first, last), until, flat = self.claim.span, self.evaluated_until, t.ravel()
+        hair = 1e-12 * np.abs(flat)
+        rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
+        for refused, why in (
+            (~((flat >= first - hair) & (flat <= last + hair)), f"outside of what is proved, {self.claim}"),
+            (np.abs(flat) > until, rounding),
+        ):
+            if refused.any():
+                return int(np.argmax(refused)), why
+        return None
 
 
 def _box(plant: ConstrainedSystem) -> str:

@@ -138,11 +138,12 @@ class _ProofProblem:
         """Explain why no envelope keeps the bounds: a counterexample if one is found, otherwise what is missing."""
         if not has_sane_numbers(self.reference):
             return self._beyond_analysis
+        worst = zip(self.quantities, self._sketches(0.0, self.window), strict=True)
+        failures = (self._failure_near(q, drawn.worst_time) for q, drawn in worst)
+        if broken := next((failure for failure in failures if isinstance(failure, Counterexample)), None):
+            return broken
         if unbounded := [quantity for quantity in self.quantities if not np.isfinite(self.errors[quantity.name])]:
-            worst = zip(self.quantities, self._sketches(0.0, self.window), strict=True)
-            failures = (self._failure_near(q, drawn.worst_time) for q, drawn in worst)
-            broken = (failure for failure in failures if isinstance(failure, Counterexample))
-            return next(broken, None) or self._unbounded_error(unbounded[0])
+            return self._unbounded_error(unbounded[0])
         far = 1e6 * self.window
         margins = settled_margins(self.reference, arb(far), self.errors)
         quantity = min(self.quantities, key=lambda q: margins[q.name])
@@ -150,6 +151,8 @@ class _ProofProblem:
         if isinstance(failure, Counterexample):
             return failure
         reason = "the kernel has no envelope that decays into this bound in time; a finite window can still be claimed"
+        if self.settled is not None:
+            reason = f"more than {_LATEST_STEP} instants would have to be checked one by one"
         return Unproved(quantity.name, quantity.bounds, (far, np.inf), max(-margins[quantity.name], 0.0), reason)
 
     @property
