@@ -55,23 +55,39 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
     system, solved = subject.system, dict[str, Formula]()
     if isinstance(system, NonlinearSystem):
         solved = inputs_of(system.f, system.successors, system.inputs)
-    return [_quantity(subject, bound, errors[bound.name], solved) for bound in subject.bounds]
+    known = _states_and_successors(subject) if solved else {}
+    return [
+        _of_formulas(subject, bound, errors[bound.name], solved, known)
+        if solved and bound.of == "input"
+        else _of_signals(subject, bound, errors[bound.name])
+        for bound in subject.bounds
+    ]
 
 
-def _quantity(subject: Subject, bound: Bound, error: float, solved: Mapping[str, Formula]) -> Quantity:
-    away = exactly(error)
-    lower, upper = exactly(bound.lower) + away, exactly(bound.upper) - away
-    if not (solved and bound.of == "input"):
-        argument = _combined(subject, bound.row, functionals(subject, bound.of))
-        return Quantity(bound.name, Name(_ITSELF), {_ITSELF: argument}, [], lower, upper)
+def _of_signals(subject: Subject, bound: Bound, error: float) -> Quantity:
+    argument = _combined(subject, bound.row, functionals(subject, bound.of))
+    return Quantity(bound.name, Name(_ITSELF), {_ITSELF: argument}, [], *_drawn_in(bound, error))
+
+
+def _of_formulas(
+    subject: Subject,
+    bound: Bound,
+    error: float,
+    solved: Mapping[str, Formula],
+    known: Mapping[str, LinearCombination],
+) -> Quantity:
     parts = [(r, solved[u]) for r, u in zip(bound.row, subject.system.inputs, strict=True) if r]
     terms = [part if r == 1 else Operation("*", Number(as_float(r)), part) for r, part in parts]
     formula = terms[0]
     for term in terms[1:]:
         formula = Operation("+", formula, term)
     contained = names(formula)
-    arguments = {name: argument for name, argument in _states_and_successors(subject).items() if name in contained}
-    return Quantity(bound.name, formula, arguments, parts, lower, upper)
+    arguments = {name: argument for name, argument in known.items() if name in contained}
+    return Quantity(bound.name, formula, arguments, parts, *_drawn_in(bound, error))
+
+
+def _drawn_in(bound: Bound, by: float) -> tuple[Real, Real]:
+    return exactly(bound.lower) + exactly(by), exactly(bound.upper) - exactly(by)
 
 
 def states_of(subject: Subject) -> list[LinearCombination]:

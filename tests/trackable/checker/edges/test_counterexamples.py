@@ -170,6 +170,6 @@ def test_a_reference_that_is_refused_with_a_counterexample_leaves_it_as_a_file(t
     error.save_counterexample(tmp_path / "why.json")
     assert isinstance(check(json.loads((tmp_path / "why.json").read_text())), Refuted)
     none = NotTrackableError(Unproved("state", Interval(0.0, 1.0), (0.0, 1.0), 0.1, "it is not known"))
-    with pytest.raises(ValueError, match="^save_counterexample: there is none: from t = 0 s to 1 s it is not proved"):
+    with pytest.raises(ValueError, match=r"^save_counterexample: there is none: from t = 0 s to 1 s it is not proved"):
         none.save_counterexample(tmp_path / "none.json")
     assert not (tmp_path / "none.json").exists()
