@@ -5,6 +5,7 @@
 # make force    run every stage again in place, whether or not anything changed
 # make status   whether the committed results are those of the committed code
 # make checker  write checker.pyz: checks a certificate on any Python, with nothing installed
+# make attack   20,000 changed certificates and 2,000 random references against prover and checker (minutes)
 # make lab      Jupyter on the notebooks
 # make bench    measure against other software, in an environment of its own (minutes; on a machine that is idle)
 # make lock     pin the newest versions that pyproject.toml allows, with hashes
@@ -13,7 +14,7 @@ PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test lint force status checker lab bench lock
+.PHONY: install repro test lint force status checker attack lab bench lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -42,6 +43,12 @@ status: .venv/installed
 
 checker: .venv/installed
 	python -m trackable.checker.bundle checker.pyz
+
+attack: TAMPERINGS ?= 20000
+attack: REFERENCES ?= 2000
+attack: SEED ?= 0
+attack: .venv/installed
+	OPENBLAS_NUM_THREADS=1 python -m tests.attack --tamperings $(TAMPERINGS) --references $(REFERENCES) --seed $(SEED)
 
 lab: .venv/installed
 	jupyter lab notebooks

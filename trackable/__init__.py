@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from trackable.checker import Failed as Failed
     from trackable.checker import NotACertificate as NotACertificate
     from trackable.checker import Proved as Proved
+    from trackable.checker import Refuted as Refuted
+    from trackable.checker import Undecided as Undecided
     from trackable.checking import check as check
     from trackable.control.controller import Controller as Controller
     from trackable.control.simulation import simulate as simulate
@@ -72,10 +74,12 @@ _MODULES = {
     "Proved": "checker",
     "RationalQuadratic": "gp.kernels.rational_quadratic",
     "Recording": "recordings.recording",
+    "Refuted": "checker",
     "Samples": "gp.samples",
     "SquaredExponential": "gp.kernels.squared_exponential",
     "Sum": "gp.kernels.base",
     "TrackableReference": "reference",
+    "Undecided": "checker",
     "Unsolved": "control.step.result",
     "Zonotope": "systems.disturbance.zonotope",
     "check": "checking",

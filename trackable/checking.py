@@ -8,7 +8,7 @@ from trackable.checker import Failed, NotACertificate, Proved, Refuted, Undecide
 from trackable.checker.progress import ProgressLine
 from trackable.checker.reading.limits import BYTES
 from trackable.errors import InputError, NoReferenceError
-from trackable.files import from_json, read_bytes
+from trackable.files import from_json, path_of, read_bytes
 
 
 def check(certificate: Path | str | Mapping[str, object], seconds: float | None = None) -> Verdict:
@@ -18,7 +18,7 @@ def check(certificate: Path | str | Mapping[str, object], seconds: float | None 
     that the check took longer than `seconds`. On a terminal, a line shows how far a long check is. Raises InputError
     where the file cannot be read.
     """
-    content = certificate if isinstance(certificate, Mapping) else _read(Path(certificate))
+    content = certificate if isinstance(certificate, Mapping) else _read(path_of("certificate", certificate))
     line = ProgressLine()
     try:
         return checker.check(content, seconds, line)
@@ -26,11 +26,12 @@ def check(certificate: Path | str | Mapping[str, object], seconds: float | None 
         line.clear()
 
 
-def check_file(path: Path) -> str:
+def check_file(path: Path | str) -> str:
     """Return what the certificate in a file proves, in words.
 
     Raises NoReferenceError where it proves nothing, and InputError where the file is no certificate.
     """
+    path = path_of("certificate", path)
     match check(path):
         case Proved(statement):
             return statement

@@ -34,10 +34,12 @@ from trackable import (
     Proved,
     RationalQuadratic,
     Recording,
+    Refuted,
     Samples,
     SquaredExponential,
     Sum,
     TrackableReference,
+    Undecided,
     Unsolved,
     Zonotope,
     check,
@@ -91,7 +93,7 @@ warnings.simplefilter("ignore", DoubtfulInputWarning)
 controller = Controller(plant, 10, [[1, 0], [0, 1]], [[0.1]])
 assert_type(controller.step(0, np.zeros(2), reference.reference), Plan | Infeasible | Unsolved)
 simulate(controller, reference.reference, np.zeros(2), 100)
-assert_type(check(Path("proof.json")), Proved | Failed | NotACertificate)
+assert_type(check(Path("proof.json"), seconds=9.0), Proved | Refuted | Failed | NotACertificate | Undecided)
 
 # What is wrong is found: without the mistake, mypy complains of the comment.
 SquaredExponential("long")  # type: ignore[arg-type]

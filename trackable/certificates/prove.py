@@ -138,22 +138,27 @@ class _ProofProblem:
         """Explain why no envelope keeps the bounds: a counterexample if one is found, otherwise what is missing."""
         if not has_sane_numbers(self.reference):
             return self._beyond_analysis
-        worst = zip(self.quantities, self._sketches(0.0, self.window), strict=True)
-        failures = (self._failure_near(q, drawn.worst_time) for q, drawn in worst)
-        if broken := next((failure for failure in failures if isinstance(failure, Counterexample)), None):
-            return broken
         if unbounded := [quantity for quantity in self.quantities if not np.isfinite(self.errors[quantity.name])]:
-            return self._unbounded_error(unbounded[0])
+            return self._broken_in_window or self._unbounded_error(unbounded[0])
         far = 1e6 * self.window
         margins = settled_margins(self.reference, arb(far), self.errors)
         quantity = min(self.quantities, key=lambda q: margins[q.name])
         failure = self._failure_near(quantity, far)
         if isinstance(failure, Counterexample):
             return failure
+        if broken := self._broken_in_window:
+            return broken
         reason = "the kernel has no envelope that decays into this bound in time; a finite window can still be claimed"
         if self.settled is not None:
             reason = f"more than {_LATEST_STEP} instants would have to be checked one by one"
         return Unproved(quantity.name, quantity.bounds, (far, np.inf), max(-margins[quantity.name], 0.0), reason)
+
+    @property
+    def _broken_in_window(self) -> Counterexample | None:
+        """A counterexample near one of the worst times in the window; None where none is found."""
+        worst = zip(self.quantities, self._sketches(0.0, self.window), strict=True)
+        failures = (self._failure_near(q, drawn.worst_time) for q, drawn in worst)
+        return next((failure for failure in failures if isinstance(failure, Counterexample)), None)
 
     @property
     def _beyond_analysis(self) -> Unproved:

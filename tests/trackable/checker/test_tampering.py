@@ -1,59 +1,18 @@
 """Whatever is changed in a certificate, the checker refuses it or its statement is still true."""
 
-from dataclasses import replace
-from fractions import Fraction
-from functools import cache
 from typing import Any
 
 import pytest
 
-from tests.trackable.certificates import naive
 from tests.trackable.checker.changes import PLANT, changed, tampered
-from tests.trackable.checker.test_soundness import smallest_margin
 from tests.trackable.checker.tight import VALID
+from tests.trackable.checker.truth import is_true, statement
 from trackable.certificates import cover
 from trackable.certificates import prove as prove_module
 from trackable.checker import NotACertificate, Proved, check
 from trackable.checker.arithmetic.models import Model
 from trackable.checker.steps import boxes, enclosures
-from trackable.codec.certificates import decode_certificate, encode_certificate
-from trackable.systems.flat.flatness import Flatness
-from trackable.systems.flat.functional import Functional
-from trackable.systems.reference import Reference
-
-
-@cache
-def _is_true(statement: str) -> bool:
-    """Whether what the certificate says is true, by a dense search that looks at no box."""
-    data = eval(statement)
-    certificate = decode_certificate(data)
-    reference = as_stored(certificate.reference, data["trajectories"])
-    errors = data["evaluation"]["errors"]
-    return naive.follows_exactly(reference) and all(
-        smallest_margin(reference, certificate.claim, quantity.name) >= errors[quantity.name]
-        for quantity in reference.quantities
-    )
-
-
-def as_stored(reference: Reference, trajectories: dict) -> Reference:
-    """With the trajectories of a file, whatever the system's own are."""
-
-    def functionals(parts: list) -> tuple[Functional, ...]:
-        t_s = reference.plant.sampling_time
-        return tuple(
-            Functional(tuple(tuple(map(Fraction, w)) for w in q["weights"]), Fraction(q["offset"]), t_s) for q in parts
-        )
-
-    states, inputs = functionals(trajectories["states"]), functionals(trajectories["inputs"])
-    plant = replace(reference.plant)
-    plant.__dict__["flatness"] = Flatness(states, inputs, tuple(len(w) for w in inputs[0].weights))
-    return Reference(reference.signals, plant)
-
-
-def statement(data: dict) -> str:
-    """All that the statement depends on: everything but the boxes."""
-    claim = {key: value for key, value in data["claim"].items() if key not in {"covers", "terms"}}
-    return repr({**data, "claim": claim})
+from trackable.codec.certificates import encode_certificate
 
 
 @pytest.fixture(autouse=True)
@@ -98,7 +57,7 @@ def test_no_change_makes_it_prove_what_is_false(kind):
         verdicts.append(type(verdict))
         if isinstance(verdict, Proved):
             proved += 1
-            assert _is_true(statement(other)), what
+            assert is_true(statement(other)), what
     assert proved < 0.35 * len(verdicts)
     assert NotACertificate in verdicts
 

@@ -102,7 +102,8 @@ TAMPERED = {
     "no input": (lambda d: _f(d, "level"), Failed, "system: f cannot be solved for inflow|system: f"),
     "an input that cancels": (
         lambda d: _f(d, ["-", ["+", "level", "inflow"], "inflow"]), Failed, "evaluation: .* may be zero"),
-    "an unknown name": (lambda d: _f(d, ["+", "inflow", "level⁺"]), Failed, "names: f must hold states and inputs"),
+    "an unknown name": (lambda d: _f(d, ["+", "inflow", "speed"]), Failed, "names: f must hold states and inputs"),
+    "a state to come": (lambda d: _f(d, ["+", "inflow", "level⁺"]), NotACertificate, "must be a name"),
     "an unknown function": (lambda d: _f(d, ["tanh", "inflow"]), NotACertificate, "must be a formula"),
     "an operator for one": (lambda d: _f(d, ["+", "inflow"]), NotACertificate, "must be a formula"),
     "an exponent with a name": (lambda d: _f(d, ["^", "level", "inflow"]), NotACertificate, "must be a finite"),

@@ -1,0 +1,136 @@
+"""Random references with bounds that are kept or broken by a hair: what is said of them has to be true."""
+
+from dataclasses import replace
+
+import numpy as np
+from mpmath import mp
+
+from tests.attack.counts import Counts
+from tests.trackable.certificates import naive
+from tests.trackable.certificates.instances import Case, case, compact_kernel, general_case
+from tests.trackable.checker.test_soundness import smallest_margin
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.claim import AtInstants
+from trackable.certificates.outcome import Counterexample
+from trackable.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
+from trackable.certificates.rounding.references import evaluation_errors
+from trackable.checker import Proved, Refuted
+from trackable.codec.certificates import encode_certificate
+from trackable.codec.counterexamples import encode_counterexample
+from trackable.gp.kernels.matern import Matern32, Matern52
+from trackable.gp.kernels.squared_exponential import SquaredExponential
+from trackable.gp.signal import KernelSum
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.linear import LinearSystem
+from trackable.systems.reference import Reference
+from trackable.systems.sets.polytope import Polytope
+
+_FEW = 16
+"""Boxes and instants of a certificate that the checker looks at too."""
+
+
+def attack_references(counts: dict[str, Counts], tries: int, seed: int) -> None:
+    """Draw `tries` references of five families, ask for a claim about each, and count what is said of it."""
+    families = {
+        "random references": lambda s: (case(s), None),
+        "random references, compact support": lambda s: (case(s, drawn=compact_kernel), None),
+        "random references, several states": lambda s: (general_case(s), None),
+        "random references, windows before time zero": _before_zero,
+    }
+    names = list(families)
+    for i in range(tries):
+        s = 10**6 * (seed + 1) + i
+        if i % 10 == 9:
+            _attack_long_arrays(counts.setdefault("random references, long arrays", Counts()), s)
+            continue
+        name = names[i % len(names)]
+        chosen, window = families[name](s)
+        _attack(counts.setdefault(name, Counts()), chosen, _ask(i // len(names), chosen, window), s)
+
+
+def _before_zero(s: int) -> tuple[Case, tuple[float, float]]:
+    """A chain that looks up to four steps ahead, steep kernels near zero, and a window in which t and j T cancel."""
+    rng = np.random.default_rng(s)
+    n, step = int(rng.integers(1, 5)), 10 ** rng.uniform(-2, 1)
+    length = step * 10 ** rng.uniform(-6, 0)
+    system = LinearSystem(np.eye(n, k=1), np.eye(n)[:, -1:], sampling_time=step)
+    plant = ConstrainedSystem(system, Polytope.box([-9.0] * n, [9.0] * n), Polytope.box([-9.0], [9.0]))
+    kernel = (SquaredExponential, Matern32, Matern52)[int(rng.integers(3))](1.0, length)
+    centres = np.sort(length * rng.normal(size=int(rng.integers(1, 4))))
+    signal = KernelSum(kernel, 0.0, centres, rng.uniform(-1, 1, centres.size))
+    middle = -int(rng.integers(1, n + 1)) * step
+    window = (middle - length * rng.uniform(0.5, 3), middle + length * rng.uniform(0.5, 3))
+    return Case(Reference((signal,), plant), "", 0.0, 0.0), window
+
+
+def _ask(i: int, chosen: Case, window: tuple[float, float] | None) -> Outcome:
+    if window:
+        return prove_on_window(chosen.reference, *window)
+    if i % 4 == 3:
+        return prove_on_window(chosen.reference, 0.0, chosen.end)
+    return (prove, prove_at_instants, prove)[i % 4](chosen.reference)
+
+
+def _attack(counts: Counts, chosen: Case, found: Outcome, seed: int) -> None:
+    """A certificate has to be true and, if it is short, accepted; a counterexample likewise."""
+    counts.tried += 1
+    if isinstance(found, Certificate):
+        counts.accepted += 1
+        margins = {q.name: smallest_margin(chosen.reference, found.claim, q.name) for q in chosen.reference.quantities}
+        kept = all(margins[name] >= e for name, e in found.evaluation_error.items())
+        counts.judged(f"seed {seed}", kept and _is_evaluated(found, np.random.default_rng(seed)))
+        instants = found.claim.last_step if isinstance(found.claim, AtInstants) else 0
+        if instants + sum(len(cover.radii) for cover in found.covers.values()) <= _FEW:
+            verdict = counts.checked(encode_certificate(found))
+            if not isinstance(verdict, Proved):
+                counts.false.append(f"seed {seed}: the checker says {verdict}")
+    elif isinstance(found, Counterexample):
+        counts.accepted += 1
+        t = found.time if found.step is None else naive.instant(chosen.reference, found.step)
+        is_claimed = found.span[0] <= t <= found.span[1]
+        off = -naive.margin(chosen.reference, found.quantity, t)
+        counts.judged(f"seed {seed}", bool(is_claimed and off >= found.violation > 0))
+        verdict = counts.checked(encode_counterexample(found))
+        if not isinstance(verdict, Refuted):
+            counts.false.append(f"seed {seed}: the checker says {verdict}")
+
+
+def _is_evaluated(found: Certificate, rng: np.random.Generator) -> bool:
+    """Whether float64 values are as near as is certified, at times of the claim where a kernel is steep."""
+    reference = found.reference
+    signal = reference.signals[int(rng.integers(len(reference.signals)))]
+    shift = int(rng.integers(max(reference.plant.flatness.orders) + 1)) * reference.plant.sampling_time
+    near = rng.choice(signal.centres, 2) - shift + signal.kernel.correlation_time * rng.uniform(-1, 1, 2)
+    times = np.clip(near, *found.claim.span)
+    times = times[np.abs(times) <= found.evaluated_until]
+    return all(
+        _off(reference, q.name, t) <= found.evaluation_error[q.name] for q in reference.quantities for t in times
+    )
+
+
+def _off(reference: Reference, name: str, t: float) -> float:
+    value = reference.quantity(name)(reference.signals, np.array(t)).item()
+    with mp.workdps(naive.DIGITS):
+        return float(abs(mp.mpf(value) - naive.exactly(reference, name, float(t))))
+
+
+def _attack_long_arrays(counts: Counts, seed: int) -> None:
+    """Regular centres and many regular times: float64 values have to be as near as is certified."""
+    chosen, rng = case(seed), np.random.default_rng(seed)
+    reference, count = chosen.reference, int(rng.integers(60, 120))
+    step = reference.plant.sampling_time
+    centres = step * float(rng.choice([0.5, 1, 2])) * np.arange(count)
+    signal = KernelSum(chosen.reference.signals[0].kernel, 0.0, centres, rng.standard_normal(count))
+    reference = Reference((signal,), replace(reference.plant))
+    many = int(rng.integers(50_000, 70_000))
+    times = step * np.arange(many) - step * many * rng.uniform(0, 1)
+    errors = evaluation_errors(reference, float(np.max(np.abs(times))))
+    values = {"state": reference.state_at(times), "input": reference.input_at(times)}
+    nearest = int(np.searchsorted(times, 0.0))
+    for i in (*rng.integers(0, many, 2).tolist(), min(nearest + int(rng.integers(count)), many - 1)):
+        counts.tried += 1
+        counts.accepted += 1
+        with mp.workdps(naive.DIGITS):
+            exact = {name: naive.exactly(reference, name, times[i]) for name in values}
+            off = {name: abs(mp.mpf(float(of[i, 0])) - exact[name]) for name, of in values.items()}
+        counts.judged(f"seed {seed}, time {times[i]!r}", all(off[name] <= errors[name] for name in off))

@@ -1,0 +1,115 @@
+"""Random changes of certificates and counterexamples, small and absurd."""
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from tests.attack.bases import Base, bases
+from tests.attack.counts import Counts
+from tests.trackable.checker.changes import PLANT, changed, combined_changes, leaves, replacements, without
+from tests.trackable.checker.edges import hostile
+from tests.trackable.systems.test_naming import NAMES, NO_NAMES
+from trackable.checker import NotACertificate, Proved, check
+from trackable.checker.reading import limits
+
+
+def attack_certificates(counts: dict[str, Counts], tries: int, seed: int) -> None:
+    """Change `tries` files and count what is accepted."""
+    rng, known = np.random.default_rng(seed), bases()
+    for base in known:
+        assert not isinstance(check(base.data), NotACertificate)
+    for i in range(tries):
+        if i % 10 == 8:
+            _attack_names(counts, known[0], rng)
+        elif i % 50 == 9:
+            _attack_limits(counts, known[0], rng)
+        else:
+            _attack_base(counts, known[int(rng.integers(len(known)))], rng)
+
+
+def _attack_base(counts: dict[str, Counts], base: Base, rng: np.random.Generator) -> None:
+    what, data = base.family, base.data
+    for _ in range(int(rng.choice([1, 1, 1, 2, 3]))):
+        done, data = random_change(data, rng)
+        what = f"{what}; {done}"
+    family = counts.setdefault(base.family, Counts())
+    family.attacked(what, data, lambda: base.is_true(data))
+
+
+def random_change(data: dict, rng: np.random.Generator) -> tuple[str, dict]:
+    """Return one change: of a part, of several that belong together, or a part left out."""
+    paths = [path for path in leaves(data) if path[0] not in ("format", "version")]
+    weights = np.array([0.2 if "covers" in path[:-1] else 1.0 for path in paths])
+    path = paths[int(rng.choice(len(paths), p=weights / weights.sum()))]
+    kind = int(rng.integers(12))
+    if kind == 0:
+        return f"without {path}", without(data, path)
+    if kind == 1 and "trajectories" in data and "evaluation" in data and "attainable" not in data:
+        try:
+            every = list(combined_changes(data))
+        except (LookupError, TypeError, ValueError, AttributeError, ZeroDivisionError, StopIteration):
+            every = []  # an earlier change left nothing that could be changed so
+        if every:
+            return every[int(rng.integers(len(every)))]
+    value: Any = data
+    for key in path:
+        value = value[key]
+    news = [*_numbers(value, rng), *_others(value)]
+    new = news[int(rng.integers(len(news)))]
+    return f"{path} = {new!r}", changed(data, path, new)
+
+
+def _numbers(value: Any, rng: np.random.Generator) -> list[Any]:
+    """Changes of a number by any size."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return []
+    factor = 1 + float(rng.choice([-1, 1]) * 10 ** rng.uniform(-16, 1))
+    return [value * factor, value + float(rng.choice([-1, 1]) * 10 ** rng.uniform(-17, 1))] * 5
+
+
+def _others(value: Any) -> list[Any]:
+    """Those of the tests; an empty list, or one of texts, has fewer."""
+    try:
+        return replacements(value)
+    except (IndexError, TypeError, ValueError, OverflowError, ZeroDivisionError):
+        return [None, [], 1.0]
+
+
+def _attack_names(counts: dict[str, Counts], base: Base, rng: np.random.Generator) -> None:
+    """Another name for the state, wherever it stands; what is printed has to be a line that can be printed."""
+    family, data = counts.setdefault("hostile names", Counts()), copy.deepcopy(base.data)
+    pool = NAMES if rng.random() < 0.2 else NO_NAMES
+    name = pool[int(rng.integers(len(pool)))]
+    if pool is NO_NAMES and rng.random() < 0.7:  # any characters, around a name
+        name = "".join(chr(int(c)) for c in rng.integers(1, 0xD900, int(rng.integers(1, 4)))) + name
+    data["reference"]["plant"]["system"]["states"] = [name]
+    for held in (data["claim"]["covers"], data["evaluation"]["errors"]):
+        held[name] = held.pop("state")
+    family.tried += 1
+    verdict = family.checked(data)
+    said = verdict.statement if isinstance(verdict, Proved) else verdict.reason
+    if isinstance(verdict, Proved):
+        family.accepted += 1
+        family.judged(ascii(name), pool is NAMES and said.isprintable() and f'≤ "{name}" ≤' in said)
+    elif not said.isprintable():
+        family.false.append(f"printed: {said!a}")
+
+
+def _attack_limits(counts: dict[str, Counts], base: Base, rng: np.random.Generator) -> None:
+    """Huge, deep and slow files; none of them is true."""
+    family, n = counts.setdefault("huge files", Counts()), int(10 ** rng.uniform(1, 6))
+    files = [
+        lambda: hostile.tower(n % 80),
+        lambda: hostile.deep(n % 900 + 1),
+        lambda: hostile.long(n % 3000 + 1),
+        lambda: hostile.chain(n % 100 + 2),
+        lambda: hostile.instants(10**6 + n),
+        lambda: changed(base.data, ("claim", "terms"), limits.TERMS + n),
+        lambda: changed(base.data, ("claim", "covers", "state", "ends"), [0.0] * n),
+        lambda: changed(base.data, ("reference", "signals", 0, "weights"), [1.0] * n),
+        lambda: changed(base.data, (*PLANT, "state_set", "rows"), [[1.0]] * n),
+        lambda: changed(base.data, ("trajectories", "states", 0, "offset"), "1" + "0" * n),
+    ]
+    chosen = int(rng.integers(len(files)))
+    family.attacked(f"huge file {chosen} of size {n}", files[chosen](), lambda: False)

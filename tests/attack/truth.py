@@ -1,0 +1,60 @@
+"""Whether what a file says is true, by searches that look at nothing that the checker looks at."""
+
+import numpy as np
+import scipy
+
+from tests.trackable.certificates import naive
+from tests.trackable.checker.truth import as_stored, is_true, statement
+from trackable.codec.certificates import decode_certificate
+from trackable.codec.converter import decode
+from trackable.systems.reference import Reference
+
+_TOLERANCE = 1e-9
+
+
+def is_kept(data: dict) -> bool:
+    """Whether all bounds are kept, with room for rounding; by refined extremes, in many digits."""
+    return is_true(statement(data))
+
+
+def is_kept_by_formulas(data: dict) -> bool:
+    """The same of a nonlinear system, on a dense grid in float64."""
+    certificate = decode_certificate(data)
+    reference, times = certificate.reference, np.linspace(0.0, 5.0, 20_001)
+    return all(
+        float(np.min(q.margin(reference.signals, times))) >= 0.99 * certificate.evaluation_error[q.name]
+        for q in reference.quantities
+    )
+
+
+def input_exists(data: dict) -> bool:
+    """Whether some input in U acts as u(t) does, at the times at which single inputs are largest and smallest."""
+    reference = as_stored(decode_certificate(data).reference, data["trajectories"])
+    grid = np.linspace(0.0, 15.0, 2001)
+    inputs = np.stack([q(reference.signals, grid) for q in reference.plant.flatness.inputs], axis=-1)
+    chosen = {int(i) for i in (*inputs.argmin(axis=0), *inputs.argmax(axis=0))}
+    return all(_least_slack(reference, inputs[i]) <= _TOLERANCE for i in chosen)
+
+
+def _least_slack(reference: Reference, u: np.ndarray) -> float:
+    """The least s with lower − s ≤ R (u + v) ≤ upper + s for a v with B v = 0."""
+    wanted, idle = reference.plant.input_set, scipy.linalg.null_space(reference.plant.linear.B)
+    moved, at = wanted.rows @ idle, wanted.rows @ u
+    slack = -np.ones((len(at), 1))
+    A = np.block([[moved, slack], [-moved, slack]])
+    b = np.concatenate([wanted.upper - at, at - wanted.lower])
+    cost = np.append(np.zeros(idle.shape[1]), 1.0)
+    return float(scipy.optimize.linprog(cost, A, b, bounds=[(None, None)] * cost.size).fun)
+
+
+def is_broken(data: dict) -> bool:
+    """Whether the bound is broken by what is said, at a time that is claimed, and the system follows the reference."""
+    reference = as_stored(decode(Reference, data["reference"]), data["trajectories"])
+    claim, at = data["claim"], data["at"]
+    start, end = {"all_times": (0.0, np.inf), "all_phases": (-np.inf, np.inf), "instants": (0.0, np.inf)}.get(
+        claim["kind"], (claim.get("start"), claim.get("end"))
+    )
+    t = naive.instant(reference, at["step"]) if "step" in at else at["time"]
+    is_claimed = start <= t <= end and ("step" in at) == (claim["kind"] == "instants")
+    off = -naive.margin(reference, data["quantity"], t)
+    return bool(is_claimed and naive.follows_exactly(reference) and off >= data["violation"] > 0)
