@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from trackable.gp.kernels.squared_exponential import SquaredExponential as SquaredExponential
     from trackable.gp.samples import Samples as Samples
     from trackable.learn import learn_reference as learn_reference
-    from trackable.not_trackable import NotTrackableError as NotTrackableError
     from trackable.recordings.csv_files.reader import Column as Column
     from trackable.recordings.csv_files.reader import read_csv as read_csv
     from trackable.recordings.csv_files.table import CsvLayout as CsvLayout
@@ -40,6 +39,7 @@ if TYPE_CHECKING:
     from trackable.recordings.mcap_files.reader import read_mcap as read_mcap
     from trackable.recordings.recording import Recording as Recording
     from trackable.reference import TrackableReference as TrackableReference
+    from trackable.saved import NotTrackableError as NotTrackableError
     from trackable.systems.constrained import ConstrainedSystem as ConstrainedSystem
     from trackable.systems.disturbance.hull import ConvexHull as ConvexHull
     from trackable.systems.disturbance.zonotope import Zonotope as Zonotope
@@ -64,7 +64,7 @@ _MODULES = {
     "Matern52": "gp.kernels.matern",
     "Nonlinear": "systems.nonlinear",
     "NotACertificate": "checker",
-    "NotTrackableError": "not_trackable",
+    "NotTrackableError": "saved",
     "Periodic": "gp.kernels.periodic",
     "PiecewisePolynomial2": "gp.kernels.piecewise_polynomial",
     "PiecewisePolynomial3": "gp.kernels.piecewise_polynomial",

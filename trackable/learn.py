@@ -22,7 +22,6 @@ from trackable.learning.prior import prior_for
 from trackable.learning.problem import ConstrainedProblem, Moved, Solution
 from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
-from trackable.not_trackable import NotTrackableError
 from trackable.progress.bar import progress_bar
 from trackable.reference import TrackableReference
 from trackable.request import (
@@ -36,6 +35,7 @@ from trackable.request import (
     tightened,
     with_noise,
 )
+from trackable.saved import NotTrackableError
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.sampling import kinds_by_name, sampled_signals

@@ -16,8 +16,7 @@ from trackable.fit import Fit
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.problem import ActiveBound, Moved
-from trackable.not_trackable import NotTrackableError
-from trackable.saved import SavedReference
+from trackable.saved import NotTrackableError, SavedReference
 from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackable.systems.reference import Reference, Window

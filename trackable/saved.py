@@ -1,4 +1,7 @@
-"""A learned reference as a file: the fit and the times of its proof, which is found again when it is read."""
+"""What is saved: a learned reference, with the times of its proof, which is found again when it is read.
+
+Where there is none: the counterexample.
+"""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,12 +13,14 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import OnWindow
+from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.pinned import prove_pinned
 from trackable.certificates.prove import Failure, prove, prove_on_window
 from trackable.certificates.robust import robust_of
-from trackable.errors import InputError
-from trackable.files import LEFT_OUT, read_bytes, write_atomically
+from trackable.errors import InputError, NoReferenceError
+from trackable.files import LEFT_OUT, path_of, read_bytes, write_atomically, write_json
 from trackable.fit import Fit
+from trackable.learning.problem import NoSolution
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.disturbance.tightening import Tightening, tightening
@@ -115,3 +120,22 @@ class SavedReference:
         pinned = prove_pinned(reference, self.fit.pinned)
         found = replace(found, robust=robust_of(self.drawn_in))
         return (found, pinned) if isinstance(pinned, tuple) else pinned
+
+
+class NotTrackableError(NoReferenceError):
+    """No certified reference was found; `outcome` says by how much, where and why."""
+
+    def __init__(self, outcome: NoSolution | Counterexample | Unproved) -> None:
+        super().__init__(outcome.explanation)
+        self.outcome = outcome
+
+    def save_counterexample(self, path: Path | str) -> None:
+        """Write the time at which a bound is broken, for `python -m trackable check FILE`.
+
+        Raises OSError, and ValueError where the outcome is no counterexample.
+        """
+        from trackable.codec.counterexamples import encode_counterexample  # noqa: PLC0415  loaded for files only
+
+        if not isinstance(self.outcome, Counterexample):
+            raise ValueError(f"save_counterexample: there is none: {self.outcome.explanation}")
+        write_json(path_of("save_counterexample", path), encode_counterexample(self.outcome))

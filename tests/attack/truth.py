@@ -49,12 +49,25 @@ def _least_slack(reference: Reference, u: np.ndarray) -> float:
 
 def is_broken(data: dict) -> bool:
     """Whether the bound is broken by what is said, at a time that is claimed, and the system follows the reference."""
-    reference = as_stored(decode(Reference, data["reference"]), data["trajectories"])
-    claim, at = data["claim"], data["at"]
+    reference = as_stored(decode(Reference, _widened(data["reference"])), data["trajectories"])
+    claim, at, plant = data["claim"], data["at"], data["reference"]["plant"]
     start, end = {"all_times": (0.0, np.inf), "all_phases": (-np.inf, np.inf), "instants": (0.0, np.inf)}.get(
         claim["kind"], (claim.get("start"), claim.get("end"))
     )
     t = naive.instant(reference, at["step"]) if "step" in at else at["time"]
     is_claimed = start <= t <= end and ("step" in at) == (claim["kind"] == "instants")
-    off = -naive.margin(reference, data["quantity"], t)
-    return bool(is_claimed and naive.follows_exactly(reference) and off >= data["violation"] > 0)
+    i = [q.name for q in reference.quantities].index(data["quantity"])
+    lower, upper = ([*plant["state_set"][side], *plant["input_set"][side]][i] for side in ("lower", "upper"))
+    value = naive.exactly(reference, data["quantity"], t)
+    return bool(
+        is_claimed and naive.follows_exactly(reference) and max(lower - value, value - upper) >= data["violation"]
+    )
+
+
+def _widened(reference: dict) -> dict:
+    """The same with sets that have an interior: nothing lies in an empty one, which the library refuses to hold."""
+    plant = dict(reference["plant"])
+    for side in ("state_set", "input_set"):
+        count = len(plant[side]["rows"])
+        plant[side] = {**plant[side], "lower": [-1e9] * count, "upper": [1e9] * count}
+    return {**reference, "plant": plant}
