@@ -2,6 +2,7 @@
 
 import numpy as np
 import scipy
+from mpmath import mp
 
 from tests.trackable.certificates import naive
 from tests.trackable.checker.truth import as_stored, is_true, statement
@@ -58,10 +59,10 @@ def is_broken(data: dict) -> bool:
     is_claimed = start <= t <= end and ("step" in at) == (claim["kind"] == "instants")
     i = [q.name for q in reference.quantities].index(data["quantity"])
     lower, upper = ([*plant["state_set"][side], *plant["input_set"][side]][i] for side in ("lower", "upper"))
-    value = naive.exactly(reference, data["quantity"], t)
-    return bool(
-        is_claimed and naive.follows_exactly(reference) and max(lower - value, value - upper) >= data["violation"]
-    )
+    with mp.workdps(naive.DIGITS):
+        value = naive.exactly(reference, data["quantity"], t)
+        off = max(mp.mpf(lower) - value, value - mp.mpf(upper))
+    return bool(is_claimed and naive.follows_exactly(reference) and off >= data["violation"] > 0)
 
 
 def _widened(reference: dict) -> dict:

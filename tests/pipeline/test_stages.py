@@ -234,7 +234,7 @@ def test_certificates_are_checked_on_the_command_line(
     assert check(tmp_path / "missing.json") == 2
     capsys.readouterr()
     assert check(certificate.with_name("unconstrained.counterexample.json")) == 4
-    assert capsys.readouterr().out.startswith("NOT TRACKABLE: at t = 0.9")
+    assert capsys.readouterr().out.startswith("NOT TRACKABLE: at t = 0.8")
 
 
 def test_every_reference_says_what_is_proved_of_it(finished: Path) -> None:
