@@ -9,8 +9,18 @@ import numpy as np
 import pytest
 
 from tests.trackable.plants import AXIS, CART, SAMPLES
-from trackable import ConvexHull, Samples, SquaredExponential, TrackableReference, Zonotope, learn_reference
+from trackable import (
+    ConvexHull,
+    Proved,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    Zonotope,
+    check,
+    learn_reference,
+)
 from trackable.codec import CodecError
+from trackable.codec.certificates import encode_certificate
 from trackable.systems.disturbance.tightening import tightening
 
 KERNEL = SquaredExponential(0.5, 0.5)
@@ -46,6 +56,9 @@ def test_a_robust_reference_keeps_the_tightened_bounds_and_says_so(name):
             exact = [Fraction(r) for r in row]
             assert np.max(values[:, i]) <= bounded.upper[i] - float(Z.support(exact))
             assert np.min(values[:, i]) >= bounded.lower[i] + float(Z.support([-r for r in exact]))
+    verdict = check(encode_certificate(found.certificate))
+    assert isinstance(verdict, Proved)
+    assert "for every sequence of w in W" in verdict.statement
     assert f"under every disturbance in {Z.disturbance}" in found.explanation
     assert "keeps position in [-1.1, 0.2], velocity in [-1, 1], force in [-2.5, 2.5]" in found.explanation
 

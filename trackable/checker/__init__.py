@@ -26,16 +26,24 @@ Redundant inputs. The certificate of a linear system may also hold `attainable` 
 instead of U. If `check` answers Proved, then at each of these times there is a v(t) with B v(t) = 0 and
 u(t) + v(t) ∈ U. So the system follows the states x(k T) with the admissible inputs u(k T) + v(k T).
 
+Disturbances. The certificate of a linear system may also hold a matrix K, a set W, and sets X₀ and U₀ with the rows of
+X and U. Let x_r and u_r be the x(t), and the u(t) or u(t) + v(t), from above. If `check` answers Proved, then for each
+t₀ of these times, each x(0) = x_r(t₀) + e with e ∈ Z, and each sequence of w(k) ∈ W, the system
+x(k + 1) = A x(k) + B u(k) + c + w(k) with u(k) = u_r(t₀ + k T) + K (x(k) − x_r(t₀ + k T)) has x(k) ∈ X₀ and u(k) ∈ U₀
+for all k ≥ 0 with t₀ + k T among these times. Z is a set that follows from A, B, K and W (step 7); it holds 0 if W
+does. What rounding adds to a state counts as a part of w.
+
 Assumptions about rounding. Arithmetic is IEEE's. exp, log, sqrt, sin, cos and powers are within 4 units in the last
 place. The evaluated formulas are those of κ in `kernels`, sums of products in any order (no fast Fourier transforms),
 and for nonlinear systems the formulas of u found in step 0.
 
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 100,000 centres of a
-signal, 10,000 rows of a set, 100,000 boxes of a bound or instants, 64 Taylor terms, rational numbers of 20,000
-characters, 100 kernels in one, nested 40 deep, and formulas of 1000 parts, nested 100 deep; the formula of an input has
-up to 10,000. What exceeds them is refused (`reading.limits`). A check may be given a time, after which it is Undecided.
+signal, 10,000 rows of a set, 100,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
+numbers of 20,000 characters, 100 kernels in one, nested 40 deep, and formulas of 1000 parts, nested 100 deep; the
+formula of an input has up to 10,000. What exceeds them is refused (`reading.limits`). A check may be given a time,
+after which it is Undecided.
 
-Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0 and 6 in rational arithmetic.
+Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0, 6 and 7 in rational arithmetic.
   0. Linear: x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j, with zeros beyond the ends
      (`steps.trajectories`). Nonlinear: f is split into f0(x) + G(x) u, or refused, and x⁺ = f0(x) + G(x) u is
      solved for u, by u_j = (x⁺_i − f0_i − Σ known G u)/G_ij for equations with a single unknown and by Cramer's rule
@@ -68,6 +76,17 @@ Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0 
      all λ with Σ_i λ_i r_i Z = 0. It is enough to know this for the λ of minimal support, because every other λ is a
      conformal sum of these (no cancellation of signs): R. T. Rockafellar, The elementary vectors of a subspace of R^N,
      1969. They are enumerated, and each must follow from an attainable row (`steps.redundancy`).
+  7. Let F = A + B K. The certificate holds whole numbers N, s ≥ 1, a number 0 ≤ α < 1, and sizes p_i ≥ 0 of a box
+     P = {x : |x_i| ≤ p_i}. Verified are W ⊆ P, and Fˢ P ⊆ α P: Σ_j |(Fˢ)_ij| p_j ≤ α p_i for all i. Let
+     Y = (1 − α)⁻¹ (P ⊕ F P ⊕ … ⊕ Fˢ⁻¹ P). Then F Y ⊕ P ⊆ Y: as Fˢ P ⊆ α P and P is convex, F Y ⊕ P is inside of
+     (1 − α)⁻¹ (F P ⊕ … ⊕ Fˢ⁻¹ P ⊕ α P) ⊕ P = Y. Let Z = W ⊕ F W ⊕ … ⊕ Fᴺ⁻¹ W ⊕ Fᴺ Y. Then F Z ⊕ W ⊆ Z, because it is
+     W ⊕ F W ⊕ … ⊕ Fᴺ⁻¹ W ⊕ Fᴺ (W ⊕ F Y). The errors e(k) = x(k) − x_r(t₀ + k T) obey e(k + 1) = F e(k) + w(k), so that
+     all of them are in Z. For each row r of X and its bounds l ≤ r x ≤ h in X and l₀ ≤ r x ≤ h₀ in X₀, verified are
+     h + h_Z(r) ≤ h₀ and l₀ ≤ l − h_Z(−r), with the support function h_Z(r) = max {r e : e ∈ Z}, which is
+     Σ_{i<N} h_W(r Fⁱ) + (1 − α)⁻¹ Σ_{i<s} Σ_j |(r Fᴺ⁺ⁱ)_j| p_j; and likewise for each row r of U with h_Z(r K). So
+     r x(k) = r x_r + r e(k) and r u(k) = r u_r + r K e(k) keep the bounds of X₀ and U₀. Y with W in the place of P is
+     the set of S. V. Raković et al., Invariant approximations of the minimal robust positively invariant set, 2005. All
+     of it is done in whole numbers over common denominators (`steps.robust`).
   Of a counterexample: step 0; the time is one of the claim; and the value of the bound's row at this time, a number, is
   outside (`steps.violation`). Of redundant inputs it must be outside of what step 6 demands for one λ: that this is
   necessary needs no lemma.
@@ -82,12 +101,14 @@ from trackable.checker.formulas.affine import UnsolvableError
 from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.reading.counterexamples import read_counterexample
 from trackable.checker.reading.values import UnreadableError
+from trackable.checker.robust_statement import robust_statement
 from trackable.checker.statement import refutation, statement
 from trackable.checker.steps.boxes import check_boxes
 from trackable.checker.steps.cover import check_cover
 from trackable.checker.steps.instants import check_instants
 from trackable.checker.steps.quantities import Quantity, quantities
 from trackable.checker.steps.redundancy import check_input_set
+from trackable.checker.steps.robust import check_robust
 from trackable.checker.steps.rounding import check_rounding
 from trackable.checker.steps.shapes import check_names, check_shapes
 from trackable.checker.steps.sizes import check_sizes
@@ -128,6 +149,7 @@ def _check(data: object) -> Verdict:
 def _proved(certificate: Certificate) -> Proved | Failed:
     subject = certificate.subject
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
+    reason = reason or check_robust(subject, certificate.robust)
     if reason:
         return Failed(reason)
     bounded = _bounded(subject, certificate.errors)
@@ -136,7 +158,7 @@ def _proved(certificate: Certificate) -> Proved | Failed:
     for check_step in (check_sizes, check_rounding, check_boxes, check_instants, check_tail):
         if reason := check_step(certificate, bounded):
             return Failed(reason)
-    return Proved(statement(certificate))
+    return Proved(statement(certificate) + robust_statement(subject, certificate.robust))
 
 
 def _refuted(counterexample: Counterexample) -> Refuted | Failed:

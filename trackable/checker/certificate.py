@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from trackable.checker.robust import Robust
 from trackable.checker.subject import Subject
 
 FORMAT, VERSION = "trackable certificate", 3
@@ -78,10 +79,12 @@ Claim = AllTimes | AllPhases | Window | Instants
 class Certificate:
     """A claim about a reference, with what it takes to verify it.
 
-    `errors` are those of float64 evaluation up to the time `until` [s], by the name of the bound.
+    `errors` are those of float64 evaluation up to the time `until` [s], by the name of the bound. `robust`
+    says what the bounds leave room for, where the system is disturbed.
     """
 
     subject: Subject
     claim: Claim
     until: float
     errors: Mapping[str, float]
+    robust: Robust | None

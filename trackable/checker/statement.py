@@ -14,10 +14,10 @@ from trackable.checker.subject import Bound, NonlinearSystem, Row, Subject, Syst
 def statement(certificate: Certificate) -> str:
     """Return what a certificate proves, and of which reference."""
     subject = certificate.subject
-    kept = ", ".join(_bound(bound, _names(subject.system, bound)) for bound in subject.bounds)
+    kept = ", ".join(bound_text(bound, _names(subject.system, bound)) for bound in subject.bounds)
     inputs = "these inputs"
     if subject.attainable is not None:
-        rows = ", ".join(_bound(row, subject.system.inputs) for row in subject.input_set.rows)
+        rows = ", ".join(bound_text(row, subject.system.inputs) for row in subject.input_set.rows)
         inputs = f"inputs that push alike (they differ by v with B v = 0) and keep {rows}"
     return (
         f"For {_times(certificate.claim)} the reference keeps {kept}, and the system {_dynamics(subject.system)} "
@@ -38,7 +38,7 @@ def refutation(counterexample: Counterexample) -> str:
             "all sampled instants t = k T, k ≥ 0",
         )
     return (
-        f"NOT TRACKABLE: at {at} the reference breaks {_bound(bound, _names(subject.system, bound))} by at least "
+        f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, _names(subject.system, bound))} by at least "
         f"{counterexample.violation!r}, so it does not keep its bounds for {times}; the system "
         f"{_dynamics(subject.system)}. {identity(subject)}"
     )
@@ -76,7 +76,8 @@ def _interval(where: Interval) -> str:
     return "all real t" if where.start < 0 else "all real t ≥ 0"
 
 
-def _bound(bound: Bound | Row, names: tuple[str, ...]) -> str:
+def bound_text(bound: Bound | Row, names: tuple[str, ...]) -> str:
+    """Return a bound, such as -1.0 ≤ "x" ≤ 1.0."""
     weighted = [
         f'"{name}"' if r == 1 else f'{_number(r)} "{name}"' for r, name in zip(bound.row, names, strict=True) if r
     ]

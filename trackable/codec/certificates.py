@@ -8,6 +8,7 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
 from trackable.certificates.cover import Cover
 from trackable.codec.converter import decode, encode
+from trackable.codec.robust import decode_robust, encode_robust
 from trackable.codec.values import CodecError
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.functional import Functional
@@ -32,6 +33,7 @@ def encode_certificate(certificate: Certificate) -> dict[str, Any]:
         "version": VERSION,
         "claim": {**_claim(certificate.claim), **_proof(certificate)},
         **encode_subject(certificate.reference),
+        **encode_robust(certificate.robust),
         "evaluation": {"until": certificate.evaluated_until, "errors": dict(certificate.evaluation_error)},
     }
 
@@ -93,13 +95,15 @@ def decode_certificate(data: Mapping[str, Any]) -> Certificate:
     try:
         claim, evaluation = dict(data["claim"]), data["evaluation"]
         covers, terms = claim.pop("covers", {}), claim.pop("terms", 0)
+        reference = decode(Reference, data["reference"])
         return Certificate(
-            reference=decode(Reference, data["reference"]),
+            reference=reference,
             claim=_CLAIMS[claim.pop("kind")](**claim),
             terms=terms,
             covers={name: Cover(tuple(c["ends"]), tuple(c["radii"])) for name, c in covers.items()},
             evaluation_error=dict(evaluation["errors"]),
             evaluated_until=evaluation["until"],
+            robust=decode_robust(data.get("disturbance"), reference.plant.system),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise CodecError(f"certificate: {error}") from error

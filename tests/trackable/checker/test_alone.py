@@ -13,6 +13,7 @@ from tests.project import ROOT
 from tests.trackable.certificates.nonlinear.instances import proved
 from tests.trackable.checker.instances import changed, scalar_certificate
 from tests.trackable.checker.redundant import in_the_plane
+from tests.trackable.checker.robust.instances import robust_data
 from tests.trackable.checker.tight import VALID
 from trackable.checker.bundle import write_bundle
 from trackable.codec.certificates import encode_certificate
@@ -22,6 +23,7 @@ KINDS = {
     **{kind: (lambda make=make: encode_certificate(make())) for kind, make in VALID.items() if kind != "all_times"},
     "nonlinear": lambda: encode_certificate(proved("tank")),
     "redundant inputs": lambda: encode_certificate(in_the_plane()),
+    "disturbed": lambda: robust_data("pushed cart"),
 }
 
 

@@ -15,6 +15,7 @@ from trackable.checker.certificate import (
 )
 from trackable.checker.reading.limits import BOXES, INSTANTS, TERMS
 from trackable.checker.reading.names import a_bound
+from trackable.checker.reading.robust import read_robust
 from trackable.checker.reading.subjects import read_subject, subject_fields
 from trackable.checker.reading.values import (
     Fields,
@@ -26,6 +27,7 @@ from trackable.checker.reading.values import (
     tag_of,
     whole_number,
 )
+from trackable.checker.subject import LinearSystem
 
 _CLAIMS: dict[str, tuple[str, ...]] = {
     "all_times": ("tail_start", "covers", "terms"),
@@ -50,13 +52,19 @@ def read_certificate(data: dict[object, object]) -> Certificate:
 
 
 def _certificate(data: dict[object, object]) -> Certificate:
-    content = Fields(data, "certificate", "format", "version", "claim", *subject_fields(data), "evaluation")
+    disturbed = ["disturbance"] if "disturbance" in data else []
+    fields = ("format", "version", "claim", *subject_fields(data), *disturbed, "evaluation")
+    content = Fields(data, "certificate", *fields)
     evaluation = content("evaluation", lambda value, where: Fields(value, where, "until", "errors"))
+    subject = read_subject(content)
+    if disturbed and not isinstance(subject.system, LinearSystem):
+        raise UnreadableError("there may be a disturbance for linear systems only")
     return Certificate(
-        subject=read_subject(content),
+        subject=subject,
         claim=content("claim", _claim),
         until=evaluation("until", positive_number),
         errors=evaluation("errors", by_name(a_bound, positive_number)),
+        robust=content("disturbance", read_robust) if disturbed else None,
     )
 
 

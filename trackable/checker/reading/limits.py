@@ -15,6 +15,9 @@ ROWS = 10_000
 CENTRES = BOXES = INSTANTS = 100_000
 """Centres of a signal; boxes of a bound; instants that are checked one by one."""
 
+POWERS = 10_000
+"""Of A + B K, for a disturbed system."""
+
 TERMS = 64
 """Of a Taylor polynomial."""
 

@@ -45,8 +45,8 @@ def read_subject(content: Fields) -> Subject:
     return Subject(
         signals=reference("signals", many(_signal, SIGNALS)),
         system=system,
-        state_set=plant("state_set", _polytope),
-        input_set=plant("input_set", _polytope),
+        state_set=plant("state_set", a_polytope),
+        input_set=plant("input_set", a_polytope),
         trajectories=content("trajectories", _trajectories) if "trajectories" in extra else None,
         attainable=content("attainable", many(_attainable, ROWS)) if "attainable" in extra else None,
         fingerprint=fingerprint(reference("signals", _itself), plant("system", _itself)),
@@ -87,7 +87,8 @@ def _system(value: object, where: str) -> System:
     )
 
 
-def _polytope(value: object, where: str) -> Polytope:
+def a_polytope(value: object, where: str) -> Polytope:
+    """Read a set of states or of inputs."""
     found, numbers = Fields(value, where, "rows", "lower", "upper", "dimension"), many(real_number, ROWS, empty=True)
     rows, lower, upper = (
         found("rows", many(many(exact_number, COORDINATES), ROWS, empty=True)),

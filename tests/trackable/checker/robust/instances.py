@@ -1,0 +1,26 @@
+"""Certificates of robust references: of a scalar system, of a pushed cart, of a hull of disturbances."""
+
+import json
+from dataclasses import replace
+from functools import cache
+
+from tests.trackable.control.tube.instances import LOOPS, STEPS
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.prove import prove_on_window
+from trackable.certificates.robust import robust_of
+from trackable.codec.certificates import encode_certificate
+
+KINDS = ("example1", "pushed cart", "triangle", "three states")
+
+
+@cache
+def robust_certificate(kind: str) -> Certificate:
+    loop = replace(LOOPS[kind], part=0.9)  # between the steps too
+    found = prove_on_window(loop.reference, 0.0, STEPS * loop.plant.sampling_time)
+    assert isinstance(found, Certificate)
+    return replace(found, robust=robust_of(loop.tightening))
+
+
+def robust_data(kind: str) -> dict:
+    """A file's content of its own."""
+    return json.loads(json.dumps(encode_certificate(robust_certificate(kind))))

@@ -1,0 +1,136 @@
+"""Step 7 of the proof, disturbances: the bounds of the reference leave room for every error, in whole numbers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import lcm
+
+from trackable.checker.robust import Robust, product
+from trackable.checker.subject import LinearSystem, Polytope, Row, Subject
+from trackable.checker.watch import tick
+
+_MOST_BITS = 4_000_000  # of a power of A_K: more would take hours, and no feedback of use needs them
+
+
+def check_robust(subject: Subject, robust: Robust | None) -> str | None:
+    """Verify that errors of the disturbed system stay in Z, and that the bounds leave Z in X and K Z in U."""
+    if robust is None:
+        return None
+    system = subject.system
+    assert isinstance(system, LinearSystem), "no other certificate is read that speaks of disturbances"
+    if reason := _misfit(robust, len(system.states), len(system.inputs)):
+        return f"disturbance: {reason}"
+    errors = _Errors.of(system, robust)
+    if (robust.head + robust.terms) * errors.q.bit_length() > _MOST_BITS:
+        return "disturbance: too many powers of A + B K, or too many digits in them"
+    if reason := _not_invariant(robust, errors):
+        return f"disturbance: {reason}"
+    K = [[Fraction(k) for k in column] for column in zip(*robust.feedback, strict=True)]
+    of_state = _short("state_set", subject.state_set, robust.state_set, errors, None)
+    return of_state or _short("input_set", subject.input_set, robust.input_set, errors, K)
+
+
+@dataclass(frozen=True)
+class _Errors:
+    """Powers of A_K, disturbances and P in whole numbers: `closed` is q A_K, `vectors` are d times those of W, and
+    `box` is b p."""
+
+    robust: Robust
+    q: int
+    closed: list[list[int]]
+    d: int
+    vectors: list[list[int]]
+    b: int
+    box: list[int]
+
+    @classmethod
+    def of(cls, system: LinearSystem, robust: Robust) -> "_Errors":
+        A, B, K = ([[Fraction(v) for v in row] for row in of] for of in (system.A, system.B, robust.feedback))
+        closed = [
+            [a + sum((b * k[j] for b, k in zip(inputs, K, strict=True)), Fraction(0)) for j, a in enumerate(row)]
+            for row, inputs in zip(A, B, strict=True)
+        ]
+        q, whole_closed = _whole(closed)
+        d, vectors = _whole(robust.disturbance.vectors)
+        b, (box,) = _whole([[Fraction(p) for p in robust.box]])
+        return cls(robust, q, whole_closed, d, vectors, b, box)
+
+    def disturbance_support(self, row: Sequence[int]) -> Fraction:
+        """Return h_W(row)."""
+        return Fraction(self.robust.disturbance.support(self.vectors, row), self.d)
+
+    def support(self, row: Sequence[Fraction]) -> Fraction:
+        """Return h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), by Horner's rule in 1/q."""
+        N, s, alpha = self.robust.head, self.robust.terms, Fraction(self.robust.contraction)
+        r, (moved,) = _whole([row])
+        of_W = of_P = 0
+        for i in range(N + s):
+            tick()
+            if i < N:
+                of_W = of_W * self.q + self.robust.disturbance.support(self.vectors, moved)
+            else:
+                of_P = of_P * self.q + product([abs(x) for x in moved], self.box)
+            moved = self.moved(moved)
+        scale = r * self.q ** (N - 1)
+        return Fraction(of_W, scale * self.d) + Fraction(of_P, scale * self.q**s * self.b) / (1 - alpha)
+
+    def moved(self, row: Sequence[int]) -> list[int]:
+        """Return row · q A_K."""
+        return [product(row, column) for column in zip(*self.closed, strict=True)]
+
+
+def _misfit(robust: Robust, n: int, m: int) -> str | None:
+    if [len(row) for row in robust.feedback] != [n] * m:
+        return "K must have a row for each input and a column for each state"
+    if any(len(vector) != n for vector in robust.disturbance.vectors) or len(robust.box) != n:
+        return "W and P must have an entry for each state"
+    if (robust.state_set.dimension, robust.input_set.dimension) != (n, m):
+        return "X and U must have the dimensions of state and input"
+    if not 0 <= robust.contraction < 1:
+        return "the contraction must be at least 0 and less than 1"
+    return "P must have sizes of at least 0" if any(p < 0 for p in robust.box) else None
+
+
+def _not_invariant(robust: Robust, errors: _Errors) -> str | None:
+    """Return why errors may leave Z: W ⊆ P and A_Kˢ P ⊆ α P do not both hold."""
+    n, box = len(robust.box), [Fraction(p) for p in robust.box]
+    for i in range(n):
+        axis = [int(i == j) for j in range(n)]
+        if max(errors.disturbance_support(side) for side in (axis, [-a for a in axis])) > box[i]:
+            return f"W is not inside of P: coordinate {i}"
+        power = axis
+        for _ in range(robust.terms):
+            tick()
+            power = errors.moved(power)
+        reached = Fraction(product([abs(x) for x in power], errors.box), errors.q**robust.terms * errors.b)
+        if reached > Fraction(robust.contraction) * box[i]:
+            return f"the power of A + B K does not contract P: coordinate {i}"
+    return None
+
+
+def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[list[Fraction]] | None) -> str | None:
+    """Return which bounds of the reference leave too little room inside the given ones; `K` is given for inputs."""
+    if [row.row for row in left.rows] != [row.row for row in given.rows]:
+        return f"disturbance: {name} must have the same rows as that of the reference"
+    for i, (inner, outer) in enumerate(zip(left.rows, given.rows, strict=True)):
+        row = inner.row if K is None else _combined(K, inner.row)
+        up, down = errors.support(row), errors.support([-r for r in row])
+        if not _holds(inner, outer, down, up):
+            return f"disturbance: {name}: row {i} of the reference leaves less room than errors may take"
+    return None
+
+
+def _holds(inner: Row, outer: Row, down: Fraction, up: Fraction) -> bool:
+    above = Fraction(inner.upper) + up <= Fraction(outer.upper)
+    return above and Fraction(outer.lower) <= Fraction(inner.lower) - down
+
+
+def _combined(columns: list[list[Fraction]], row: Sequence[Fraction]) -> list[Fraction]:
+    """Return row · K, given the columns of K."""
+    return [sum((r * k for r, k in zip(row, column, strict=True)), Fraction(0)) for column in columns]
+
+
+def _whole(rows: Sequence[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:
+    """Return the least d that makes all numbers whole, and d times them."""
+    d = lcm(*(value.denominator for row in rows for value in row))
+    return d, [[value.numerator * (d // value.denominator) for value in row] for row in rows]
