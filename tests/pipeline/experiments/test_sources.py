@@ -13,6 +13,7 @@ from pipeline.storage.results import Results
 from tests.pipeline.params import changed, written_to
 from tests.trackable.recordings.mcap_files.writers import START, TOPIC, write_plain
 from trackable import DoubtfulInputWarning
+from trackable.doubts import doubts
 from trackable.errors import InputError
 
 LEVEL = """mcap: data/recordings/tank.mcap
@@ -71,3 +72,12 @@ def test_doubts_are_told_when_samples_are_made(tmp_path: Path) -> None:
     path = written_to(tmp_path, changed("tank", ("claim: all_times", "claim: {window: [5000.0, 6000.0]}")))
     with pytest.warns(DoubtfulInputWarning, match="experiment tank: claim: the window from 5000 s to 6000 s is"):
         generate(load_experiment("tank", path), Results("tank", tmp_path))
+
+
+def test_a_differential_equation_without_the_word_continuous_is_asked_about(tmp_path: Path) -> None:
+    axis = changed("robot-axis", ("      continuous: true\n", ""))
+    experiment = load_experiment("robot-axis", written_to(tmp_path, axis))
+    (question,) = doubts(experiment.claim, {}, experiment.plant)
+    assert "are these the A and B of ẋ = A x + B u?" in question
+    given = load_experiment("robot-axis", written_to(tmp_path, changed("robot-axis")))
+    assert list(doubts(given.claim, {}, given.plant)) == []

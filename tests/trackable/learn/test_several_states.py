@@ -8,6 +8,8 @@ import pytest
 
 from tests.trackable.plants import AXIS, SAMPLES, TIMES
 from trackable import Proved, Samples, SquaredExponential, TrackableReference, check, learn_reference
+from trackable.control.online import receding_window
+from trackable.control.references import InterpolatedReference
 from trackable.gp.joint import JointPosterior
 from trackable.gp.stencils import Stencils
 from trackable.systems.sampling import kinds_by_name, sampled_signals, stencils_by_name
@@ -101,3 +103,20 @@ def test_names_are_in_order_and_samples_sorted() -> None:
         stencils_by_name(AXIS, ["position", "velocity"])
     with pytest.raises(ValueError, match="velocity says how its flat output moves, but not where it is"):
         kinds_by_name(AXIS, ["velocity"])
+
+
+def test_straight_lines_connect_those_that_show_the_level() -> None:
+    _, (samples,) = sampled_signals(AXIS, {"velocity": VELOCITY, "position": FEW})
+    _, (alone,) = sampled_signals(AXIS, {"position": FEW})
+    lines = [InterpolatedReference((of,), AXIS).window(0, 50).states for of in (samples, alone)]
+    np.testing.assert_array_equal(*lines)
+
+
+def test_the_last_samples_keep_their_kinds() -> None:
+    _, together = sampled_signals(AXIS, {"velocity": VELOCITY, "position": FEW})
+    (last,) = receding_window(together, 3.0, 4)
+    kinds = last.by_name("")
+    assert {name: len(of) for name, of in kinds.items()} == {"position": 1, "velocity": 3}
+    assert kinds["velocity"].values.tolist() == VELOCITY.values[-3:].tolist()
+    (one,) = receding_window(together, 3.0, 1)
+    assert not isinstance(one.stencil, Stencils)
