@@ -1,0 +1,1 @@
+"""Count what happens to controllers under disturbances: `python -m pipeline.disturbed STEPS`."""

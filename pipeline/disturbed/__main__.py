@@ -1,0 +1,42 @@
+"""Run the loops and print the counts: `python -m pipeline.disturbed [STEPS]`, a million by default."""
+
+import sys
+from pathlib import Path
+
+from pipeline.disturbed.cases import PUSHES, experiments, random_systems
+from pipeline.disturbed.counts import Counts, disturbed_runs
+
+_RANDOM = 16
+
+
+def main(steps: int) -> list[Counts]:
+    """Divide the steps equally among the experiments and some random systems, and print the counts of each."""
+    each, found = -(-steps // (_RANDOM + len(PUSHES))), []
+    for cases in (experiments(Path("data/results")), random_systems(_RANDOM)):
+        for case in cases:
+            found.append(disturbed_runs(case, each))
+            print(found[-1], flush=True)
+    print(total(found))
+    return found
+
+
+def total(found: list[Counts]) -> Counts:
+    """Return the sums of all counts."""
+    every = Counts("all")
+    for of in found:
+        for name in (
+            "steps",
+            "runs",
+            "broken",
+            "without_plan",
+            "compared",
+            "nominal_failed",
+            "nominal_on_robust_failed",
+        ):
+            setattr(every, name, getattr(every, name) + getattr(of, name))
+        every.first_failures += of.first_failures
+    return every
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000)

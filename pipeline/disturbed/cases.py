@@ -1,0 +1,127 @@
+"""Plants with disturbances: the experiments' and random ones, with references that are proved for them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.experiments import load_experiment
+from pipeline.storage.archive import read_samples
+from pipeline.storage.results import Results
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.certified import Certified, learn_certified
+from trackable.certificates.prove import prove_on_window
+from trackable.control.controller import Controller, shortest_horizon
+from trackable.control.scaling import scaled_controller
+from trackable.control.tube.controller import TubeController
+from trackable.gp.kernels.squared_exponential import SquaredExponential
+from trackable.gp.signal import KernelSum
+from trackable.learning.learner import JOINT
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.tightening import Tightening, tightening
+from trackable.systems.disturbance.zonotope import Zonotope
+from trackable.systems.linear import LinearSystem
+from trackable.systems.reference import Reference
+from trackable.systems.sets.polytope import Polytope
+
+PUSHES = {"example1": (0.004,), "example2": (0.05,), "robot-axis": (0.0, 0.05), "vehicle": (0.0, 0.0, 0.01, 0.01)}
+"""Half widths of the boxes of disturbances, by experiment: a hundredth of a width or less of what they push."""
+
+_HORIZON, _PART = 15, 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A plant whose bounds are drawn in, the reference proved for it, and the one that is proved without disturbance.
+
+    Both are proved for the first `steps` steps at least.
+    """
+
+    name: str
+    tightening: Tightening
+    robust: Reference
+    nominal: Reference
+    horizon: int
+    steps: int
+
+    @cached_property
+    def tube(self) -> TubeController:
+        """The controller that knows of disturbances, with the weights of the other one."""
+        return TubeController(self.tightening, self.horizon, self.controller.Q, self.controller.R)
+
+    @cached_property
+    def controller(self) -> Controller:
+        """The controller that does not."""
+        return scaled_controller(self.tightening.given, self.horizon)
+
+
+def experiments(results: Path) -> Iterator[Case]:
+    """Yield the experiments, their references learned from the samples below `results`."""
+    for name, half in PUSHES.items():
+        experiment = load_experiment(name)
+        task = experiment.task(read_samples(Results(name, results)).samples)
+        drawn_in = tightening(task.plant, Zonotope.box(-np.array(half), np.array(half)))
+        robust, nominal = (
+            learn_certified(task.samples, task.prior, plant, task.space, task.goal, learner=JOINT)
+            for plant in (drawn_in.plant, task.plant)
+        )
+        if not isinstance(robust, Certified) or not isinstance(nominal, Certified):
+            raise ValueError(f"{name}: no reference was proved")
+        horizon = experiment.control.horizon
+        yield Case(name, drawn_in, robust.reference, nominal.reference, horizon, 300)
+
+
+def random_systems(count: int) -> Iterator[Case]:
+    """Yield random systems of one to three states whose references come near to their bounds, and are proved.
+
+    Systems whose disturbances leave nothing, and references without a proof, are passed over.
+    """
+    seed = 0
+    while count:
+        found = random_case(seed)
+        seed += 1
+        if found is not None:
+            count -= 1
+            yield found
+
+
+def random_case(seed: int, steps: int = 150) -> Case | None:
+    """Return one of the random systems; None where its disturbances leave nothing, or its reference has no proof."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    m = int(rng.integers(1, min(n, 2) + 1))
+    A = rng.standard_normal((n, n))
+    A *= rng.uniform(0.5, 1.1) / max(abs(np.linalg.eigvals(A)))
+    X, U = rng.uniform(0.5, 2.0, n), rng.uniform(2.0, 6.0, m)
+    try:
+        system = LinearSystem(A, rng.standard_normal((n, m)), sampling_time=0.1)
+        plant = ConstrainedSystem(system, Polytope.box(-X, X), Polytope.box(-U, U))
+        shape = Zonotope(np.zeros(n), 1e-3 * rng.standard_normal((max(1, n - int(rng.integers(2))), n)))
+        small = tightening(plant, shape)
+        size = Fraction(rng.uniform(0.2, 0.7) * small.largest_fraction)
+        drawn_in = tightening(plant, shape.scaled(size), small.invariant.feedback if small.invariant else None)
+    except ValueError:  # not controllable, or nothing is left
+        return None
+    horizon = max(_HORIZON, shortest_horizon(plant))
+    robust, nominal = (_near_bounds(of, rng.spawn(1)[0], steps + horizon) for of in (drawn_in.plant, plant))
+    end = (steps + horizon) * 0.1
+    proofs = (prove_on_window(reference, 0.0, end) for reference in (robust, nominal))
+    if not all(isinstance(proof, Certificate) for proof in proofs):
+        return None
+    return Case(f"random {seed}", drawn_in, robust, nominal, horizon, steps)
+
+
+def _near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int) -> Reference:
+    """Return a reference that takes 0.95 of the way from zero to the first bound, at the steps."""
+    kernel, centres = SquaredExponential(1.0, 1.5), np.arange(0.0, 0.1 * steps + 1.0, 1.2)
+    weights = [rng.standard_normal(centres.size) for _ in range(plant.signal_count)]
+    wild = Reference(tuple(KernelSum(kernel, 0.0, centres, w) for w in weights), plant)
+    k = np.arange(steps + 1.0)
+    used = max(
+        float(np.max(np.maximum(values @ bounded.rows.T / bounded.upper, values @ bounded.rows.T / bounded.lower)))
+        for values, bounded in ((wild.state(k), plant.state_set), (wild.input(k), plant.input_set))
+    )
+    return Reference(tuple(KernelSum(kernel, 0.0, centres, _PART / used * w) for w in weights), plant)
