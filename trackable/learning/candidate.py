@@ -7,6 +7,7 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
+from trackable.gp.remembered import Remembered
 from trackable.learning.problem import ConstrainedProblem, Infeasible
 
 _SAME_TIME = 1e-9
@@ -29,7 +30,8 @@ class Candidate:
         """Evaluate the problem. Raises IllConditioned."""
         posterior = problem.posterior(log_theta)
         objective, _ = posterior.negative_log_marginal_likelihood()
-        minima = tuple(constraint.closest(posterior) for constraint in problem.constraints)
+        seen = Remembered.of(posterior.signals)
+        minima = tuple(constraint.closest(seen) for constraint in problem.constraints)
         return cls(log_theta, posterior, objective, minima)
 
     def with_overlooked(self, problem: ConstrainedProblem) -> "Candidate":

@@ -60,6 +60,13 @@ def chosen(places: Places, flags: Flags) -> Places:
     return tuple(of_constraint[part] for of_constraint, part in zip(places, parts, strict=False))
 
 
+def flags(places: Places, among: Places) -> Flags:
+    """Return which of the places are also in `among`, one flag for each, all constraints together."""
+    known = [set(map(tuple, of_constraint.tolist())) for of_constraint in among]
+    pairs = zip(places, known, strict=True)
+    return np.array([tuple(place) in those for some, those in pairs for place in some.tolist()], dtype=bool)
+
+
 def demands(problem: ConstrainedProblem, places: Places, near: Sequence[KernelSum]) -> Demands:
     """Return all places as rows; formulas are linearised at the signals `near`."""
     processes = len(problem.prior.parts)

@@ -15,7 +15,7 @@ from trackable.gp.posterior import IllConditioned
 from trackable.gp.signal import KernelSum
 from trackable.learning import sqp
 from trackable.learning.joint.bent import BentMean, bent_mean, is_linear
-from trackable.learning.joint.places import Places, chosen, demands
+from trackable.learning.joint.places import Places, chosen, demands, flags
 from trackable.learning.joint.settle import Settled, merged, no_places, same_time, settled
 from trackable.learning.joint.working import WorkingSet
 from trackable.learning.problem import ConstrainedProblem
@@ -25,11 +25,12 @@ _SAME_VALUE = 1e-9
 _PRECISION = 1e-11  # of J: the covariances of rows are not more precise
 _NEARBY = 0.1
 _FIRST, _SHORTER, _SHORTEST = 2.0, 4.0, 1e-3  # steps in ln θ
-# Functions on the way to a minimum may break their bounds by this part of the width. So may one whose evaluation is
-# rounded: a larger back-off will mend it, and no other start.
+# Functions on the way to a minimum may break their bounds by this part of the width. So may one that is rough, or whose
+# evaluation is rounded: a larger back-off will mend it, and no other start.
 _ALMOST = 3e-3
-_ROUGH = 1e-6
-_COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-8  # of 1 + |J|
+_ROUGH = 1e-6  # of a width: a function that breaks bounds by more needs too many places for steps in θ
+_COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # of 1 + |J|
+_EXACT = 1e-2  # of a gain: to which a relaxation is minimised
 
 
 @dataclass(frozen=True)
@@ -41,20 +42,21 @@ class JointProgram:
     near: tuple[KernelSum, ...]
 
     def minimise(
-        self, start: Array, curvature: Array | None, reach: float = np.inf
+        self, start: Array, curvature: Array | None, reach: float, active: Places, precision: float = _PRECISION
     ) -> tuple[sqp.Minimum, Places] | None:
         """Return a local minimum within `reach` of `start` in each ln θ, and the places that were active on the way.
 
-        None where J has no value at the start.
+        At the start those of `active` are; J is minimised up to a part `precision` of 1 + |J|. None where J has no
+        value at the start.
         """
         space = self.problem.space
         lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
-        working = self._working_set()
+        working = self._working_set(active)
 
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:
             return self._evaluated(log_theta, working.bent if working else self._bent)
 
-        found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, _PRECISION)
+        found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, precision)
         return None if found is None else (found, chosen(self.places, working.chosen) if working else self.places)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
@@ -78,12 +80,14 @@ class JointProgram:
     def _bent(self, posterior: JointPosterior) -> BentMean | None:
         return bent_mean(self.problem, posterior, self.places, self.near)
 
-    def _working_set(self) -> WorkingSet | None:
-        """Return a set that begins with the pins; None where rows depend on the function."""
+    def _working_set(self, active: Places) -> WorkingSet | None:
+        """Return a set that begins with active places and the pins; None where rows depend on the function."""
         if not is_linear(self.problem):
             return None
         demanded = demands(self.problem, self.places, self.near)
-        return WorkingSet(demanded, demanded.is_equation.copy())
+        begun = demanded.is_equation.copy()
+        begun[: sum(map(len, self.places))] = flags(self.places, active)
+        return WorkingSet(demanded, begun)
 
 
 @dataclass(frozen=True)
@@ -169,7 +173,8 @@ class JointSearch:
                 break
             signals = point.function.bent.signals
             program = JointProgram(self.problem, path.met(point), signals)
-            minimised = program.minimise(point.log_theta, path.curvature, path.reach)
+            precision = max(least_gain * _EXACT, _PRECISION)
+            minimised = program.minimise(point.log_theta, path.curvature, path.reach, point.function.active, precision)
             self.fits += 1
             if minimised is None:
                 break

@@ -6,6 +6,7 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
+from trackable.gp.remembered import Remembered
 from trackable.gp.signal import KernelSum
 from trackable.learning.constraint import Bounded
 from trackable.learning.joint.bent import BentMean, bent_mean
@@ -21,13 +22,15 @@ _NO_GAIN = 1e-9  # of the price: what is broken then is not worth another progra
 
 @dataclass(frozen=True)
 class Settled:
-    """A function with the `places` of its program; `margin` is the smallest relative one, at `time` [s] of a bound.
+    """A function with its `places`, and those `active` among them; `margin` is the smallest relative one.
 
-    It keeps all bounds at all times if `keeps_bounds` holds. `rounds` counts the programs that were solved.
+    It is that of the `constraint` with this index, at `time` [s]. The function keeps all bounds at all times if
+    `keeps_bounds` holds. `rounds` counts the programs that were solved.
     """
 
     bent: BentMean
     places: Places
+    active: Places
     margin: float
     constraint: int
     time: float
@@ -58,14 +61,15 @@ def settled(
         bent = bent_mean(problem, posterior, places, near)
         if bent is None:
             return best
-        minima = [_closest(c, bent, at[:, 0]) for c, at in zip(problem.constraints, places, strict=True)]
+        seen = Remembered.of(bent.signals)
+        minima = [_closest(c, seen, at[:, 0]) for c, at in zip(problem.constraints, places, strict=True)]
         if min((np.min(margins, initial=np.inf) for _, margins in minima), default=np.inf) >= 0:
             minima = [_with_overlooked(c, bent, found) for c, found in zip(problem.constraints, minima, strict=True)]
         margin, constraint, time = _worst(minima)
         kept = chosen(places, bent.multipliers > 0)
         close = [places_at(c, bent, *found) for c, found in zip(problem.constraints, minima, strict=True)]
         met = merged(kept, tuple(close), same_time(bent.signals))
-        best = Settled(bent, met, margin, constraint, time, count)
+        best = Settled(bent, met, kept, margin, constraint, time, count)
         gain, price = bent.price - price, bent.price
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
             return best
@@ -99,13 +103,13 @@ def places_at(constraint: Bounded, bent: BentMean, times: Array, margins: Array)
     return np.column_stack([times, sides])
 
 
-def _closest(constraint: Bounded, bent: BentMean, places: Array) -> tuple[Array, Array]:
+def _closest(constraint: Bounded, seen: Remembered, places: Array) -> tuple[Array, Array]:
     """Return the local minima of the margin, and where it is negative between neighbouring places.
 
     A function bent at two places may leave its bounds between them, where the grid of the index set has no time.
     """
-    times, margins = constraint.closest(bent)
-    between, inside = constraint.between(bent, places)
+    times, margins = constraint.closest(seen)
+    between, inside = constraint.between(seen, places)
     return np.concatenate([times, between]), np.concatenate([margins, inside])
 
 
