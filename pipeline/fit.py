@@ -7,6 +7,7 @@ import numpy as np
 
 from pipeline.environment.record import environment
 from pipeline.experiments import Experiment
+from pipeline.experiments.means import with_learned_means
 from pipeline.methods import Fit, Method, Task
 from pipeline.storage.archive import Fitted, read_samples, write_fit
 from pipeline.storage.results import Results
@@ -24,6 +25,7 @@ _INSTANTS_PER_STEP = 2
 def fit(experiment: Experiment, results: Results) -> None:
     """Learn the references. Raises NoReferenceError, before anything is written, where a method finds none."""
     sampled = read_samples(results)
+    experiment = with_learned_means(experiment, sampled.samples)
     fits, seconds = _fits(experiment, experiment.task(sampled.samples))
     plant = experiment.plant
     learned = {

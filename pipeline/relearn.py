@@ -6,6 +6,7 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.control import Relearning
+from pipeline.experiments.means import with_learned_means
 from pipeline.published.ground_truth import draw
 from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
@@ -67,6 +68,8 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
     if wanted is None:
         return None
     stream = _stream(experiment, wanted, sampled)
+
+    experiment = with_learned_means(experiment, sampled.samples)
 
     def learner(samples: tuple[Samples, ...]) -> LearningResult:
         space = experiment.search_space(samples)

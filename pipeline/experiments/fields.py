@@ -1,7 +1,8 @@
 """Small parts of an experiment as written in params.yaml."""
 
+import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, NonNegativeInt, PlainValidator, PositiveInt, model_validator
@@ -9,6 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, NonNegativeInt, PlainValid
 from pipeline.experiments.kernel_choice import parse_hyperparameter, parse_kernel
 from pipeline.published.ground_truth import GROUND_TRUTHS
 from pipeline.storage.yaml_file import Fields
+from trackable.arguments import is_number
 from trackable.arrays import Array
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.prior import Prior
@@ -48,17 +50,29 @@ class Steps(Fields):
         return np.arange(self.first, self.last + 1, self.every, dtype=float) * sampling_time
 
 
-class PriorFields(Fields):
-    """The prior mean, the kernel, and the noise; hyperparameters are known or learned."""
+def _mean(written: Any) -> object:
+    ends = written if isinstance(written, list) else [written]
+    if all(is_number(end) and math.isfinite(end) for end in ends):
+        match written:
+            case [lower, upper] if lower < upper:
+                return float(lower), float(upper)
+            case int() | float():
+                return float(written)
+    raise ValueError("expected a number (known) or [lower, upper] with lower < upper (learned)")
 
-    mean: float
+
+class PriorFields(Fields):
+    """The prior mean, the kernel, and the noise; hyperparameters and the mean are known or learned in an interval."""
+
+    mean: Annotated[float | tuple[float, float], BeforeValidator(_mean)]
     kernel: Annotated[Kernel, PlainValidator(parse_kernel)]
     noise_std: Annotated[float, PlainValidator(parse_hyperparameter)]
 
     @property
     def prior(self) -> Prior:
-        """The prior of what is sampled."""
-        return Prior(self.kernel, self.noise_std, self.mean)
+        """The prior of what is sampled; a mean that is to be learned is in the middle of its interval."""
+        mean = sum(self.mean) / 2 if isinstance(self.mean, tuple) else self.mean
+        return Prior(self.kernel, self.noise_std, mean)
 
 
 class Search(Fields):

@@ -1,0 +1,53 @@
+"""A prior mean that params.yaml leaves to be learned is the most likely one, and known from then on."""
+
+from pathlib import Path
+
+import pytest
+
+from pipeline.experiments import load_experiment
+from pipeline.experiments.means import with_learned_means
+from pipeline.generate import sampled_by
+from tests.pipeline.params import changed, written_to
+from trackable import DoubtfulInputWarning
+from trackable.errors import InputError
+from trackable.gp.samples import Samples
+from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.search import best_solution
+
+
+def tank(folder: Path, mean: str):
+    return load_experiment("tank", written_to(folder, changed("tank", ("mean: 1.2,", f"mean: {mean},"), ("8}", "2}"))))
+
+
+def least(experiment, samples: tuple[Samples, ...]) -> float:
+    task = experiment.task(samples)
+    found = best_solution(ConstrainedProblem(samples, task.prior, task.space))
+    assert isinstance(found, Solution)
+    return found.objective
+
+
+def test_the_mean_is_learned_and_then_known(tmp_path: Path) -> None:
+    experiment = tank(tmp_path, "[0.4, 1.24]")
+    samples = sampled_by(experiment).samples
+    assert experiment.learned_prior.parts[0].mean == pytest.approx(0.82)
+    known = with_learned_means(experiment, samples)
+    mean = known.prior["level"].mean
+    assert 0.4 < mean < 1.24
+    assert known.task(samples).prior.parts[0].mean == mean
+    for other in (mean - 0.05, mean + 0.05, 0.82):
+        assert least(tank(tmp_path, str(other)), samples) > least(known, samples)
+    assert with_learned_means(known, samples) is known
+
+
+def test_an_end_of_the_interval_is_asked_about(tmp_path: Path) -> None:
+    experiment = tank(tmp_path, "[1.2, 1.24]")
+    with pytest.warns(DoubtfulInputWarning, match="tank: mean: that of level lies at an end of the interval"):
+        with_learned_means(experiment, sampled_by(experiment).samples)
+
+
+@pytest.mark.parametrize(
+    "mean", ["[1.2, 0.4]", "[0.4]", "[low, high]", "[0.4, 0.8, 1.2]", "low", ".nan", "true", "[0.4, .inf]"]
+)
+def test_what_is_no_interval_is_refused(mean: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"tank\.prior\.level\.mean: expected a number \(known\) or \[lower, upper\]"):
+        tank(tmp_path, mean)
