@@ -15,6 +15,7 @@ from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import IllConditioned, Posterior
 from trackable.gp.prior import Prior
+from trackable.gp.remembered import Remembered
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import Stencil
 
@@ -198,3 +199,16 @@ def test_one_hopeless_matrix_is_enough():
     joint = JointPosterior(JointPrior((PARTS[0], hopeless), ("x", "y")), (SAMPLES[0], crowd))
     with pytest.raises(IllConditioned, match=r"signal_std = 2, lengthscale = 1e[+]03, noise_std = 1e-12"):
         joint.negative_log_marginal_likelihood()
+
+
+@pytest.mark.parametrize("length", [3, 200])
+def test_remembered_signals_have_the_values_of_the_signals(length):
+    """At times that are new, known, or known in part; a row of its own is as good as one of several."""
+    signals = JointPosterior(PRIORS["apart"], SAMPLES).signals
+    t = np.linspace(-1, 3, length)
+    rows = [np.stack([t, t + 0.1]), np.stack([t, t + 0.1]), np.stack([t + 0.1, t + 0.2, t]), t[None]]
+    for remembered, signal in zip(Remembered.of(signals).signals, signals, strict=True):
+        for times in rows:
+            np.testing.assert_allclose(remembered(times), signal(times), rtol=1e-12, atol=1e-12)
+        assert len(remembered.known) == (3 if length > 3 else 0)
+        np.testing.assert_array_equal(remembered(t), signal(t))

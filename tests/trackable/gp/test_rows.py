@@ -54,6 +54,14 @@ def test_rows_below_each_other_keep_their_values(seed):
     np.testing.assert_array_equal(joined.values((np.sin, np.cos)), each)
 
 
+@given(st.integers(0, 10**6), st.lists(st.booleans(), min_size=COUNT, max_size=COUNT))
+def test_chosen_rows_keep_their_values(seed, flags):
+    rows, chosen = random_rows(seed), np.flatnonzero(flags)
+    np.testing.assert_allclose(
+        rows.among(chosen).values((np.sin, np.cos)), rows.values((np.sin, np.cos))[chosen], rtol=1e-14, atol=1e-14
+    )
+
+
 def test_no_rows():
     nothing = Rows.joined([], 2)
     assert len(nothing) == 0

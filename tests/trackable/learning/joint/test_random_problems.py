@@ -14,6 +14,7 @@ from trackable.codec.certificates import encode_certificate
 from trackable.systems.reference import Reference
 
 SEEDS = (1, 27, 30)
+ROUGH = 20  # Matérn with ν = 3/2, and three states: each place leaves kinks
 seeds = pytest.mark.parametrize("seed", SEEDS)
 
 
@@ -73,3 +74,11 @@ def test_the_system_follows(seed):
 @pytest.mark.parametrize("seed", SEEDS[1:])
 def test_the_independent_checker_agrees(seed):
     assert isinstance(check(encode_certificate(learned(seed).certificate)), Proved)
+
+
+def test_where_the_function_would_need_too_many_places_hyperparameters_alone_are_proved():
+    found = learned(ROUGH)
+    assert found.solution.moved == "hyperparameters"
+    assert (
+        min(np.min(q.margin(found.reference.signals, np.linspace(0, 6, 3001))) for q in found.reference.quantities) > 0
+    )
