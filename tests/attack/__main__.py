@@ -1,15 +1,19 @@
 """Attack: `python -m tests.attack --tamperings 20000 --references 2000 --seed 0`; exit code 1 if anything false passed.
 
 A tampering is a certificate or counterexample that was changed at random; a random reference has bounds that are kept
-or broken by a hair. What the checker accepts, and what the prover says, is compared with a dense search.
+or broken by a hair. What the checker accepts, and what the prover says, is compared with a dense search. An interrupt
+(Ctrl-C) ends the attack with what was counted so far.
 """
 
 import argparse
 import sys
 
+from tests.attack.bases import bases
 from tests.attack.counts import Counts, table
-from tests.attack.references import attack_references
-from tests.attack.tampering import attack_certificates
+from tests.attack.references import attack_reference
+from tests.attack.tampering import attack_certificate
+
+_ROUNDS = 100
 
 
 def main(arguments: list[str]) -> int:
@@ -19,12 +23,27 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args(arguments)
     counts: dict[str, Counts] = {}
-    attack_certificates(counts, given.tamperings, given.seed)
-    attack_references(counts, given.references, given.seed)
+    try:
+        _attack(counts, given.tamperings, given.references, given.seed)
+    except KeyboardInterrupt:
+        print("interrupted: these are the counts so far", file=sys.stderr)
     print(table(counts))
     false = [what for found in counts.values() for what in found.false]
-    print(*false, sep="\n", file=sys.stderr, end="" if not false else "\n")
+    for what in false:
+        print(what, file=sys.stderr)
     return 1 if false else 0
+
+
+def _attack(counts: dict[str, Counts], tamperings: int, references: int, seed: int) -> None:
+    """Take a part of both in each round, so that an interrupt leaves some of everything."""
+    known = bases()
+    for i in range(_ROUNDS):
+        for number in range(i * tamperings // _ROUNDS, (i + 1) * tamperings // _ROUNDS):
+            attack_certificate(counts, known, seed, number)
+        for number in range(i * references // _ROUNDS, (i + 1) * references // _ROUNDS):
+            attack_reference(counts, seed, number)
+        if sys.stderr.isatty():
+            print(f"{i + 1} of {_ROUNDS} rounds", file=sys.stderr)
 
 
 if __name__ == "__main__":

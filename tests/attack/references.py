@@ -29,23 +29,15 @@ _FEW = 16
 """Boxes and instants of a certificate that the checker looks at too."""
 
 
-def attack_references(counts: dict[str, Counts], tries: int, seed: int) -> None:
-    """Draw `tries` references of five families, ask for a claim about each, and count what is said of it."""
-    families = {
-        "random references": lambda s: (case(s), None),
-        "random references, compact support": lambda s: (case(s, drawn=compact_kernel), None),
-        "random references, several states": lambda s: (general_case(s), None),
-        "random references, windows before time zero": _before_zero,
-    }
-    names = list(families)
-    for i in range(tries):
-        s = 10**6 * (seed + 1) + i
-        if i % 10 == 9:
-            _attack_long_arrays(counts.setdefault("random references, long arrays", Counts()), s)
-            continue
-        name = names[i % len(names)]
-        chosen, window = families[name](s)
-        _attack(counts.setdefault(name, Counts()), chosen, _ask(i // len(names), chosen, window), s)
+def attack_reference(counts: dict[str, Counts], seed: int, number: int) -> None:
+    """Draw a reference of one of five families, ask for a claim about it, and count whether what is said is true."""
+    s, names = 10**6 * (seed + 1) + number, list(_FAMILIES)
+    if number % 10 == 9:
+        _attack_long_arrays(counts.setdefault("random references, long arrays", Counts()), s)
+        return
+    name = names[number % len(names)]
+    chosen, window = _FAMILIES[name](s)
+    _attack(counts.setdefault(name, Counts()), chosen, _ask(number // len(names), chosen, window), s)
 
 
 def _before_zero(s: int) -> tuple[Case, tuple[float, float]]:
@@ -61,6 +53,14 @@ def _before_zero(s: int) -> tuple[Case, tuple[float, float]]:
     middle = -int(rng.integers(1, n + 1)) * step
     window = (middle - length * rng.uniform(0.5, 3), middle + length * rng.uniform(0.5, 3))
     return Case(Reference((signal,), plant), "", 0.0, 0.0), window
+
+
+_FAMILIES = {
+    "random references": lambda s: (case(s), None),
+    "random references, compact support": lambda s: (case(s, drawn=compact_kernel), None),
+    "random references, several states": lambda s: (general_case(s), None),
+    "random references, windows before time zero": _before_zero,
+}
 
 
 def _ask(i: int, chosen: Case, window: tuple[float, float] | None) -> Outcome:
