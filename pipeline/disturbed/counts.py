@@ -16,14 +16,14 @@ from trackable.control.tube.disturbances import Constant, Drawn, Greedy
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 
-_NOMINAL_EVERY = 10
-_OFF_EVERY = 5
+_NOMINAL_EVERY = 20
+_OFF_EVERY = 20
 _WARM_UP = 30
 
 
 @dataclass
 class Counts:
-    """Steps and runs of the tube controller; of every tenth run also those of the nominal one, on two references."""
+    """Steps and runs of the tube controller; of some runs also those of the nominal one, on two references."""
 
     name: str
     steps: int = 0
@@ -48,7 +48,7 @@ class Counts:
 def disturbed_runs(case: Case, steps: int) -> Counts:
     """Run the loops for at least so many steps of the tube controller: greedy, drawn and constant disturbances in turn.
 
-    Most runs start in x_r ⊕ Z, every fifth one off the tube.
+    Most runs start in x_r ⊕ Z, every twentieth one off the tube.
     """
     found = Counts(case.name)
     for i, disturbances in _kinds(case):
@@ -83,7 +83,7 @@ def _kind(case: Case, i: int) -> Disturbances:
 
 
 def _start(case: Case, i: int) -> Array:
-    """Return an error in Z that disturbances have caused; for every fifth run any from which there is a plan."""
+    """Return an error in Z that disturbances have caused; for every twentieth run any from which there is a plan."""
     rng, Z = np.random.default_rng(i), case.tube.invariant
     e = np.zeros(Z.disturbance.dimension)
     for _ in range(_WARM_UP):

@@ -13,7 +13,7 @@ from trackable.control.references import TrackedReference
 from trackable.control.step.admissible import AdmissibleInputs
 from trackable.control.step.problem import TOLERANCE, StepProblem
 from trackable.control.step.result import Infeasible, Plan, Status, StepResult, Unsolved
-from trackable.control.step.slack import Inequalities
+from trackable.control.step.slack import Slack
 from trackable.control.tube.error_set import ErrorSet
 from trackable.control.tube.program import TubeProgram
 from trackable.systems.constrained import ConstrainedSystem
@@ -122,10 +122,22 @@ class TubeController:
 
     def _on_reference(self, k: int, state: Array, window: Window) -> Plan | None:
         """Return the plan that stays on the reference, of cost 0: the optimum wherever x ∈ x_r ⊕ Z."""
-        problem = self._problem(k, window.states[0], window)
-        nothing = np.zeros(len(self.Q)), np.zeros_like(window.inputs)
-        plan = self._plan(problem, state, *nothing, Status.NO_ACTIVE_BOUND)
-        return plan if plan.slack >= -TOLERANCE else None
+        f = self.nominal.formulation
+        slack = min(Slack.along(f.inequalities, window).smallest, self._start_slack(window.states[0]))
+        if slack < -TOLERANCE:
+            return None
+        u = window.inputs[0] + self.invariant.feedback @ (state - window.states[0])
+        return Plan(
+            k=k,
+            input=self._admissible.pull_inside(u),
+            cost=0.0,
+            stage_cost=0.0,
+            states=window.states,
+            inputs=window.inputs,
+            slack=slack,
+            terminal_residual=0.0,
+            status=Status.NO_ACTIVE_BOUND,
+        )
 
     def _widened(self, problem: StepProblem, state: Array, off: Array) -> Plan | Infeasible:
         """Return a plan that needs a widening below the tolerance, or tell how much is needed."""
@@ -153,11 +165,16 @@ class TubeController:
     def _optimum(self, program: TubeProgram, problem: StepProblem, off: Array) -> tuple[Array, Array] | None:
         """Return the optimal e(0) (n,) and v (N, m) in their units."""
         scales = self.nominal.formulation.scales
-        X = Inequalities.of(self.nominal.plant.state_set)
+        X = self.nominal.formulation.inequalities.states
         start = (X.bounds - X.rows @ problem.window.states[0]) / X.widths
         model = problem.model
         found = program.solve(model.scaled, off, model.defects / scales.states, start, problem.slack)
         return None if found is None else (found[0] * scales.states, found[1] * scales.inputs)
+
+    def _start_slack(self, z: Array) -> float:
+        """Return the smallest slack of the nominal start, in parts of the widths."""
+        X = self.nominal.formulation.inequalities.states
+        return float(np.min((X.bounds - X.rows @ z) / X.widths, initial=np.inf))
 
     def _problem(self, k: int, start: Array, window: Window) -> StepProblem:
         f = self.nominal.formulation
@@ -165,11 +182,9 @@ class TubeController:
 
     def _plan(self, problem: StepProblem, state: Array, error: Array, v: Array, status: Status) -> Plan:
         """Return the plan whose nominal start is x_r + `error`: its slack counts from there, its input is u."""
-        f, window = self.nominal.formulation, problem.window
+        window = problem.window
         z = window.states[0] + error
         nominal = self._problem(problem.k, z, window).plan(v, status)
-        X = Inequalities.of(f.plant.state_set)
-        start = float(np.min((X.bounds - X.rows @ z) / X.widths, initial=np.inf))
         return Plan(
             k=problem.k,
             input=self._admissible.pull_inside(nominal.inputs[0] + self.invariant.feedback @ (state - z)),
@@ -177,7 +192,7 @@ class TubeController:
             stage_cost=nominal.stage_cost,
             states=nominal.states,
             inputs=nominal.inputs,
-            slack=min(nominal.slack, start),
+            slack=min(nominal.slack, self._start_slack(z)),
             terminal_residual=nominal.terminal_residual,
             status=status,
         )

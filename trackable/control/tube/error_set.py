@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
+from math import comb
 
 import numpy as np
 import scipy
@@ -14,6 +16,8 @@ from trackable.systems.disturbance.zonotope import Zonotope
 
 _ROUNDING = 1e-12
 """Points beyond a side of the set by this part of its size count as inside."""
+
+_MOST_FACETS = 100_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +41,11 @@ class ErrorSet:
 
     def contains(self, e: Array) -> bool:
         """Whether an error (n,) is in Z, up to rounding."""
-        if self.dimension <= 2:
-            rows, sides = self.halfspaces
-            return bool(np.all(rows @ e <= sides + _ROUNDING * np.max(sides, initial=0.0)))
-        return self._weights(e) is not None
+        described = self.halfspaces if self.dimension <= 2 else self._facets
+        if described is None:
+            return self._weights(e) is not None
+        rows, sides = described
+        return bool(np.all(rows @ e <= sides + _ROUNDING * np.max(sides, initial=0.0)))
 
     @cached_property
     def halfspaces(self) -> tuple[Array, Array]:
@@ -84,6 +89,24 @@ class ErrorSet:
             head, tail = head @ Z.closed_loop.T, tail @ Z.closed_loop.T
         stacked = np.vstack(found)
         return np.asarray(stacked[np.any(stacked != 0, axis=1)])
+
+    @cached_property
+    def _facets(self) -> tuple[Array, Array] | None:
+        """The same for more states: a facet of a zonotope is spanned by n − 1 of its generators. None for too many.
+
+        None also for a flat set, which has no facets.
+        """
+        G, n = self.generators, self.dimension
+        if comb(len(G), n - 1) > _MOST_FACETS or np.linalg.matrix_rank(G) < n:
+            return None
+        unit = G / np.linalg.norm(G, axis=1, keepdims=True)
+        spanning = unit[np.array(list(combinations(range(len(G)), n - 1)))]
+        minors = [(-1) ** i * np.linalg.det(np.delete(spanning, i, axis=2)) for i in range(n)]
+        normals = np.stack(minors, axis=1)
+        sizes = np.linalg.norm(normals, axis=1)
+        rows = normals[sizes > _ROUNDING] / sizes[sizes > _ROUNDING, None]
+        rows = np.vstack([rows, -rows])
+        return rows, self.support(rows)
 
     def _edges(self) -> Iterator[Array]:
         """Yield the directions of all edges of a polygon Z, which are those of its summands."""

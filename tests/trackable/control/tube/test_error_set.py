@@ -38,6 +38,17 @@ def test_points_of_the_set_are_inside_and_others_are_not(name):
         assert not errors.contains(middle + 1.01 * (e.value - middle))
 
 
+def test_facets_and_programs_agree():
+    """Three states have both: the sides that generators span, and a program for their weights."""
+    errors = LOOPS["three states"].controller.errors
+    rng = np.random.default_rng(2)
+    sides = errors.support(np.vstack([np.eye(3), -np.eye(3)]))
+    points = rng.uniform(-sides[3:], sides[:3], (40, 3))
+    inside = [errors.contains(e) for e in points]
+    assert inside == [errors._weights(e) is not None for e in points]
+    assert 3 < sum(inside) < 37
+
+
 @pytest.mark.parametrize("name", LOOPS)
 def test_disturbed_errors_stay_inside(name):
     loop = LOOPS[name]
