@@ -18,7 +18,7 @@ from trackable.certificates.floats.balls import Mask
 from trackable.progress.work import done
 
 TERMS = 16
-_MOST_BOXES, _MOST_BY_KINK = 20_000, 32
+_MOST_BOXES, _MOST_BY_CENTRE = 20_000, 32
 _TOO_WIDE = "no enclosure found in this box is narrow enough"
 
 
@@ -47,17 +47,15 @@ def covers(quantities: Sequence[Bounded], start: float, end: float) -> list[Cove
     """
     summands = {shifted: Summands.of(shifted) for q in quantities for shifted in q.quantity.shifted_signals}
     choice = Choice(tuple(summands.values()), TERMS)
-    most = _MOST_BOXES + _MOST_BY_KINK * choice.kink_count
+    most = _MOST_BOXES + _MOST_BY_CENTRE * max((len(each.centres) for each in summands.values()), default=0)
     waiting = _Waiting(np.array([start]), np.array([end]), np.ones((len(quantities), 1), dtype=bool))
     proved: list[list[Boxes]] = [[] for _ in quantities]
     while waiting.starts.size:
         boxes = choice.boxes(waiting.starts, waiting.ends)
         enclosures, missing = Enclosures(boxes, TERMS, summands), waiting.wanted.copy()
-        at_kinks = np.zeros(len(boxes), dtype=bool)
         for q, bounded in enumerate(quantities):
             with np.errstate(all="ignore"):  # what is not finite is not proved
                 decision = decide(bounded, enclosures, waiting.wanted[q])
-            at_kinks |= decision.at_kinks
             missing[q] &= ~decision.inside
             proved[q].append(boxes.at(decision.inside))
             for _ in range(len(proved[q][-1])):
@@ -65,7 +63,7 @@ def covers(quantities: Sequence[Bounded], start: float, end: float) -> list[Cove
             hole = _hole(bounded, boxes, missing[q], decision, len(boxes) > most)
             if hole is not None:
                 return hole
-        waiting = _parts(boxes, missing, at_kinks, choice)
+        waiting = _halves(boxes, missing)
     return [_joined(start, boxes) for boxes in proved]
 
 
@@ -86,16 +84,13 @@ class _Waiting(NamedTuple):
     wanted: Mask
 
 
-def _parts(boxes: Boxes, missing: Mask, at_kinks: Mask, choice: Choice) -> _Waiting:
-    """Return the parts of all boxes in which some quantity is not proved."""
-    starts, ends, of_box = [], [], []
-    for b in np.flatnonzero(np.any(missing, axis=0)).tolist():
-        first, last = float(boxes.starts[b]), float(boxes.ends[b])
-        inner = choice.parts(first, last, bool(at_kinks[b]))
-        starts += [first, *inner]
-        ends += [*inner, last]
-        of_box += [b] * (len(inner) + 1)
-    return _Waiting(np.array(starts), np.array(ends), missing[:, of_box])
+def _halves(boxes: Boxes, missing: Mask) -> _Waiting:
+    """Return the halves of all boxes in which some quantity is not proved."""
+    wanted = np.any(missing, axis=0)
+    starts, ends = boxes.starts[wanted], boxes.ends[wanted]
+    middles = starts + (ends - starts) / 2
+    both = np.repeat(missing[:, wanted], 2, axis=1)
+    return _Waiting(np.stack([starts, middles], axis=1).ravel(), np.stack([middles, ends], axis=1).ravel(), both)
 
 
 def _joined(start: float, found: list[Boxes]) -> Cover:

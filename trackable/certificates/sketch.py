@@ -12,7 +12,7 @@ from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
 
 _GRID_POINTS, _MOST_POINTS = 1025, 50_000
-_POINTS_PER_CORRELATION_TIME = 4
+_POINTS_PER_CORRELATION_TIME, _FEW_CENTRES = 4, 100
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def _near_centres(reference: Reference, quantity: Quantity) -> Iterator[Array]:
     for _, functional in quantity.trajectory.arguments:
         for c, weights in functional.rounded:
             signal = reference.signals[c]
-            if len(signal.centres) <= _GRID_POINTS or not signal.kernel.is_analytic:
+            if len(signal.centres) <= _FEW_CENTRES or not signal.kernel.is_analytic:
                 yield (signal.centres[:, None] - functional.sampling_time * np.arange(len(weights))).ravel()
 
 

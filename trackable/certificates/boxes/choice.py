@@ -1,8 +1,7 @@
-"""Which boxes are tried: where a box is split, and with which discs. Nothing here is believed by a proof."""
+"""Which discs are tried in a box. Nothing here is believed by a proof."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -13,9 +12,6 @@ from trackable.certificates.boxes.nearby import Summands
 from trackable.certificates.floats.balls import Balls
 
 _RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0])
-_FEW = 2  # places with kinks in a box, at most, that is split there
-_SAME = 2.0**-48
-"""Kinks that are so close together, relative to their time, lie in one narrow box."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,33 +39,3 @@ class Choice:
         if summands.kernel.has_periodic_part:
             nearest = np.zeros_like(nearest)
         return Balls.of(summands.kernel.on_disc(Balls.exact(nearest), Balls.exact(radii))).highest
-
-    @cached_property
-    def _kinks(self) -> tuple[Array, Array]:
-        """The beginnings and ends [s] of narrow intervals with all kinks; at exact kinks of one signal they agree."""
-        times = np.unique(np.concatenate([np.empty(0), *(summands.kinks for summands in self.signals)]))
-        if not len(times):
-            return times, times
-        exact = np.isin(times, np.concatenate([s.centres for s in self.signals if not s.shift.high and s.kernel.kinks]))
-        off = np.abs(times) * _SAME
-        new = np.concatenate([[True], times[1:] - off[1:] > times[:-1] + off[:-1]])
-        first = np.flatnonzero(new)
-        last = np.concatenate([first[1:] - 1, [len(times) - 1]])
-        alone = (first == last) & exact[first]
-        starts, ends = times[first] - off[first], times[last] + off[last]
-        return np.where(alone, times[first], starts), np.where(alone, times[first], ends)
-
-    @property
-    def kink_count(self) -> int:
-        """The number of places [s] with kinks."""
-        return len(self._kinks[0])
-
-    def parts(self, start: float, end: float, at_kink: bool) -> list[float]:
-        """Return where a box is split: in the middle, or before and after the kinks that are nearest to it."""
-        middle, (befores, afters) = start + (end - start) / 2, self._kinks
-        inside = slice(np.searchsorted(befores, start, side="right"), np.searchsorted(afters, end, side="left"))
-        before, after = befores[inside], afters[inside]
-        if not (at_kink and 0 < len(before) <= _FEW):
-            return [middle]
-        nearest = np.argmin(np.abs(before - middle))
-        return sorted({float(before[nearest]), float(after[nearest])})

@@ -23,9 +23,6 @@ from trackable.systems.formulas.expression import Variable
 _OPEN = 0.25
 """Ball arithmetic decides where the rounding of float64 leaves more than this part of a margin open."""
 
-_BISECTED = 500.0
-"""Where kinks cost so many margins, a split at the nearest one is cheaper than halves, which gain a factor of 32."""
-
 
 @dataclass(frozen=True, eq=False)
 class Bounded:
@@ -46,12 +43,11 @@ class Bounded:
 class Decision(NamedTuple):
     """Where the quantity certainly stays inside, where it is certainly outside in the middle: shape (B,) each.
 
-    `at_kinks` is where only kinks make an enclosure too wide. `reasons` say by box why a formula may be undefined.
+    `reasons` say by box why a formula may be undefined.
     """
 
     inside: Mask
     outside: Mask
-    at_kinks: Mask
     reasons: dict[int, str]
 
     def put(self, b: int, bounded: Bounded, enclosed: Callable[[int], Enclosure]) -> None:
@@ -71,14 +67,12 @@ def decide(bounded: Bounded, enclosures: Enclosures, wanted: Mask) -> Decision:
     margins = bounded.sketch.smallest(boxes.starts, boxes.ends) - bounded.reserve
     slopes = bounded.sketch.steepest(boxes.starts, boxes.ends)
     missed = {name: enclosures.remainders(q, wanted) for name, q in quantity.arguments.items()}
-    off, kinked = _weighted(slopes, missed)
     # A cheap estimate rejects boxes that are much too wide.
-    tried = wanted & (off <= margins / 2)
-    at_kinks = wanted & (kinked > _BISECTED * margins) & (off - kinked <= margins / 2)
-    decision = Decision(np.zeros_like(tried), np.zeros_like(tried), at_kinks, {})
+    tried = wanted & (_weighted(slopes, missed) <= margins / 2)
+    decision = Decision(np.zeros_like(tried), np.zeros_like(tried), {})
     if np.any(tried):
         series = {name: enclosures.polynomials(q, tried) for name, q in quantity.arguments.items()}
-        _decide(decision, bounded, series, {name: rest[0] for name, rest in missed.items()}, tried)
+        _decide(decision, bounded, series, missed, tried)
         rounded = _weighted(slopes, {name: np.sum(q.rad, axis=0) for name, q in series.items()})
         for b in np.flatnonzero(tried & ~decision.inside & ~(rounded <= _OPEN * margins)).tolist():
             decision.put(b, bounded, lambda b: enclosure(quantity, boxes.box(b), enclosures.terms))

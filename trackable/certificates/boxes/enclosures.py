@@ -31,8 +31,8 @@ class Enclosures:
     _polynomials: dict[ShiftedSignal, Balls] = field(default_factory=dict)
 
     def remainders(self, functional: ExactFunctional, wanted: Mask) -> Array:
-        """Bound the error of a functional's Taylor polynomials in the `wanted` boxes, as `missed` does: (2, B)."""
-        total = np.zeros((2, len(self.boxes)))
+        """Bound the error of a functional's Taylor polynomials in the `wanted` boxes: shape (B,)."""
+        total = np.zeros(len(self.boxes))
         for weight, shifted in functional.terms:
             total += Balls.of(weight).size * self._remainder(shifted, wanted)
         return sums_up(_ENLARGED * total, len(functional.terms))
@@ -47,13 +47,13 @@ class Enclosures:
         return total + Balls.exact(offset) * functional.offset
 
     def _remainder(self, shifted: ShiftedSignal, wanted: Mask) -> Array:
-        found = self._remainders.setdefault(shifted, np.full((2, len(self.boxes)), np.nan))
-        if np.any(new := wanted & np.isnan(found[0])):
+        found = self._remainders.setdefault(shifted, np.full(len(self.boxes), np.nan))
+        if np.any(new := wanted & np.isnan(found)):
             boxes = self.boxes.at(new)
             if few.are_few(shifted, boxes):
-                found[:, new] = few.missed(shifted, boxes, self.terms)
+                found[new] = few.missed(shifted, boxes, self.terms)
             else:
-                found[:, new] = missed(self.summands[shifted], boxes, self.terms)
+                found[new] = missed(self.summands[shifted], boxes, self.terms)
         return found
 
     def _polynomial(self, shifted: ShiftedSignal, wanted: Mask) -> Balls:

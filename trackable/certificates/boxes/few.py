@@ -18,9 +18,8 @@ def are_few(shifted: ShiftedSignal, boxes: Boxes) -> bool:
 
 
 def missed(shifted: ShiftedSignal, boxes: Boxes, terms: int) -> Array:
-    """Do what `signals.missed` does; which part is due to kinks is not said."""
-    found = [float_above(enclosure.missed(shifted, boxes.box(b), terms)) for b in range(len(boxes))]
-    return np.array([found, [0.0] * len(found)])
+    """Do what `signals.missed` does."""
+    return np.array([float_above(enclosure.missed(shifted, boxes.box(b), terms)) for b in range(len(boxes))])
 
 
 def polynomials(shifted: ShiftedSignal, boxes: Boxes, terms: int) -> Balls:

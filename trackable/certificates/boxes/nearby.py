@@ -80,12 +80,6 @@ class Summands:
         """Over-estimate of Σ_i |c_i|."""
         return float(sums_up(np.sum(np.abs(self.weights)), len(self.weights)))
 
-    @cached_property
-    def kinks(self) -> Array:
-        """All t [s], rounded, at which some κ(t + s − t_i) has a kink; sorted."""
-        distances = {sign * r for r in self.kernel.kinks for sign in (-1, 1)}
-        return np.unique([self.centres - self.shift.high + distance for distance in distances])
-
     def reach(self, boxes: Boxes) -> tuple[Array, Array]:
         """Return a distance [s] from the middle of each box, and a bound of |κ| on the discs of all farther centres.
 

@@ -24,16 +24,13 @@ from trackable.certificates.kernels.matern import MaternBalls
 
 
 def missed(summands: Summands, boxes: Boxes, terms: int) -> Array:
-    """Bound the error of the Taylor polynomial of a shifted signal in each box, and which part of it is due to kinks.
-
-    The first row is the bound, infinite where there is none; the second one is a part of the first: shape (2, B).
-    """
+    """Bound the error of the Taylor polynomial of a shifted signal in each box; infinite for too small discs: (B,)."""
     with np.errstate(all="ignore"), ball_arithmetic(terms):
         reach, outside = summands.reach(boxes)
         size, far = _on_discs(summands, boxes, reach), summands.total * outside
         rest = rest_of(boxes.halves.highest / boxes.radii, terms)
         kinked = beyond_kinks(summands, boxes, reach, terms)
-        found = np.stack([sums_up((size + far) * rest + far + kinked, 4), kinked])
+        found = sums_up((size + far) * rest + far + kinked, 4)
         return np.where(np.isnan(found), np.inf, found)
 
 

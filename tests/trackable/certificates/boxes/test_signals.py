@@ -18,6 +18,7 @@ from trackable.certificates.enclosure import remainder
 from trackable.certificates.exact import ExactFunctional, ShiftedSignal
 from trackable.certificates.floats.balls import Balls
 from trackable.certificates.kernels.matern import Matern32Balls
+from trackable.certificates.kernels.table import balls_of
 from trackable.gp.kernels.base import Kernel, Product
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
@@ -39,8 +40,8 @@ def shifted_signal(kernel: Kernel, rng: np.random.Generator) -> ShiftedSignal:
 def boxes_around(shifted: ShiftedSignal, rng: np.random.Generator) -> Boxes:
     """Return boxes at random places, and around, beginning and ending at kinks up to rounding."""
     scale = time_scale(shifted.signal.kernel)
-    summands = Summands.of(shifted)
-    kinks = summands.kinks if summands.kernel.kinks else summands.centres
+    distances = balls_of(shifted.signal.kernel).kinks or (0.0,)
+    kinks = np.concatenate([shifted.signal.centres - float(shifted.shift) + d for r in distances for d in (-r, r)])
     at = np.concatenate([rng.choice(kinks, 8), rng.choice(shifted.signal.centres, 4) + scale * rng.normal(size=4)])
     halves = scale * 10 ** rng.uniform(-5, -0.5, len(at))
     starts = at - halves * rng.choice([0.0, 1.0, 0.3, 1e-9], len(at))
@@ -53,7 +54,7 @@ def escapes(kernel: Kernel, seed: int) -> Iterator[bool]:
     rng = np.random.default_rng(seed)
     shifted = shifted_signal(kernel, rng)
     boxes, summands = boxes_around(shifted, rng), Summands.of(shifted)
-    rests, _ = signals.missed(summands, boxes, TERMS)
+    rests = signals.missed(summands, boxes, TERMS)
     series = signals.polynomials(summands, boxes, TERMS)
     for b in range(len(boxes)):
         found, box = model(series.at((slice(None), b)), float(rests[b])), boxes.box(b)
@@ -74,7 +75,7 @@ def remainders_differ(kernel: Kernel) -> bool:
     rng = np.random.default_rng(7)
     shifted = shifted_signal(kernel, rng)
     boxes, size = boxes_around(shifted, rng), np.sum(np.abs(shifted.signal.weights)) * kernel(np.zeros(()))
-    found, _ = signals.missed(Summands.of(shifted), boxes, TERMS)
+    found = signals.missed(Summands.of(shifted), boxes, TERMS)
     functional = ExactFunctional(((arb(1), shifted),), arb(0))
     exact = [remainder(functional, boxes.box(b), TERMS) for b in range(len(boxes))]
     at = [b for b, bound in enumerate(exact) if bound.is_finite()]
