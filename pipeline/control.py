@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from tqdm import tqdm
 
+from pipeline.disturbed.stage import disturbed_loops
 from pipeline.experiments import Experiment
 from pipeline.methods import JOINT, UNCONSTRAINED
 from pipeline.relearn import relearn
@@ -63,6 +64,8 @@ def control(experiment: Experiment, results: Results) -> None:
     if online:
         metrics["online"] = {**loop_metrics(online.loop, plant), "offers": online.records}
         closed = replace(closed, online=LoopTrajectory.of(online.loop), offered=online.columns)
+    if disturbed := disturbed_loops(experiment, references[JOINT.name]):
+        metrics["disturbed"] = disturbed
     write_loops(results, plant, closed, metrics)
     write_json(results.control, metrics)
     _note(results, seconds)

@@ -1,5 +1,6 @@
 """Stage 3: references → margins at finely sampled times, certificates or counterexamples, metrics."""
 
+from dataclasses import replace
 from typing import Any
 
 from tqdm import tqdm
@@ -14,6 +15,7 @@ from pipeline.storage.tables import to_csv
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import Outcome
+from trackable.certificates.robust import robust_of
 from trackable.codec.certificates import encode_certificate
 from trackable.codec.counterexamples import encode_counterexample
 from trackable.errors import NoReferenceError
@@ -64,7 +66,8 @@ def _write_proof(results: Results, method: str, proof: Outcome) -> None:
 
 def prove_for(experiment: Experiment, method: str, sampled: Sampled, reference: Reference) -> Outcome:
     """Prove what the method claims of a reference, or find out what a proof lacks."""
-    return METHODS[method].prove(experiment.goal(sampled.samples), reference)
+    proof = METHODS[method].prove(experiment.goal(sampled.samples), reference)
+    return replace(proof, robust=robust_of(experiment.tightening)) if isinstance(proof, Certificate) else proof
 
 
 def _profiles(experiment: Experiment, reference: Reference) -> list[MarginProfile]:

@@ -4,10 +4,11 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from pipeline.experiments.claim import ClaimField
 from pipeline.experiments.control import Control
+from pipeline.experiments.disturbances import Disturbance, tightened
 from pipeline.experiments.fields import PriorFields, ProjectPath, Published, Search, StudyFields, Verification, as_tuple
 from pipeline.experiments.plants import ModelField, SetField
 from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
@@ -20,6 +21,7 @@ from trackable.gp.samples import Samples
 from trackable.learning.prior import prior_for
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.sampling import stencils_by_name
 
 _HAIR = 1e-9  # steps: the ends of a window are rounded
@@ -52,7 +54,9 @@ class Experiment(Fields):
 
     `samples_from` is the file that the samples come from, or a folder above all their files: when it changes, DVC runs
     the stages again. `samples` and `prior` are by the names of sampled states, one for each flat output; what `shared`
-    names is the same for all of them. `algorithm1` and `periodic` are for the methods that need them.
+    names is the same for all of them. References are learned with room for every error that a `disturbance` may cause,
+    and keep the part `margin` of each width free at either bound. `algorithm1` and `periodic` are for the methods that
+    need them.
     """
 
     name: str
@@ -61,6 +65,8 @@ class Experiment(Fields):
     system: ModelField
     state_set: SetField
     input_set: SetField
+    disturbance: Disturbance | None = None
+    margin: Annotated[float, Field(ge=0, lt=0.5)] = 0.0
     samples: Annotated[dict[str, SourceField], BeforeValidator(_by_name)]
     prior: Annotated[dict[str, PriorFields], BeforeValidator(_by_name)]
     shared: Annotated[frozenset[str], BeforeValidator(_names)] = frozenset()
@@ -133,8 +139,15 @@ class Experiment(Fields):
 
     @property
     def plant(self) -> ConstrainedSystem:
-        """The system with its sets."""
+        """The system with its sets; their bounds are drawn in where a disturbance or a margin asks for it."""
+        if drawn_in := self.tightening:
+            return drawn_in.plant
         return ConstrainedSystem(self.system.discrete, self.state_set.polytope, self.input_set.polytope)
+
+    @property
+    def tightening(self) -> Tightening | None:
+        """How the bounds are drawn in, if they are."""
+        return tightened(self.system, self.state_set, self.input_set, self.disturbance, self.margin)
 
     def with_upper_bound(self, upper: float) -> "Experiment":
         """Return the same experiment with another upper bound of its only state."""

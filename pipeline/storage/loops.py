@@ -77,7 +77,7 @@ def table_of_loops(results: Results) -> Table:
     by_loop = {
         f"{reference}, {start}": found
         for reference, of in metrics.items()
-        if reference not in ("horizon", "online")
+        if reference not in ("horizon", "online", "disturbed")
         for start, found in of.items()
         if isinstance(found, dict)
     }

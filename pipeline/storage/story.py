@@ -76,12 +76,13 @@ def told_of_proofs(results: Results) -> Told:
 def told_of_loops(results: Results) -> Told:
     """Say, for each reference, whether the controller had a plan at each step, and whether its cost fell."""
     loops: Any = from_json(results.control.read_bytes())
-    return Told("\n".join(f"- {sentence}" for sentence in _loops(loops, loops["horizon"])))
+    said = [*_loops(loops, loops["horizon"]), *_disturbed(loops.get("disturbed", {}))]
+    return Told("\n".join(f"- {sentence}" for sentence in said))
 
 
 def _loops(loops: Mapping[str, Any], horizon: int) -> Iterator[str]:
     for reference, of in loops.items():
-        if reference == "online" or not isinstance(of, Mapping):
+        if reference in ("online", "disturbed") or not isinstance(of, Mapping):
             continue
         starts = {start: found for start, found in of.items() if isinstance(found, Mapping)}
         lost = {start: found for start, found in starts.items() if found["infeasible_steps"] or found["unsolved_steps"]}
@@ -90,6 +91,17 @@ def _loops(loops: Mapping[str, Any], horizon: int) -> Iterator[str]:
         else:
             of_all = f"there is a plan of {horizon} steps at each step, from {_counted(len(starts), 'start')}"
             yield f"On `{reference}` {of_all}. {_margins(starts)}{_rises(starts)}"
+
+
+def _disturbed(loops: Mapping[str, Any]) -> Iterator[str]:
+    """Say what the tube controller and the nominal one keep on `joint` under each kind of disturbances."""
+    for kind, of in loops.items():
+        said = "; ".join(
+            f"the {name} controller has no plan at {found['steps_without_plan']} of {found['steps']} steps, and leaves "
+            f"the bounds at {found['steps_outside']}"
+            for name, found in of.items()
+        )
+        yield f"Under {kind} disturbances, on `joint`: {said}."
 
 
 def _loss(start: str, found: Mapping[str, Any]) -> str:

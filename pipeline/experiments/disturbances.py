@@ -1,0 +1,70 @@
+"""Disturbances as written in params.yaml, and what they leave of an experiment's bounds."""
+
+from functools import lru_cache
+
+import numpy as np
+from pydantic import model_validator
+
+from pipeline.experiments.plants import Matrix, ModelField, SetFields, Vector
+from pipeline.storage.yaml_file import Fields
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.hull import ConvexHull
+from trackable.systems.disturbance.sets import DisturbanceSet
+from trackable.systems.disturbance.tightening import Tightening, tightening
+from trackable.systems.disturbance.zonotope import Zonotope
+
+_FORMS = (("lower", "upper"), ("H", "h"), ("vertices",), ("centre", "generators"))
+
+
+class Disturbance(Fields):
+    """W of x(k+1) = A x(k) + B u(k) + c + w(k): a box, {w : H w ≤ h}, the hull of `vertices`, or a zonotope.
+
+    A zonotope holds `centre` + Σ_j ξ_j `generators`[j] for all |ξ_j| ≤ 1. `feedback` is K of u = u_r + K (x − x_r);
+    left out, a regulator is chosen.
+    """
+
+    lower: Vector | None = None
+    upper: Vector | None = None
+    H: Matrix | None = None
+    h: Vector | None = None
+    vertices: Matrix | None = None
+    centre: Vector | None = None
+    generators: Matrix | None = None
+    feedback: Matrix | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> "Disturbance":
+        given = {name for form in _FORMS for name in form if getattr(self, name) is not None}
+        if given not in map(set, _FORMS):
+            raise ValueError("expected lower with upper, H with h, vertices, or centre with generators")
+        try:
+            _ = self.set
+        except ValueError as error:
+            raise ValueError(str(error).removeprefix("disturbance: ")) from error
+        return self
+
+    @property
+    def set(self) -> DisturbanceSet:
+        """Return W. Raises ValueError where it is unbounded, or shapes do not fit."""
+        if self.lower is not None and self.upper is not None:
+            return Zonotope.box(self.lower, self.upper)
+        if self.H is not None and self.h is not None:
+            return ConvexHull.halfspaces(self.H, self.h)
+        if self.vertices is not None:
+            return ConvexHull(self.vertices)
+        return Zonotope(np.array(self.centre), np.array(self.generators))
+
+
+@lru_cache(maxsize=64)
+def tightened(
+    system: ModelField, state_set: SetFields, input_set: SetFields, disturbance: Disturbance | None, margin: float
+) -> Tightening | None:
+    """Return the bounds drawn in for disturbances and by a margin; None where nothing is asked for.
+
+    Raises ValueError as `ConstrainedSystem` and `tightening` do. Stages ask often: what is found is remembered.
+    """
+    if disturbance is None and not margin:
+        return None
+    given = ConstrainedSystem(system.discrete, state_set.polytope, input_set.polytope)
+    W, K = (None, None) if disturbance is None else (disturbance.set, disturbance.feedback)
+    return tightening(given, W, K, margin)
