@@ -111,8 +111,8 @@ def test_loops_are_told_by_what_is_lost_and_what_rises(tmp_path: Path) -> None:
         "- On `unconstrained` there is no plan at 3 of 50 steps from `on`, first at step 7.",
         "- On `interpolated` there is a plan of 4 steps at each step, from 1 start. No bound is broken. "
         "The optimal cost rises by up to 0.25: the system cannot stay on this reference.",
-        "- Under greedy disturbances, on `joint`: the tube controller has no plan at 0 of 50 steps, and leaves the bounds "
-        "at 0; the nominal controller has no plan at 4 of 50 steps, and leaves the bounds at 9.",
+        "- Under greedy disturbances, on `joint`: the tube controller has no plan at 0 of 50 steps, and leaves the "
+        "bounds at 0; the nominal controller has no plan at 4 of 50 steps, and leaves the bounds at 9.",
     ]
     rises = [row[5] for row in table_of_loops(results).rows]
     assert rises == ["rounding", "rounding", 1.0, "rounding", 0.25]
