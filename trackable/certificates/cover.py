@@ -18,7 +18,7 @@ from trackable.certificates.floats.balls import Mask
 from trackable.progress.work import done
 
 TERMS = 16
-_MOST_BOXES, _MOST_BY_CENTRE = 20_000, 32
+_MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
 _TOO_WIDE = "no enclosure found in this box is narrow enough"
 
 
