@@ -16,6 +16,7 @@ from math import factorial
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.factors.blocks import in_blocks
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.rows import Terms
 
@@ -86,8 +87,9 @@ class Direct(RowKernel):
         return self.terms
 
     def among(self) -> Array:
-        before = self.kernel(self.terms.times[:, None] - self.terms.times)
-        return self.terms.summed(self.terms.summed(before, self.count).T, self.count)
+        times = self.terms.times
+        (across,) = in_blocks(lambda t: (self.across(t),), times, len(times))
+        return self.terms.summed(across.T, self.count)
 
     def across(self, t: Array) -> Array:
         return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)

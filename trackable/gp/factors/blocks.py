@@ -6,8 +6,8 @@ import numpy as np
 
 from trackable.arrays import Array
 
-_WHOLE = 2**22  # numbers that may be held at once
-_BLOCK = 2**17  # numbers that stay in the cache
+_WHOLE = 2**16  # numbers for which one call is faster than several
+_BLOCK = 2**15  # numbers that stay in the cache: larger arrays are fetched from memory for each operation
 
 
 def in_blocks(
