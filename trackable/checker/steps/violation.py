@@ -26,8 +26,11 @@ def check_violation(counterexample: Counterexample, quantities: list[Quantity]) 
 
 
 def _necessary(subject: Subject, bound: Bound, q: Quantity) -> tuple[Real, Real] | None:
-    """Return between which values q has to stay. Of redundant inputs, what the rows of U together demand."""
-    if subject.attainable is None or bound.of == "state" or not isinstance(subject.system, LinearSystem):
+    """Return between which values q has to stay. Of a linear system's inputs, what the rows of U together demand.
+
+    Where no input is redundant, these are the rows of U themselves.
+    """
+    if bound.of == "state" or not isinstance(subject.system, LinearSystem):
         return q.lower, q.upper
     ends = demanded(subject.system, subject.input_set.rows, bound)
     return (ratio(ends[0]), ratio(ends[1])) if ends else None

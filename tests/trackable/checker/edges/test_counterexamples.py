@@ -173,3 +173,16 @@ def test_a_reference_that_is_refused_with_a_counterexample_leaves_it_as_a_file(t
     with pytest.raises(ValueError, match=r"^save_counterexample: there is none: from t = 0 s to 1 s it is not proved"):
         none.save_counterexample(tmp_path / "none.json")
     assert not (tmp_path / "none.json").exists()
+
+
+def test_a_redundant_input_that_breaks_its_bound_alone_refutes_nothing() -> None:
+    """Another input of the same effect may be in U: also where the file holds no attainable rows."""
+    few = narrowed(learned().reference, input_set=Polytope.box([-9.0, -0.1], [9.0, 0.1]))
+    data = refuted(prove(narrowed(few, state_set=Polytope.box([-0.01], [0.01]))))
+    data = {**{key: value for key, value in data.items() if key != "attainable"}, "quantity": "u2"}
+    times, second = np.linspace(0, 8, 801), few.plant.flatness.inputs[1]
+    largest = float(times[np.argmax(second(few.signals, times))])
+    assert second(few.signals, np.array(largest)) > 0.12
+    verdict = check({**data, "at": {"time": largest}, "violation": 0.01})
+    assert isinstance(verdict, Failed), verdict
+    assert "do not demand" in verdict.reason or "not shown to be outside" in verdict.reason
