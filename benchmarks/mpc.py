@@ -6,6 +6,7 @@ Beside it the same step with everything built afresh, as it would be without par
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,12 @@ from trackable.arrays import Array
 from trackable.control.controller import Controller
 from trackable.control.references import TrackedReference
 from trackable.control.step.result import Plan, Status
+from trackable.control.tube.controller import TubeController
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.tightening import tightening
+from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
@@ -97,6 +101,35 @@ def rows(horizon: int = 20) -> Iterator[Row]:
                     every(function, some),
                     rounds=rounds,
                 )
+    yield from tube_rows(horizon)
+
+
+def tube_rows(horizon: int = 20) -> Iterator[Row]:
+    """A step of the tube controller beside one of the nominal controller, at starts where both solve a program."""
+    for count in (1, 2):
+        plant, n, push = masses(count), 2 * count, np.tile([0.0, 0.02], count)
+        drawn_in = tightening(plant, Zonotope.box(-push, push))
+        reference, rng = sine(drawn_in.plant), np.random.default_rng(0)
+        nominal = Controller(plant, horizon, np.eye(n), 0.1 * np.eye(count))
+        tube = TubeController(drawn_in, horizon, nominal.Q, nominal.R)
+        starts = [reference.state(0) + rng.uniform(0.01, 1.5) * rng.standard_normal(n) for _ in range(_DRAWS // 2)]
+        some = [start for start in by_status(nominal, reference, starts)[Status.SOLVED]
+                if isinstance(tube.step(0, start, reference), Plan)][:_STARTS]  # fmt: skip
+
+        def all_steps(of: Controller | TubeController, some: list[Array] = some, along: Reference = reference) -> None:
+            for start in some:
+                of.step(0, start, along)
+
+        yield duel(
+            "one step of the tube controller",
+            f"{n} states, horizon {horizon}, {len(some)} starts off the tube",
+            "nominal controller",
+            partial(all_steps, tube),
+            partial(all_steps, nominal),
+            rounds=3,
+            target=2.0,
+            at_most=True,
+        )
 
 
 def do_mpc_step(

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from trackable.control.step.result import Infeasible as Infeasible
     from trackable.control.step.result import Plan as Plan
     from trackable.control.step.result import Unsolved as Unsolved
+    from trackable.control.tube.controller import TubeController as TubeController
     from trackable.errors import DoubtfulInputWarning as DoubtfulInputWarning
     from trackable.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
     from trackable.gp.kernels.base import Kernel as Kernel
@@ -80,6 +81,7 @@ _MODULES = {
     "Sum": "gp.kernels.base",
     "TrackableReference": "reference",
     "Undecided": "checker",
+    "TubeController": "control.tube.controller",
     "Unsolved": "control.step.result",
     "Zonotope": "systems.disturbance.zonotope",
     "check": "checking",

@@ -39,6 +39,7 @@ from trackable import (
     SquaredExponential,
     Sum,
     TrackableReference,
+    TubeController,
     Undecided,
     Unsolved,
     Zonotope,
@@ -93,6 +94,10 @@ warnings.simplefilter("ignore", DoubtfulInputWarning)
 controller = Controller(plant, 10, [[1, 0], [0, 1]], [[0.1]])
 assert_type(controller.step(0, np.zeros(2), reference.reference), Plan | Infeasible | Unsolved)
 simulate(controller, reference.reference, np.zeros(2), 100)
+if reference.tightening is not None:
+    tube = TubeController(reference.tightening, 10, [[1, 0], [0, 1]], [[0.1]])
+    assert_type(tube.step(0, np.zeros(2), reference), Plan | Infeasible | Unsolved)
+    simulate(tube, reference, np.zeros(2), 100, disturbances=lambda k, successor: 0.01 * successor)
 assert_type(check(Path("proof.json"), seconds=9.0), Proved | Refuted | Failed | NotACertificate | Undecided)
 
 # What is wrong is found: without the mistake, mypy complains of the comment.
