@@ -132,10 +132,10 @@ class _Learning:
                 return Certified(solution, reference, outcome, backoff, cost, self.attempts)
             if goal.extends_to(_failed_at(outcome)) or not self.may_go_on:
                 return outcome
-            missed = min(3 * found.missed, _LARGEST_BACKOFF)
-            backoff = max(10 * backoff, 4 * _relative_error(reference), missed)
-            if backoff > _LARGEST_BACKOFF:
+            error = _relative_error(reference)
+            if max(backoff, error) >= _LARGEST_BACKOFF:
                 return outcome
+            backoff = min(max(10 * backoff, 4 * error, 3 * found.missed), _LARGEST_BACKOFF)
             found = learner.continued(found, self._problem(goal, backoff))
         return found
 
