@@ -24,11 +24,6 @@ class Boxes:
     def __len__(self) -> int:
         return len(self.starts)
 
-    @classmethod
-    def of(cls, boxes: list[Box]) -> Self:
-        """Return boxes as arrays."""
-        return cls(*np.array([(box.start, box.end, box.radius) for box in boxes]).T)
-
     def box(self, b: int) -> Box:
         """Return one of the boxes."""
         return Box(float(self.starts[b]), float(self.ends[b]), float(self.radii[b]))

@@ -88,8 +88,9 @@ class Summands:
         times = boxes.middles.mid + self.shift.high
         farthest = np.maximum(np.abs(times - self.centres[0]), np.abs(times - self.centres[-1]))
         distances, radii = farthest[:, None] * _FRACTIONS, boxes.radii[:, None]
-        # Distances are compared in float64.
-        certain = distances * _INSIDE - 2.0**-48 * (np.abs(times) + farthest)[:, None]
+        # Distances are compared in float64, and the numbers that they come from are larger than they are.
+        sizes = np.abs(boxes.middles.mid) + abs(self.shift.high) + np.abs(times) + farthest
+        certain = distances * _INSIDE - 2.0**-48 * sizes[:, None]
         with ball_arithmetic():
             largest = Balls.of(self.kernel.beyond(arb(0)).size).lowest
             sizes = self.kernel.far(Balls.exact(certain), Balls.exact(radii)).highest
