@@ -1,9 +1,12 @@
 """What is read out of printed curves, on curves where the answer is known."""
 
+import re
+
 import numpy as np
 import pytest
 
 from pipeline.published.paper import period_of_curve, reach_in_intervals, states_behind
+from tests.project import ROOT
 from trackable.learning.published.scalar import growth_rates, scalar
 from trackable.systems.sets.interval import Interval
 
@@ -30,3 +33,12 @@ def test_growth_rates_tell_the_states_they_were_made_for():
 def test_reach_in_intervals():
     reach = reach_in_intervals(TIMES, 2 * TIMES, np.array([0.0, 1.0, 3.0]))
     np.testing.assert_allclose(reach, [1.0, 8.0], atol=1e-9)
+
+
+def test_equations_have_the_numbers_that_they_have_in_the_paper() -> None:
+    """Counted in its source: the learning problem is (4), the periodic program (8), and no theorem is in it."""
+    files = [*ROOT.glob("trackable/**/*.py"), *ROOT.glob("pipeline/**/*.py"), *ROOT.glob("notebooks/*.ipynb")]
+    texts = [path.read_text(encoding="utf-8") for path in (*files, ROOT / "claims.yaml")]
+    named = {name.lower() for text in texts for name in re.findall(r"[Pp]ro(?:blem|gram) \(\d+\)", text)}
+    assert named == {"problem (4)", "program (8)"}
+    assert "Theorem" not in texts[-1]
