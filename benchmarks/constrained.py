@@ -76,7 +76,7 @@ def _algorithm1() -> Iterator[Row]:
     of = example("example1")
     run = algorithm1((of.samples,), of.prior, of.system, of.space, AS_PUBLISHED, _FIRST_STEP, 300)
     final, wanted = _kept(run.final_step, int), _kept(run.outcome, Solution).objective
-    for rival, every_start, target in (("8 starts each", True, 20.0), ("each from the last one's end", False, 20.0)):
+    for rival, every_start, target in (("8 starts each", True, 20.0), ("warm starts", False, 20.0)):
         last, found = _slsqp_algorithm1(of, every_start)
         agree("Algorithm 1, last step", final, last, 0.0)
         agree("Algorithm 1, l", wanted, found, 1e-6)
