@@ -58,7 +58,7 @@ bench: .venv-bench/installed
 
 lock: .venv/installed
 	python -m pip install --quiet uv
-	python -m uv pip compile pyproject.toml --extra pipeline --group dev --universal --python-version 3.11 --upgrade \
+	python -m uv pip compile pyproject.toml --extra pipeline --extra cluster --extra parquet --group dev --universal --python-version 3.11 --upgrade \
 		--generate-hashes --no-annotate --no-header --output-file requirements.lock
 	python -m uv pip compile pyproject.toml --extra pipeline --group bench --constraint requirements.lock --universal \
 		--python-version 3.11 --generate-hashes --no-annotate --no-header --output-file requirements-bench.lock
