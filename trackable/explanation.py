@@ -1,10 +1,7 @@
 """What a fit says of itself, in plain sentences."""
 
-import numpy as np
-
 from trackable.fit import Fit, Misfit
 from trackable.systems.disturbance.tightening import Tightening
-from trackable.systems.reference import Reference
 
 _DEAREST = 3
 
@@ -29,14 +26,6 @@ def kept_free(tightening: Tightening | None) -> str | None:
     if tightening is None or not tightening.margin:
         return None
     return f"{tightening.margin:g} of each width is kept free at either bound"
-
-
-def where_it_is(reference: Reference) -> str:
-    """Return where the kernels of a reference are, those with a weight other than zero, and its states at time zero."""
-    used = np.concatenate([signal.centres[signal.weights != 0] for signal in reference.signals])
-    span = f"{used.size} kernels centred from {used.min():g} s to {used.max():g} s" if used.size else "no kernel at all"
-    states = zip(reference.plant.system.states, reference.state_at(np.zeros(())), strict=True)
-    return f"{span}, {', '.join(f'{name} = {value:.6g}' for name, value in states)} at t = 0 s"
 
 
 def distances(fit: Fit) -> str:

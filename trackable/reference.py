@@ -6,24 +6,25 @@ from typing import Self
 
 import numpy as np
 
-from trackable.arguments import numbers, real, whole
+from trackable.arguments import real, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.rounding.references import LATEST
-from trackable.explanation import at_edges, costs, distances, ignored, kept_free, where_it_is
-from trackable.files import path_of, write_json
+from trackable.explanation import at_edges, costs, distances, ignored, kept_free
+from trackable.files import path_of
 from trackable.fit import Fit
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.problem import ActiveBound, Moved
+from trackable.proved.reference import ProvedReference
 from trackable.saved import NotTrackableError, SavedReference
 from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
-from trackable.systems.reference import Reference, Window
+from trackable.systems.reference import Reference
 
 
 @dataclass(frozen=True, eq=False)
-class TrackableReference:
+class TrackableReference(ProvedReference):
     """A learned reference with its proof: the system can follow it at all times that `certificate` names.
 
     `fit` holds what it was learned from, and what its bounds cost. `pin_certificates` prove the values that were asked
@@ -77,27 +78,6 @@ class TrackableReference:
     def active_bounds(self) -> tuple[ActiveBound, ...]:
         """The bounds that hold the reference back: their times, multipliers and prices."""
         return self.fit.active_bounds
-
-    def state(self, k: Array | int) -> Array:
-        """Return x_r(k) at steps k of any shape: (*k.shape, n). ValueError for steps outside of what is proved."""
-        self._refuse_unproved(k)
-        return self.reference.state(k)
-
-    def input(self, k: Array | int) -> Array:
-        """Return u_r(k), which takes x_r(k) to x_r(k + 1): shape (*k.shape, m). ValueError as for states."""
-        self._refuse_unproved(k)
-        return self.reference.input(k)
-
-    def window(self, k: int, horizon: int) -> Window:
-        """Return states k … k + `horizon` and the inputs between them, for a predictive controller at step k.
-
-        ValueError for steps outside of what is proved or a horizon below one step, TypeError for one that is no whole
-        number.
-        """
-        if whole("window: horizon", horizon) < 1:
-            raise ValueError(f"window: a horizon of one step at least is needed, got {horizon}")
-        self._refuse_unproved(np.array([whole("window: k", k), k + horizon]))
-        return self.reference.window(k, horizon)
 
     def state_std(self, k: Array | int) -> Array:
         """Return the posterior standard deviation of the states at steps k, from the samples: shape (*k.shape, n)."""
@@ -169,28 +149,6 @@ class TrackableReference:
         ]
         return "; ".join(filter(None, said))
 
-    def _refuse_unproved(self, k: Array | int) -> None:
-        t = self._times(k)
-        if (found := self.certificate.first_unproved(t)) is not None:
-            i, why = found
-            step, when = np.asarray(k, dtype=float).flat[i], t.flat[i]
-            raise ValueError(
-                f"step {step:g} ({when:g} s) is {why}; the field `reference` has values there too, without any "
-                "guarantee"
-            )
-
-    @property
-    def fingerprint(self) -> str:
-        """SHA-256 of the signals and the system, as the checker prints it for certificates about this reference."""
-        from trackable.codec.fingerprint import fingerprint  # noqa: PLC0415  loaded for files only
-
-        return fingerprint(self.reference)
-
-    @property
-    def identity(self) -> str:
-        """Which reference this is, as the checker says it: its fingerprint, where its kernels are, and its start."""
-        return f"SHA-256 {self.fingerprint}, {where_it_is(self.reference)}"
-
     def unconstrained(self) -> Reference:
         """Return the reference of least l without bounds, to compare with: the system may be unable to follow it."""
         return self.fit.unconstrained
@@ -211,22 +169,6 @@ class TrackableReference:
         if not isinstance(found, tuple):
             raise NotTrackableError(found)
         return cls(saved.fit, *found, saved.drawn_in)
-
-    def save_certificate(self, path: Path | str) -> tuple[Path, ...]:
-        """Write the proof alone, for `python -m trackable check FILE`; return the files. Raises OSError.
-
-        Certificates of values at single times are written beside it: proof.at1.json, proof.at2.json, … for proof.json.
-        """
-        from trackable.codec.certificates import encode_certificate  # noqa: PLC0415  loaded for files only
-
-        path = path_of("save_certificate", path)
-        beside = [path.with_suffix(f".at{i + 1}{path.suffix}") for i in range(len(self.pin_certificates))]
-        for file, certificate in zip((path, *beside), (self.certificate, *self.pin_certificates), strict=True):
-            write_json(file, encode_certificate(certificate))
-        return path, *beside
-
-    def _times(self, k: Array | int) -> Array:
-        return np.asarray(self.reference.instants(numbers("steps", k)), dtype=float)
 
     def __repr__(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())

@@ -1,0 +1,94 @@
+"""A reference with its proof, however it was found: states and inputs at proved times, and the proof as a file."""
+
+from abc import ABC, abstractmethod
+from pathlib import Path
+
+import numpy as np
+
+from trackable.arguments import numbers, whole
+from trackable.arrays import Array
+from trackable.certificates.certificate import Certificate
+from trackable.files import path_of, write_json
+from trackable.proved.place import where_it_is
+from trackable.systems.reference import Reference, Window
+
+
+class ProvedReference(ABC):
+    """A `reference` with its proof: the system can follow it at all times that `certificate` names.
+
+    `pin_certificates` prove values that were asked for at single times. Steps outside of what is proved are refused
+    with a ValueError, and so are steps at |t| > `certificate.evaluated_until`; `reference` has values there too, but no
+    guarantee.
+    """
+
+    certificate: Certificate
+    pin_certificates: tuple[Certificate, ...] = ()
+
+    @property
+    @abstractmethod
+    def reference(self) -> Reference:
+        """The reference itself, at all times."""
+
+    @property
+    @abstractmethod
+    def explanation(self) -> str:
+        """What is proved, and what there is to know beside it."""
+
+    def state(self, k: Array | int) -> Array:
+        """Return x_r(k) at steps k of any shape: (*k.shape, n). ValueError for steps outside of what is proved."""
+        self._refuse_unproved(k)
+        return self.reference.state(k)
+
+    def input(self, k: Array | int) -> Array:
+        """Return u_r(k), which takes x_r(k) to x_r(k + 1): shape (*k.shape, m). ValueError as for states."""
+        self._refuse_unproved(k)
+        return self.reference.input(k)
+
+    def window(self, k: int, horizon: int) -> Window:
+        """Return states k … k + `horizon` and the inputs between them, for a predictive controller at step k.
+
+        ValueError for steps outside of what is proved or a horizon below one step, TypeError for one that is no whole
+        number.
+        """
+        if whole("window: horizon", horizon) < 1:
+            raise ValueError(f"window: a horizon of one step at least is needed, got {horizon}")
+        self._refuse_unproved(np.array([whole("window: k", k), k + horizon]))
+        return self.reference.window(k, horizon)
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 of the signals and the system, as the checker prints it for certificates about this reference."""
+        from trackable.codec.fingerprint import fingerprint  # noqa: PLC0415  loaded for files only
+
+        return fingerprint(self.reference)
+
+    @property
+    def identity(self) -> str:
+        """Which reference this is, as the checker says it: its fingerprint, where it is, and its start."""
+        return f"SHA-256 {self.fingerprint}, {where_it_is(self.reference)}"
+
+    def save_certificate(self, path: Path | str) -> tuple[Path, ...]:
+        """Write the proof alone, for `python -m trackable check FILE`; return the files. Raises OSError.
+
+        Certificates of values at single times are written beside it: proof.at1.json, proof.at2.json, … for proof.json.
+        """
+        from trackable.codec.certificates import encode_certificate  # noqa: PLC0415  loaded for files only
+
+        path = path_of("save_certificate", path)
+        beside = [path.with_suffix(f".at{i + 1}{path.suffix}") for i in range(len(self.pin_certificates))]
+        for file, certificate in zip((path, *beside), (self.certificate, *self.pin_certificates), strict=True):
+            write_json(file, encode_certificate(certificate))
+        return path, *beside
+
+    def _refuse_unproved(self, k: Array | int) -> None:
+        t = self._times(k)
+        if (found := self.certificate.first_unproved(t)) is not None:
+            i, why = found
+            step, when = np.asarray(k, dtype=float).flat[i], t.flat[i]
+            raise ValueError(
+                f"step {step:g} ({when:g} s) is {why}; the field `reference` has values there too, without any "
+                "guarantee"
+            )
+
+    def _times(self, k: Array | int) -> Array:
+        return np.asarray(self.reference.instants(numbers("steps", k)), dtype=float)
