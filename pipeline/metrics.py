@@ -128,7 +128,7 @@ def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None
     """Return bounds for all times after the last verified step; None where the kernel gives none."""
     plant = reference.plant
     state, entry = state_and_input(plant)
-    bounds = tail(reference.signals[0], last_step * plant.sampling_time)
+    bounds = tail(reference.kernel_sums[0], last_step * plant.sampling_time)
     if bounds is None:
         return None
     return {
@@ -146,7 +146,7 @@ def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> d
     The truth is compared at the verified steps.
     """
     times = reference.instants(np.arange(experiment.verification.last_step + 1, dtype=float))
-    flat = zip(sampled.by_name.items(), reference.signals, strict=True)
+    flat = zip(sampled.by_name.items(), reference.kernel_sums, strict=True)
     misfit = {name: of.values - of.stencil.measured(signal, of.times) for (name, of), signal in flat}
     truth = {name: truth(times) - _sampled_state(reference, name, times) for name, truth in experiment.truths.items()}
     held_out = {

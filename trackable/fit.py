@@ -172,7 +172,9 @@ class Fit:
     @property
     def contacts(self) -> tuple[Contact, ...]:
         """The active bounds, joined where they are less than a correlation time apart; the dearest come first."""
-        return contacts(self.active_bounds, min(signal.kernel.correlation_time for signal in self.reference.signals))
+        return contacts(
+            self.active_bounds, min(signal.kernel.correlation_time for signal in self.reference.kernel_sums)
+        )
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
@@ -205,14 +207,14 @@ class Fit:
         if isinstance(q, Functional):
             return self.posterior.variance_of(q.rounded, t, q.sampling_time)
         each = [
-            self.posterior.variance_of(q.weights_at(self.reference.signals, at), at, q.sampling_time)
+            self.posterior.variance_of(q.weights_at(self.reference.kernel_sums, at), at, q.sampling_time)
             for at in t.reshape(-1, 1)
         ]
         return np.array(each).reshape(t.shape)
 
     def _off(self, reference: Reference) -> dict[str, Array]:
         """Return samples minus what a reference says of them."""
-        flat = zip(self.prior.names, self.samples, reference.signals, strict=True)
+        flat = zip(self.prior.names, self.samples, reference.kernel_sums, strict=True)
         return {
             name: of.values - of.stencil.measured(signal, of.times)
             for process, together, signal in flat
@@ -222,7 +224,7 @@ class Fit:
     def _distance(self, bound: ActiveBound) -> float:
         """Return how far the reference stays inside an active bound, in the quantity's unit."""
         quantity = self.reference.quantity(bound.name)
-        value = quantity(self.reference.signals, np.asarray(bound.time)).item()
+        value = quantity(self.reference.kernel_sums, np.asarray(bound.time)).item()
         return value - quantity.bounds.lower if bound.side == "lower" else quantity.bounds.upper - value
 
 

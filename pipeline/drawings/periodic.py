@@ -60,7 +60,7 @@ def _growth(experiment: Experiment, fitted: Fitted) -> dict[str, plots.GrowthInt
     assert experiment.periodic, "the method of these intervals needs it"
     end = _last_step(experiment) * experiment.plant.sampling_time
     times, edges = np.linspace(0, end, _POINTS), np.linspace(0, end, experiment.periodic.intervals + 1)
-    signals = {method: fitted.learned[method].reference.signals[0] for method in _curves(fitted)}
+    signals = {method: fitted.learned[method].reference.kernel_sums[0] for method in _curves(fitted)}
     rates = interval_growth_rates(signals[INTERVALS.name], experiment.plant, tuple(edges.tolist()))
     derivatives = {method: signal.derivative(times) for method, signal in signals.items()}
     panels = {"ours (growth rates: those of the intervals)": plots.GrowthIntervals(times, derivatives, edges, *rates)}

@@ -159,7 +159,7 @@ def _relative_error(reference: Reference) -> float:
 
     It is bounded up to 1000 periods, or up to 1000 times the latest centre if there is no period.
     """
-    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.signals)
+    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
     until = 1e3 * (reference_period(reference) or latest)
     errors = evaluation_errors(reference, until)
     return max(errors[q.name] / q.bounds.width for q in reference.quantities)

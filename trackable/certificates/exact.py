@@ -106,7 +106,7 @@ def _exact(
         for c, weights in enumerate(functional.weights):
             for j, w in enumerate(weights):
                 if w:
-                    new = ShiftedSignal(reference.signals[c], j * arb(functional.sampling_time))
+                    new = ShiftedSignal(reference.kernel_sums[c], j * arb(functional.sampling_time))
                     terms.append((rational(w), known.setdefault((c, j), new)))
         at_rest = rational(functional.offset) + sum((w * arb(shifted.signal.mean) for w, shifted in terms), arb(0))
     return ExactFunctional(tuple(terms), at_rest)

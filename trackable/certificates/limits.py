@@ -28,7 +28,7 @@ def limits_beyond(reference: Reference, start: arb) -> dict[str, tuple[arb, arb]
     theorem, a formula of such functionals differs from its value at rest by such a sum, whose weights are its slopes.
     """
     with ball_arithmetic(2):
-        envelopes = [_envelope(signal, start) for signal in reference.signals]
+        envelopes = [_envelope(signal, start) for signal in reference.kernel_sums]
         exact = exact_quantities(reference)
         return {q.name: _limits(q, e, envelopes) for q, e in zip(reference.quantities, exact, strict=True)}
 

@@ -69,11 +69,11 @@ def prove_at_instants(reference: Reference) -> Outcome:
 
 def reference_period(reference: Reference) -> float | None:
     """Return the period [s] that all signals have; None where there is none."""
-    return common_period([signal.kernel for signal in reference.signals])
+    return common_period([signal.kernel for signal in reference.kernel_sums])
 
 
 def _span(reference: Reference) -> float:
-    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.signals)
+    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
     return latest + max(reference.plant.flatness.orders) * reference.plant.sampling_time
 
 
@@ -95,7 +95,7 @@ class _ProofProblem:
 
     @cached_property
     def until(self) -> float:
-        return evaluated_until(self.reference.signals, self.window)
+        return evaluated_until(self.reference.kernel_sums, self.window)
 
     @cached_property
     def errors(self) -> dict[str, float]:

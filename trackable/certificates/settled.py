@@ -31,7 +31,7 @@ def earliest_settled(reference: Reference, reserve: dict[str, float]) -> float |
     def holds(start: float) -> bool:
         return min(settled_margins(reference, arb(start), reserve).values()) >= 0
 
-    origin = max(0.0, *(float(np.max(signal.centres)) for signal in reference.signals))
+    origin = max(0.0, *(float(np.max(signal.centres)) for signal in reference.kernel_sums))
     reach = reference.plant.sampling_time
     for _ in range(_DOUBLINGS):
         if holds(origin + reach):

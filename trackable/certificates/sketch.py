@@ -44,7 +44,7 @@ class Sketch:
 
 def sketch(reference: Reference, quantity: Quantity, start: float, end: float) -> Sketch:
     """Return margins on a regular grid, at their local minima, and near centres where they may change in between."""
-    signals, trajectory = reference.signals, quantity.trajectory
+    signals, trajectory = reference.kernel_sums, quantity.trajectory
     kernels = [signal.kernel for signal in signals]
 
     def margin(t: Array) -> Array:
@@ -69,7 +69,7 @@ def _near_centres(reference: Reference, quantity: Quantity) -> Iterator[Array]:
     """
     for _, functional in quantity.trajectory.arguments:
         for c, weights in functional.rounded:
-            signal = reference.signals[c]
+            signal = reference.kernel_sums[c]
             if len(signal.centres) <= _FEW_CENTRES or not signal.kernel.is_analytic:
                 yield (signal.centres[:, None] - functional.sampling_time * np.arange(len(weights))).ravel()
 

@@ -24,6 +24,7 @@ from trackable.files import LEFT_OUT, from_json, to_json
 from trackable.gp.hyperparameter import Hyperparameter
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.registry import KERNELS, name_of
+from trackable.gp.signal import KernelSum
 from trackable.gp.stencil import Stencil
 from trackable.gp.stencils import Stencils
 from trackable.systems.constrained import System
@@ -34,6 +35,8 @@ from trackable.systems.formulas.expression import Expression
 from trackable.systems.formulas.nested_lists import from_lists, to_lists
 from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.signals.pieces import PolynomialPieces
+from trackable.systems.signals.signal import Signal
 
 T = TypeVar("T")
 Hook = Callable[[Any, Any], Any]
@@ -161,24 +164,15 @@ def _kernel_fields(cls: type[Kernel]) -> Callable[[Kernel], dict[str, Any]]:
     return make_dict_unstructure_fn(cls, _CONVERTER)
 
 
-def _read_system(data: Any, _: Any) -> Any:
-    """Formulas f make a system nonlinear."""
-    system = Nonlinear if isinstance(data, dict) and "f" in data else LinearSystem
-    return _CONVERTER.structure(data, system)
+def _read_either(telltale: str, with_it: type, without: type, optional: bool = False) -> Hook:
+    """Return a reader of two classes, which a field tells apart, and of None where values are optional."""
 
+    def hook(data: Any, _: Any) -> Any:
+        if data is None and optional:
+            return None
+        return _CONVERTER.structure(data, with_it if isinstance(data, dict) and telltale in data else without)
 
-def _read_disturbance(data: Any, _: Any) -> Any:
-    """Vertices make a disturbance set a convex hull."""
-    if data is None:
-        return None
-    kind = ConvexHull if isinstance(data, dict) and "vertices" in data else Zonotope
-    return _CONVERTER.structure(data, kind)
-
-
-def _read_stencil(data: Any, _: Any) -> Any:
-    """Parts make several stencils of one."""
-    several = isinstance(data, dict) and "parts" in data
-    return _CONVERTER.structure(data, Stencils if several else Stencil)
+    return hook
 
 
 def _read_expression(data: Any, _: Any) -> Expression:
@@ -229,11 +223,19 @@ def _converter() -> Converter:
     converter.register_structure_hook_func(_is_array, read_array)
     converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
     converter.register_structure_hook_func(is_frozenset, _read_set)
-    converter.register_structure_hook_func(lambda cls: cls == System, _read_system)
-    converter.register_structure_hook_func(lambda cls: cls == DisturbanceSet | None, _read_disturbance)
+    system, signal = (
+        _read_either("f", Nonlinear, LinearSystem),
+        _read_either("breakpoints", PolynomialPieces, KernelSum),
+    )
+    converter.register_structure_hook_func(lambda cls: cls == System, system)
+    converter.register_structure_hook_func(lambda cls: cls == Signal, signal)
+    converter.register_structure_hook_func(
+        lambda cls: cls == Stencil | Stencils, _read_either("parts", Stencils, Stencil)
+    )
+    disturbance = _read_either("vertices", ConvexHull, Zonotope, optional=True)
+    converter.register_structure_hook_func(lambda cls: cls == DisturbanceSet | None, disturbance)
     converter.register_structure_hook(Fraction, read_fraction)
     converter.register_unstructure_hook(Fraction, str)
-    converter.register_structure_hook_func(lambda cls: cls == Stencil | Stencils, _read_stencil)
     converter.register_structure_hook_factory(dataclasses.is_dataclass, _read_object)
     converter.register_unstructure_hook_factory(_leaves_out, _write_object)
     converter.register_structure_hook_func(_is_kernel, _read_kernel)

@@ -101,7 +101,7 @@ def asymptotic(reference: Reference, samples: Samples, transient_step: int, fina
 
 def _envelope(axes: Axes, reference: Reference, k: Array) -> None:
     """Draw m ± m̄(t) from where all samples lie further back than ζ, within the limits of the axes."""
-    (signal,) = reference.signals
+    (signal,) = reference.kernel_sums
     tails = [(step, found) for step, t in zip(k, reference.instants(k), strict=True) if (found := tail(signal, t))]
     if not tails:
         return

@@ -69,7 +69,7 @@ def _contours(axes: Axes, panel: Landscape, lowest: float) -> None:
 
 def _optima(axes: Axes, references: Mapping[str, Reference], names: Sequence[str]) -> None:
     for (name, style), marker in zip(reference_styles(references).items(), cycle(_OPTIMUM_MARKERS)):
-        theta = references[name].signals[0].kernel.hyperparameters
+        theta = references[name].kernel_sums[0].kernel.hyperparameters
         label = f"optimum, {style['label']}"
         axes.plot(*(theta[n] for n in names), linestyle="none", color=style["color"], zorder=5, label=label, **marker)
 

@@ -1,4 +1,4 @@
-"""A reference: learned signals, and the states and inputs that they determine."""
+"""A reference: signals, learned or given, and the states and inputs that they determine."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -11,6 +11,8 @@ from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.trajectory import Coordinate, combined
 from trackable.systems.quantity import Quantity
+from trackable.systems.signals.pieces import PolynomialPieces
+from trackable.systems.signals.signal import Signal
 
 
 class Window(NamedTuple):
@@ -22,19 +24,33 @@ class Window(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Learned `signals`, the flat outputs of a `plant`: they determine states x_r and inputs u_r.
+    """`signals`, the flat outputs of a `plant`: they determine states x_r and inputs u_r.
 
     By construction x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and likewise from any time t to t + T_s. States and
     inputs are evaluated by sums of products, never by fast transforms: a certificate bounds the rounding of these sums.
-    ValueError: not as many signals as flat outputs.
+    ValueError: not as many signals as flat outputs, or some of them sums of kernels and others polynomial pieces.
     """
 
-    signals: tuple[KernelSum, ...]
+    signals: tuple[Signal, ...]
     plant: ConstrainedSystem
 
     def __post_init__(self) -> None:
         if len(self.signals) != self.plant.signal_count:
             raise ValueError(f"reference: the system needs {self.plant.signal_count} signals, got {len(self.signals)}")
+        if 0 < len(self.pieces) < len(self.signals):
+            raise ValueError("reference: signals must all be sums of kernels, or all polynomial pieces")
+
+    @property
+    def kernel_sums(self) -> tuple[KernelSum, ...]:
+        """The signals of a learned reference. ValueError: they are polynomial pieces."""
+        if self.pieces:
+            raise ValueError("reference: signals must be sums of kernels here, but are polynomial pieces")
+        return tuple(signal for signal in self.signals if isinstance(signal, KernelSum))
+
+    @property
+    def pieces(self) -> tuple[PolynomialPieces, ...]:
+        """The signals where they are polynomial pieces; none where they are sums of kernels."""
+        return tuple(signal for signal in self.signals if isinstance(signal, PolynomialPieces))
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:

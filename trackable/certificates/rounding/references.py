@@ -86,7 +86,7 @@ def _row_error(reference: Reference, row: _Row, until: float) -> float:
     plant = reference.plant
     with ball_arithmetic(2):
         ahead = max(plant.flatness.orders) * arb(plant.sampling_time)
-        of_signals = [signal_error(signal, arb(until) + ahead, ahead) for signal in reference.signals]
+        of_signals = [signal_error(signal, arb(until) + ahead, ahead) for signal in reference.kernel_sums]
         roundings = 8 + sum(plant.flatness.orders) + len(plant.system.states) + len(plant.system.inputs)
         if not row.formulas:
             weights, offset = _absolute_weights(row.weights, row.functionals)
@@ -162,7 +162,7 @@ def has_sane_numbers(reference: Reference) -> bool:
     weights += [abs(Fraction(c)) for row in rows for part in row.formulas for c in _constants(part) if c]
     if not (plant.sampling_time >= _SMALLEST and all(_SMALLEST <= w <= _LARGEST for w in weights)):
         return False
-    return all(_is_sane(signal) for signal in reference.signals)
+    return all(_is_sane(signal) for signal in reference.kernel_sums)
 
 
 def _constants(trajectory: Trajectory) -> list[float]:

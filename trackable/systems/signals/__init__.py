@@ -1,0 +1,1 @@
+"""Signals that are not learned as sums of kernels: piecewise polynomials."""
