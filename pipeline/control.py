@@ -9,7 +9,7 @@ from tqdm import tqdm
 
 from pipeline.disturbed.stage import disturbed_loops
 from pipeline.experiments import Experiment
-from pipeline.methods import JOINT, UNCONSTRAINED
+from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.relearn import relearn
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.loops import ClosedLoops, write_loops
@@ -64,7 +64,8 @@ def control(experiment: Experiment, results: Results) -> None:
     if online:
         metrics["online"] = {**loop_metrics(online.loop, plant), "offers": online.records}
         closed = replace(closed, online=LoopTrajectory.of(online.loop), offered=online.columns)
-    if disturbed := disturbed_loops(experiment, references[JOINT.name]):
+    followed = {name: fitted.learned[name].reference for name in (JOINT.name, ROBUST.name) if name in fitted.learned}
+    if disturbed := disturbed_loops(experiment, followed):
         metrics["disturbed"] = disturbed
     write_loops(results, plant, closed, metrics)
     write_json(results.control, metrics)

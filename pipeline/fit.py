@@ -27,15 +27,16 @@ def fit(experiment: Experiment, results: Results) -> None:
     sampled = read_samples(results)
     experiment = with_learned_means(experiment, sampled.samples)
     fits, seconds = _fits(experiment, experiment.task(sampled.samples))
-    plant = experiment.plant
     learned = {
-        name: LearnedReference.of(name, found.solution, plant, final_step=found.final_step, fits=found.fits)
+        name: LearnedReference.of(
+            name, found.solution, experiment.plant_of(name), final_step=found.final_step, fits=found.fits
+        )
         for name, found in fits.items()
     }
     traces = {name: found.trace for name, found in fits.items() if found.trace}
     steps = np.arange(_INSTANTS_PER_STEP * experiment.verification.last_step + 1) / _INSTANTS_PER_STEP
     fitted = Fitted(sampled, learned, traces, study(experiment, sampled.samples))
-    write_fit(results, fitted, steps * plant.sampling_time)
+    write_fit(results, fitted, steps * experiment.plant.sampling_time)
     write_text(results.iterations, to_csv(_iterations(fits)))
     write_json(results.environment, environment())
     write_json(results.timings, seconds)

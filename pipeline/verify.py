@@ -67,7 +67,9 @@ def _write_proof(results: Results, method: str, proof: Outcome) -> None:
 def prove_for(experiment: Experiment, method: str, sampled: Sampled, reference: Reference) -> Outcome:
     """Prove what the method claims of a reference, or find out what a proof lacks."""
     proof = METHODS[method].prove(experiment.goal(sampled.samples), reference)
-    return replace(proof, robust=robust_of(experiment.tightening)) if isinstance(proof, Certificate) else proof
+    if METHODS[method].is_robust and isinstance(proof, Certificate):
+        return replace(proof, robust=robust_of(experiment.tightening))
+    return proof
 
 
 def _profiles(experiment: Experiment, reference: Reference) -> list[MarginProfile]:

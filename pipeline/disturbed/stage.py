@@ -1,5 +1,7 @@
 """Loops under an experiment's disturbances, by the tube controller and by the nominal one: numbers for the metrics."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from pipeline.experiments import Experiment
@@ -15,28 +17,37 @@ from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.sets.polytope import Polytope
 
 Numbers = dict[str, float | int | str | None]
+KINDS = ("drawn", "greedy", "constant")
 
 
-def disturbed_loops(experiment: Experiment, reference: TrackedReference) -> dict[str, dict[str, Numbers]] | None:
-    """Return the numbers of loops on a certified reference, by disturbance and controller; None without disturbance."""
+def disturbed_loops(
+    experiment: Experiment, references: Mapping[str, TrackedReference]
+) -> dict[str, dict[str, dict[str, Numbers]]]:
+    """Return the numbers of loops by reference, controller and kind of disturbance; none without disturbance."""
     drawn_in = experiment.tightening
     if drawn_in is None or drawn_in.invariant is None:
-        return None
+        return {}
     wanted = experiment.control
     nominal = scaled_controller(drawn_in.given, wanted.horizon, wanted.input_weight)
     tube = TubeController(drawn_in, wanted.horizon, nominal.Q, nominal.R)
     controllers: dict[str, Controller | TubeController] = {"tube": tube, "nominal": nominal}
     return {
-        kind: {name: _loop(experiment, drawn_in, of, reference, kind) for name, of in controllers.items()}
-        for kind in ("drawn", "greedy", "constant")
+        name: {
+            of: {kind: _loop(experiment, drawn_in, controller, reference, kind) for kind in KINDS}
+            for of, controller in controllers.items()
+        }
+        for name, reference in references.items()
     }
 
 
 def _loop(
     experiment: Experiment, drawn_in: Tightening, controller: SteppedController, reference: TrackedReference, kind: str
 ) -> Numbers:
-    """Return the numbers of one loop from the reference on. Where there is no plan, the fallback is applied."""
-    steps, given = experiment.loop_steps, drawn_in.given
+    """Return the numbers of one loop from the reference on, as long as logs are.
+
+    Where there is no plan, the fallback is applied.
+    """
+    steps, given = experiment.loop_steps[: experiment.control.logged], drawn_in.given
     assert drawn_in.invariant is not None, "loops are disturbed where there is a set"
     loop = simulate(
         controller,

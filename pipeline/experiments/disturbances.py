@@ -58,13 +58,11 @@ class Disturbance(Fields):
 @lru_cache(maxsize=64)
 def tightened(
     system: ModelField, state_set: SetFields, input_set: SetFields, disturbance: Disturbance | None, margin: float
-) -> Tightening | None:
-    """Return the bounds drawn in for disturbances and by a margin; None where nothing is asked for.
+) -> Tightening:
+    """Return the bounds drawn in for disturbances and by a margin.
 
     Raises ValueError as `ConstrainedSystem` and `tightening` do. Stages ask often: what is found is remembered.
     """
-    if disturbance is None and not margin:
-        return None
     given = ConstrainedSystem(system.discrete, state_set.polytope, input_set.polytope)
     W, K = (None, None) if disturbance is None else (disturbance.set, disturbance.feedback)
     return tightening(given, W, K, margin)

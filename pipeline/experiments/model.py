@@ -12,7 +12,7 @@ from pipeline.experiments.disturbances import Disturbance, tightened
 from pipeline.experiments.fields import PriorFields, ProjectPath, Published, Search, StudyFields, Verification, as_tuple
 from pipeline.experiments.plants import ModelField, SetField
 from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
-from pipeline.methods import METHODS, REQUIRED, Algorithm1, Method, Parameters, Periodic, Task
+from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.storage.yaml_file import Fields
 from trackable.certificates.goal import Goal, goal_for, refusal
@@ -54,9 +54,9 @@ class Experiment(Fields):
 
     `samples_from` is the file that the samples come from, or a folder above all their files: when it changes, DVC runs
     the stages again. `samples` and `prior` are by the names of sampled states, one for each flat output; what `shared`
-    names is the same for all of them. References are learned with room for every error that a `disturbance` may cause,
-    and keep the part `margin` of each width free at either bound. `algorithm1` and `periodic` are for the methods that
-    need them.
+    names is the same for all of them. All references keep the part `margin` of each width free at either bound. Robust
+    methods also leave room for every error that a `disturbance` may cause; the other methods know nothing of it.
+    `algorithm1` and `periodic` are for the methods that need them.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Experiment(Fields):
             yield f"samples and prior must have the same names, got {names}"
             return
         try:
-            plant, prior = self.plant, self.learned_prior
+            plant, prior, _ = self.plant, self.learned_prior, self.tightening
         except (TypeError, ValueError) as error:  # what the mathematics refuses
             yield str(error)
             return
@@ -107,6 +107,9 @@ class Experiment(Fields):
                 method.check(plant, prior)
             except (TypeError, ValueError) as error:
                 yield f"methods: {method.name}: {error}"
+        if self.disturbance and ROBUST.name not in self.methods:
+            given = ", ".join(self.methods)
+            yield f"methods: expected {ROBUST.name} among them where there is a disturbance, got {given}"
         if self.algorithm1 and self.verification.last_step < self.algorithm1.last_step:
             yield (
                 f"verification.last_step must not lie before algorithm1.last_step = {self.algorithm1.last_step}, "
@@ -139,15 +142,22 @@ class Experiment(Fields):
 
     @property
     def plant(self) -> ConstrainedSystem:
-        """The system with its sets; their bounds are drawn in where a disturbance or a margin asks for it."""
-        if drawn_in := self.tightening:
-            return drawn_in.plant
+        """The system with its sets; their bounds are drawn in where a margin asks for it."""
+        if self.margin:
+            return tightened(self.system, self.state_set, self.input_set, None, self.margin).plant
         return ConstrainedSystem(self.system.discrete, self.state_set.polytope, self.input_set.polytope)
 
     @property
     def tightening(self) -> Tightening | None:
-        """How the bounds are drawn in, if they are."""
+        """How the bounds are drawn in for disturbances, if there are any, and by the margin."""
+        if self.disturbance is None:
+            return None
         return tightened(self.system, self.state_set, self.input_set, self.disturbance, self.margin)
+
+    def plant_of(self, method: str) -> ConstrainedSystem:
+        """Return the system with the sets within which a method learns."""
+        drawn_in = self.tightening
+        return drawn_in.plant if drawn_in and METHODS[method].is_robust else self.plant
 
     def with_upper_bound(self, upper: float) -> "Experiment":
         """Return the same experiment with another upper bound of its only state."""
@@ -186,7 +196,7 @@ class Experiment(Fields):
         """Return what methods learn from."""
         parameters = Parameters(algorithm1=self.algorithm1, periodic=self.periodic)
         space, goal = self.search_space(samples), self.goal(samples)
-        return Task(samples, self.learned_prior, self.plant, space, goal, parameters)
+        return Task(samples, self.learned_prior, self.plant, space, goal, parameters, self.tightening)
 
     @property
     def loop_steps(self) -> range:

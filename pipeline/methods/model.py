@@ -14,12 +14,13 @@ from trackable.learning.learned import Trace
 from trackable.learning.problem import Solution
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.reference import Reference
 
 
 @dataclass(frozen=True)
 class Task:
-    """What a method learns from."""
+    """What a method learns from; the `tightening` of the plant's bounds is None where nothing disturbs it."""
 
     samples: tuple[Samples, ...]
     prior: JointPrior
@@ -27,6 +28,7 @@ class Task:
     space: SearchSpace
     goal: Goal
     parameters: Parameters
+    tightening: Tightening | None = None
 
 
 @dataclass(frozen=True)
@@ -72,8 +74,9 @@ class Method:
 
     Where `must_be_proved` holds, a reference without a proof is an error; otherwise the metrics say what the proof
     lacks. `needs` are the blocks of params.yaml that the method reads, and `check` raises ValueError or TypeError for a
-    system or prior that the method is not for. Figures leave out the reference if one learned by `looks_like` is there,
-    and draw its curve only if `has_own_curve` holds.
+    system or prior that the method is not for. Where the method `is_robust`, it learns within bounds that are drawn in
+    for disturbances, and figures of disturbed loops show it. Other figures leave out a reference if one learned by
+    `looks_like` is there, and draw its curve only if `has_own_curve` holds.
     """
 
     name: str
@@ -84,6 +87,7 @@ class Method:
     check: Callable[[ConstrainedSystem, JointPrior], None] = _nothing_more
     looks_like: str | None = None
     has_own_curve: bool = True
+    is_robust: bool = False
 
     def prove(self, goal: Goal, reference: Reference) -> Outcome:
         """Prove what the method claims, or find out what a proof lacks."""

@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 from pipeline.methods import algorithm1, anytime, periodic
 from pipeline.methods.model import Claims, Method
+from pipeline.methods.robust import robustly
 from trackable.learning import learner
 from trackable.learning.published.algorithm1 import AS_PUBLISHED as PUBLISHED_READING
 from trackable.learning.published.algorithm1 import SOUND as SOUND_READING
@@ -52,14 +53,24 @@ GRID = Method("grid", periodic.grid, Claims.NOTHING, needs=("periodic",), check=
 # All instants that ever occur; of the times between them nothing is claimed.
 SAMPLED = Method("sampled", periodic.sampled, Claims.NOTHING, check=periodic.check_whole_steps, has_own_curve=False)
 
+ROBUST = robustly(JOINT, "robust")
+_CONSTRAINED = (HYPERPARAMETERS, AS_PUBLISHED, SOUND, EXACT, INTERVALS, SOUND_INTERVALS, GRID, SAMPLED)
+
 REQUIRED = (UNCONSTRAINED, HYPERPARAMETERS, JOINT)
 """Every experiment compares these, and the loop is closed on the first and the last."""
 
 METHODS = {
-    method.name: method for method in (*REQUIRED, AS_PUBLISHED, SOUND, EXACT, INTERVALS, SOUND_INTERVALS, GRID, SAMPLED)
+    method.name: method
+    for method in (
+        *(UNCONSTRAINED, HYPERPARAMETERS, JOINT),
+        *_CONSTRAINED[1:],
+        ROBUST,
+        *(robustly(method, f"robust_{method.name}") for method in _CONSTRAINED),
+    )
 }
 
 
 def methods_in_figures(learned: Collection[str]) -> list[Method]:
-    """Return those of the `learned` references that figures show, in the order of the table."""
-    return [method for name, method in METHODS.items() if name in learned and method.looks_like not in learned]
+    """Return those of the `learned` references that figures without disturbances show, in the order of the table."""
+    shown = [method for name, method in METHODS.items() if name in learned and not method.is_robust]
+    return [method for method in shown if method.looks_like not in learned]

@@ -94,14 +94,30 @@ def _loops(loops: Mapping[str, Any], horizon: int) -> Iterator[str]:
 
 
 def _disturbed(loops: Mapping[str, Any]) -> Iterator[str]:
-    """Say what the tube controller and the nominal one keep on `joint` under each kind of disturbances."""
-    for kind, of in loops.items():
-        said = "; ".join(
-            f"the {name} controller has no plan at {found['steps_without_plan']} of {found['steps']} steps, and leaves "
-            f"the bounds at {found['steps_outside']}"
-            for name, found in of.items()
+    """Say what each controller keeps on each reference under all kinds of disturbances."""
+    for reference, by_controller in loops.items():
+        for controller, by_kind in by_controller.items():
+            lost = [
+                _failure(kind, of) for kind, of in by_kind.items() if of["steps_without_plan"] or of["steps_outside"]
+            ]
+            begun = f"Disturbed, the {controller} controller on `{reference}` "
+            if lost:
+                yield f"{begun}fails: {'; '.join(lost)}."
+            else:
+                steps = sum(of["steps"] for of in by_kind.values())
+                yield f"{begun}has a plan at each of {steps} steps ({', '.join(by_kind)}), and no bound is broken."
+
+
+def _failure(kind: str, found: Mapping[str, Any]) -> str:
+    without, outside = found["steps_without_plan"], found["steps_outside"]
+    said = []
+    if without:
+        said.append(
+            f"there is no plan at {without} of {found['steps']} steps, first at {found['first_step_without_plan']}"
         )
-        yield f"Under {kind} disturbances, on `joint`: {said}."
+    if outside:
+        said.append(f"bounds are broken at {outside} steps, first at {found['first_step_outside']}")
+    return f"{kind}, {_listed(said)}"
 
 
 def _loss(start: str, found: Mapping[str, Any]) -> str:

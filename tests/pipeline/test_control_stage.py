@@ -69,7 +69,7 @@ def closed(finished) -> ClosedLoops:
 
 
 def test_the_metrics_say_what_happened(metrics):
-    assert set(metrics) == {"horizon", "joint", "unconstrained", "interpolated", "online"}
+    assert set(metrics) == {"horizon", "joint", "unconstrained", "interpolated", "online", "disturbed"}
     assert metrics["joint"]["first_untrackable_step"] is None
     assert metrics["unconstrained"]["first_untrackable_step"] == 77
     for start in ("on", "above", "below"):

@@ -15,20 +15,23 @@ EXPERIMENTS = load_experiments(ROOT / "params.yaml")
 
 def test_entries_are_known_by_their_own_names() -> None:
     assert all(METHODS[method.name] is method for method in METHODS.values())
-    assert len(METHODS) == 10
+    assert len(METHODS) == 19
 
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 def test_an_entry_agrees_with_itself(method) -> None:
     """What has to be proved is claimed; what is needed is a block of params.yaml; what looks alike is in the table."""
     assert method.claims is Claims.CLAIM or not method.must_be_proved
-    assert set(method.needs) <= Parameters.model_fields.keys() <= Experiment.model_fields.keys()
+    blocks = Parameters.model_fields.keys() | {"disturbance"}
+    assert set(method.needs) <= blocks <= Experiment.model_fields.keys()
+    assert method.is_robust == ("disturbance" in method.needs)
     assert method.looks_like is None or method.looks_like in METHODS
 
 
 def test_figures_show_methods_in_the_order_of_the_table_and_none_twice() -> None:
     shown = {name: [m.name for m in methods_in_figures(e.methods)] for name, e in EXPERIMENTS.items()}
     assert shown["example1"] == ["unconstrained", "hyperparameters", "joint", "as_published"]
+    assert "robust" in EXPERIMENTS["example1"].methods
     assert shown["example2"] == ["unconstrained", "hyperparameters", "joint", "intervals", "grid"]
     assert shown["tank"] == ["unconstrained", "hyperparameters", "joint"]
 

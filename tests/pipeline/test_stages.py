@@ -21,6 +21,8 @@ from tests.pipeline.stages import STAGES, drawn_here, moved, run, run_all, run_a
 from tests.project import ROOT
 from trackable import __main__ as library
 
+METHODS = ("unconstrained", "as_published", "sound", "hyperparameters", "joint", "robust")
+
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -32,9 +34,14 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
     figures = ["tube", "asymptotic", "convergence", "prediction", "landscape", "margins", "tightness"]
     figures += ["closed-loop", "cost", "infeasibility", "feasible-set", "relearning"]
     files = ["samples.mcap", "fit.mcap", "iterations.csv", "environment.json", "verification.mcap", "metrics.json"]
-    files += ["summary.json", "margins.csv", "control.mcap", "control.json"]
-    files += [f"figures/{name}.svg" for name in figures]
-    files += [f"certificates/{name}.json" for name in ("as_published", "sound", "hyperparameters", "joint")]
+    files += [
+        "summary.json",
+        "margins.csv",
+        "control.mcap",
+        "control.json",
+        *(f"figures/{name}.svg" for name in figures),
+    ]
+    files += [f"certificates/{name}.json" for name in METHODS[1:]]
     files += ["certificates/unconstrained.counterexample.json"]
     assert written(finished).keys() == {f"example1/{name}" for name in files}
 
@@ -56,8 +63,12 @@ def test_active_bounds_are_told_and_survive_their_log(finished: Path) -> None:
     """The state touches its upper bound once, where the unconstrained mean leaves it."""
     results = Results("example1", finished / "results")
     (active,) = read_fit(results).learned["joint"].active_bounds
-    (topic,) = [series for series in read_stage(results, "fit").series if series.topic.startswith("/active_bounds/")]
-    assert (active.name, active.side, topic.topic) == ("state", "upper", "/active_bounds/joint/state")
+    topics = {series.topic: series for series in read_stage(results, "fit").series}
+    assert {name for name in topics if name.startswith("/active_bounds/")} == {
+        f"/active_bounds/{method}/state" for method in ("joint", "robust")
+    }
+    topic = topics["/active_bounds/joint/state"]
+    assert (active.name, active.side) == ("state", "upper")
     assert topic.times.tolist() == [active.time] == pytest.approx([0.88], abs=0.05)
     assert {name: values.tolist() for name, values in topic.fields.items()} == {
         "side": [1.0],
@@ -85,14 +96,14 @@ def test_the_price_of_a_tighter_bound(finished: Path) -> None:
 def test_a_table_shows_what_methods_cost(finished: Path) -> None:
     table = table_of_methods(Results("example1", finished / "results"))
     assert list(table.columns) == ["", "l", "J", "price", "misfit", "error to the truth", "proved"]
-    assert [row[0] for row in table.rows] == ["unconstrained", "as_published", "sound", "hyperparameters", "joint"]
-    assert [row[-1] for row in table.rows] == [False, True, True, True, True]
+    assert [row[0] for row in table.rows] == [*METHODS]
+    assert [row[-1] for row in table.rows] == [False, True, True, True, True, True]
 
 
 def test_the_table_of_margins_has_the_smallest_of_each_method(finished: Path) -> None:
     results = Results("example1", finished / "results")
     table, summary = read_columns(results.margins), json.loads(results.summary.read_text())
-    assert list(table) == ["time", "unconstrained", "as_published", "sound", "hyperparameters", "joint"]
+    assert list(table) == ["time", *METHODS]
     assert (table["time"][0], len(table["time"])) == (0, 151)  # 301 sampling intervals, two in each row
     for method in ("unconstrained", "joint"):
         assert min(table[method]) == summary[f"worst_relative_margin_{method}"]

@@ -15,11 +15,12 @@ from tests.pipeline.stages import run_all_here
 from trackable.checker import Proved, check
 from trackable.errors import InputError
 
-U = "input_set: {lower: [-0.5], upper: [0.5]}"
+ROBUST = ("robust", "robust_hyperparameters")
+W = "disturbance: {lower: [-0.01], upper: [0.01]}"
 
 
 def with_field(field: str, text: str = EXAMPLE1) -> str:
-    return changed("example1", (U, f"{U}\n    {field}"), text=text)
+    return changed("example1", (W, field), text=text)
 
 
 @pytest.fixture(scope="module")
@@ -28,16 +29,15 @@ def finished(tmp_path_factory) -> Path:
     short = changed(
         "example1",
         (
-            "methods: [unconstrained, as_published, sound, hyperparameters, joint]",
-            "methods: [unconstrained, hyperparameters, joint]",
+            "methods: [unconstrained, as_published, sound, hyperparameters, joint, robust]",
+            "methods: [unconstrained, hyperparameters, joint, robust, robust_hyperparameters]",
         ),
         ("    study: {tightness: [0.05, 0.002]}\n", ""),
         ("    algorithm1: {first_step: 128, last_step: 300}\n", ""),
         (_online(), ""),
         text=EXAMPLE1,
     )
-    text = with_field("disturbance: {lower: [-0.004], upper: [0.004]}", short)
-    return run_all_here(folder, "example1", text, ("generate", "fit", "verify", "control"))
+    return run_all_here(folder, "example1", short, ("generate", "fit", "verify", "control"))
 
 
 def _online() -> str:
@@ -49,15 +49,15 @@ def _online() -> str:
 def test_references_are_learned_within_the_tightened_bounds(finished):
     experiment = load_experiment("example1", finished / "params.yaml")
     fitted = read_fit(Results("example1", finished / "results"))
-    left, given = experiment.plant.state_set, experiment.tightening.given.state_set
+    left, given = experiment.tightening.plant.state_set, experiment.plant.state_set
     assert given.upper[0] == 0.05 > left.upper[0] + 0.0039
-    for name in ("hyperparameters", "joint"):
+    for name in ROBUST:
         values = fitted.learned[name].reference.state(np.arange(300.0))
         assert np.all(left.margin(values) >= 0)
 
 
 def test_certificates_say_it_and_the_checker_agrees(finished):
-    for name in ("hyperparameters", "joint"):
+    for name in ROBUST:
         data = json.loads((finished / f"results/example1/certificates/{name}.json").read_text())
         verdict = check(data)
         assert isinstance(verdict, Proved)
@@ -66,10 +66,20 @@ def test_certificates_say_it_and_the_checker_agrees(finished):
 
 def test_disturbed_loops_are_counted(finished):
     loops = json.loads((finished / "results/example1/control.json").read_text())["disturbed"]
-    assert set(loops) == {"drawn", "greedy", "constant"}
-    for of in loops.values():
-        assert (of["tube"]["steps"], of["tube"]["steps_without_plan"], of["tube"]["steps_outside"]) == (200, 0, 0)
-    assert loops["greedy"]["nominal"]["steps_outside"] > 0
+    assert set(loops) == {"joint", "robust"}
+    assert set(loops["joint"]) == set(loops["robust"]) == {"tube", "nominal"}
+    for of in loops["robust"]["tube"].values():
+        assert (of["steps"], of["steps_without_plan"], of["steps_outside"]) == (200, 0, 0)
+    assert loops["joint"]["nominal"]["greedy"]["steps_outside"] > 0
+    assert loops["joint"]["tube"]["drawn"]["steps_without_plan"] > 0
+
+
+def test_a_disturbance_without_a_robust_method_is_refused(tmp_path: Path) -> None:
+    text = changed("example1", ("hyperparameters, joint, robust]", "hyperparameters, joint]"), text=EXAMPLE1)
+    with pytest.raises(InputError, match="methods: expected robust among them where there is a disturbance"):
+        load_experiment("example1", written_to(tmp_path, text))
+    with pytest.raises(InputError, match="disturbance: is missing, but the method robust needs it"):
+        load_experiment("example1", written_to(tmp_path, with_field("margin: 0.0")))
 
 
 def test_every_form_of_a_set_is_read(tmp_path: Path) -> None:
@@ -85,8 +95,9 @@ def test_every_form_of_a_set_is_read(tmp_path: Path) -> None:
 
 
 def test_a_margin_draws_the_bounds_in(tmp_path: Path) -> None:
-    experiment = load_experiment("example1", written_to(tmp_path, with_field("margin: 0.1")))
+    experiment = load_experiment("example1", written_to(tmp_path, with_field(f"margin: 0.1\n    {W}")))
     assert experiment.plant.input_set.upper.tolist() == pytest.approx([0.4])
+    assert experiment.tightening.plant.input_set.upper[0] < 0.4
 
 
 @pytest.mark.parametrize(
@@ -102,7 +113,7 @@ def test_a_margin_draws_the_bounds_in(tmp_path: Path) -> None:
             r"inside the unit circle, but one has the size",
         ),
         ("disturbance: {push: 1}", r"disturbance\.push: is not a known field"),
-        ("margin: 0.5", r"margin: expected less than 0\.5"),
+        ("disturbance: {lower: [-0.01], upper: [0.01]}\n    margin: 0.5", r"margin: expected less than 0\.5"),
     ],
 )
 def test_what_is_wrong_ends_in_one_sentence(tmp_path: Path, field: str, words: str) -> None:

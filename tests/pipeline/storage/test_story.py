@@ -99,9 +99,17 @@ def test_loops_are_told_by_what_is_lost_and_what_rises(tmp_path: Path) -> None:
         "interpolated": {"on": {**GOOD, "largest_rise": 0.25}},
         "online": {"offers": []},
         "disturbed": {
-            "greedy": {
-                "tube": {"steps": 50, "steps_without_plan": 0, "steps_outside": 0},
-                "nominal": {"steps": 50, "steps_without_plan": 4, "steps_outside": 9},
+            "robust": {
+                "tube": {kind: {"steps": 50, "steps_without_plan": 0, "steps_outside": 0} for kind in ("a", "b")},
+                "nominal": {
+                    "greedy": {
+                        "steps": 50,
+                        "steps_without_plan": 4,
+                        "first_step_without_plan": 7,
+                        "steps_outside": 9,
+                        "first_step_outside": 6,
+                    }
+                },
             }
         },
     }
@@ -111,8 +119,9 @@ def test_loops_are_told_by_what_is_lost_and_what_rises(tmp_path: Path) -> None:
         "- On `unconstrained` there is no plan at 3 of 50 steps from `on`, first at step 7.",
         "- On `interpolated` there is a plan of 4 steps at each step, from 1 start. No bound is broken. "
         "The optimal cost rises by up to 0.25: the system cannot stay on this reference.",
-        "- Under greedy disturbances, on `joint`: the tube controller has no plan at 0 of 50 steps, and leaves the "
-        "bounds at 0; the nominal controller has no plan at 4 of 50 steps, and leaves the bounds at 9.",
+        "- Disturbed, the tube controller on `robust` has a plan at each of 100 steps (a, b), and no bound is broken.",
+        "- Disturbed, the nominal controller on `robust` fails: greedy, there is no plan at 4 of 50 steps, first at 7 "
+        "and bounds are broken at 9 steps, first at 6.",
     ]
     rises = [row[5] for row in table_of_loops(results).rows]
     assert rises == ["rounding", "rounding", 1.0, "rounding", 0.25]
