@@ -34,13 +34,7 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
     figures = ["tube", "asymptotic", "convergence", "prediction", "landscape", "margins", "tightness"]
     figures += ["closed-loop", "cost", "infeasibility", "feasible-set", "relearning"]
     files = ["samples.mcap", "fit.mcap", "iterations.csv", "environment.json", "verification.mcap", "metrics.json"]
-    files += [
-        "summary.json",
-        "margins.csv",
-        "control.mcap",
-        "control.json",
-        *(f"figures/{name}.svg" for name in figures),
-    ]
+    files += ["summary.json", "margins.csv", "control.mcap", "control.json", *(f"figures/{f}.svg" for f in figures)]
     files += [f"certificates/{name}.json" for name in METHODS[1:]]
     files += ["certificates/unconstrained.counterexample.json"]
     assert written(finished).keys() == {f"example1/{name}" for name in files}
