@@ -16,7 +16,6 @@ from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ign
 from trackable.fit import Fit
 from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.kernels.base import Kernel
-from trackable.gp.samples import Samples
 from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner
 from trackable.learning.prior import prior_for
 from trackable.learning.problem import ConstrainedProblem, Moved, Solution
@@ -25,6 +24,7 @@ from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
 from trackable.reference import TrackableReference
 from trackable.request import (
+    Given,
     checked_goal,
     checked_plant,
     claimed,
@@ -47,14 +47,14 @@ _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMET
 
 @one_blas_thread()
 def learn_reference(
-    samples: Samples | Mapping[str, Samples],
+    samples: Given,
     plant: ConstrainedSystem,
     kernel: Kernel | Mapping[str, Kernel],
     claim: Claim,
     *,
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None = None,
     mean: Mean | Mapping[str, Mean] = 0.0,
-    learn_from: Samples | Mapping[str, Samples] | None = None,
+    learn_from: Given | None = None,
     method: Moved = "joint",
     at: Waypoints | None = None,
     at_tolerance: float | Mapping[str, float] | None = None,
@@ -71,7 +71,8 @@ def learn_reference(
     samples
         By name of the sampled state (or of a flat output, z1, z2, …): one at least for each flat output of the system.
         Several that show one flat output, such as position and velocity, are learned from together. A system with one
-        flat output takes samples of its first state without a name.
+        flat output takes samples of its first state without a name. A pandas Series or DataFrame will do, with times
+        in seconds as its index; NaN is no sample.
     kernel
         One for all flat outputs, or by the same names; of several that show one flat output, by the first of them. Each
         hyperparameter is a number (known), a pair (learned in this interval), or left out (learned in an interval

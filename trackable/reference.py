@@ -50,6 +50,11 @@ class TrackableReference(ProvedReference):
         return self.fit.samples
 
     @property
+    def sampled(self) -> dict[str, Samples]:
+        """The samples by the name of what is sampled, a state or a flat output."""
+        return {misfit.name: misfit.samples for misfit in self.fit.misfits}
+
+    @property
     def prior(self) -> JointPrior:
         """The prior of the flat outputs, with the learned hyperparameters."""
         return self.fit.prior

@@ -17,10 +17,14 @@ from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.disturbance.tightening import Tightening, tightening
+from trackable.systems.frames import Column, Frame, is_column, is_frame, samples_of_column, samples_of_frame
 from trackable.systems.quantity import Quantity
 from trackable.systems.sampling import default_sample, kinds_by_name, sampled_signals
 
 T = TypeVar("T")
+
+Given = Samples | Column | Frame | Mapping[str, Samples | Column]
+"""Samples as users have them: pandas Series and DataFrames too, with an index of times [s]."""
 
 
 def checked_plant(plant: object) -> None:
@@ -36,21 +40,26 @@ def tightened(
     return found if found.margin or found.invariant is not None else None
 
 
-def samples_by_name(
-    samples: Samples | Mapping[str, Samples], plant: ConstrainedSystem, what: str = "samples"
-) -> dict[str, Samples]:
+def samples_by_name(given: Given, plant: ConstrainedSystem, what: str = "samples") -> dict[str, Samples]:
     """Return samples by the name of what is sampled. TypeError: something else was given."""
-    if isinstance(samples, Samples):
-        return {default_sample(plant): samples}
-    if not isinstance(samples, Mapping):
+    if is_frame(given):
+        return samples_of_frame(what, given)
+    if isinstance(given, Samples) or is_column(given):
+        return {default_sample(plant): _samples(what, given)}
+    if not isinstance(given, Mapping):
         raise TypeError(
-            f"{what}: expected Samples, or a mapping from names to Samples, got {type(samples).__name__}; "
+            f"{what}: expected Samples, or a mapping from names to Samples, got {type(given).__name__}; "
             "`recording.samples(name)` gives those of a recording"
         )
-    for name, of_name in samples.items():
-        if not isinstance(of_name, Samples):
-            raise TypeError(f"{what}: expected Samples(times, values) of {name}, got {type(of_name).__name__}")
-    return dict(samples)
+    return {name: _samples(what, of_name, f" of {name}") for name, of_name in given.items()}
+
+
+def _samples(what: str, given: object, of: str = "") -> Samples:
+    if is_column(given):
+        return samples_of_column(f"{what}{of}", given)
+    if not isinstance(given, Samples):
+        raise TypeError(f"{what}: expected Samples(times, values){of}, got {type(given).__name__}")
+    return given
 
 
 def priors_by_name(
@@ -85,7 +94,7 @@ def with_noise(
 
 
 def same_states(
-    samples: Samples | Mapping[str, Samples],
+    samples: Given,
     plant: ConstrainedSystem,
     kinds: list[tuple[str, ...]],
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None,

@@ -79,6 +79,8 @@ try:
     assert_type(reference, TrackableReference)
     assert_type(reference.hyperparameters, dict[str, float])
     assert_type(reference.price, float)
+    assert_type(reference([0.0, 1.0]), npt.NDArray[np.float64])
+    assert_type(reference.eval(0.5).inputs, npt.NDArray[np.float64])
     assert_type([bound.multiplier for bound in reference.active_bounds], list[float])
 except NotTrackableError as error:
     assert_type(error.outcome.explanation, str)

@@ -8,12 +8,13 @@ import numpy as np
 from trackable.arguments import numbers, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
+from trackable.exports.methods import Conventions
 from trackable.files import path_of, write_json
 from trackable.proved.place import where_it_is
 from trackable.systems.reference import Reference, Window
 
 
-class ProvedReference(ABC):
+class ProvedReference(Conventions, ABC):
     """A `reference` with its proof: the system can follow it at all times that `certificate` names.
 
     `pin_certificates` prove values that were asked for at single times. Steps outside of what is proved are refused

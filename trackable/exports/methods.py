@@ -1,0 +1,60 @@
+"""What every proved reference offers to those who use it, in the conventions that they know."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+from trackable.arrays import Array, ArrayLike
+from trackable.exports.proved import Proved, proved_times
+from trackable.gp.samples import Samples
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Values(NamedTuple):
+    """States x_r(t), shape (*t.shape, n), and inputs u_r(t), shape (*t.shape, m), in the units of the system."""
+
+    states: Array
+    inputs: Array
+
+
+class Conventions:
+    """Evaluation at times, a figure, and a table for notebooks. Mixed into whatever has a reference and a proof.
+
+    Times are seconds, in any array, list or pandas Series. Those outside of what is proved are refused with a
+    ValueError. Modules that write for others are loaded when they are first needed.
+    """
+
+    @property
+    def sampled(self) -> Mapping[str, Samples]:
+        """The samples that the reference was learned from, by the name of the state: none, if it was given."""
+        return {}
+
+    def __call__(self: Proved, t: ArrayLike) -> Array:
+        """Return the states x_r(t) at times t [s]: shape (*t.shape, n), and (n,) for one number."""
+        return self.reference.state_at(proved_times(self, t))
+
+    def eval(self: Proved, times: ArrayLike) -> Values:
+        """Return states and inputs at times t [s]: shapes (*t.shape, n) and (*t.shape, m).
+
+        The input u_r(t), held for one sampling time T_s, takes x_r(t) to x_r(t + T_s).
+        """
+        t = proved_times(self, times)
+        return Values(self.reference.state_at(t), self.reference.input_at(t))
+
+    def plot(self: Proved, start: float | None = None, end: float | None = None) -> Figure:
+        """Draw states and inputs between their bounds from `start` to `end` [s], and the samples if there are any.
+
+        Left out, they are the ends of what is proved; where all times are, the time from which the reference is
+        settled, or one period. Raises ValueError for times outside of what is proved.
+        """
+        from trackable.exports.shown.figure import figure  # noqa: PLC0415  matplotlib is loaded for figures only
+
+        return figure(self, start, end)
+
+    def _repr_html_(self: Proved) -> str:
+        from trackable.exports.shown.html import html  # noqa: PLC0415  loaded for notebooks only
+
+        return html(self)

@@ -1,0 +1,1 @@
+"""What a notebook shows of a reference: a table of its bounds with small pictures, and a figure."""
