@@ -24,7 +24,9 @@ CALLED = {  # names of distributions, where modules are called otherwise
     "ruamel": "ruamel.yaml",
 }
 PARTS = {"pydantic_core": "pydantic", "traitlets": "nbclient"}  # of a package that is named
-BY_NAME_ONLY = {"clarabel", "jupyter"}  # cvxpy loads its solver; Jupyter is a command
+# cvxpy loads its solver; Jupyter and Sphinx are commands, and Sphinx's configuration names its extensions and theme.
+BY_NAME_ONLY = {"clarabel", "jupyter", "sphinx", "myst-nb", "furo"}
+OF_EXTRAS = {"distributed": "cluster", "pyarrow": "parquet"}  # what the library imports only where it is asked for
 
 
 def required(requirements: list[str]) -> set[str]:
@@ -62,9 +64,11 @@ def test_the_wheel_holds_the_library_and_nothing_else(wheel: ZipFile) -> None:
 def test_without_an_extra_it_requires_what_the_library_imports(metadata: Message) -> None:
     every = metadata.get_all("Requires-Dist", [])
     plain = required([requirement for requirement in every if "extra ==" not in requirement])
-    assert plain == used_by("trackable") | {"clarabel"} == required(PROJECT["dependencies"])
+    assert plain == (used_by("trackable") - OF_EXTRAS.keys()) | {"clarabel"} == required(PROJECT["dependencies"])
     assert not plain & {"dvc", "jupyter", "pydantic", "click", "nbclient", "nbformat"}
-    assert metadata.get_all("Provides-Extra") == ["pipeline"]
+    assert {*metadata.get_all("Provides-Extra", [])} == {"pipeline", *OF_EXTRAS.values()}
+    for package, extra in OF_EXTRAS.items():
+        assert package in required(PROJECT["optional-dependencies"][extra])
 
 
 def test_the_extra_has_what_the_stages_import_beside_it() -> None:

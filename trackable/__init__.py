@@ -21,6 +21,13 @@ if TYPE_CHECKING:
     from trackable.control.tube.controller import TubeController as TubeController
     from trackable.errors import DoubtfulInputWarning as DoubtfulInputWarning
     from trackable.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
+    from trackable.fleet.learn_many import Fleet as Fleet
+    from trackable.fleet.learn_many import learn_many as learn_many
+    from trackable.fleet.parts import parts_of_csv as parts_of_csv
+    from trackable.fleet.parts import parts_of_parquet as parts_of_parquet
+    from trackable.fleet.parts import topics_of as topics_of
+    from trackable.fleet.sources import Source as Source
+    from trackable.fleet.sources import recordings_in as recordings_in
     from trackable.gp.kernels.base import Kernel as Kernel
     from trackable.gp.kernels.base import Product as Product
     from trackable.gp.kernels.base import Sum as Sum
@@ -33,11 +40,12 @@ if TYPE_CHECKING:
     from trackable.gp.kernels.squared_exponential import SquaredExponential as SquaredExponential
     from trackable.gp.samples import Samples as Samples
     from trackable.learn import learn_reference as learn_reference
-    from trackable.recordings.csv_files.reader import Column as Column
     from trackable.recordings.csv_files.reader import read_csv as read_csv
+    from trackable.recordings.csv_files.reading import Column as Column
     from trackable.recordings.csv_files.table import CsvLayout as CsvLayout
     from trackable.recordings.mcap_files.reader import Field as Field
     from trackable.recordings.mcap_files.reader import read_mcap as read_mcap
+    from trackable.recordings.parquet_files.reader import read_parquet as read_parquet
     from trackable.recordings.recording import Recording as Recording
     from trackable.reference import TrackableReference as TrackableReference
     from trackable.saved import NotTrackableError as NotTrackableError
@@ -49,7 +57,7 @@ if TYPE_CHECKING:
     from trackable.systems.sets.polytope import Polytope as Polytope
 
 _MODULES = {
-    "Column": "recordings.csv_files.reader",
+    "Column": "recordings.csv_files.reading",
     "ConstrainedSystem": "systems.constrained",
     "Controller": "control.controller",
     "ConvexHull": "systems.disturbance.hull",
@@ -57,6 +65,7 @@ _MODULES = {
     "DoubtfulInputWarning": "errors",
     "Failed": "checker",
     "Field": "recordings.mcap_files.reader",
+    "Fleet": "fleet.learn_many",
     "IgnoresSamplesWarning": "explanation",
     "Infeasible": "control.step.result",
     "Kernel": "gp.kernels.base",
@@ -77,18 +86,25 @@ _MODULES = {
     "Recording": "recordings.recording",
     "Refuted": "checker",
     "Samples": "gp.samples",
+    "Source": "fleet.sources",
     "SquaredExponential": "gp.kernels.squared_exponential",
     "Sum": "gp.kernels.base",
     "TrackableReference": "reference",
-    "Undecided": "checker",
     "TubeController": "control.tube.controller",
+    "Undecided": "checker",
     "Unsolved": "control.step.result",
     "Zonotope": "systems.disturbance.zonotope",
     "check": "checking",
+    "learn_many": "fleet.learn_many",
     "learn_reference": "learn",
+    "parts_of_csv": "fleet.parts",
+    "parts_of_parquet": "fleet.parts",
     "read_csv": "recordings.csv_files.reader",
     "read_mcap": "recordings.mcap_files.reader",
+    "read_parquet": "recordings.parquet_files.reader",
+    "recordings_in": "fleet.sources",
     "simulate": "control.simulation",
+    "topics_of": "fleet.parts",
 }
 """The module of each public name. A test compares this table with the imports above, which only type checkers see."""
 

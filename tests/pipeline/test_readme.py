@@ -12,7 +12,12 @@ from tests.project import ROOT
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_the_library_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_library_example_runs(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "measured").mkdir()
+    (tmp_path / "measured" / "monday.csv").write_text("t,x\n0.0,-1.0\n0.1,-0.4\n0.2,-0.05\n0.3,0.0\n", encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     exec(compile("\n".join(blocks), "README.md", "exec"), {})
     assert re.match(r"proved for all real t ≥ 0: state in \[.*\], input in \[", capsys.readouterr().out)

@@ -16,6 +16,7 @@ from trackable import (
     DoubtfulInputWarning,
     Failed,
     Field,
+    Fleet,
     IgnoresSamplesWarning,
     Infeasible,
     Kernel,
@@ -36,6 +37,7 @@ from trackable import (
     Recording,
     Refuted,
     Samples,
+    Source,
     SquaredExponential,
     Sum,
     TrackableReference,
@@ -44,10 +46,16 @@ from trackable import (
     Unsolved,
     Zonotope,
     check,
+    learn_many,
     learn_reference,
+    parts_of_csv,
+    parts_of_parquet,
     read_csv,
     read_mcap,
+    read_parquet,
+    recordings_in,
     simulate,
+    topics_of,
 )
 
 kernel = SquaredExponential(lengthscale=(0.1, 2.0))
@@ -90,6 +98,16 @@ learn_reference(recording.samples("position"), plant, kernel, "all_times", at={0
 pushed, cut = Zonotope.box([0, -0.1], [0, 0.1]), ConvexHull([[0.1, 0], [-0.1, 0.1], [0, -0.1]])
 learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=pushed, feedback=[[-1, -1]])
 learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=cut, margin=0.01)
+several = recordings_in("measured/*.csv", lambda path: read_csv(path, "t", "s", {"position": "y"}))
+assert_type(several, tuple[Source, ...])
+fleet = learn_many(several, plant, kernel, "recorded", folder="learned", workers=2, noise_std=0.01)
+assert_type(fleet, Fleet)
+assert_type(fleet.reference("axis"), TrackableReference)
+learn_many(parts_of_csv("all.csv", "name", "t", "s", {"position": "y"}), plant, kernel, "all_times", folder="learned")
+learn_many({"axis": recording.samples("position")}, plant, kernel, (0.0, 1.0), folder="learned", cluster="tcp://a:1")
+assert_type(parts_of_parquet("all.parquet", "name", "t", "s", {"position": "y"}), tuple[Source, ...])
+assert_type(topics_of("all.mcap", {"position": Field("/{name}/pose", "y")}), tuple[Source, ...])
+assert_type(read_parquet("axis.parquet", "t", "ISO 8601", {"position": Column("y")}), Recording)
 warnings.simplefilter("error", IgnoresSamplesWarning)
 warnings.simplefilter("ignore", DoubtfulInputWarning)
 

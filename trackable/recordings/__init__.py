@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from trackable.recordings.cleaning import Cleaning, Finding
 from trackable.recordings.clocks import CLOCKS, Clock, Ticks, frames
-from trackable.recordings.csv_files.reader import Column, read_csv
+from trackable.recordings.csv_files.reader import read_csv
+from trackable.recordings.csv_files.reading import Column
 from trackable.recordings.csv_files.table import KITTI, TUM, CsvLayout
 from trackable.recordings.dates import DateTimes
 from trackable.recordings.recording import Recording

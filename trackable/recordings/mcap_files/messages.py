@@ -84,6 +84,11 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
     }
 
 
+def topics_in(path: Path) -> list[str]:
+    """Return the topics of a file, sorted by name. InputError: no MCAP file, damaged or cut off."""
+    return sorted({record.topic for record in _records(path) if isinstance(record, Channel)})
+
+
 def _records(path: Path) -> Iterator[McapRecord]:
     """Yield all records in the order of the file, checking its checksums."""
     try:

@@ -1,0 +1,1 @@
+"""Many recordings at once: references, certificates and one table."""

@@ -1,0 +1,104 @@
+"""Answer one recording: what a worker does, and sends back."""
+
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from trackable.certificates.outcome import Counterexample
+from trackable.errors import DoubtfulInputWarning, InputError
+from trackable.explanation import IgnoresSamplesWarning
+from trackable.fleet.folder import digest
+from trackable.fleet.request import Request
+from trackable.fleet.row import Row, outcome_of
+from trackable.fleet.sources import Measured, Source
+from trackable.gp.samples import Samples
+from trackable.recordings.recording import Recording
+from trackable.reference import TrackableReference
+from trackable.saved import NotTrackableError
+
+_UNREAD = "0" * 64  # no content, so nothing is known again
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A recording's row, and the content of its files by their names; `is_kept` where both were there before."""
+
+    row: Row
+    files: Mapping[str, bytes]
+    is_kept: bool = False
+
+
+def answer(source: Source, request: Request, kept: Row | None) -> Answer:
+    """Learn from one recording, unless `kept` is the answer to the same request.
+
+    What the recording is to blame for becomes a row. TypeError: an argument that all recordings share is wrong.
+    """
+    try:
+        samples = _samples(source.read())
+    except (InputError, ValueError, TypeError, OSError) as error:
+        return Answer(Row(source.name, "unusable", str(error), _UNREAD), {})
+    fingerprint = request.fingerprint(samples)
+    if kept is not None and kept.request == fingerprint:
+        return Answer(kept, {}, is_kept=True)
+    with _questions() as questions:
+        try:
+            reference = request.learned(samples)
+        except NotTrackableError as failure:
+            files = _counterexample(failure)
+            row = Row(source.name, outcome_of(failure), str(failure), fingerprint, files=_digests(files))
+            return Answer(row, files)
+        except (ValueError, ArithmeticError) as error:
+            return Answer(Row(source.name, "unusable", str(error), fingerprint), {})
+    files = _files(reference)
+    return Answer(Row.of_proved(source.name, fingerprint, reference, tuple(questions), _digests(files)), files)
+
+
+def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:
+    if isinstance(measured, Recording):
+        return {name: measured.samples(name) for name in measured.signals}
+    if isinstance(measured, Samples | Mapping):
+        return measured
+    raise TypeError(f"expected Samples, samples by name or a Recording, got {type(measured).__name__}")
+
+
+@contextmanager
+def _questions() -> Iterator[list[str]]:
+    """Collect the sentences of the library's warnings; other warnings go where they always go."""
+    asked: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", DoubtfulInputWarning)
+        warnings.simplefilter("always", IgnoresSamplesWarning)
+        yield asked
+        asked += [str(each.message) for each in caught if isinstance(each.message, _OURS)]
+    for each in caught:
+        if not isinstance(each.message, _OURS):
+            warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
+
+
+_OURS = (DoubtfulInputWarning, IgnoresSamplesWarning)
+
+
+def _files(reference: TrackableReference) -> dict[str, bytes]:
+    with TemporaryDirectory() as folder:
+        reference.save(Path(folder) / "reference.json")
+        reference.save_certificate(Path(folder) / "certificate.json")
+        return _contents(folder)
+
+
+def _counterexample(failure: NotTrackableError) -> dict[str, bytes]:
+    if not isinstance(failure.outcome, Counterexample):
+        return {}
+    with TemporaryDirectory() as folder:
+        failure.save_counterexample(Path(folder) / "counterexample.json")
+        return _contents(folder)
+
+
+def _contents(folder: str) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
+
+
+def _digests(files: Mapping[str, bytes]) -> dict[str, str]:
+    return {name: digest(content) for name, content in files.items()}

@@ -1,0 +1,151 @@
+"""From many recordings to references with proofs, and one table."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from trackable.arguments import instance, text, whole
+from trackable.errors import InputError
+from trackable.files import path_of, write_atomically
+from trackable.fleet.folder import TABLE, FleetFolder, columns
+from trackable.fleet.request import Claimed, Request
+from trackable.fleet.row import Row
+from trackable.fleet.sources import Measured, Source, sources_of
+from trackable.fleet.workers import answers
+from trackable.gp.kernels.base import Kernel
+from trackable.reference import TrackableReference
+from trackable.request import checked_plant, claimed
+from trackable.systems.constrained import ConstrainedSystem
+
+_FAILURES_SHOWN = 5
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """What became of each recording, in the order given: `rows`, and in `folder` the files of each and one table.
+
+    A recording NAME has folder/NAME/reference.json, folder/NAME/certificate.json (or counterexample.json) and row.json.
+    """
+
+    folder: Path
+    rows: tuple[Row, ...]
+
+    @property
+    def table(self) -> Path:
+        """The table as CSV: one line for each recording, failures too."""
+        return self.folder / TABLE
+
+    @property
+    def proved(self) -> tuple[Row, ...]:
+        """The rows of recordings whose reference is trackable."""
+        return tuple(row for row in self.rows if row.outcome == "proved")
+
+    def reference(self, name: str) -> TrackableReference:
+        """Return the reference of a recording; it is proved again. InputError: it has none, and why."""
+        row = next((row for row in self.rows if row.name == name), None)
+        if row is None:
+            raise InputError(f"there is no recording {name!r} in {self.folder}")
+        if row.outcome != "proved":
+            raise InputError(f"{name} is {row.outcome}: {row.sentence}")
+        return TrackableReference.load(FleetFolder(self.folder).of(name) / "reference.json")
+
+    def columns(self) -> dict[str, list[str | float | int | None]]:
+        """Return the table by columns, for `pandas.DataFrame(fleet.columns())` and the like."""
+        return columns(self.rows)
+
+    def to_parquet(self, path: Path | str) -> None:
+        """Write the table as Parquet. InputError: pyarrow is not installed. Raises OSError."""
+        try:
+            import pyarrow  # noqa: PLC0415  an optional package
+            from pyarrow import parquet  # noqa: PLC0415
+        except ImportError:
+            raise InputError("to_parquet: needs pyarrow, which pip install 'trackable[parquet]' installs") from None
+        content = pyarrow.BufferOutputStream()
+        parquet.write_table(pyarrow.table(self.columns()), content)
+        write_atomically(path_of("to_parquet", path), content.getvalue().to_pybytes())
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __str__(self) -> str:
+        failed = [row for row in self.rows if row.outcome != "proved"]
+        lines = [f"{len(self.proved)} of {len(self)} references are proved; the table is {self.table}"]
+        lines += [f"{row.name}: {row.outcome}: {row.sentence}" for row in failed[:_FAILURES_SHOWN]]
+        if len(failed) > _FAILURES_SHOWN:
+            lines.append(f"… and {len(failed) - _FAILURES_SHOWN} more")
+        return "\n".join(lines)
+
+
+def learn_many(
+    recordings: Mapping[str, Measured] | Iterable[Source],
+    plant: ConstrainedSystem,
+    kernel: Kernel | Mapping[str, Kernel],
+    claim: Claimed,
+    *,
+    folder: Path | str,
+    workers: int = 1,
+    cluster: str | None = None,
+    progress: bool = True,
+    **options: Any,
+) -> Fleet:
+    """Learn a reference from each recording by `learn_reference`, and write references, certificates and a table.
+
+    What was answered before in the same folder is kept if nothing has changed on which it depends: samples, plant,
+    kernels, options and the library's version. So a run that was stopped goes on where it was. A recording that cannot
+    be read, or has no reference, becomes a row with its sentence; the others go on. Files and table have the same bytes
+    whatever the number of workers.
+
+    Parameters
+    ----------
+    recordings
+        By name: Samples, samples by name, or a Recording whose signals have the names of states. Or sources that are
+        read by the workers: `recordings_in(folder, read)`, `parts_of_csv`, `parts_of_parquet`, `topics_of`.
+    plant, kernel, claim
+        As of `learn_reference`. The claim "recorded" is the window from the first sample of a recording to its last.
+    folder
+        Where references, certificates and the table are written.
+    workers
+        The number of processes on this machine.
+    cluster
+        The address of a Dask scheduler, as "tcp://10.0.0.1:8786": its workers learn, and files are written here.
+    progress
+        Whether a line on a terminal counts recordings; nothing is shown elsewhere.
+    options
+        Further arguments of `learn_reference`: noise_std, mean, method, at, disturbance, …
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument that all recordings share is wrong.
+    InputError
+        Where packages for a cluster are not installed.
+    OSError
+        Where a file cannot be written.
+
+    """
+    checked_plant(plant)
+    instance("kernel", kernel, Kernel | Mapping, "a kernel, or kernels by name")
+    if "progress" in options:
+        raise TypeError("learn_many: progress is given twice")
+    sources, where = sources_of(recordings), FleetFolder(path_of("folder", folder))
+    request = Request(plant, kernel, claim if claim == "recorded" else claimed(claim), options)
+    count = whole("workers", workers, least=1)
+    address = None if cluster is None else text("cluster", cluster)
+    asked = [(source, where.kept(source.name)) for source in sources]
+    found: dict[str, Row] = {}
+    with _bar(len(sources), shown=progress) as bar:
+        for each in answers(asked, request, count, address):
+            if not each.is_kept:
+                where.write(each.row, each.files)
+            found[each.row.name] = each.row
+            bar.update()
+    rows = tuple(found[source.name] for source in sources)
+    where.write_table(rows)
+    return Fleet(where.path, rows)
+
+
+def _bar(total: int, *, shown: bool) -> Any:
+    from tqdm import tqdm  # noqa: PLC0415  loading the library shall not take longer for a bar
+
+    return tqdm(desc="learn references", total=total, unit=" recordings", disable=None if shown else True)

@@ -1,0 +1,80 @@
+"""What is asked of each recording of a fleet, and its fingerprint: what was answered before is not asked again."""
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import version
+from typing import Any, Literal
+
+import numpy as np
+
+from trackable.certificates.goal import Claim
+from trackable.codec import encode
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.samples import Samples
+from trackable.learn import learn_reference
+from trackable.reference import TrackableReference
+from trackable.systems.constrained import ConstrainedSystem
+
+Claimed = Claim | Literal["recorded"]
+"""A claim as of `learn_reference`; "recorded" is the window from the first sample of each recording to its last."""
+
+
+@dataclass(frozen=True, eq=False)
+class Request:
+    """The arguments of `learn_reference` that all recordings share; `options` are those by keyword."""
+
+    plant: ConstrainedSystem
+    kernel: Kernel | Mapping[str, Kernel]
+    claim: Claimed
+    options: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        _ = self._shared  # found now, to raise its error before anything is learned
+
+    @cached_property
+    def _shared(self) -> Any:
+        return _plain(
+            {
+                "trackable": version("trackable"),
+                "plant": self.plant,
+                "kernel": self.kernel,
+                "claim": self.claim,
+                "options": dict(self.options),
+            }
+        )
+
+    def fingerprint(self, samples: Samples | Mapping[str, Samples]) -> str:
+        """Return SHA-256 of all that the answer for these samples depends on, as 64 hexadecimal digits."""
+        content = json.dumps([self._shared, _plain(samples)], sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(content.encode()).hexdigest()
+
+    def learned(self, samples: Samples | Mapping[str, Samples]) -> TrackableReference:
+        """Return the reference of one recording. Raises and warns as `learn_reference` does."""
+        claim = _recorded(samples) if self.claim == "recorded" else self.claim
+        return learn_reference(samples, self.plant, self.kernel, claim, progress=False, **self.options)
+
+
+def _recorded(samples: Samples | Mapping[str, Samples]) -> tuple[float, float]:
+    """Return the times [s] of the first sample and the last one."""
+    times = [of.times for of in ([samples] if isinstance(samples, Samples) else samples.values())]
+    return float(min(each[0] for each in times)), float(max(each[-1] for each in times))
+
+
+def _plain(value: object) -> Any:
+    """Return an argument as lists, dicts, texts and numbers. TypeError: it has no such form."""
+    match value:
+        case None | bool() | int() | float() | str():
+            return value
+        case Mapping():
+            return [[_plain(key), _plain(inner)] for key, inner in value.items()]
+        case tuple() | list():
+            return [_plain(inner) for inner in value]
+        case np.ndarray() | np.generic():
+            return value.tolist()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return [type(value).__name__, encode(value)]
+    raise TypeError(f"learn_many: cannot compare an argument of type {type(value).__name__} between runs")

@@ -1,0 +1,103 @@
+"""One line of a fleet's table: what became of a recording, in numbers and one sentence."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from trackable.certificates.outcome import Counterexample, Unproved
+from trackable.reference import TrackableReference
+from trackable.saved import NotTrackableError
+
+Outcome = Literal["proved", "infeasible", "unproved", "refuted", "unusable"]
+"""What became of a recording.
+
+"proved": its reference is trackable. "infeasible": no reference was found. "unproved": one was found, but not proved.
+"refuted": it certainly breaks a bound. "unusable": the recording cannot be read, or does not fit the plant.
+"""
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of the recording `name`, and why, in a `sentence`.
+
+    `request` is the SHA-256 of all that the answer depends on: samples, plant, kernels, options and the library's
+    version. `files` holds the SHA-256 of each file that was written, by its name. Of a proved reference the row has
+    what `TrackableReference` says: misfits and hyperparameters are by name, in the units of what is sampled;
+    `questions` are the warnings.
+    """
+
+    name: str
+    outcome: Outcome
+    sentence: str
+    request: str
+    sample_count: int | None = None
+    method: str | None = None
+    objective: float | None = None
+    price: float | None = None
+    misfit: Mapping[str, float] = field(default_factory=dict)
+    unconstrained_misfit: Mapping[str, float] = field(default_factory=dict)
+    hyperparameters: Mapping[str, float] = field(default_factory=dict)
+    fingerprint: str | None = None
+    questions: tuple[str, ...] = ()
+    files: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of_proved(
+        cls,
+        name: str,
+        request: str,
+        reference: TrackableReference,
+        questions: tuple[str, ...],
+        files: Mapping[str, str],
+    ) -> "Row":
+        """Return the row of a reference with a proof."""
+        return cls(
+            name,
+            "proved",
+            reference.certificate.explanation,
+            request,
+            sum(map(len, reference.samples)),
+            reference.method,
+            reference.objective,
+            reference.price,
+            reference.misfit,
+            reference.unconstrained_misfit,
+            reference.hyperparameters,
+            reference.fingerprint,
+            questions,
+            files,
+        )
+
+    def columns(self) -> dict[str, str | float | int | None]:
+        """Return the cells of the table by the names of its columns; `request` and `files` are in row.json alone."""
+        by_name = {
+            f"{what} [{name}]": value
+            for what, values in (
+                ("misfit", self.misfit),
+                ("unconstrained misfit", self.unconstrained_misfit),
+                ("hyperparameter", self.hyperparameters),
+            )
+            for name, value in values.items()
+        }
+        return {
+            "name": self.name,
+            "outcome": self.outcome,
+            "sentence": self.sentence,
+            "samples": self.sample_count,
+            "method": self.method,
+            "objective": self.objective,
+            "price": self.price,
+            **by_name,
+            "fingerprint": self.fingerprint,
+            "questions": "; ".join(self.questions) or None,
+        }
+
+
+def outcome_of(failure: NotTrackableError) -> Outcome:
+    """Return which of the three answers without a proof this is."""
+    match failure.outcome:
+        case Counterexample():
+            return "refuted"
+        case Unproved():
+            return "unproved"
+    return "infeasible"
