@@ -59,6 +59,7 @@ def learn_reference(
     at: Waypoints | None = None,
     at_tolerance: float | Mapping[str, float] | None = None,
     disturbance: DisturbanceSet | None = None,
+    measurement_noise: DisturbanceSet | None = None,
     feedback: ArrayLike | None = None,
     margin: float = 0.0,
     starts: int = 8,
@@ -105,6 +106,9 @@ def learn_reference(
         W in x(k+1) = A x(k) + B u(k) + c + w(k), w(k) ∈ W, of a linear system: Zonotope.box(lower, upper), or another
         Zonotope or ConvexHull. It holds 0. The reference then leaves room for every error that such disturbances may
         cause under the feedback u = u_r + K (x - x_r), and the proof says so.
+    measurement_noise
+        V of the measured state y = x + v, v(k) ∈ V: a Zonotope that holds 0, as W then has to be one. The feedback is
+        given y, u = u_r + K (y - x_r), and the proof says so.
     feedback
         K (m, n), with all eigenvalues of A + B K inside the unit circle. Left out, it is the linear-quadratic regulator
         that leaves the most of the bounds, among some weights.
@@ -140,7 +144,7 @@ def learn_reference(
 
     """
     checked_plant(plant)
-    drawn_in = tightened(plant, disturbance, feedback, margin)
+    drawn_in = tightened(plant, disturbance, feedback, margin, measurement_noise)
     plant = drawn_in.plant if drawn_in else plant
     claim = claimed(claim)
     learner, given = _learner(method), samples_by_name(samples, plant)

@@ -33,10 +33,14 @@ def checked_plant(plant: object) -> None:
 
 
 def tightened(
-    plant: ConstrainedSystem, disturbance: DisturbanceSet | None, feedback: ArrayLike | None, margin: float
+    plant: ConstrainedSystem,
+    disturbance: DisturbanceSet | None,
+    feedback: ArrayLike | None,
+    margin: float,
+    noise: DisturbanceSet | None,
 ) -> Tightening | None:
     """Return the plant with its bounds drawn in; None where nothing asks for it. Raises as `tightening`."""
-    found = tightening(plant, disturbance, feedback, margin)
+    found = tightening(plant, disturbance, feedback, margin, noise)
     return found if found.margin or found.invariant is not None else None
 
 

@@ -24,6 +24,7 @@ from trackable.learning.problem import NoSolution
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.disturbance.tightening import Tightening, tightening
+from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.linear import LinearSystem
 
 
@@ -35,16 +36,16 @@ class SavedTightening:
     margin: float
     disturbance: DisturbanceSet | None
     feedback: Array | None
+    noise: Zonotope | None = field(default=None, metadata={LEFT_OUT: True})
 
     @classmethod
     def of(cls, found: Tightening) -> Self:
         Z = found.invariant
-        W, K = (None, None) if Z is None else (Z.disturbance, Z.feedback)
-        return cls(found.given, found.margin, W, K)
+        return cls(found.given, found.margin, found.disturbance, Z.feedback if Z else None, found.noise)
 
     def found_again(self, plant: ConstrainedSystem) -> Tightening:
         """Return how the bounds were drawn in. ValueError: those of a reference's `plant` are not the ones left."""
-        found = tightening(self.given, self.disturbance, self.feedback, self.margin)
+        found = tightening(self.given, self.disturbance, self.feedback, self.margin, self.noise)
         if not _alike(found.plant, plant):
             raise ValueError("tightening: the bounds of the reference are not those that it leaves")
         return found

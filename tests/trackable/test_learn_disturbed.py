@@ -25,6 +25,7 @@ from trackable.systems.disturbance.tightening import tightening
 
 KERNEL = SquaredExponential(0.5, 0.5)
 PUSHED = Zonotope.box([0.0, -0.005], [0.0, 0.005])
+NOISE = Zonotope.box([-0.001, -0.002], [0.001, 0.002])
 ARGUMENTS = {"noise_std": 0.02, "starts": 1}
 WINDOW = (0.0, 3.0)
 
@@ -37,6 +38,7 @@ def learned(name: str) -> TrackableReference:
         "pushed": {"disturbance": PUSHED},
         "triangle": {"disturbance": ConvexHull([[0.004, 0.0], [-0.004, 0.004], [0.0, -0.004]]), "margin": 0.02},
         "margin": {"margin": 0.05},
+        "noisy": {"disturbance": PUSHED, "measurement_noise": NOISE},
         "hyperparameters": {"disturbance": PUSHED, "method": "hyperparameters"},
     }[name]
     kernel = SquaredExponential() if name == "hyperparameters" else KERNEL
@@ -78,6 +80,23 @@ def test_disturbed_runs_keep_the_given_bounds(name):
             assert AXIS.state_set.margin(x) >= 0
 
 
+def test_the_feedback_of_a_noisy_measurement_keeps_the_given_bounds():
+    """Greedy pushes and noise against each bound: u = u_r + K (x + v − x_r)."""
+    found = learned("noisy")
+    K, system = found.tightening.invariant.feedback, AXIS.system
+    for aim in np.vstack([np.eye(2), -np.eye(2), K, -K]):
+        x = found.state(0) + np.zeros(2)
+        for k in range(60):
+            u = found.input(k) + K @ (x + NOISE.farthest(aim if k % 2 else -aim) - found.state(k))
+            assert AXIS.input_set.margin(u) >= 0
+            x = system.successor(x, u) + PUSHED.farthest(aim)
+            assert AXIS.state_set.margin(x) >= 0
+    assert found.objective > learned("pushed").objective
+    assert isinstance(check(encode_certificate(found.certificate)), Proved)
+    assert "and measurement noise in [-0.001, 0.001] × [-0.002, 0.002]" in found.explanation
+    assert "u = u_r + K (y - x_r)" in found.explanation
+
+
 def test_room_for_disturbances_costs_something():
     assert learned("pushed").objective > learned("nominal").objective + 0.1
 
@@ -105,7 +124,7 @@ def test_a_margin_is_kept_free():
     assert found.certificate.robust is None
 
 
-@pytest.mark.parametrize("name", ["pushed", "triangle", "margin"])
+@pytest.mark.parametrize("name", ["pushed", "triangle", "margin", "noisy"])
 def test_what_is_saved_comes_back(name, tmp_path: Path):
     found = learned(name)
     found.save(tmp_path / "r.json")

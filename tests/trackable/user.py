@@ -98,6 +98,7 @@ learn_reference(recording.samples("position"), plant, kernel, "all_times", at={0
 pushed, cut = Zonotope.box([0, -0.1], [0, 0.1]), ConvexHull([[0.1, 0], [-0.1, 0.1], [0, -0.1]])
 learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=pushed, feedback=[[-1, -1]])
 learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=cut, margin=0.01)
+learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=pushed, measurement_noise=pushed)
 several = recordings_in("measured/*.csv", lambda path: read_csv(path, "t", "s", {"position": "y"}))
 assert_type(several, tuple[Source, ...])
 fleet = learn_many(several, plant, kernel, "recorded", folder="learned", workers=2, noise_std=0.01)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from trackable.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackable.systems.disturbance.invariant import InvariantSet
+from trackable.systems.disturbance.measured import Measured
 from trackable.systems.disturbance.tightening import Tightening
 
 
@@ -12,11 +13,13 @@ class Robust:
     """For every w(k) ∈ W, every start in x_r ⊕ Z and all k, u = u_r + K (x − x_r) keeps x and u in the `given` sets.
 
     Z is the `invariant` set. It follows because the certified reference keeps these sets' bounds drawn in by h_Z(row)
-    for states, and by h_Z(Kᵀ row) for inputs: then e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z.
+    for states, and by h_Z(Kᵀ row) for inputs: then e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z. Where the
+    state is `measured` with noise, that is said of y = x + v, and x keeps the bounds that V leaves.
     """
 
     given: ConstrainedSystem
     invariant: InvariantSet
+    measured: Measured | None = None
 
     @property
     def explanation(self) -> str:
@@ -26,9 +29,12 @@ class Robust:
             for side in ("state", "input")
         )
         kept = ", ".join(filter(None, (states, inputs)))
+        given, W, noise = "x", self.invariant.disturbance, ""
+        if self.measured:
+            given, W, noise = "y", self.measured.disturbance, f" and measurement noise in {self.measured.noise}"
         return (
-            f"under every disturbance in {self.invariant.disturbance}, from every start in x_r ⊕ Z and for all later "
-            f"steps, u = u_r + K (x - x_r) with K = {self.invariant.feedback.tolist()} keeps {kept}"
+            f"under every disturbance in {W}{noise}, from every start in x_r ⊕ Z and for all later steps, "
+            f"u = u_r + K ({given} - x_r) with K = {self.invariant.feedback.tolist()} keeps {kept}"
         )
 
 
@@ -36,7 +42,7 @@ def robust_of(tightening: Tightening | None) -> Robust | None:
     """Return what a certificate for a tightened plant says of the disturbed one; None where there is none."""
     if tightening is None or tightening.invariant is None:
         return None
-    return Robust(tightening.given, tightening.invariant)
+    return Robust(tightening.given, tightening.invariant, tightening.measured)
 
 
 def _kept(constraint: LinearConstraint) -> str:

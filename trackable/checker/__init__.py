@@ -33,6 +33,10 @@ x(k + 1) = A x(k) + B u(k) + c + w(k) with u(k) = u_r(t₀ + k T) + K (x(k) − 
 for all k ≥ 0 with t₀ + k T among these times. Z is a set that follows from A, B, K and W (step 7); it holds 0 if W
 does. What rounding adds to a state counts as a part of w.
 
+Measurement noise. Such a certificate may also hold a set V. The state is then measured as y(k) = x(k) + v(k). The same
+holds for each y(0) = x_r(t₀) + e with e ∈ Z, and all sequences of w(k) ∈ W and v(k) ∈ V, with
+u(k) = u_r(t₀ + k T) + K (y(k) − x_r(t₀ + k T)).
+
 Assumptions about rounding. Arithmetic is IEEE's. exp, log, sqrt, sin, cos and powers are within 4 units in the last
 place. The evaluated formulas are those of κ in `kernels`, sums of products in any order (no fast Fourier transforms),
 and for nonlinear systems the formulas of u found in step 0.
@@ -85,8 +89,11 @@ Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0,
      h + h_Z(r) ≤ h₀ and l₀ ≤ l − h_Z(−r), with the support function h_Z(r) = max {r e : e ∈ Z}, which is
      Σ_{i<N} h_W(r Fⁱ) + (1 − α)⁻¹ Σ_{i<s} Σ_j |(r Fᴺ⁺ⁱ)_j| p_j; and likewise for each row r of U with h_Z(r K). So
      r x(k) = r x_r + r e(k) and r u(k) = r u_r + r K e(k) keep the bounds of X₀ and U₀. Y with W in the place of P is
-     the set of S. V. Raković et al., Invariant approximations of the minimal robust positively invariant set, 2005. All
-     of it is done in whole numbers over common denominators (`steps.robust`).
+     the set of S. V. Raković et al., Invariant approximations of the minimal robust positively invariant set, 2005.
+     Where there is a V, y(k + 1) = A y(k) + B u(k) + c + w(k) − A v(k) + v(k + 1). So all of this is verified with
+     W ⊕ (−A V) ⊕ V in the place of W, for the errors y(k) − x_r. As x = y − v, the bounds of X₀ have to be further
+     out, by h_V(−r) above and h_V(r) below. All of it is done in whole numbers over common denominators
+     (`steps.robust`).
   Of a counterexample: step 0; the time is one of the claim; and the value of the bound's row at this time, a number, is
   outside (`steps.violation`). Of redundant inputs it must be outside of what step 6 demands for one λ: that this is
   necessary needs no lemma.

@@ -49,18 +49,33 @@ class Hull:
 class Robust:
     """Sets X and U for which the bounds of a certificate leave room, whatever disturbances of a set W do.
 
-    `feedback` is K, row by row. The errors stay in Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with N = `head`,
-    s = `terms`, α = `contraction`, and P = {|x_i| ≤ p_i} of p = `box`.
+    `feedback` is K, row by row. Where there is `noise` V, K is given the measured state y = x + v, and the errors are
+    those of y, which W ⊕ (−A V) ⊕ V disturbs instead of W. The errors stay in
+    Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with N = `head`, s = `terms`, α = `contraction`, and
+    P = {|x_i| ≤ p_i} of p = `box`.
     """
 
     state_set: Polytope
     input_set: Polytope
     feedback: tuple[tuple[float, ...], ...]
     disturbance: Zonotope | Hull
+    noise: Zonotope | None
     head: int
     terms: int
     contraction: float
     box: tuple[float, ...]
+
+
+def of_measured_state(W: Zonotope, V: Zonotope, A: Sequence[Sequence[float]]) -> Zonotope:
+    """Return W ⊕ (−A V) ⊕ V."""
+    exact = [[Fraction(a) for a in row] for row in A]
+    centre, *generators = (tuple(-_product(row, vector) for row in exact) for vector in V.vectors)
+    middle = tuple(w + a + v for w, a, v in zip(W.centre, centre, V.centre, strict=True))
+    return Zonotope(middle, (*W.generators, *generators, *V.generators))
+
+
+def _product(row: Sequence[Fraction], vector: Vector) -> Fraction:
+    return sum((a * x for a, x in zip(row, vector, strict=True)), Fraction(0))
 
 
 def product(a: Sequence[int], b: Sequence[int]) -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from fractions import Fraction
 
-from trackable.checker.robust import Robust, Vector, Zonotope
+from trackable.checker.robust import Hull, Robust, Vector, Zonotope
 from trackable.checker.statement import bound_text
 from trackable.checker.subject import Subject, as_float
 
@@ -18,17 +18,22 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
         for bounded, names in ((robust.state_set, system.states), (robust.input_set, system.inputs))
     )
     K, N, s = [list(row) for row in robust.feedback], robust.head, robust.terms
+    of, seen, model, sequence = "W", "x", "", "w in W and every start"
+    if robust.noise:
+        of, seen, model, sequence = "S", "y", " and y = x + v", "w in W and v in V and every start with y"
+    sets = f"W is {_set(robust.disturbance)}"
+    if robust.noise:
+        sets += f", V is {_set(robust.noise)}, S = W ⊕ (-A V) ⊕ V"
     return (
-        f" Under disturbance, x⁺ = A x + B u + c + w: for every sequence of w in W and every start in x_r(t₀) ⊕ Z at "
-        f"one of these times, the inputs u = u_r + K (x - x_r) keep x in {states} and u in {inputs} at all later times "
-        f"t₀ + k T among these, and x in x_r ⊕ Z. Here W is {_set(robust)}, K = {K!r}, and, with F = A + B K, "
-        f"Z = W ⊕ F W ⊕ … ⊕ F^{N - 1} W ⊕ F^{N} (P ⊕ F P ⊕ … ⊕ F^{s - 1} P) / (1 - {robust.contraction!r}), "
-        f"where P holds all x with |x_i| ≤ p_i, p = {list(robust.box)!r}."
+        f" Under disturbance, x⁺ = A x + B u + c + w{model}: for every sequence of {sequence} in "
+        f"x_r(t₀) ⊕ Z at one of these times, the inputs u = u_r + K ({seen} - x_r) keep x in {states} and u in "
+        f"{inputs} at all later times t₀ + k T among these, and {seen} in x_r ⊕ Z. Here {sets}, K = {K!r}, and, with "
+        f"F = A + B K, Z = {of} ⊕ F {of} ⊕ … ⊕ F^{N - 1} {of} ⊕ F^{N} (P ⊕ F P ⊕ … ⊕ F^{s - 1} P) / "
+        f"(1 - {robust.contraction!r}), where P holds all x with |x_i| ≤ p_i, p = {list(robust.box)!r}."
     )
 
 
-def _set(robust: Robust) -> str:
-    W = robust.disturbance
+def _set(W: Zonotope | Hull) -> str:
     if not isinstance(W, Zonotope):
         return f"the convex hull of {_vectors(W.vertices)}"
     if not W.generators:

@@ -11,6 +11,7 @@ from trackable.codec.converter import decode, encode
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.hull import ConvexHull
 from trackable.systems.disturbance.invariant import InvariantSet
+from trackable.systems.disturbance.measured import measured
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.linear import LinearSystem
@@ -27,7 +28,7 @@ def encode_robust(robust: Robust | None) -> dict[str, Any]:
             "state_set": encode(given.state_set),
             "input_set": encode(given.input_set),
             "feedback": Z.feedback.tolist(),
-            "set": _set(Z.disturbance),
+            **_sets(robust),
             "head": Z.head,
             "terms": Z.terms,
             "contraction": Z.contraction,
@@ -44,7 +45,16 @@ def decode_robust(data: Mapping[str, Any] | None, system: object) -> Robust | No
         raise ValueError("only linear systems have disturbances")
     given = ConstrainedSystem(system, *(decode(Polytope, data[name]) for name in ("state_set", "input_set")))
     K, W, box = np.array(data["feedback"]), _read_set(data["set"]), np.array(data["box"])
-    return Robust(given, InvariantSet(system, K, W, data["head"], data["terms"], data["contraction"], box))
+    with_noise = measured(W, _read_set(data["noise"]), len(box)) if "noise" in data else None
+    of_errors = with_noise.of_measured_state(system.A) if with_noise else W
+    Z = InvariantSet(system, K, of_errors, data["head"], data["terms"], data["contraction"], box)
+    return Robust(given, Z, with_noise)
+
+
+def _sets(robust: Robust) -> dict[str, Any]:
+    if robust.measured is None:
+        return {"set": _set(robust.invariant.disturbance)}
+    return {"set": _set(robust.measured.disturbance), "noise": _set(robust.measured.noise)}
 
 
 def _set(disturbance: DisturbanceSet) -> dict[str, Any]:

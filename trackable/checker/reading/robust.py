@@ -2,20 +2,34 @@
 
 from trackable.checker.reading.limits import COORDINATES, POWERS, ROWS
 from trackable.checker.reading.subjects import a_polytope
-from trackable.checker.reading.values import Fields, many, rational_number, real_number, tag_of, whole_number
+from trackable.checker.reading.values import (
+    Fields,
+    UnreadableError,
+    many,
+    rational_number,
+    real_number,
+    tag_of,
+    whole_number,
+)
 from trackable.checker.robust import Hull, Robust, Zonotope
 
+_FIELDS = ("state_set", "input_set", "feedback", "set", "head", "terms", "contraction", "box")
 _KINDS = {"zonotope": ("centre", "generators"), "hull": ("vertices",)}
 
 
 def read_robust(value: object, where: str) -> Robust:
     """Read a disturbance set, a feedback, the errors that they allow, and the sets that are kept."""
-    found = Fields(value, where, "state_set", "input_set", "feedback", "set", "head", "terms", "contraction", "box")
+    noisy = ["noise"] if isinstance(value, dict) and "noise" in value else []
+    found = Fields(value, where, *_FIELDS, *noisy)
+    disturbance, noise = found("set", _disturbance), found("noise", _disturbance) if noisy else None
+    if isinstance(noise, Hull) or (noise and isinstance(disturbance, Hull)):
+        raise UnreadableError(f"{where}: with noise both sets must be zonotopes")
     return Robust(
         state_set=found("state_set", a_polytope),
         input_set=found("input_set", a_polytope),
         feedback=found("feedback", many(many(real_number, COORDINATES), COORDINATES)),
-        disturbance=found("set", _disturbance),
+        disturbance=disturbance,
+        noise=noise,
         head=found("head", whole_number(POWERS)),
         terms=found("terms", whole_number(POWERS)),
         contraction=found("contraction", real_number),

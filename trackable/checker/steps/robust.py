@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
 
-from trackable.checker.robust import Robust, product
+from trackable.checker.robust import Hull, Robust, Zonotope, of_measured_state, product
 from trackable.checker.subject import LinearSystem, Polytope, Row, Subject
 from trackable.checker.watch import tick
 
@@ -32,10 +32,11 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
 
 @dataclass(frozen=True)
 class _Errors:
-    """Powers of A_K, disturbances and P in whole numbers: `closed` is q A_K, `vectors` are d times those of W, and
-    `box` is b p."""
+    """Powers of A_K, disturbances and P in whole numbers: `closed` is q A_K, `vectors` are d times those of the set of
+    `disturbance`, and `box` is b p."""
 
     robust: Robust
+    disturbance: Zonotope | Hull
     q: int
     closed: list[list[int]]
     d: int
@@ -51,13 +52,22 @@ class _Errors:
             for row, inputs in zip(A, B, strict=True)
         ]
         q, whole_closed = _whole(closed)
-        d, vectors = _whole(robust.disturbance.vectors)
+        W, V = robust.disturbance, robust.noise
+        disturbance = of_measured_state(W, V, system.A) if V and isinstance(W, Zonotope) else W
+        d, vectors = _whole(disturbance.vectors)
         b, (box,) = _whole([[Fraction(p) for p in robust.box]])
-        return cls(robust, q, whole_closed, d, vectors, b, box)
+        return cls(robust, disturbance, q, whole_closed, d, vectors, b, box)
 
     def disturbance_support(self, row: Sequence[int]) -> Fraction:
         """Return h_W(row)."""
-        return Fraction(self.robust.disturbance.support(self.vectors, row), self.d)
+        return Fraction(self.disturbance.support(self.vectors, row), self.d)
+
+    def noise_support(self, row: Sequence[Fraction]) -> Fraction:
+        """Return h_V(row); 0 without noise."""
+        if self.robust.noise is None:
+            return Fraction(0)
+        (r, (moved,)), (d, vectors) = _whole([row]), _whole(self.robust.noise.vectors)
+        return Fraction(self.robust.noise.support(vectors, moved), r * d)
 
     def support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), by Horner's rule in 1/q."""
@@ -67,7 +77,7 @@ class _Errors:
         for i in range(N + s):
             tick()
             if i < N:
-                of_W = of_W * self.q + self.robust.disturbance.support(self.vectors, moved)
+                of_W = of_W * self.q + self.disturbance.support(self.vectors, moved)
             else:
                 of_P = of_P * self.q + product([abs(x) for x in moved], self.box)
             moved = self.moved(moved)
@@ -82,8 +92,9 @@ class _Errors:
 def _misfit(robust: Robust, n: int, m: int) -> str | None:
     if [len(row) for row in robust.feedback] != [n] * m:
         return "K must have a row for each input and a column for each state"
-    if any(len(vector) != n for vector in robust.disturbance.vectors) or len(robust.box) != n:
-        return "W and P must have an entry for each state"
+    vectors = (*robust.disturbance.vectors, *(robust.noise.vectors if robust.noise else ()))
+    if any(len(vector) != n for vector in vectors) or len(robust.box) != n:
+        return "W, V and P must have an entry for each state"
     if (robust.state_set.dimension, robust.input_set.dimension) != (n, m):
         return "X and U must have the dimensions of state and input"
     if not 0 <= robust.contraction < 1:
@@ -115,6 +126,8 @@ def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[
     for i, (inner, outer) in enumerate(zip(left.rows, given.rows, strict=True)):
         row = inner.row if K is None else _combined(K, inner.row)
         up, down = errors.support(row), errors.support([-r for r in row])
+        if K is None:
+            up, down = up + errors.noise_support([-r for r in row]), down + errors.noise_support(row)
         if not _holds(inner, outer, down, up):
             return f"disturbance: {name}: row {i} of the reference leaves less room than errors may take"
     return None

@@ -1,51 +1,59 @@
-"""Measurement noise as a disturbance of the state that is measured."""
+"""Measurement noise: what it does to the state that is measured, and to the bounds of the state."""
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.disturbance.rationals import Vector, float_below
-from trackable.systems.disturbance.sets import checked
+from trackable.arguments import instance
+from trackable.arrays import Array
+from trackable.systems.disturbance.rationals import Vector
+from trackable.systems.disturbance.sets import DisturbanceSet, checked
 from trackable.systems.disturbance.zonotope import Zonotope
-from trackable.systems.sets.polytope import Polytope
 
 
-def measured(plant: ConstrainedSystem, disturbance: Zonotope, noise: Zonotope) -> tuple[ConstrainedSystem, Zonotope]:
-    """Return the plant and the disturbance set of the measured state y = x + v, with v(k) in the set V of `noise`.
+@dataclass(frozen=True)
+class Measured:
+    """Disturbances w(k) ∈ W of a system whose state is measured as y = x + v, with `noise` v(k) ∈ V.
 
-    It obeys y⁺ = A y + B u + c + w − A v + v⁺, so that the set is W ⊕ (−A V) ⊕ V. The bounds of the state set are drawn
-    in by V: where y keeps them, x = y − v keeps the given ones. A controller that is given y then keeps x in X and u in
-    U. Raises ValueError where the system is not linear, a set does not fit it, or V leaves nothing of the state set.
+    The measured state obeys y⁺ = A y + B u + c + w − A v + v⁺. So it is disturbed by W ⊕ (−A V) ⊕ V, and x = y − v
+    keeps a bound r x ≤ h where r y ≤ h − h_V(−r). A controller that is given y then keeps x in X and u in U.
     """
-    system = plant.linear
-    for of in (disturbance, noise):
-        checked(of, len(system.A))
-    A = [[Fraction(a) for a in row] for row in system.A.tolist()]
-    moved = [tuple(-x for x in _times(A, g)) for g in noise.generators]
-    centre = [w - a + v for w, a, v in zip(disturbance.centre, _times(A, noise.centre), noise.centre, strict=True)]
-    return (
-        replace(plant, state_set=_drawn_in(plant.state_set, noise)),
-        Zonotope(centre, [*disturbance.generators, *moved, *noise.generators]),
-    )
+
+    disturbance: Zonotope
+    noise: Zonotope
+
+    def of_measured_state(self, A: Array) -> Zonotope:
+        """Return W ⊕ (−A V) ⊕ V, exactly."""
+        W, V = self.disturbance, self.noise
+        exact = [[Fraction(a) for a in row] for row in A.tolist()]
+        moved = [tuple(-x for x in _times(exact, g)) for g in V.generators]
+        centre = [w - a + v for w, a, v in zip(W.centre, _times(exact, V.centre), V.centre, strict=True)]
+        return Zonotope(centre, [*W.generators, *moved, *V.generators])
+
+    def support(self, row: Sequence[Fraction]) -> Fraction:
+        """Return h_V(row), exactly."""
+        vectors = (self.noise.centre, *self.noise.generators)
+        centre, *parts = (sum((r * x for r, x in zip(row, of, strict=True)), Fraction(0)) for of in vectors)
+        return centre + sum(map(abs, parts), Fraction(0))
+
+
+def measured(disturbance: DisturbanceSet | None, noise: DisturbanceSet, states: int) -> Measured:
+    """Return both sets of a system with so many states; left out, nothing but noise disturbs it.
+
+    TypeError: one is no Zonotope. ValueError: the dimension of one is another, or it does not hold 0.
+    """
+    W = Zonotope([Fraction(0)] * states) if disturbance is None else disturbance
+    for name, of in (("disturbance, with measurement_noise", W), ("measurement_noise", noise)):
+        instance(name, of, Zonotope, "a Zonotope, as of Zonotope.box(lower, upper)")
+    try:
+        checked(noise, states)
+    except ValueError as error:
+        raise ValueError(f"measurement_noise: {str(error).removeprefix('disturbance: ')}") from None
+    checked(W, states)
+    assert isinstance(W, Zonotope), "instance has refused anything else"
+    assert isinstance(noise, Zonotope), "instance has refused anything else"
+    return Measured(W, noise)
 
 
 def _times(A: list[list[Fraction]], vector: Vector) -> Vector:
     return tuple(sum((a * v for a, v in zip(row, vector, strict=True)), Fraction(0)) for row in A)
-
-
-def _drawn_in(bounded: Polytope, noise: Zonotope) -> Polytope:
-    """Return {y : y − v in the set for all v in V}."""
-    lower, upper = [], []
-    for row, interval in bounded.intervals:
-        exact = [Fraction(r) for r in row.tolist()]
-        lower.append(-float_below(-(Fraction(interval.lower) + _support(noise, exact))))
-        upper.append(float_below(Fraction(interval.upper) - _support(noise, [-r for r in exact])))
-    return Polytope(bounded.rows, lower, upper, bounded.dimension)
-
-
-def _support(of: Zonotope, row: list[Fraction]) -> Fraction:
-    """Return h_V(row), exactly."""
-    centre, *parts = (
-        sum((r * x for r, x in zip(row, vector, strict=True)), Fraction(0)) for vector in (of.centre, *of.generators)
-    )
-    return centre + sum(map(abs, parts), Fraction(0))

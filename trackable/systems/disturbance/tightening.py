@@ -12,8 +12,10 @@ from trackable.arrays import Array, ArrayLike
 from trackable.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackable.systems.disturbance.feedback import best_feedback, bound_widths, given_feedback, unit_scales
 from trackable.systems.disturbance.invariant import InvariantSet, invariant_set
+from trackable.systems.disturbance.measured import Measured, measured
 from trackable.systems.disturbance.rationals import float_below
 from trackable.systems.disturbance.sets import DisturbanceSet, checked
+from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.sets.polytope import Polytope
 
 _LARGEST_FRACTION = 1e6
@@ -26,12 +28,15 @@ class Tightening:
     Each bound is drawn in by `margin` times the width between both, and, where there is an `invariant` set Z, by what
     an error in Z may take: by h_Z(row) for states, and by h_Z(Kᵀ row) for inputs. If a reference keeps the bounds of
     `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z, the states and the inputs
-    u = u_r + K (x − x_r) of the disturbed system keep the given ones. Raises ValueError where nothing is left.
+    u = u_r + K (x − x_r) of the disturbed system keep the given ones. Where the state is `measured` with noise, y takes
+    the place of x: Z is that of its disturbances, and bounds of states are drawn in by h_V(−row) in addition. Raises
+    ValueError where nothing is left.
     """
 
     given: ConstrainedSystem
     margin: float
     invariant: InvariantSet | None
+    measured: Measured | None = None
 
     def __post_init__(self) -> None:
         _ = self.plant  # computed now, to raise its error
@@ -47,6 +52,18 @@ class Tightening:
             state_set=self._drawn_in(self.given.state_set, self.taken[:states]),
             input_set=self._drawn_in(self.given.input_set, self.taken[states:]),
         )
+
+    @property
+    def disturbance(self) -> DisturbanceSet | None:
+        """W, without measurement noise; None where nothing is disturbed."""
+        if self.measured:
+            return self.measured.disturbance
+        return self.invariant.disturbance if self.invariant else None
+
+    @property
+    def noise(self) -> Zonotope | None:
+        """V, if the state is measured with noise."""
+        return self.measured.noise if self.measured else None
 
     @cached_property
     def taken(self) -> list[tuple[Fraction, Fraction]]:
@@ -64,8 +81,11 @@ class Tightening:
     def _of_row(self, constraint: LinearConstraint) -> tuple[Fraction, Fraction]:
         if self.invariant is None:
             return Fraction(0), Fraction(0)
-        support = self.invariant.support if constraint.side == "state" else self.invariant.support_of_input
-        return support([-r for r in constraint.row]), support(constraint.row)
+        up, down = constraint.row, [-r for r in constraint.row]
+        if constraint.side == "input":
+            return self.invariant.support_of_input(down), self.invariant.support_of_input(up)
+        low, high = self.invariant.support(down), self.invariant.support(up)
+        return (low + self.measured.support(up), high + self.measured.support(down)) if self.measured else (low, high)
 
     def _drawn_in(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
         lower, upper = [], []
@@ -102,26 +122,30 @@ def tightening(
     disturbance: DisturbanceSet | None = None,
     feedback: ArrayLike | None = None,
     margin: float = 0.0,
+    noise: DisturbanceSet | None = None,
 ) -> Tightening:
     """Return the bounds of a plant drawn in for a disturbance set W, and by a part `margin` of each width.
 
-    The feedback K is given, or a regulator that leaves much room. Raises ValueError where the system is not linear, W
+    The feedback K is given, or a regulator that leaves much room. It is given the measured state, with `noise` in a
+    set V: both sets are zonotopes then, and W may be left out. Raises ValueError where the system is not linear, W, V
     or K do not fit it, A + B K does not decay, the margin is none, or nothing is left of a set; TypeError where an
     argument is of another type.
     """
     margin = real("margin", margin)
     if not 0 <= margin < 0.5:
         raise ValueError(f"margin must be a part of a width, at least 0 and less than 0.5, got {margin:g}")
-    if disturbance is None:
+    if disturbance is None and noise is None:
         if feedback is not None:
             raise ValueError("feedback: is only of use with a disturbance set")
         return Tightening(plant, margin, None)
     system = plant.linear
-    W = checked(disturbance, len(system.A))
+    with_noise = None if noise is None else measured(disturbance, noise, len(system.A))
+    W = with_noise.of_measured_state(system.A) if with_noise else checked(disturbance, len(system.A))
     sets = plant.state_set, plant.input_set
     K = best_feedback(system, *sets, W) if feedback is None else given_feedback(feedback, system)
     rows = np.vstack([sets[0].rows, sets[1].rows @ K])
-    return Tightening(plant, margin, invariant_set(system, K, W, rows, bound_widths(*sets), unit_scales(sets[0])))
+    Z = invariant_set(system, K, W, rows, bound_widths(*sets), unit_scales(sets[0]))
+    return Tightening(plant, margin, Z, with_noise)
 
 
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:

@@ -9,8 +9,21 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import prove_on_window
 from trackable.certificates.robust import robust_of
 from trackable.codec.certificates import encode_certificate
+from trackable.systems.disturbance.zonotope import Zonotope
 
 KINDS = ("example1", "pushed cart", "triangle", "three states")
+
+
+NOISE = Zonotope.box([-0.004, -0.01], [0.002, 0.01])
+
+
+@cache
+def noisy_data() -> dict:
+    """A file's content of a cart that is measured with noise."""
+    loop = replace(LOOPS["pushed cart"], part=0.9, noise=NOISE)
+    found = prove_on_window(loop.reference, 0.0, STEPS * loop.plant.sampling_time)
+    assert isinstance(found, Certificate)
+    return json.loads(json.dumps(encode_certificate(replace(found, robust=robust_of(loop.tightening)))))
 
 
 @cache

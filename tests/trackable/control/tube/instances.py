@@ -28,10 +28,11 @@ class Loop:
     disturbance: DisturbanceSet
     part: float = 0.999
     horizon: int = 12
+    noise: Zonotope | None = None
 
     @cached_property
     def tightening(self) -> Tightening:
-        return tightening(self.plant, self.disturbance)
+        return tightening(self.plant, self.disturbance, noise=self.noise)
 
     @cached_property
     def controller(self) -> TubeController:
