@@ -7,6 +7,7 @@
 # make checker  write checker.pyz: checks a certificate on any Python, with nothing installed
 # make attack   20,000 changed certificates and 2,000 random references against prover and checker (minutes)
 # make lab      Jupyter on the notebooks
+# make view     the logs of the experiment NAME (example1) in a viewer in the browser, until Ctrl-C; needs npm
 # make bench    measure against other software, in an environment of its own (minutes; on a machine that is idle)
 # make lock     pin the newest versions that pyproject.toml allows, with hashes
 
@@ -14,7 +15,7 @@ PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test lint force status checker attack lab bench lock
+.PHONY: install repro test lint force status checker attack lab view bench lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -52,6 +53,10 @@ attack: .venv/installed
 
 lab: .venv/installed
 	jupyter lab notebooks
+
+view: NAME ?= example1
+view: .venv/installed
+	python -m pipeline view $(NAME)
 
 bench: .venv-bench/installed
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/python -m benchmarks

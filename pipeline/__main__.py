@@ -12,6 +12,7 @@ from pipeline.experiments import PARAMS, Experiment, load_experiment
 from pipeline.reproduce.command import reproduce
 from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
+from pipeline.viewer.command import view
 from trackable.codec import CodecError
 from trackable.errors import InputError, NoReferenceError
 
@@ -70,6 +71,7 @@ def _record() -> None:
 
 main.add_command(compare)
 main.add_command(reproduce)
+main.add_command(view)
 
 
 def run() -> None:

@@ -1,0 +1,1 @@
+"""Layouts for viewers of logs, in the form that Lichtblick and Foxglove import."""
