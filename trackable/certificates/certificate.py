@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.certificates.claim import Claim
+from trackable.certificates.claim import AtInstants, Claim
 from trackable.certificates.cover import Cover
 from trackable.certificates.robust import Robust
 from trackable.systems.constrained import ConstrainedSystem
@@ -47,10 +47,18 @@ class Certificate:
         for refused, why in (
             (~((flat >= first - hair) & (flat <= last + hair)), f"outside of what is proved, {self.claim}"),
             (np.abs(flat) > until, rounding),
+            (self._from_instants(flat) > hair, f"between the sampled instants, which alone are proved, {self.claim}"),
         ):
             if refused.any():
                 return int(np.argmax(refused)), why
         return None
+
+    def _from_instants(self, t: Array) -> Array:
+        """Return how far each time is from the nearest instant that is proved [s]: zero where all times between are."""
+        if not isinstance(self.claim, AtInstants):
+            return np.zeros(t.shape)
+        sampling_time = self.reference.plant.sampling_time
+        return np.abs(t - np.round(t / sampling_time) * sampling_time)
 
 
 def _box(plant: ConstrainedSystem) -> str:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from trackable.arguments import whole
 from trackable.arrays import Array, ArrayLike
 from trackable.exports.proved import Proved, proved_times
 from trackable.gp.samples import Samples
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from trackable.exports.acados import SlidingReferences
+    from trackable.exports.control import FlatTrajectory
+    from trackable.exports.do_mpc import Parameters, TimeVarying
 
 
 class Values(NamedTuple):
@@ -58,3 +63,37 @@ class Conventions:
         from trackable.exports.shown.html import html  # noqa: PLC0415  loaded for notebooks only
 
         return html(self)
+
+    def to_do_mpc(
+        self: Proved, controller: Any, parameters: Parameters | None = None, start: float = 0.0
+    ) -> TimeVarying:
+        """Return the `tvp_fun` of a do-mpc controller or simulator: states and inputs over its horizon.
+
+        The model declares what it wants, as by set_variable('_tvp', 'position_ref'): parameters are named after states
+        and inputs, with _ref. `parameters` gives other names: {'x_ref': ['position', 'velocity'], 'u_ref': 'force'}.
+        The controller's time zero is `start` [s] of the reference. Stage j at time t holds x_r and u_r at t + j T_s.
+
+        ValueError: the controller's t_step is not T_s, or a parameter is not declared. What is returned raises
+        ValueError where the horizon reaches beyond what is proved.
+        """
+        from trackable.exports.do_mpc import tvp_function  # noqa: PLC0415
+
+        return tvp_function(self, controller, parameters, start)
+
+    def to_acados(self: Proved, horizon: int) -> SlidingReferences:
+        """Return the references of an acados solver with N = `horizon` stages of T_s each.
+
+        `.at(k)` are the arrays yref (N, n + m) and yref_e (n,) at step k, `.set_in(solver, k)` gives them to a solver.
+        """
+        from trackable.exports.acados import SlidingReferences  # noqa: PLC0415
+
+        return SlidingReferences(self, whole("to_acados: horizon", horizon, least=1))
+
+    def to_control(self: Proved) -> FlatTrajectory:
+        """Return the reference as python-control has trajectories of flat systems: `.eval(times)`, `.response(times)`.
+
+        Signals are rows there and times are columns: shapes (n, N) and (m, N).
+        """
+        from trackable.exports.control import FlatTrajectory  # noqa: PLC0415
+
+        return FlatTrajectory(self)

@@ -101,6 +101,9 @@ def test_between_instants_nothing_is_shown_where_nothing_is_proved() -> None:
         [3, 4, 5, 6],
     )
     assert "all sampled instants" in proved._repr_html_()
+    np.testing.assert_array_equal(proved(0.3), all_times()(0.3))
+    with pytest.raises(ValueError, match="between the sampled instants, which alone are proved"):
+        proved(0.32)
 
 
 class Texts(HTMLParser):

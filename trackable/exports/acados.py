@@ -1,0 +1,51 @@
+"""References for acados: yref of each stage and yref_e of the last, and how they slide along."""
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from trackable.arguments import whole
+from trackable.arrays import Array
+from trackable.exports.proved import Proved, proved_steps
+
+
+class Solver(Protocol):
+    """What is used of an `AcadosOcpSolver`."""
+
+    def set(self, stage: int, field: str, value: Array, /) -> None: ...
+
+
+class StageReferences(NamedTuple):
+    """`yref` of stages 0 … N − 1, shape (N, n + m): states, then inputs. `yref_e` of stage N, shape (n,): states."""
+
+    yref: Array
+    yref_e: Array
+
+
+@dataclass(frozen=True, eq=False)
+class SlidingReferences:
+    """References of a solver with N = `horizon` stages of one sampling time each, for the costs of `LINEAR_LS` type.
+
+    There y = Vx x + Vu u is to be (x, u): Vx = [I; 0] and Vu = [0; I], and at the end Vx_e = I.
+    """
+
+    proved: Proved
+    horizon: int
+
+    def at(self, k: int) -> StageReferences:
+        """Return the references of all stages for a controller at step k: stage j is step k + j.
+
+        ValueError: step k or k + N is outside of what is proved.
+        """
+        k = whole("to_acados: k", k)
+        proved_steps(self.proved, k, self.horizon + 1)
+        states, inputs = self.proved.reference.window(k, self.horizon)
+        return StageReferences(np.concatenate([states[:-1], inputs], axis=-1), states[-1])
+
+    def set_in(self, solver: Solver, k: int) -> None:
+        """Give a solver the references at step k: called once before each `solve`. ValueError as `at`."""
+        stages = self.at(k)
+        for stage, yref in enumerate(stages.yref):
+            solver.set(stage, "yref", yref)
+        solver.set(self.horizon, "yref", np.asarray(stages.yref_e))

@@ -1,0 +1,42 @@
+"""States and inputs side by side, by name, and the steps at which they are written."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from trackable.arguments import whole
+from trackable.arrays import Array
+from trackable.exports.proved import Proved, proved_steps
+from trackable.exports.shown.extent import ends
+
+_TINY = 1e-9  # of a sampling time
+
+
+def places(proved: Proved) -> dict[str, int]:
+    """Return the places of all names in a vector of the states and then the inputs."""
+    system = proved.reference.plant.system
+    return {name: i for i, name in enumerate((*system.states, *system.inputs))}
+
+
+def values_at(proved: Proved, steps: Array) -> Array:
+    """Return states, then inputs, at steps k: shape (*k.shape, n + m)."""
+    return np.concatenate([proved.reference.state(steps), proved.reference.input(steps)], axis=-1)
+
+
+def chosen_steps(proved: Proved, first: int | None, count: int | None) -> Array:
+    """Return `count` steps from `first` on; left out, all steps until what is proved ends, settles or repeats.
+
+    Raises ValueError for steps outside of what is proved.
+    """
+    start, end = (t / proved.reference.plant.sampling_time for t in ends(proved))
+    begin = math.ceil(start - _TINY) if first is None else whole("first", first)
+    number = max(math.floor(end + _TINY) - begin + 1, 1) if count is None else count
+    return proved_steps(proved, begin, number)
+
+
+def require_known(what: str, named: Mapping[str, object], proved: Proved) -> None:
+    """Raise ValueError for the first name that is neither a state nor an input."""
+    known = places(proved)
+    if unknown := [name for name in named if name not in known]:
+        raise ValueError(f"{what}: {unknown[0]} is neither a state nor an input ({', '.join(known)})")
