@@ -27,9 +27,10 @@ def main(arguments: list[str]) -> int:
     checking.add_argument(
         "--seconds", type=_positive, metavar="N", help="answer within about this time: 3 if undecided"
     )
+    checking.add_argument("--exact", action="store_true", help="without float64 intervals; takes longer")
     given = parser.parse_args(arguments)
     try:
-        return report(check(given.file, given.seconds), given.file)
+        return report(check(given.file, given.seconds, given.exact), given.file)
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return UNUSABLE

@@ -11,17 +11,17 @@ from trackable.errors import InputError, NoReferenceError
 from trackable.files import from_json, path_of, read_bytes
 
 
-def check(certificate: Path | str | Mapping[str, object], seconds: float | None = None) -> Verdict:
+def check(certificate: Path | str | Mapping[str, object], seconds: float | None = None, exact: bool = False) -> Verdict:
     """Check a certificate or a counterexample, given as a file or as the content of one, and return the verdict.
 
     `Proved` and `Refuted` say in words what holds; `Failed` and `NotACertificate` say why nothing is shown, `Undecided`
-    that the check took longer than `seconds`. On a terminal, a line shows how far a long check is. Raises InputError
-    where the file cannot be read.
+    that the check took longer than `seconds`. An `exact` check does without float64 intervals; it takes longer. On a
+    terminal, a line shows how far a long check is. Raises InputError where the file cannot be read.
     """
     content = certificate if isinstance(certificate, Mapping) else _read(path_of("certificate", certificate))
     line = ProgressLine()
     try:
-        return checker.check(content, seconds, line)
+        return checker.check(content, seconds, line, exact)
     finally:
         line.clear()
 

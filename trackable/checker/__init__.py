@@ -39,7 +39,9 @@ u(k) = u_r(t₀ + k T) + K (y(k) − x_r(t₀ + k T)).
 
 Assumptions about rounding. Arithmetic is IEEE's. exp, log, sqrt, sin, cos and powers are within 4 units in the last
 place. The evaluated formulas are those of κ in `kernels`, sums of products in any order (no fast Fourier transforms),
-and for nonlinear systems the formulas of u found in step 0.
+and for nonlinear systems the formulas of u found in step 0. The first pass of step 2 assumes the same of NumPy's
+arithmetic, exp, log and cos. A check that is `exact`, or without NumPy, leaves it out: then nothing but the errors of
+evaluation (step 5) rests on these assumptions.
 
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 100,000 centres of a
 signal, 10,000 rows of a set, 100,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
@@ -47,7 +49,8 @@ numbers of 20,000 characters, 100 kernels in one, nested 40 deep, and formulas o
 formula of an input has up to 10,000. What exceeds them is refused (`reading.limits`). A check may be given a time,
 after which it is Undecided.
 
-Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0, 6 and 7 in rational arithmetic.
+Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0, 6 and 7 in rational arithmetic; step 2
+first in arrays of float64 intervals, and in mpmath where these do not decide.
   0. Linear: x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j, with zeros beyond the ends
      (`steps.trajectories`). Nonlinear: f is split into f0(x) + G(x) u, or refused, and x⁺ = f0(x) + G(x) u is
      solved for u, by u_j = (x⁺_i − f0_i − Σ known G u)/G_ij for equations with a single unknown and by Cramer's rule
@@ -66,6 +69,10 @@ Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0,
      of such polynomials are again polynomials, with a bound of their error (`arithmetic.models`). A polynomial lies in
      the convex hull of its Bernstein coefficients, on the whole box or on each of its parts (`arithmetic.polynomials`,
      `steps.boxes`).
+     The first pass (`floats`) uses the same formulas. Each operation moves both ends of its result outwards, by more
+     than rounding can be off; what overflows or is not defined becomes NaN, which no comparison calls certain. Centres
+     at distances ≥ d from all times of a box are not expanded: together they add at most Σ |c_i| K, where K bounds |κ|
+     at all distances ≥ d, as in step 3. Whether a kink is inside a box is decided in rational arithmetic.
   3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`steps.instants`).
      Let K_i and D_i bound |κ(r)| and |κ̇(r)| at all distances r = t − t_i with t ≥ t₀. Then, for all t ≥ t₀,
      |e(t)| ≤ R = Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i. So |Σ_j w_j e(t + j T)| is at most Σ_j |w_j| R. As the sum
@@ -100,6 +107,7 @@ Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0,
 """
 
 from collections.abc import Mapping
+from functools import partial
 
 from trackable.checker.certificate import FORMAT, Certificate
 from trackable.checker.counterexample import FORMAT as COUNTEREXAMPLE
@@ -110,7 +118,7 @@ from trackable.checker.reading.counterexamples import read_counterexample
 from trackable.checker.reading.values import UnreadableError
 from trackable.checker.robust_statement import robust_statement
 from trackable.checker.statement import refutation, statement
-from trackable.checker.steps.boxes import check_boxes
+from trackable.checker.steps.boxes import check_boxes, in_mpmath
 from trackable.checker.steps.cover import check_cover
 from trackable.checker.steps.instants import check_instants
 from trackable.checker.steps.quantities import Quantity, quantities
@@ -126,34 +134,40 @@ from trackable.checker.subject import Subject
 from trackable.checker.verdicts import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
 from trackable.checker.watch import OutOfTimeError, Report, watched
 
+try:
+    from trackable.checker.floats.boxes import first_pass
+except ImportError:  # there is no NumPy
+    first_pass = in_mpmath
+
 __all__ = ["Failed", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
 
 
-def check(data: object, seconds: float | None = None, report: Report | None = None) -> Verdict:
+def check(data: object, seconds: float | None = None, report: Report | None = None, exact: bool = False) -> Verdict:
     """Verify the content of a certificate's or counterexample's file: what its JSON says, as dicts, lists and numbers.
 
-    A check that takes longer than `seconds` answers Undecided. `report` is told how far it is.
+    A check that takes longer than `seconds` answers Undecided. `report` is told how far it is. An `exact` check does
+    without float64 intervals.
     """
     try:
         with watched(seconds, report):
-            return _check(data)
+            return _check(data, exact)
     except OutOfTimeError:
         return Undecided(f"not decided within {seconds:g} s")
 
 
-def _check(data: object) -> Verdict:
+def _check(data: object, exact: bool) -> Verdict:
     kind = data.get("format") if isinstance(data, dict) else None
     try:
         if isinstance(data, dict) and kind == COUNTEREXAMPLE:
             return _refuted(read_counterexample(data))
         if isinstance(data, dict) and kind == FORMAT:
-            return _proved(read_certificate(data))
+            return _proved(read_certificate(data), exact)
     except UnreadableError as error:
         return NotACertificate(str(error))
     return NotACertificate(f"is not a certificate: certificate.format must be {FORMAT!r}")
 
 
-def _proved(certificate: Certificate) -> Proved | Failed:
+def _proved(certificate: Certificate, exact: bool) -> Proved | Failed:
     subject = certificate.subject
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
     reason = reason or check_robust(subject, certificate.robust)
@@ -162,7 +176,8 @@ def _proved(certificate: Certificate) -> Proved | Failed:
     bounded = _bounded(subject, certificate.errors)
     if isinstance(bounded, str):
         return Failed(bounded)
-    for check_step in (check_sizes, check_rounding, check_boxes, check_instants, check_tail):
+    check_held = partial(check_boxes, first_pass=in_mpmath if exact else first_pass)
+    for check_step in (check_sizes, check_rounding, check_held, check_instants, check_tail):
         if reason := check_step(certificate, bounded):
             return Failed(reason)
     return Proved(statement(certificate) + robust_statement(subject, certificate.robust))

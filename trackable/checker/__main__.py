@@ -1,5 +1,6 @@
-"""Check a certificate, or a counterexample: `python -m trackable.checker [--seconds N] FILE`.
+"""Check a certificate, or a counterexample: `python -m trackable.checker [--seconds N] [--exact] FILE`.
 
+With --exact, and without NumPy, float64 intervals are not used: all is done in mpmath, which takes longer.
 Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE is not a certificate;
 3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 130 interrupted.
 """
@@ -16,11 +17,13 @@ from trackable.checker.progress import ProgressLine
 from trackable.checker.reading.limits import BYTES
 
 PROVED, FAILED, UNUSABLE, UNDECIDED, REFUTED, INTERRUPTED = 0, 1, 2, 3, 4, 130
-_USAGE = f"usage: python -m trackable.checker [--seconds N] FILE\n\n{__doc__.split(chr(10), maxsplit=2)[2].strip()}"
+_EXPLAINED = __doc__.split("\n", maxsplit=2)[2].strip()
+_USAGE = f"usage: python -m trackable.checker [--seconds N] [--exact] FILE\n\n{_EXPLAINED}"
 
 
 def main(arguments: list[str]) -> int:
     """Print what the file proves, or why it proves nothing, and return the exit code."""
+    exact, arguments = "--exact" in arguments, [argument for argument in arguments if argument != "--exact"]
     match arguments:
         case ["-h" | "--help"]:
             print(_USAGE)
@@ -28,17 +31,17 @@ def main(arguments: list[str]) -> int:
         case ["--seconds", given, path] | [path, "--seconds", given]:
             if (seconds := _positive(given)) is None:
                 return _say(f"error: --seconds must be a positive number, got {short(given)}", UNUSABLE)
-            return _check(path, seconds)
+            return _check(path, seconds, exact)
         case [path]:
-            return _check(path, None)
+            return _check(path, None, exact)
     return _say(_USAGE, UNUSABLE)
 
 
-def _check(path: str, seconds: float | None) -> int:
+def _check(path: str, seconds: float | None, exact: bool) -> int:
     line = ProgressLine()
     verdict: Verdict
     try:
-        verdict = check(_content(Path(path)), seconds, line)
+        verdict = check(_content(Path(path)), seconds, line, exact)
     except OSError as error:
         verdict = NotACertificate(f"cannot be read ({error.strerror or error})")
     except ValueError as error:

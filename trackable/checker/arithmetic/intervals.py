@@ -1,8 +1,9 @@
 """Interval arithmetic (mpmath iv): every result contains the real number it stands for, whatever is rounded."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from fractions import Fraction
-from typing import Protocol
+from typing import Any, Protocol
 
 from mpmath.ctx_iv import MPIntervalContext
 
@@ -36,8 +37,29 @@ class Real(Protocol):
     def __ge__(self, other: "Real | float", /) -> bool | None: ...
 
 
+class Many(ABC):
+    """Many intervals at once, as arrays of float64, with operators as `Real` has them; their comparisons are arrays."""
+
+    @abstractmethod
+    def exp(self) -> Any: ...
+
+    @abstractmethod
+    def log(self) -> Any: ...
+
+    @abstractmethod
+    def cos(self) -> Any: ...
+
+    @abstractmethod
+    def sin(self) -> Any: ...
+
+    @abstractmethod
+    def choose(self, condition: Any, one: Any, other: Any) -> Any:
+        """Return one where the condition is certain, the other elsewhere."""
+
+
 iv = MPIntervalContext()
 iv.prec = 160
+iv._types = (*iv._types, Many)  # operations with arrays are left to these
 
 
 def exactly(number: Real | float) -> Real:
@@ -66,6 +88,8 @@ def pi() -> Real:
 
 def exp(x: Real) -> Real:
     """Return e^x, without an upper bound above e^(10⁶) and with 0 below e^(−10⁶): such numbers decide nothing."""
+    if isinstance(x, Many):
+        return x.exp()  # type: ignore[no-any-return]
     if x.b > 1e6:
         return INFINITE
     if x.a < -1e6:
@@ -76,6 +100,8 @@ def exp(x: Real) -> Real:
 
 def log(x: Real) -> Real:
     """Return the logarithm of positive numbers."""
+    if isinstance(x, Many):
+        return x.log()  # type: ignore[no-any-return]
     found: Real = iv.log(x) * (1 + GUARD) + GUARD
     return found
 
@@ -88,12 +114,16 @@ def sqrt(x: Real) -> Real:
 
 def cos(x: Real) -> Real:
     """Return the cosine."""
+    if isinstance(x, Many):
+        return x.cos()  # type: ignore[no-any-return]
     found: Real = iv.cos(x) + GUARD
     return found
 
 
 def sin(x: Real) -> Real:
     """Return the sine."""
+    if isinstance(x, Many):
+        return x.sin()  # type: ignore[no-any-return]
     found: Real = iv.sin(x) + GUARD
     return found
 
@@ -111,6 +141,14 @@ def at_most(x: Real | float, y: Real | float) -> bool:
 def max_of(x: Real, y: Real) -> Real:
     """Return an interval that contains the larger of two numbers."""
     return between(x.a if x.a >= y.a else y.a, x.b if x.b >= y.b else y.b)
+
+
+def chosen(condition: Any, one: Real, other: Real) -> Real:
+    """Return one where a condition is certain, the other elsewhere: of two intervals, or of arrays of them."""
+    for many in (one, other):
+        if isinstance(many, Many):
+            return many.choose(condition, one, other)  # type: ignore[no-any-return]
+    return one if condition else other
 
 
 def lesser(x: Real, y: Real) -> Real:

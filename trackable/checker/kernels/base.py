@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from typing import NamedTuple
 
-from trackable.checker.arithmetic.intervals import INFINITE, SIGN, ZERO, Real, at_most, total
+from trackable.checker.arithmetic.intervals import INFINITE, SIGN, ZERO, Real, at_most, chosen, total
 from trackable.checker.arithmetic.models import Model
 
 
@@ -78,21 +78,21 @@ class Kernel(ABC):
         after, before = at_most(h, r), at_most(h, -r)
         # κ is even: differences are mirrored to the positive side
         side = 1 if after or (not before and at_most(0, r)) else -1
-        missed = self.largest_on_disc(r, radius) * _rest(h / radius, n) + self.jump(r, h)
+        missed = self.largest_on_disc(r, radius) * geometric_rest(h / radius, n) + self.jump(r, h)
         if self.has_kink and not (before or after):
             # r ≥ 0 is not certain right on the kink: then 1.01 h must still reach to the end of the box
             reached = at_most(-0.01 * h, side * r)
             # the branch of the box's middle must be that of the kink: its odd powers are bounded
             same_branch = at_most(self.jump(ZERO, abs(r)), ZERO)
-            missed += self._oddness(1.01 * h, radius, n) if reached and same_branch else INFINITE
+            missed += self.oddness(1.01 * h, radius, n) if reached and same_branch else INFINITE
         return Model(self.taylor(side * r, side * h, n), missed)
 
-    def _oddness(self, reach: Real, radius: Real, n: int) -> Real:
+    def oddness(self, reach: Real, radius: Real, n: int) -> Real:
         """Over-estimate |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ reach, where κ₊ is the branch of positive differences."""
         odd = total(abs(coefficient) for coefficient in self.taylor(ZERO, reach, n)[1::2])
-        return 2 * (odd + self.largest_on_disc(ZERO, radius) * _rest(reach / radius, n))
+        return 2 * (odd + self.largest_on_disc(ZERO, radius) * geometric_rest(reach / radius, n))
 
 
-def _rest(ratio: Real, n: int) -> Real:
+def geometric_rest(ratio: Real, n: int) -> Real:
     """Over-estimate Σ_(k ≥ n) ratio^k."""
-    return ratio**n / (1 - ratio) if ratio.b < 1 else INFINITE
+    return chosen(ratio.b < 1, ratio**n / (1 - ratio), INFINITE)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from trackable.checker.arithmetic.intervals import ZERO, Real, lesser
+from trackable.checker.arithmetic.intervals import ZERO, Real, chosen, lesser
 from trackable.checker.arithmetic.series import times
 from trackable.checker.kernels.base import Decay, Kernel, Sizes
 
@@ -66,12 +66,9 @@ class Product(Combination):
 
     def jump(self, r: Real, h: Real) -> Real:
         # κ₁ κ₂ − b₁ b₂ = (κ₁ − b₁) κ₂ + b₁ (κ₂ − b₂) with the branches b at r
-        found, f, g = ZERO, self.left.jump(r, h), self.right.jump(r, h)
-        if f.b > 0:
-            found += f * self.right.beyond(ZERO).size
-        if g.b > 0:
-            found += self.left.largest_on_disc(r, h) * g
-        return found
+        f, g = self.left.jump(r, h), self.right.jump(r, h)
+        of_left = chosen(f.b <= 0, ZERO, f * self.right.beyond(ZERO).size)
+        return of_left + chosen(g.b <= 0, ZERO, self.left.largest_on_disc(r, h) * g)
 
     def beyond(self, distance: Real) -> Decay:
         f, g = self.left.beyond(distance), self.right.beyond(distance)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from trackable.checker.arithmetic.intervals import ONE, SIGN, ZERO, Real, cos, exactly, exp, pi, sin
+from trackable.checker.arithmetic.intervals import ONE, SIGN, ZERO, Real, chosen, cos, exactly, exp, pi, sin
 from trackable.checker.arithmetic.series import exp_series
 from trackable.checker.kernels.base import Decay, Sizes
 from trackable.checker.kernels.elementary import Elementary
@@ -30,8 +30,8 @@ class Periodic(Elementary):
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
         # Re cos(x + iy) = cos x cosh y
-        cosine, reach = exactly(cos(self.omega * (r + radius * SIGN)).b), self.omega * radius
-        largest = cosine * (exp(reach) + exp(-reach)) / 2 if cosine > 0 else cosine
+        cosine, reach = cos(self.omega * (r + radius * SIGN)).b, self.omega * radius
+        largest = chosen(cosine <= 0, cosine, cosine * (exp(reach) + exp(-reach)) / 2)
         return self.variance * exp((largest - 1) / self.length**2)
 
     def beyond(self, distance: Real) -> Decay:

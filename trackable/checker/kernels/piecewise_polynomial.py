@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, at_most, between, exactly, max_of, root, total
+from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, between, chosen, exactly, root, total
 from trackable.checker.arithmetic.series import times
 from trackable.checker.kernels.base import Decay, Sizes
 from trackable.checker.kernels.elementary import Elementary
@@ -22,30 +22,25 @@ class PiecewisePolynomial(Elementary):
         return True
 
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        if self._is_over(r):
-            return [ZERO] * n
         y = [1 - r / self.length, -h / self.length]
         found: list[Real] = []
         for coefficient in reversed(self.p):  # Horner's rule; the degree grows by one in each step
             found = times(found, y, min(len(found) + 1, n))
             found[0] += coefficient
-        return [*self.scaled(found), *[ZERO] * (n - len(found))]
+        is_over = self._is_over(r)
+        return [*(chosen(is_over, ZERO, c) for c in self.scaled(found)), *[ZERO] * (n - len(found))]
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
-        if self._is_over(r):
-            return ZERO
         # no larger than the sum of the sizes of its Taylor terms, of which there are no more
         return total(abs(c) for c in self.taylor(abs(r), radius, len(self.p)))
 
     def jump(self, r: Real, h: Real) -> Real:
-        if self._is_over(r):
-            nearest = max_of(abs(r) - h, ZERO)
-            return ZERO if at_most(self.length, nearest) else abs(self.taylor(nearest, ZERO, 1)[0])
-        farthest = abs(r) + h
-        if at_most(farthest, self.length):
-            return ZERO
+        beyond, farthest = abs(r) - h, abs(r) + h
+        nearest = (beyond + abs(beyond)) / 2  # no less than 0
+        from_zero = chosen(self.length <= nearest.a, ZERO, abs(self.taylor(nearest, ZERO, 1)[0]))
         y = 1 - farthest / self.length
-        return self.variance * abs(total(c * y**j for j, c in enumerate(self.p)))
+        from_polynomial = self.variance * abs(total(c * y**j for j, c in enumerate(self.p) if c))
+        return chosen(self._is_over(r), from_zero, chosen(farthest.b <= self.length, ZERO, from_polynomial))
 
     def beyond(self, distance: Real) -> Decay:
         return self.falling(distance, self.length * self.steepest_at)
@@ -55,9 +50,9 @@ class PiecewisePolynomial(Elementary):
         size, slope = self.beyond(ZERO)
         return Sizes(size, slope, size, size * self.length * 0.165, 35 * size)
 
-    def _is_over(self, r: Real) -> bool:
+    def _is_over(self, r: Real) -> bool | None:
         """Return whether |r| > θ₂ for certain: then the branch is 0, otherwise the polynomial."""
-        return bool(abs(r).a > self.length)
+        return abs(r).a > self.length
 
 
 class PiecewisePolynomial2(PiecewisePolynomial):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from trackable.checker.arithmetic.intervals import GUARD, INFINITE, ZERO, Real, exactly, exp, iv, log
+from trackable.checker.arithmetic.intervals import GUARD, INFINITE, ONE, ZERO, Real, chosen, exactly, exp, iv, log
 from trackable.checker.arithmetic.series import power_series
 from trackable.checker.kernels.base import Decay, Sizes
 from trackable.checker.kernels.elementary import Elementary
@@ -27,7 +27,8 @@ class RationalQuadratic(Elementary):
         # Re z² ≥ r²/2 − radius² on the disc, and so |1 + z²/(2 α θ₂²)| ≥ q.
         square = (r**2 / 2 - radius**2) / self.length**2
         q = 1 + square / (2 * self.alpha)
-        return self.variance * exp(-self.alpha * log(q)) if q.a > 0 else INFINITE
+        is_regular = q.a > 0
+        return chosen(is_regular, self.variance * exp(-self.alpha * log(chosen(is_regular, q, ONE))), INFINITE)
 
     def beyond(self, distance: Real) -> Decay:
         root: Real = iv.sqrt(2 * self.alpha / (2 * self.alpha + 1)) * (1 + GUARD)

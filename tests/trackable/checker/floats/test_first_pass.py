@@ -1,0 +1,82 @@
+"""The first pass in float64 decides most, says nothing that mpmath does not say, and can be left out."""
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.trackable.certificates.nonlinear.instances import proved
+from tests.trackable.checker.instances import changed
+from tests.trackable.checker.tight import VALID
+from trackable import checker
+from trackable.checker import Failed, Proved, check
+from trackable.checker.floats import boxes
+from trackable.checker.floats.polynomials import are_positive
+from trackable.checker.steps.boxes import in_mpmath
+from trackable.codec.certificates import encode_certificate
+
+KINDS = {kind: lambda make=make: encode_certificate(make()) for kind, make in VALID.items()}
+
+
+def left_by_first_pass(data: dict, monkeypatch) -> tuple[int, int]:
+    """The number of pairs of a box and a quantity, and how many of them are left to mpmath."""
+    counted = []
+
+    def counting(subject, terms, held):
+        for box, rest, models in boxes.first_pass(subject, terms, held):
+            counted.append((len(held[box]), len(rest)))
+            yield box, rest, models
+
+    monkeypatch.setattr(checker, "first_pass", counting)
+    assert isinstance(check(data), Proved)
+    return sum(every for every, _ in counted), sum(rest for _, rest in counted)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "instants"])
+def test_it_decides_most_boxes(kind, monkeypatch):
+    every, rest = left_by_first_pass(KINDS[kind](), monkeypatch)
+    assert every > 0
+    assert rest <= every / 20
+
+
+def test_formulas_are_left_but_their_signals_are_not(monkeypatch):
+    """The verdict is that of an exact check; that of exact signals is asked for where it does not suffice."""
+    data = encode_certificate(proved("tank"))
+    every, rest = left_by_first_pass(data, monkeypatch)
+    assert 0 < rest < every
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_exact_check_says_the_same(kind, monkeypatch):
+    data = KINDS[kind]()
+    known = check(data)
+    monkeypatch.setattr(checker, "first_pass", None)  # whoever asks for it fails
+    assert check(data, exact=True) == known
+
+
+def test_what_fails_fails_for_the_same_reason():
+    for path, value in (
+        ("reference.plant.state_set.upper.0", 0.1),
+        ("reference.signals.0.weights.0", 0.6),
+        ("claim.terms", 2),
+        ("claim.covers.state.radii.0", 1e-3),
+    ):
+        data = changed(encode_certificate(VALID["window"]()), path, value)
+        found = check(data)
+        assert isinstance(found, Failed), path
+        assert found == check(data, exact=True)
+
+
+def test_a_first_pass_that_believes_every_box_makes_another_verdict(monkeypatch):
+    """So the tests of tampering look at the first pass too."""
+    data = changed(encode_certificate(VALID["window"]()), "reference.plant.state_set.upper.0", 0.1)
+    monkeypatch.setattr(boxes, "are_positive", lambda of: are_positive(of) | True)
+    assert isinstance(check(data), Proved)
+
+
+def test_without_numpy_everything_is_left_to_mpmath():
+    script = (
+        "import sys; sys.modules['numpy'] = None; from trackable import checker; print(checker.first_pass.__name__)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == in_mpmath.__name__

@@ -1,0 +1,98 @@
+"""Step 2 of the proof in float64: find the boxes in which quantities certainly stay inside their bounds."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from math import isfinite
+
+import numpy as np
+
+from trackable.checker.arithmetic.intervals import Real, between, exactly, ratio
+from trackable.checker.arithmetic.models import Model
+from trackable.checker.floats.intervals import Floats, Mask
+from trackable.checker.floats.polynomials import are_positive
+from trackable.checker.floats.signals import Boxes, ManyCentres, Models
+from trackable.checker.steps.enclosures import Box
+from trackable.checker.steps.quantities import LinearCombination, Quantity
+from trackable.checker.subject import Subject
+
+Shifted = tuple[int, int]
+"""The signal s at the shifted time t + j T."""
+
+_AT_ONCE = 256
+"""Boxes: memory is enough, whatever a file says."""
+
+
+def first_pass(
+    subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
+) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
+    """Yield each box with the quantities that are not proved here, and with models of the signals that they need.
+
+    Only linear combinations of signals are proved here, and only for other quantities there are models.
+    """
+    signals = {shifted: _many_centres(subject, shifted) for shifted in _needed([q for h in held.values() for q in h])}
+    boxes = list(held)
+    for begin in range(0, len(boxes), _AT_ONCE):
+        some = boxes[begin : begin + _AT_ONCE]
+        with np.errstate(all="ignore"):  # what is not finite is not proved
+            found = _enclosed(signals, terms, some, [_needed(held[box]) for box in some])
+            quantities = {q.name: q for box in some for q in held[box]}
+            proved = {name: _stays_inside(q, found) for name, q in quantities.items()}
+        for b, box in enumerate(some):
+            rest = [q for q in held[box] if (where := proved[q.name]) is None or not where[b]]
+            models = {shifted: _model(found[shifted], b) for shifted in _needed([q for q in rest if q.parts])}
+            yield box, rest, {shifted: model for shifted, model in models.items() if model}
+
+
+def _needed(quantities: Sequence[Quantity]) -> set[Shifted]:
+    return {shifted for q in quantities for argument in q.arguments.values() for shifted, _ in _terms(argument)}
+
+
+def _terms(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
+    for s, weights in enumerate(argument.weights):
+        for j, w in enumerate(weights):
+            if w:
+                yield (s, j), ratio(w)
+
+
+def _many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
+    s, j = shifted
+    return ManyCentres.of(subject.signals[s], j * Fraction(subject.system.sampling_time))
+
+
+def _enclosed(
+    signals: Mapping[Shifted, ManyCentres], terms: int, boxes: Sequence[Box], needed: Sequence[set[Shifted]]
+) -> dict[Shifted, Models]:
+    """Return the models of the shifted signals in the boxes that need them; NaN in the others."""
+    every, found = Boxes(*np.array(boxes).T), dict[Shifted, Models]()
+    for shifted in set[Shifted]().union(*needed):
+        where = np.flatnonzero([shifted in each for each in needed])
+        found[shifted] = signals[shifted].enclose(every.at(where), terms).spread(where, len(boxes))
+    return found
+
+
+def _stays_inside(q: Quantity, models: Mapping[Shifted, Models]) -> Mask | None:
+    """Return in which boxes a linear combination of signals certainly stays inside its bounds; None for others."""
+    if q.combination is None:
+        return None
+    summands = [models[shifted].times(weight) for shifted, weight in _terms(q.combination)]
+    if not summands:
+        return None
+    found = sum(summands[1:], summands[0])
+    first = found.coefficients.at(0) + q.combination.offset
+    above, below = first - q.lower - found.missed.b, q.upper - first - found.missed.b
+    return are_positive(_begun(above, found.coefficients)) & are_positive(_begun(below, -found.coefficients))
+
+
+def _begun(first: Floats, polynomials: Floats) -> Floats:
+    """Return polynomials with another first coefficient."""
+    ends = ((first.low, polynomials.low), (first.high, polynomials.high))
+    return Floats(*(np.vstack([begin, rest[1:]]) for begin, rest in ends))
+
+
+def _model(models: Models, b: int) -> Model | None:
+    """Return the model of one box in the arithmetic of mpmath; None where nothing is known."""
+    of, missed = models.coefficients, float(models.missed.high[b])
+    lows, highs = of.low[:, b].tolist(), of.high[:, b].tolist()
+    if not all(map(isfinite, (*lows, *highs, missed))):
+        return None
+    return Model([between(low, high) for low, high in zip(lows, highs, strict=True)], exactly(missed))

@@ -1,0 +1,158 @@
+"""Arrays of float64 intervals: every result contains the real numbers it stands for, whatever is rounded.
+
+Assumed: IEEE arithmetic rounding to nearest, sums in any order, and NumPy's exp, log and cos within 4 units in the last
+place. Each end of a result is computed in float64 and moved outwards by more than it can be off: the error of one
+operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a function 2⁻⁵⁰ of it, or 2⁻¹⁰⁷². An end that is
+NaN bounds nothing, and every comparison with it is False: minima, maxima and all operations hand it on.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from trackable.checker.arithmetic.intervals import Many, Real, exactly, pi
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1060
+
+
+@dataclass(frozen=True, eq=False)
+class Floats(Many):
+    """Real numbers from `low` to `high`; arrays that broadcast. Other operands: numbers, and intervals of mpmath."""
+
+    low: Array
+    high: Array
+
+    @classmethod
+    def exact(cls, values: Array | float) -> Self:
+        """Return intervals of one number each."""
+        numbers = np.asarray(values, dtype=np.float64)
+        return cls(numbers, numbers)
+
+    @classmethod
+    def of(cls, number: Any) -> "Floats":
+        """Return intervals themselves, or one that contains a number or an interval of mpmath."""
+        if isinstance(number, Floats):
+            return number
+        if isinstance(number, float):
+            return cls.exact(number)
+        number = exactly(number)
+        return cls(np.asarray(_float(number.a, -np.inf)), np.asarray(_float(number.b, np.inf)))
+
+    @property
+    def a(self) -> "Floats":
+        return Floats(self.low, self.low)
+
+    @property
+    def b(self) -> "Floats":
+        return Floats(self.high, self.high)
+
+    def at(self, index: Any) -> "Floats":
+        """Return the intervals at an index of arrays."""
+        return Floats(self.low[index], self.high[index])
+
+    def choose(self, condition: Any, one: Any, other: Any) -> "Floats":
+        x, y = self.of(one), self.of(other)
+        return Floats(np.where(condition, x.low, y.low), np.where(condition, x.high, y.high))
+
+    def __add__(self, other: Any) -> "Floats":
+        y = self.of(other)
+        return _outwards(self.low + y.low, self.high + y.high, tiny=0.0)  # sums do not underflow
+
+    def __neg__(self) -> "Floats":
+        return Floats(-self.high, -self.low)
+
+    def __sub__(self, other: Any) -> "Floats":
+        y = self.of(other)
+        return _outwards(self.low - y.high, self.high - y.low, tiny=0.0)
+
+    def __rsub__(self, other: Any) -> "Floats":
+        return self.of(other) - self
+
+    def __mul__(self, other: Any) -> "Floats":
+        y = self.of(other)
+        return _hull(self.low * y.low, self.low * y.high, self.high * y.low, self.high * y.high)
+
+    def __truediv__(self, other: Any) -> "Floats":
+        y = self.of(other)
+        known = (y.low > 0) | (y.high < 0)
+        low, high = np.where(known, y.low, np.nan), np.where(known, y.high, np.nan)
+        return _hull(self.low / low, self.low / high, self.high / low, self.high / high)
+
+    def __rtruediv__(self, other: Any) -> "Floats":
+        return self.of(other) / self
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def __pow__(self, exponent: int) -> "Floats":
+        """Return x^exponent for a whole number ≥ 1; of |x| where the exponent is even."""
+        base = self if exponent % 2 else abs(self)
+        found = base
+        for _ in range(exponent - 1):
+            found = found * base
+        return found
+
+    def __abs__(self) -> "Floats":
+        nearest = np.maximum(np.maximum(self.low, -self.high), 0.0)
+        return Floats(nearest, np.maximum(-self.low, self.high))
+
+    def __lt__(self, other: Any) -> Any:
+        return self.high < self.of(other).low
+
+    def __le__(self, other: Any) -> Any:
+        return self.high <= self.of(other).low
+
+    def __gt__(self, other: Any) -> Any:
+        return self.low > self.of(other).high
+
+    def __ge__(self, other: Any) -> Any:
+        return self.low >= self.of(other).high
+
+    def exp(self) -> "Floats":
+        found = _outwards(np.exp(self.low), np.exp(self.high), _FUNCTION)
+        return Floats(np.maximum(found.low, 0.0), found.high)
+
+    def log(self) -> "Floats":
+        """Return the logarithm; NaN where a number may be negative."""
+        return _outwards(np.log(self.low), np.log(self.high), _FUNCTION)
+
+    def cos(self) -> "Floats":
+        """Return the cosine: it falls on [0, π], where the distance to the next multiple of 2π is."""
+        turn, middle = 2 * np.pi, (self.low + self.high) / 2
+        angle = np.abs(middle - turn * np.rint(middle / turn))
+        # 2π is off by 2⁻⁵² at most, once in each turn, and every operation above by 2⁻⁵² of |middle| at most.
+        off = ((self.high - self.low) / 2 + 2.0**-49 * (np.abs(middle) + 1)) * (1 + _OPERATION)
+        low, high = np.cos(np.minimum(angle + off, np.pi)), np.cos(np.maximum(angle - off, 0.0))
+        return _outwards(low, high, 2.0**-46, 2.0**-50)
+
+    def sin(self) -> "Floats":
+        return (self - pi() / 2).cos()
+
+
+def _outwards(low: Array, high: Array, part: float = _OPERATION, tiny: float = _TINY) -> Floats:
+    """Move the ends of intervals outwards, by a `part` of their sizes."""
+    return Floats(low - (np.abs(low) * part + tiny), high + (np.abs(high) * part + tiny))
+
+
+def _hull(a: Array, b: Array, c: Array, d: Array) -> Floats:
+    low = np.minimum(np.minimum(a, b), np.minimum(c, d))
+    return _outwards(low, np.maximum(np.maximum(a, b), np.maximum(c, d)))
+
+
+def _float(number: Real, towards: float) -> float:
+    """Return a point of mpmath as a float64, rounded towards −∞ or ∞."""
+    nearest = float(number)
+    return nearest if exactly(nearest) == number else float(np.nextafter(nearest, towards))
+
+
+def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
+    """Return the sums of runs of `most` numbers at most, which begin at `firsts`, along the last axis."""
+    size = np.add.reduceat(np.maximum(np.abs(of.low), np.abs(of.high)), firsts, axis=-1)
+    off = size * ((most + 8) * _OPERATION)
+    low, high = (np.add.reduceat(end, firsts, axis=-1) for end in (of.low, of.high))
+    return Floats(low - off, high + off) + Floats.exact(0.0)

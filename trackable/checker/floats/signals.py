@@ -1,0 +1,183 @@
+"""Step 2 of the proof in float64: Taylor models of a shifted signal in many boxes of time at once.
+
+The mathematics is that of `kernels.base`, by the same formulas. Centres are near a box or far from it. For the far ones
+|Σ_i c_i κ(t + s − t_i)| ≤ Σ_i |c_i| sup_{|r| ≥ d} |κ(r)| at all times of the box, where d is less than their distances.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from trackable.checker.arithmetic.intervals import ZERO, Real, exactly
+from trackable.checker.floats.intervals import Array, Floats, Mask, sums
+from trackable.checker.kernels.base import geometric_rest
+from trackable.checker.subject import Signal
+from trackable.checker.watch import tick
+
+Indices = npt.NDArray[np.intp]
+
+_PAIRS = 4096
+"""Pairs of a box and a centre that are enclosed at once: they stay in the cache."""
+
+_NEGLIGIBLE = exactly(2) ** -60
+"""What far centres may add, as a part of κ(0); the reserve for rounding is larger."""
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes:
+    """The times of [starts, ends] [s] and `radii` [s] of discs in Cauchy's estimate: shape (B,)."""
+
+    starts: Array
+    ends: Array
+    radii: Array
+
+    def at(self, index: slice | Mask | Indices) -> "Boxes":
+        """Return some of the boxes."""
+        return Boxes(self.starts[index], self.ends[index], self.radii[index])
+
+    @cached_property
+    def middles(self) -> Floats:
+        """Their middles [s]."""
+        return (Floats.exact(self.starts) + Floats.exact(self.ends)) / 2
+
+    @cached_property
+    def halves(self) -> Floats:
+        """Half of their widths [s]."""
+        return (Floats.exact(self.ends) - Floats.exact(self.starts)) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class Models:
+    """Polynomials in x ∈ [−1, 1] with `coefficients` of shape (n, B), and a bound of what they miss, of shape (B,)."""
+
+    coefficients: Floats
+    missed: Floats
+
+    def __add__(self, other: "Models") -> "Models":
+        return Models(self.coefficients + other.coefficients, self.missed + other.missed)
+
+    def times(self, factor: Real) -> "Models":
+        """Return the models times a number."""
+        return Models(self.coefficients * factor, self.missed * abs(factor))
+
+    def spread(self, where: Indices, count: int) -> "Models":
+        """Return models in `count` boxes, of which these are some; NaN in the others."""
+        return Models(_spread(self.coefficients, where, count), _spread(self.missed, where, count))
+
+
+@dataclass(frozen=True, eq=False)
+class ManyCentres:
+    """Σ_i c_i κ(t + j T − t_i) with the centres in order; `shift` j T [s] is a rational number."""
+
+    kernel: Any  # a `Kernel`; its formulas are for intervals of mpmath, and for arrays of intervals
+    shift: Fraction
+    centres: Array
+    weights: Array
+
+    @classmethod
+    def of(cls, signal: Signal, shift: Fraction) -> "ManyCentres":
+        """Return a shifted signal, without its mean."""
+        centres, weights = np.array(signal.centres), np.array(signal.weights)
+        order = np.argsort(centres, kind="stable")
+        return cls(signal.kernel, shift, centres[order], weights[order])
+
+    @cached_property
+    def exact_shift(self) -> Floats:
+        """An interval that contains the shift."""
+        return Floats.of(exactly(self.shift.numerator) / exactly(self.shift.denominator))
+
+    @cached_property
+    def reach(self) -> tuple[float, Floats]:
+        """Return a distance d [s] and a bound of Σ_i |c_i| |κ| over all distances from d on; infinite and 0 if none."""
+        span = float(self.centres[-1] - self.centres[0])
+        most = self.kernel.beyond(ZERO).size * _NEGLIGIBLE
+        found: tuple[float, Real] = (np.inf, ZERO)
+        for k in range(1, 60):
+            distance = span * 2.0 ** (-k / 4)
+            size = self.kernel.beyond(exactly(distance)).size
+            if not size.b <= most.a:
+                break
+            found = (distance, size)
+        weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp), len(self.weights))
+        return found[0], weight * found[1]
+
+    def enclose(self, boxes: Boxes, n: int) -> Models:
+        """Return Taylor models with n terms in the boxes."""
+        parts = [self._block(boxes.at(block), near, n) for block, near in self._blocks(boxes)]
+        coefficients, missed = ([part[i] for part in parts] for i in range(2))
+        far = self.reach[1]
+        return Models(_joined(coefficients), _joined(missed) + far)
+
+    def _blocks(self, boxes: Boxes) -> Iterator[tuple[slice, tuple[Indices, Indices]]]:
+        """Yield slices of boxes with the first near centre, and the number of near centres, of each box."""
+        reach, shift = self.reach[0], float(self.exact_shift.low)
+        sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + abs(shift)
+        # Larger by more than the rounding of a few numbers of these sizes: what is left out is farther than the reach.
+        reaches = reach * (1 + 2.0**-20) + 2.0**-48 * sizes
+        first = np.searchsorted(self.centres, boxes.starts + shift - reaches)
+        first = np.minimum(first, len(self.centres) - 1)  # at least one
+        counts = np.maximum(np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right") - first, 1)
+        begin, pairs = 0, 0
+        for b, count in enumerate(counts.tolist()):
+            if pairs and pairs + count > _PAIRS:
+                yield slice(begin, b), (first[begin:b], counts[begin:b])
+                begin, pairs = b, 0
+            pairs += count
+        yield slice(begin, len(counts)), (first[begin:], counts[begin:])
+
+    def _block(self, boxes: Boxes, near: tuple[Indices, Indices], n: int) -> tuple[Floats, Floats]:
+        """Return coefficients and what is missed, for pairs of boxes and their near centres."""
+        tick()
+        first, counts = near
+        firsts, of_box = np.concatenate([[0], np.cumsum(counts)[:-1]]), np.repeat(np.arange(len(counts)), counts)
+        which = np.arange(len(of_box)) + np.repeat(first - firsts, counts)
+        centres, weights, most = self.centres[which], Floats.exact(self.weights[which]), int(counts.max())
+        r = boxes.middles.at(of_box) + self.exact_shift - Floats.exact(centres)
+        h, radius = boxes.halves.at(of_box), Floats.exact(boxes.radii[of_box])
+        extra = Floats.exact(np.zeros(len(boxes.starts)))
+        if self.kernel.has_kink:
+            before, after = self._sides(boxes, of_box, centres, r, h)
+            is_mirrored = before | ~after & (r.low < 0)
+            r, h = r.choose(is_mirrored, -r, r), h.choose(is_mirrored, -h, h)
+            extra = self._beyond_kinks(boxes, r, abs(weights), ~(before | after), firsts, most, n)
+        ratio: Any = abs(h) / radius
+        size = self.kernel.largest_on_disc(r, radius) * geometric_rest(ratio, n)
+        missed = sums(abs(weights) * (size + self.kernel.jump(r, abs(h))), firsts, most)
+        terms = [sums(weights * c, firsts, most) for c in self.kernel.taylor(r, h, n)]
+        return Floats(np.stack([c.low for c in terms]), np.stack([c.high for c in terms])), missed + extra
+
+    def _sides(self, boxes: Boxes, of_box: Indices, centres: Array, r: Floats, h: Floats) -> tuple[Mask, Mask]:
+        """Return where all times of a box are before the centre, or all after it, exactly."""
+        before, after = np.asarray(r <= -h), np.asarray(r >= h)
+        for i in np.flatnonzero(~(before | after)).tolist():
+            moved = Fraction(float(centres[i])) - self.shift
+            before[i], after[i] = boxes.ends[of_box[i]] <= moved, boxes.starts[of_box[i]] >= moved
+        return before, after
+
+    def _beyond_kinks(
+        self, boxes: Boxes, r: Floats, sizes: Floats, across: Mask, firsts: Indices, most: int, n: int
+    ) -> Floats:
+        """Bound what it costs to continue the branch of the middle beyond a kink at 0, in boxes that are `across`."""
+        half, which = boxes.halves, np.repeat(np.arange(len(firsts)), np.diff(firsts, append=len(across)))
+        # As in `Kernel.model`: 1.01 h must reach to the end of the box, and the branch is that of the kink.
+        reached = np.asarray(-0.01 * half.at(which) <= r)
+        same_branch = np.asarray(self.kernel.jump(ZERO, abs(r)) <= 0)
+        known = sizes.choose(reached & same_branch, sizes, np.nan)
+        crossed = sums(sizes.choose(across, known, 0.0), firsts, most)
+        oddness = self.kernel.oddness(1.01 * half, Floats.exact(boxes.radii), n)
+        return crossed.choose(np.logical_or.reduceat(across, firsts), crossed * oddness, 0.0)
+
+
+def _joined(parts: list[Floats]) -> Floats:
+    return Floats(*(np.concatenate(ends, axis=-1) for ends in ([p.low for p in parts], [p.high for p in parts])))
+
+
+def _spread(of: Floats, where: Indices, count: int) -> Floats:
+    ends = np.full((2, *of.low.shape[:-1], count), np.nan)
+    ends[0][..., where], ends[1][..., where] = of.low, of.high
+    return Floats(ends[0], ends[1])
