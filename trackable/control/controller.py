@@ -69,13 +69,14 @@ class Controller:
         """Return the optimal plan at step `k` from `state` (n,), or why there is none.
 
         For a nonlinear system the optimum is searched near the inputs `initial_guess` (N, m), by default near the
-        reference; the last plan, shifted by a step, is a good guess (`shifted_inputs`). A linear system has one optimum
-        and needs no guess. A step ends in one of these ways:
+        reference, and from a few other trajectories where that finds no plan; the last plan, shifted by a step, is a
+        good guess (`shifted_inputs`). A linear system has one optimum and needs no guess. A step ends in one of these
+        ways:
 
         - `Plan`: an optimal plan, for a nonlinear system one that is optimal among those near by.
-        - `Infeasible`: there is no plan; for a nonlinear system, none was found near by (`is_local`).
-        - `Unsolved`: neither is known, because the numbers are beyond the solver or floating point, the search does not
-          converge, or a formula of the system or of the reference is not defined where it led.
+        - `Infeasible`: there is no plan; for a nonlinear system, none was found (`is_local`).
+        - `Unsolved`: neither is known, because the numbers are beyond the solver or floating point, the search ends
+          without an explanation, or a formula of the system or of the reference is not defined.
         - ValueError: the state is not n finite numbers, or what `reference.window` raises outside of its steps.
         """
         k, state = whole("controller: k", k), numbers("controller: state", state)

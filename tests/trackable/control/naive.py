@@ -5,7 +5,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from trackable.control.controller import Controller
-from trackable.control.step.sequential import apply_inputs
+from trackable.control.step.starts import apply_inputs
 
 
 def _variables(controller: Controller, k: int, state, reference, wider: float):

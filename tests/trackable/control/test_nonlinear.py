@@ -9,7 +9,7 @@ from trackable.control.controller import Controller
 from trackable.control.feasible_set import feasible_set
 from trackable.control.simulation import shifted_inputs, simulate
 from trackable.control.step.result import Infeasible, Plan
-from trackable.control.step.sequential import apply_inputs
+from trackable.control.step.starts import apply_inputs
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem

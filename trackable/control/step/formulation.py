@@ -6,7 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.control.step.admissible import AdmissibleInputs
+from trackable.control.step.admissible import AdmissiblePoints
+from trackable.control.step.elastic import ElasticProgram
 from trackable.control.step.error_model import ErrorModel, linearisation_defects, reference_defects
 from trackable.control.step.linear_quadratic import LinearQuadratic
 from trackable.control.step.program import Program, terminal_error_program, tracking_program, widening_program
@@ -75,8 +76,21 @@ class Formulation:
         return terminal_error_program(self.plant, self.horizon, self.scales)
 
     @cached_property
-    def admissible(self) -> AdmissibleInputs:
-        return AdmissibleInputs(self.plant.input_set)
+    def elastic(self) -> ElasticProgram:
+        return ElasticProgram(self.scales, self.inequalities, self.horizon, *self.scaled_weights)
+
+    @cached_property
+    def scaled_weights(self) -> tuple[Array, Array]:
+        """Q and R of errors in scales, for a cost in its scale."""
+        return self.scales.weights(self.Q, self.R)
+
+    @cached_property
+    def admissible(self) -> AdmissiblePoints:
+        return AdmissiblePoints(self.plant.input_set)
+
+    @cached_property
+    def admissible_states(self) -> AdmissiblePoints:
+        return AdmissiblePoints(self.plant.state_set)
 
     @cached_property
     def _model(self) -> ErrorModel:

@@ -17,6 +17,9 @@ class Status(StrEnum):
     """Feasible only if all sets are widened, by less than the tolerance: the plan touches bounds, up to rounding."""
     KEPT = "kept"
     """For a nonlinear system: the initial guess of the search, because the search found no plan that costs less."""
+    ADMISSIBLE = "admissible"
+    """For a nonlinear system: an admissible plan at which the search for lower costs ended. Full steps do not converge
+    there, so that it is a minimum up to the accuracy of the search only."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +52,8 @@ class Plan:
 class Infeasible:
     """Why no admissible plan ends on the reference at step `k`: there is none, or none was found.
 
-    The latter where the answer `is_local`: the problem of a nonlinear system is searched near one trajectory only. What
-    follows then holds for its linearisation there.
+    The latter where the answer `is_local`: a plan of a nonlinear system is searched from a few trajectories only. What
+    follows then holds for the linearisation where a search ended.
 
     `widening` is the least part of their widths by which all sets must be widened so that a plan exists. In that plan
     `quantity` reaches its widened bound first, at step `at_step`, `excess` (in its own unit) outside its set.

@@ -10,7 +10,7 @@ from trackable.arguments import instance, numbers, whole
 from trackable.arrays import Array, ArrayLike
 from trackable.control.controller import Controller
 from trackable.control.references import TrackedReference
-from trackable.control.step.admissible import AdmissibleInputs
+from trackable.control.step.admissible import AdmissiblePoints
 from trackable.control.step.problem import TOLERANCE, StepProblem
 from trackable.control.step.result import Infeasible, Plan, Status, StepResult, Unsolved
 from trackable.control.step.slack import Slack
@@ -107,8 +107,8 @@ class TubeController:
         return solved if solved is not None and solved.slack >= -TOLERANCE else self._widened(problem, state, off)
 
     @cached_property
-    def _admissible(self) -> AdmissibleInputs:
-        return AdmissibleInputs(self.plant.input_set)
+    def _admissible(self) -> AdmissiblePoints:
+        return AdmissiblePoints(self.plant.input_set)
 
     @cached_property
     def _tracking(self) -> TubeProgram:
