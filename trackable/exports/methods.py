@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from trackable.arguments import whole
 from trackable.arrays import Array, ArrayLike
 from trackable.exports.proved import Proved, proved_times
+from trackable.files import path_of
 from trackable.gp.samples import Samples
 
 if TYPE_CHECKING:
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from trackable.exports.acados import SlidingReferences
     from trackable.exports.control import FlatTrajectory
     from trackable.exports.do_mpc import Parameters, TimeVarying
+    from trackable.exports.ros2.trajectory import Joints
+    from trackable.exports.table import Units
 
 
 class Values(NamedTuple):
@@ -97,3 +101,50 @@ class Conventions:
         from trackable.exports.control import FlatTrajectory  # noqa: PLC0415
 
         return FlatTrajectory(self)
+
+    def to_csv(
+        self: Proved, path: Path | str, first: int | None = None, count: int | None = None, units: Units | None = None
+    ) -> Path:
+        """Write time, states and inputs at `count` steps from `first` on as a CSV file; return its path.
+
+        Left out, these are all steps until what is proved ends, is settled, or repeats. `units` by name go into the
+        header, as {'position': 'm'}. Reading the numbers gives the same float64 again. Raises OSError, and ValueError
+        for steps that are not proved.
+        """
+        from trackable.exports.table import write_csv  # noqa: PLC0415
+
+        return write_csv(self, path, first, count, units)
+
+    def to_parquet(
+        self: Proved, path: Path | str, first: int | None = None, count: int | None = None, units: Units | None = None
+    ) -> Path:
+        """Write the table of `to_csv` as a Parquet file; needs pyarrow, the extra `parquet`."""
+        from trackable.exports.table import write_parquet  # noqa: PLC0415
+
+        return write_parquet(self, path, first, count, units)
+
+    def to_ros2(
+        self: Proved,
+        path: Path | str,
+        joints: Joints,
+        first: int | None = None,
+        count: int | None = None,
+        topic: str = "/joint_trajectory",
+        stamp: int = 0,
+    ) -> Path:
+        """Write a `trajectory_msgs/msg/JointTrajectory` to an .mcap or .yaml file; return the path.
+
+        `joints` says what each field of a joint's points holds: {'shoulder': {'positions': 'angle', 'velocities':
+        'speed', 'effort': 'torque'}}, in the units that ROS expects (rad or m, and s). Points are the steps, as in
+        `to_csv`. `stamp` [ns] is the time of the message in an MCAP file, under `topic`.
+
+        What is proved holds at the points. Between them a ROS controller interpolates in its own way.
+        """
+        from trackable.exports.ros2.write import write_mcap, write_yaml  # noqa: PLC0415
+
+        match path_of("to_ros2", path).suffix:
+            case ".yaml" | ".yml":
+                return write_yaml(self, path, joints, first, count)
+            case ".mcap":
+                return write_mcap(self, path, joints, first, count, topic, stamp)
+        raise ValueError(f"to_ros2: expected the name of an .mcap or .yaml file, got {path}")
