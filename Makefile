@@ -9,13 +9,14 @@
 # make lab      Jupyter on the notebooks
 # make view     the logs of the experiment NAME (example1) in a viewer in the browser, until Ctrl-C; needs npm
 # make bench    measure against other software, in an environment of its own (minutes; on a machine that is idle)
+# make rivals   side by side with everything else that hands out trajectories, in an environment of its own (minutes)
 # make lock     pin the newest versions that pyproject.toml allows, with hashes
 
 PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test lint force status checker attack lab view bench lock
+.PHONY: install repro test lint force status checker attack lab view bench rivals lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -61,12 +62,17 @@ view: .venv/installed
 bench: .venv-bench/installed
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/python -m benchmarks
 
+rivals: .venv-rivals/installed
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-rivals/bin/python -m benchmarks.rivals
+
 lock: .venv/installed
 	python -m pip install --quiet uv
 	python -m uv pip compile pyproject.toml --extra pipeline --extra cluster --extra parquet --group dev --universal --python-version 3.11 --upgrade \
 		--generate-hashes --no-annotate --no-header --output-file requirements.lock
 	python -m uv pip compile pyproject.toml --extra pipeline --group bench --constraint requirements.lock --universal \
 		--python-version 3.11 --generate-hashes --no-annotate --no-header --output-file requirements-bench.lock
+	python -m uv pip compile pyproject.toml --extra pipeline --group rivals --constraint requirements.lock --universal \
+		--python-version 3.11 --generate-hashes --no-annotate --no-header --output-file requirements-rivals.lock
 
 .venv/installed: requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -80,4 +86,9 @@ lock: .venv/installed
 .venv-bench/installed: requirements-bench.lock
 	test -x .venv-bench/bin/python || $(PYTHON) -m venv .venv-bench
 	.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --requirement $<
+	touch $@
+
+.venv-rivals/installed: requirements-rivals.lock
+	test -x .venv-rivals/bin/python || $(PYTHON) -m venv .venv-rivals
+	.venv-rivals/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --requirement $<
 	touch $@

@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.duel import Row, agree, duel
 from benchmarks.problems import Example, example
-from benchmarks.rivals import OnGrid, by_ipopt, by_slsqp, by_trust_constr
+from benchmarks.solvers import OnGrid, by_ipopt, by_slsqp, by_trust_constr
 from trackable.arrays import Array
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.gp.joint import JointPosterior

@@ -1,0 +1,1 @@
+"""Everything that hands out trajectories, side by side: what it promises, and what it does."""

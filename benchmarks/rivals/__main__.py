@@ -1,0 +1,53 @@
+"""`python -m benchmarks.rivals`: everything, written to this folder; with names of problems only those, and shown.
+
+`python -m benchmarks.rivals page` writes the page again, from what was measured.
+"""
+
+import os
+import sys
+from importlib import import_module
+
+from threadpoolctl import threadpool_limits
+
+from benchmarks.rivals import page, table
+from benchmarks.rivals.entries import RIVALS
+from benchmarks.rivals.model import Problem, Rival
+from benchmarks.rivals.pendulum import table as pendulum
+from benchmarks.rivals.problems import ROOT, problems
+
+
+def main(names: list[str]) -> None:
+    """Measure row by row; each is written as soon as it is there."""
+    os.chdir(ROOT)  # where params.yaml finds its recordings
+    if names == ["page"]:
+        page.write(table.read(page.RESULTS), pendulum.read(page.PENDULUM))
+        return
+    wanted = [problem for problem in problems() if not names or problem.name in names]
+    if unknown := set(names) - {problem.name for problem in wanted}:
+        sys.exit(f"python -m benchmarks.rivals [NAME ...]: no problem is named {', '.join(sorted(unknown))}")
+    for package in {package for rival in RIVALS for package in rival.needs}:
+        import_module(package)  # loading is no part of a rival's time
+    rows = []
+    for problem in wanted:
+        rows += [row(problem, rival) for rival in RIVALS]
+        if not names:
+            table.write(rows, page.RESULTS)
+    if names:
+        print(table.page(rows))
+    else:
+        swings = list(pendulum.rows())
+        pendulum.write(swings, page.PENDULUM)
+        page.write(rows, swings)
+
+
+def row(problem: Problem, rival: Rival) -> table.Row:
+    """Measure one row, and say it."""
+    found = table.measured(problem, rival)
+    least = "" if found.least is None else f", violation {found.least:.3g}"
+    print(f"{problem.name}: {rival.name}: {found.answer}{least}", flush=True)
+    return found
+
+
+if __name__ == "__main__":
+    with threadpool_limits(limits=1):
+        main(sys.argv[1:])

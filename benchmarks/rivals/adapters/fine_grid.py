@@ -1,0 +1,51 @@
+"""The same program with its bounds on a fine grid of times, by CLARABEL, at the likeliest hyperparameters.
+
+g = m⁺ + Σ_a λ_a κ⁺(·, L_a) with the least ‖g − m⁺‖ in the posterior's space such that lower ≤ L_a g ≤ upper for all
+rows a of the grid. With K⁺ = F Fᵀ and v = Fᵀ λ it is the program of the least |v|² with the rows in their bounds.
+"""
+
+import numpy as np
+import scipy
+
+from benchmarks.rivals.adapters.conic import Conic, Unsolved
+from benchmarks.rivals.adapters.rows import POINTS, Grid, likeliest
+from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from trackable.gp.bounded.root import root
+from trackable.gp.row_posterior import RowPosterior
+from trackable.systems.reference import Reference
+
+
+def solve(problem: Problem, points: int = POINTS) -> Answer:
+    """Ask for the bounds at as many times, evenly over the window."""
+    grid = Grid.of(problem, points)
+    if grid is None:
+        return NotFound("does not apply", "the program is not convex: an input is no weighted sum of the signal")
+    posterior = likeliest(problem)
+    given = RowPosterior(posterior, grid.rows)
+    F = scipy.sparse.csr_array(root(given.covariance))
+    r = F.shape[1]
+    right = np.concatenate([grid.upper - given.mean, given.mean - grid.lower])
+    nothing = scipy.sparse.csr_array((0, r))
+    program = Conic(scipy.sparse.eye_array(r) * 2, np.zeros(r), nothing, np.empty(0), _both(F), right)
+    found = program.solve()
+    if isinstance(found, Unsolved):
+        return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
+    above, below = np.split(found.dual, 2)
+    signals = given.signals((below - above) / 2)
+    curve = KernelCurve(Reference(signals, problem.task.plant), problem.task.samples)
+    objective = posterior.negative_log_marginal_likelihood()[0] + found.objective
+    return Found(curve, objective, "J at the likeliest θ", points, posterior.prior)
+
+
+def _both(F: scipy.sparse.sparray) -> scipy.sparse.sparray:
+    return scipy.sparse.vstack([F, -F])
+
+
+FINE_GRID = Rival(
+    "b",
+    f"the same program on {POINTS} times, CLARABEL",
+    Promise("", "the program itself", "bounds at the times of its grid, none between"),
+    solve,
+    needs=("clarabel",),
+)

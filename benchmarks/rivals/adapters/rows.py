@@ -1,0 +1,83 @@
+"""Bounded quantities at many times, as rows of one finite program: what rivals (b), (c) and (d) have in common."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.rivals.model import Problem
+from trackable.arrays import Array
+from trackable.gp.joint import JointPosterior
+from trackable.gp.row_kernel import row_kernel
+from trackable.gp.rows import Rows, Terms
+from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.search import best_solution
+from trackable.systems.flat.functional import Functional
+
+POINTS = 200
+"""Times of the grid, if nothing else is said: as many as the published study of (c) begins with."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """All bounded quantities at all `times` [s]: `rows` with `lower` and `upper` bounds, quantity after quantity."""
+
+    times: Array
+    rows: Rows
+    lower: Array
+    upper: Array
+    functionals: tuple[Functional, ...]
+
+    @classmethod
+    def of(cls, problem: Problem, points: int) -> "Grid | None":
+        """Return as many times, evenly over the window; None where a quantity is no weighted sum of the signals."""
+        times, quantities = np.linspace(*problem.window, points), problem.task.plant.quantities
+        functionals = [q.functional for q in quantities]
+        if any(functional is None for functional in functionals):
+            return None
+        known = tuple(f for f in functionals if f is not None)
+        rows = Rows.joined([rows_of(f, times) for f in known], problem.task.plant.signal_count)
+        lower = np.repeat([q.bounds.lower for q in quantities], points)
+        return cls(times, rows, lower, np.repeat([q.bounds.upper for q in quantities], points), known)
+
+
+def rows_of(functional: Functional, times: Array) -> Rows:
+    """Return the functional at these times [s], one row for each."""
+    terms = [Terms.joined([]) for _ in functional.weights]
+    for c, weights in functional.rounded:
+        instants = functional.instants(times, len(weights))
+        of_row = np.broadcast_to(np.arange(len(times)), instants.shape)
+        terms[c] = Terms(instants.ravel(), np.repeat(weights, len(times)), of_row.ravel())
+    return Rows(np.full(len(times), float(functional.offset)), tuple(terms))
+
+
+def sample_rows(problem: Problem) -> Rows:
+    """Return the samples of all processes as rows, process after process."""
+    count = problem.task.plant.signal_count
+    parts = []
+    for c, samples in enumerate(problem.task.samples):
+        places = np.arange(len(samples))
+        terms = [Terms.joined([]) for _ in range(count)]
+        weights, step = samples.stencil.weights, samples.stencil.step
+        shifted = np.concatenate([samples.times + j * step for j in range(len(weights))])
+        terms[c] = Terms(shifted, np.repeat(weights, len(samples)), np.tile(places, len(weights)))
+        parts.append(Rows(np.full(len(samples), samples.stencil.offset), tuple(terms)))
+    return Rows.joined(parts, count)
+
+
+def prior_covariance(posterior: JointPosterior, rows: Rows) -> Array:
+    """Return the covariance of rows before any sample is seen: shape (n, n)."""
+    pairs = zip(posterior.prior.parts, rows.terms, strict=True)
+    each = (row_kernel(part.kernel, terms, len(rows)).among() for part, terms in pairs)
+    return np.asarray(sum(each, np.zeros((len(rows), len(rows)))))
+
+
+def likeliest(problem: Problem) -> JointPosterior:
+    """Return the posterior at the hyperparameters of the largest likelihood: what a user has before there are bounds.
+
+    ArithmeticError: there is none.
+    """
+    task = problem.task
+    found = best_solution(ConstrainedProblem(task.samples, task.prior, task.space))
+    if not isinstance(found, Solution):
+        raise ArithmeticError(found.explanation)
+    return found.posterior

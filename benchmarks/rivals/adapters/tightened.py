@@ -1,0 +1,106 @@
+"""Bounds of a kernel's function on a compact set, by second-order cones.
+
+P.-C. Aubin-Frankowski and Z. Szabó, Hard shape-constrained kernel machines (NeurIPS 2020), and Handling hard affine
+SDP shape constraints in RKHSs (JMLR 2022): L g ≤ b holds for all times within δ of t_m if
+
+    L_m g + η_m ‖g − m‖ ≤ b,        η_m = sup { ‖L_t κ − L_m κ‖ : |t − t_m| ≤ δ },
+
+as |L_t g − L_m g| ≤ ‖L_t κ − L_m κ‖ ‖g − m‖. For a stationary kernel η does not depend on t_m.
+"""
+
+import numpy as np
+import scipy
+
+from benchmarks.rivals.adapters.conic import Conic, Unsolved
+from benchmarks.rivals.adapters.rows import POINTS, Grid, likeliest, prior_covariance, rows_of, sample_rows
+from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from trackable.arrays import Array
+from trackable.gp.bounded.root import root
+from trackable.gp.joint import JointPosterior
+from trackable.gp.row_kernel import row_kernel
+from trackable.gp.rows import Rows, Terms
+from trackable.gp.signal import KernelSum
+from trackable.systems.flat.functional import Functional
+from trackable.systems.reference import Reference
+
+_LAGS = 16  # in which the supremum is sought; it is at the longest one where covariances fall with the distance
+
+
+def solve(problem: Problem, points: int = POINTS) -> Answer:
+    """Solve min ‖y − S g‖²/σ² + ‖g − m‖² under the cones around as many times, at the likeliest hyperparameters."""
+    grid = Grid.of(problem, points)
+    if grid is None:
+        return NotFound("does not apply", "is for weighted sums of the signal; an input is none")
+    posterior, seen = likeliest(problem), sample_rows(problem)
+    rows = Rows.joined([seen, grid.rows], problem.task.plant.signal_count)
+    F = root(prior_covariance(posterior, rows))
+    n, r = len(seen), F.shape[1]
+    before = rows.values([_level(part.mean) for part in posterior.prior.parts])
+    noise = _noise(posterior)
+    target = (np.concatenate([s.values for s in posterior.samples]) - before[:n]) / noise
+    half = (grid.times[1] - grid.times[0]) / 2
+    eta = np.repeat([steepness(posterior, f, half) for f in grid.functionals], points)
+    # Unknowns: v with ‖g − m‖ = |v|, and s ≥ |v|.
+    S = F[:n] / noise[:, None]
+    P = scipy.linalg.block_diag(2 * (S.T @ S + np.eye(r)), 0.0)
+    q = np.append(-2 * S.T @ target, 0.0)
+    G = np.block([[F[n:], eta[:, None]], [-F[n:], eta[:, None]]])
+    h = np.concatenate([grid.upper - before[n:], before[n:] - grid.lower])
+    cone = scipy.sparse.csr_array(np.roll(np.eye(r + 1), 1, axis=0)), np.zeros(r + 1)
+    nothing = scipy.sparse.csr_array((0, r + 1))
+    found = Conic(_sparse(P), q, nothing, np.empty(0), _sparse(G), h, (cone,)).solve()
+    if isinstance(found, Unsolved):
+        return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
+    v, objective = found.x[:-1], found.objective + float(target @ target)
+    above, below = np.split(found.dual[: 2 * len(eta)], 2)
+    # Stationarity: v (1 + Σ η μ/(2|v|)) = Fᵀ [(y − S g)/σ² ; (μ_below − μ_above)/2].
+    shrink = 1 + float(eta @ (above + below)) / (2 * float(np.linalg.norm(v)))
+    multipliers = np.concatenate([(target - S @ v) / noise, (below - above) / 2]) / shrink
+    signals = _signals(posterior, rows, multipliers)
+    curve = KernelCurve(Reference(signals, problem.task.plant), problem.task.samples)
+    return Found(curve, objective, "‖y − Sg‖²/σ² + ‖g − m‖²", points, posterior.prior)
+
+
+def steepness(posterior: JointPosterior, functional: Functional, half: float) -> float:
+    """Return η = sup ‖L_t κ − L_0 κ‖ over |t| ≤ `half` [s], an under-estimate by what lies between 16 lags."""
+    total = np.zeros(_LAGS)
+    lags = np.linspace(0, half, _LAGS + 1)[1:]
+    here, there = rows_of(functional, np.zeros(_LAGS)), rows_of(functional, lags)
+    for part, now, then in zip(posterior.prior.parts, here.terms, there.terms, strict=True):
+        less = Terms(now.times, -now.weights, now.of_row)
+        total += np.diag(row_kernel(part.kernel, Terms.joined([then, less]), _LAGS).among())
+    return float(np.sqrt(np.max(np.maximum(total, 0.0))))
+
+
+def _signals(posterior: JointPosterior, rows: Rows, multipliers: Array) -> tuple[KernelSum, ...]:
+    """Return m + Σ_a α_a κ(·, L_a) of each process."""
+    found = []
+    for part, terms in zip(posterior.prior.parts, rows.terms, strict=True):
+        centres = row_kernel(part.kernel, terms, len(rows)).centres
+        places, at = np.unique(centres.times, return_inverse=True)
+        weights = np.bincount(at, centres.spread(multipliers), len(places)).astype(float)
+        found.append(KernelSum(part.kernel, part.mean, places, weights))
+    return tuple(found)
+
+
+def _noise(posterior: JointPosterior) -> Array:
+    pairs = zip(posterior.prior.parts, posterior.samples, strict=True)
+    return np.concatenate([float(part.noise_std) * samples.relative_noise for part, samples in pairs])
+
+
+def _level(mean: float):
+    return lambda t: np.full(np.shape(t), mean)
+
+
+def _sparse(dense: Array) -> scipy.sparse.sparray:
+    return scipy.sparse.csr_array(dense)
+
+
+TIGHTENED = Rival(
+    "c",
+    f"second-order cones around {POINTS} times",
+    Promise("", "Aubin-Frankowski & Szabó 2020, 2022", "bounds on the whole compact set"),
+    solve,
+    needs=("clarabel",),
+)

@@ -1,0 +1,79 @@
+"""Curves made of polynomials, and their largest violation: exact."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from benchmarks.rivals.judge.polynomials import Pieces, combined, largest
+from benchmarks.rivals.model import Curve, Violation
+from trackable.arrays import Array
+from trackable.certificates.balls.arithmetic import float_above, float_below
+from trackable.certificates.exact import rational
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.quantity import Quantity
+from trackable.systems.sets.interval import Interval
+
+_TOLERANCE = Fraction(1, 10**9)  # of the bound's width
+
+
+@dataclass(frozen=True, eq=False)
+class PolynomialCurve(Curve):
+    """`seen` are what samples show, one for each flat output; `bounded` are names, bounds and values of quantities."""
+
+    seen: tuple[Pieces, ...]
+    bounded: tuple[tuple[str, Interval, Pieces], ...]
+
+    def sampled(self, signal: int, t: Array) -> Array:
+        return self.seen[signal](t)
+
+    def violation(self, window: tuple[float, float]) -> Violation:
+        start, end = map(Fraction, window)
+        each = [_violation(name, bounds, p.within(start, end)) for name, bounds, p in self.bounded]
+        worst = max(each, key=lambda found: found.least)
+        mosts = [found.most for found in each]
+        known = max(most for most in mosts if most is not None) if None not in mosts else None
+        return Violation(worst.least, known, worst.quantity, worst.time)
+
+
+def _violation(name: str, bounds: Interval, values: Pieces) -> Violation:
+    low, high = Fraction(bounds.lower), Fraction(bounds.upper)
+    tolerance = _TOLERANCE * (high - low)
+    above = largest(_plus(values, -high), tolerance)
+    below = largest(_plus(_negative(values), low), tolerance)
+    worst = max(above, below, key=lambda found: found.least)
+    most = max(above.most, below.most)
+    least = max(worst.least, Fraction(0)) / (high - low)
+    return Violation(
+        float_below(rational(least)) if least else 0.0,
+        float_above(rational(most / (high - low))) if most > 0 else 0.0,
+        name,
+        float(worst.time),
+    )
+
+
+def _plus(values: Pieces, by: Fraction) -> Pieces:
+    return Pieces(values.breaks, tuple((part[0] + by, *part[1:]) for part in values.parts))
+
+
+def _negative(values: Pieces) -> Pieces:
+    return Pieces(values.breaks, tuple(tuple(-a for a in part) for part in values.parts))
+
+
+def of_flat_outputs(signals: Sequence[Pieces], plant: ConstrainedSystem, end: float) -> PolynomialCurve:
+    """Return the curve of flat outputs that are piecewise polynomials, for a linear sampled system, from 0 to `end`.
+
+    Samples are taken to show the flat outputs themselves. ValueError: a quantity is no weighted sum of them.
+    """
+    bounded = tuple((q.name, q.bounds, _quantity(q, signals, Fraction(end))) for q in plant.quantities)
+    return PolynomialCurve(tuple(signals), bounded)
+
+
+def _quantity(quantity: Quantity, signals: Sequence[Pieces], end: Fraction) -> Pieces:
+    functional = quantity.functional
+    if functional is None:
+        raise ValueError(f"{quantity.name} is no weighted sum of flat outputs")
+    step = Fraction(functional.sampling_time)
+    terms = [
+        (w, signals[c].shifted(j * step)) for c, row in enumerate(functional.weights) for j, w in enumerate(row) if w
+    ]
+    return combined(terms, functional.offset, Fraction(0), end)

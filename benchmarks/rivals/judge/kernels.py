@@ -1,0 +1,83 @@
+"""The largest violation of a sum of kernels, between two numbers that are certain: by the library's enclosures."""
+
+from dataclasses import dataclass
+
+from flint import arb
+
+from benchmarks.rivals.model import Curve, Violation
+from trackable.arrays import Array
+from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.exact import ExactQuantity, exact_quantities
+from trackable.certificates.outcome import Counterexample
+from trackable.certificates.prove import prove_on_window
+from trackable.certificates.sketch import sketch
+from trackable.gp.samples import Samples
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.reference import Reference
+from trackable.systems.sets.polytope import Polytope
+
+_WIDER = (1e-9, 1e-6, 1e-3, 1e-1)  # of the violation, and of the width a thousandth of it
+_SEARCHES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class KernelCurve(Curve):
+    """A reference of learned signals, with the samples of each."""
+
+    reference: Reference
+    samples: tuple[Samples, ...]
+
+    def sampled(self, signal: int, t: Array) -> Array:
+        return self.samples[signal].stencil.measured(self.reference.signals[signal], t)
+
+    def violation(self, window: tuple[float, float]) -> Violation:
+        """The least is an enclosed value at one time; the most is proved with bounds that are wider by as much."""
+        found = _worst(self.reference, window)
+        for _ in range(_SEARCHES):
+            outcome = prove_on_window(_widened(self.reference, found.least), *window)
+            if isinstance(outcome, Certificate):
+                return Violation(found.least, found.least, found.quantity, found.time)
+            if not isinstance(outcome, Counterexample):
+                break
+            more = _at(self.reference, outcome.quantity, outcome.time)
+            found = max(found, more, key=lambda violation: violation.least)
+        for by in _WIDER:
+            most = found.least * (1 + by) + by * 1e-3
+            if isinstance(prove_on_window(_widened(self.reference, most), *window), Certificate):
+                return Violation(found.least, most, found.quantity, found.time)
+        return found
+
+
+def _worst(reference: Reference, window: tuple[float, float]) -> Violation:
+    """Return the violation at the worst times that are seen in float64."""
+    times = {q.name: sketch(reference, q, *window).worst_time for q in reference.quantities}
+    each = [_at(reference, name, time) for name, time in times.items()]
+    return max(each, key=lambda violation: violation.least)
+
+
+def _at(reference: Reference, name: str, time: float) -> Violation:
+    quantity = next(q for q in exact_quantities(reference) if q.name == name)
+    return Violation(_broken(quantity, time), None, name, time)
+
+
+def _broken(quantity: ExactQuantity, time: float) -> float:
+    """Return by how much the bound is certainly broken at `time` [s], as a part of its width; zero if it is not."""
+    margin = quantity.margin_at(arb(time))
+    with ball_arithmetic():
+        width = arb(quantity.bounds.upper) - arb(quantity.bounds.lower)
+        return max(float_below(-margin / width), 0.0)
+
+
+def _widened(reference: Reference, by: float) -> Reference:
+    """Return the same with all bounds wider by this part of their width, on both sides."""
+    if not by:
+        return reference
+    plant = reference.plant
+    sets = (_wider(plant.state_set, by), _wider(plant.input_set, by))
+    return Reference(reference.signals, ConstrainedSystem(plant.system, *sets))
+
+
+def _wider(bounded: Polytope, by: float) -> Polytope:
+    more = by * (bounded.upper - bounded.lower)
+    return Polytope(bounded.rows, bounded.lower - more, bounded.upper + more, bounded.dimension)

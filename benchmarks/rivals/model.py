@@ -1,0 +1,136 @@
+"""What a rival is, what it is asked, and what it may answer."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from pipeline.experiments import Experiment
+from pipeline.generate import sampled_by
+from pipeline.methods.model import Task
+from pipeline.published.ground_truth import GroundTruth
+from pipeline.storage.sampled import Sampled
+from trackable.arrays import Array
+from trackable.gp.joint import JointPrior
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Samples, a system, its sets and a claim, as an experiment has them.
+
+    `continuous` are A and B of ẋ = A x + B u where the system is one that is sampled: rivals that know no sampled
+    systems take it. A problem of a `family` has its place there on the abscissa `tightness`.
+    """
+
+    experiment: Experiment
+    continuous: tuple[Array, Array] | None = None
+    family: str = ""
+    tightness: float | None = None
+
+    @property
+    def name(self) -> str:
+        """As tables show it."""
+        return self.experiment.name if self.tightness is None else f"{self.experiment.name} ≤ {self.tightness:g}"
+
+    @cached_property
+    def sampled(self) -> Sampled:
+        """The samples, and those held out."""
+        return sampled_by(self.experiment)
+
+    @cached_property
+    def task(self) -> Task:
+        """What the methods of this project learn from."""
+        return self.experiment.task(self.sampled.samples)
+
+    @property
+    def window(self) -> tuple[float, float]:
+        """The times [s] in which violations are looked for."""
+        return 0.0, self.experiment.verification.last_step * self.task.plant.sampling_time
+
+    @property
+    def truths(self) -> tuple[GroundTruth | None, ...]:
+        """The signal behind the samples of each flat output, where it is known."""
+        known = self.experiment.truths
+        return tuple(known.get(name) for name in self.sampled.names)
+
+
+@dataclass(frozen=True)
+class Violation:
+    """By how much a bound is broken at some time of the window, as a part of the bound's width.
+
+    It is at least `least`, at `time` [s] in `quantity`, and at most `most`: both are certain. `most` is None where no
+    upper bound was found. Zero in both: all bounds are proved.
+    """
+
+    least: float
+    most: float | None
+    quantity: str = ""
+    time: float = 0.0
+
+    @property
+    def is_none(self) -> bool:
+        """Whether all bounds are proved to be kept."""
+        return self.most == 0.0
+
+
+class Curve(ABC):
+    """A trajectory that was handed out."""
+
+    @abstractmethod
+    def sampled(self, signal: int, t: Array) -> Array:
+        """Return what samples of this flat output would show at t [s]: the shape of t."""
+
+    @abstractmethod
+    def violation(self, window: tuple[float, float]) -> Violation:
+        """Return the largest violation in the window [s]."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A curve; the rival's own `objective` is described by `minimises`, and bounds were asked for at `places` times.
+
+    `prior` has the hyperparameters where there are any. `says` is what the rival says about this curve. A curve that
+    was not made from the samples, but only from its two ends, `ignores_samples`.
+    """
+
+    curve: Curve
+    objective: float | None = None
+    minimises: str = ""
+    places: int | None = None
+    prior: JointPrior | None = None
+    says: str = ""
+    ignores_samples: bool = False
+    last: float | None = None
+    """The end [s] of the curve, where it ends before the window does."""
+
+
+@dataclass(frozen=True)
+class NotFound:
+    """No curve: `kind` is "infeasible", "failed" or "does not apply", and `why` is a sentence."""
+
+    kind: str
+    why: str
+
+
+Answer = Found | NotFound
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What its documentation says of bounds: a short quotation and where it stands; or our words, where `quote` is
+    empty."""
+
+    quote: str
+    source: str
+    summary: str = ""
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Something that hands out trajectories: `solve` is given a problem, `needs` are the packages it is made of."""
+
+    letter: str
+    name: str
+    promise: Promise
+    solve: Callable[[Problem], Answer]
+    needs: tuple[str, ...] = field(default=())

@@ -1,0 +1,83 @@
+"""The problems: those of this project, and families in which one bound is drawn in."""
+
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.rivals.model import Problem
+from pipeline.experiments import Experiment
+from pipeline.experiments.load import load_experiment
+from pipeline.storage.yaml_file import validated
+
+ROOT = Path(__file__).resolve().parents[2]
+PARAMS = ROOT / "params.yaml"
+_NAMED = ("example1", "example2", "robot-axis", "vehicle", "tank")
+TIGHTNESS = (0.05, 0.02, 0.01, 0.005, 0.002)
+
+# The axis of the guide, as the guide writes it for params.yaml.
+_AXIS = {
+    "name": "axis",
+    "title": "An axis that was moved by hand",
+    "samples_from": "data/recordings/axis.csv",
+    "samples": {
+        "position": {
+            "csv": "data/recordings/axis.csv",
+            "time_column": "time [ms]",
+            "time_unit": "ms",
+            "value_column": "position [mm]",
+            "decimal": ",",
+            "excerpt": {"end": 2.5, "scale": 0.001},
+        }
+    },
+    "system": {
+        "continuous": True,
+        "A": [[0, 1], [0, 0]],
+        "B": [[0], [1]],
+        "states": ["position", "velocity"],
+        "inputs": ["acceleration"],
+        "sampling_time": 0.01,
+    },
+    "state_set": {"lower": [-0.10, -0.09], "upper": [0.10, 0.09]},
+    "input_set": {"lower": [-0.3], "upper": [0.3]},
+    "prior": {"position": {"mean": 0.0, "kernel": {"type": "squared_exponential"}, "noise_std": [0.0001, 0.01]}},
+    "claim": "all_times",
+    "methods": ["unconstrained", "hyperparameters", "joint"],
+    "search": {"starts": 8},
+    "verification": {"last_step": 400},
+}
+
+
+def problems() -> Iterator[Problem]:
+    """Return all problems, in the order of the table."""
+    yield from (problem(name) for name in ("example1", "example2", "axis", "vehicle", "robot-axis", "tank"))
+    yield from family()
+
+
+def family() -> Iterator[Problem]:
+    """Return Example 1 with the upper bound of the state drawn in, from easy to hard."""
+    for upper in TIGHTNESS[1:]:
+        yield Problem(experiment("example1").with_upper_bound(upper), family="tightness", tightness=upper)
+
+
+@cache
+def problem(name: str) -> Problem:
+    """Return one of the named problems. KeyError or InputError for another name."""
+    found = experiment(name)
+    return Problem(found, continuous=_continuous(found))
+
+
+@cache
+def experiment(name: str) -> Experiment:
+    """Return the experiment of this name: of params.yaml, or the guide's axis."""
+    if name == "axis":
+        return validated(Experiment, _AXIS, Path("guide"), "experiments", "axis")
+    return load_experiment(name, PARAMS)
+
+
+def _continuous(of: Experiment) -> tuple[np.ndarray, np.ndarray] | None:
+    system = of.system
+    if not getattr(system, "continuous", False):
+        return None
+    return np.array(system.A, dtype=float), np.array(system.B, dtype=float)
