@@ -14,6 +14,7 @@ from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim,
 from trackable.certificates.cover import TERMS, Hole, covers
 from trackable.certificates.exact import ExactQuantity, exact_quantities
 from trackable.certificates.outcome import Counterexample, Unproved
+from trackable.certificates.pieces.prove import prove_pieces, prove_pieces_on_window
 from trackable.certificates.rounding.references import (
     evaluated_until,
     evaluation_errors,
@@ -32,7 +33,12 @@ _LATEST_STEP = 100_000
 
 
 def prove(reference: Reference) -> Outcome:
-    """Prove the bounds for all real t ≥ 0: over one period, or by boxes and a decaying envelope if there is none."""
+    """Prove the bounds for all real t ≥ 0: over one period, or by boxes and a decaying envelope if there is none.
+
+    Of polynomial pieces, what `prove_pieces` proves.
+    """
+    if reference.pieces:
+        return prove_pieces(reference)
     period = reference_period(reference)
     return prove_while_settling(reference) if period is None else prove_for_all_phases(reference, period)
 
@@ -47,6 +53,8 @@ def prove_for_all_phases(reference: Reference, period: float) -> Outcome:
 
 def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
     """Prove the bounds for all real t from `start` to `end` [s], and for no other times."""
+    if reference.pieces:
+        return prove_pieces_on_window(reference, start, end)
     claim = OnWindow(start, end)
     return _ProofProblem(reference, max(abs(start), abs(end)), claim.span).cover_window(claim, start, end)
 

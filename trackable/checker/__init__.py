@@ -7,6 +7,8 @@ its own value. The system is
     x(t) = x₀ + Σ_s Σ_j M_sj z_s(t + j T) and u(t) = u₀ + Σ_s Σ_j N_sj z_s(t + j T);
   - or nonlinear, x⁺ = f(x, u), with formulas f and as many inputs as states and signals: let x_i(t) = z_i(t), and let
     u(t) be the only solution of f(x(t), u) = x(t + T). The proof includes that u(t) exists and is unique.
+Instead of sums of kernels, all signals of a linear system may be polynomial pieces: z_s(t) = Σ_j c_ij (t − t_i)^j for
+t_i ≤ t < t_(i+1), and beyond the last piece at rest, periodic, or without any claim (`pieces`).
 If `check` answers Proved, then x(t + T) = A x(t) + B u(t) + c, or f(x(t), u(t)), and x(t) ∈ X and u(t) ∈ U, for
   - all_times:  every real t ≥ 0;
   - all_phases: every real t;
@@ -43,14 +45,16 @@ and for nonlinear systems the formulas of u found in step 0. The first pass of s
 arithmetic, exp, log and cos. A check that is `exact`, or without NumPy, leaves it out: then nothing but the errors of
 evaluation (step 5) rests on these assumptions.
 
+For polynomial pieces, Horner's rule is assumed.
+
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 100,000 centres of a
 signal, 10,000 rows of a set, 100,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
-numbers of 20,000 characters, 100 kernels in one, nested 40 deep, and formulas of 1000 parts, nested 100 deep; the
-formula of an input has up to 10,000. What exceeds them is refused (`reading.limits`). A check may be given a time,
-after which it is Undecided.
+numbers of 20,000 characters, 100 coefficients of a piece, 100 kernels in one, nested 40 deep, and formulas of 1000
+parts, nested 100 deep; the formula of an input has up to 10,000. What exceeds them is refused (`reading.limits`). A
+check may be given a time, after which it is Undecided.
 
-Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0, 6 and 7 in rational arithmetic; step 2
-first in arrays of float64 intervals, and in mpmath where these do not decide.
+Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0, 6, 7 and 8 in rational arithmetic;
+step 2 first in arrays of float64 intervals, and in mpmath where these do not decide.
   0. Linear: x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j, with zeros beyond the ends
      (`steps.trajectories`). Nonlinear: f is split into f0(x) + G(x) u, or refused, and x⁺ = f0(x) + G(x) u is
      solved for u, by u_j = (x⁺_i − f0_i − Σ known G u)/G_ij for equations with a single unknown and by Cramer's rule
@@ -101,6 +105,14 @@ first in arrays of float64 intervals, and in mpmath where these do not decide.
      W ⊕ (−A V) ⊕ V in the place of W, for the errors y(k) − x_r. As x = y − v, the bounds of X₀ have to be further
      out, by h_V(−r) above and h_V(r) below. All of it is done in whole numbers over common denominators
      (`steps.robust`).
+  8. Polynomial pieces need none of the steps 1 to 5. Between two breakpoints t_i − j T of its signals, a bounded
+     quantity is one polynomial with rational coefficients (`steps.pieces.cells`). In each of these cells, closed on
+     both sides, it is shown to keep its bounds, drawn in by the stated errors. With x = y/(1 + y), a polynomial p(x) of
+     degree n becomes (1 + y)⁻ⁿ Σ b_k y^k, and 0 ≤ x ≤ 1 becomes y ≥ 0: where all b_k ≥ 0, p is nowhere negative; where
+     some are not, the cell is halved (`steps.pieces.positivity`). For all_times the cells reach from 0 to `tail_start`,
+     where all signals are at rest; for all_phases over one period; for a window from start to end, where a signal that
+     ends must be known until the last t + j T. The rounding errors of Horner's rule, and of times, are at most the
+     stated ones (`steps.pieces.rounding`). Steps 0, 6 and 7 are the same.
   Of a counterexample: step 0; the time is one of the claim; and the value of the bound's row at this time, a number, is
   outside (`steps.violation`). Of redundant inputs it must be outside of what step 6 demands for one λ: that this is
   necessary needs no lemma.
@@ -121,6 +133,8 @@ from trackable.checker.statement import refutation, statement
 from trackable.checker.steps.boxes import check_boxes, in_mpmath
 from trackable.checker.steps.cover import check_cover
 from trackable.checker.steps.instants import check_instants
+from trackable.checker.steps.pieces.check import check_pieces, check_signals
+from trackable.checker.steps.pieces.check import check_violation as refuted_by_pieces
 from trackable.checker.steps.quantities import Quantity, quantities
 from trackable.checker.steps.redundancy import check_input_set
 from trackable.checker.steps.robust import check_robust
@@ -169,6 +183,9 @@ def _check(data: object, exact: bool) -> Verdict:
 
 def _proved(certificate: Certificate, exact: bool) -> Proved | Failed:
     subject = certificate.subject
+    if subject.pieces:
+        reason = _misfit(subject) or check_input_set(subject) or check_robust(subject, certificate.robust)
+        return _answer(certificate, reason or check_pieces(certificate))
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
     reason = reason or check_robust(subject, certificate.robust)
     if reason:
@@ -179,21 +196,29 @@ def _proved(certificate: Certificate, exact: bool) -> Proved | Failed:
     check_held = partial(check_boxes, first_pass=in_mpmath if exact else first_pass)
     for check_step in (check_sizes, check_rounding, check_held, check_instants, check_tail):
         if reason := check_step(certificate, bounded):
-            return Failed(reason)
-    return Proved(statement(certificate) + robust_statement(subject, certificate.robust))
+            break
+    return _answer(certificate, reason)
+
+
+def _answer(certificate: Certificate, reason: str | None) -> Proved | Failed:
+    if reason:
+        return Failed(reason)
+    return Proved(statement(certificate) + robust_statement(certificate.subject, certificate.robust))
 
 
 def _refuted(counterexample: Counterexample) -> Refuted | Failed:
     subject = counterexample.subject
     reason: str | None = _misfit(subject)
-    if not reason:
+    if not reason and subject.pieces:
+        reason = refuted_by_pieces(counterexample)
+    elif not reason:
         bounded = _bounded(subject, {bound.name: 0.0 for bound in subject.bounds})
         reason = bounded if isinstance(bounded, str) else check_violation(counterexample, bounded)
     return Failed(reason, "counterexample") if reason else Refuted(refutation(counterexample))
 
 
 def _misfit(subject: Subject) -> str | None:
-    return check_shapes(subject) or check_trajectories(subject)
+    return (check_signals(subject) if subject.pieces else None) or check_shapes(subject) or check_trajectories(subject)
 
 
 def _bounded(subject: Subject, errors: Mapping[str, float]) -> list[Quantity] | str:

@@ -7,6 +7,7 @@ from trackable.checker.certificate import AllPhases, AllTimes, Certificate, Clai
 from trackable.checker.counterexample import Counterexample, Interval
 from trackable.checker.formulas.formula import text
 from trackable.checker.steps.instants import combination_at
+from trackable.checker.steps.pieces.place import where_pieces_are
 from trackable.checker.steps.quantities import states_of
 from trackable.checker.subject import Bound, NonlinearSystem, Row, Subject, System, as_float
 
@@ -46,6 +47,8 @@ def refutation(counterexample: Counterexample) -> str:
 
 def identity(subject: Subject) -> str:
     """Return which reference is meant: its fingerprint, where its kernels are, and its states at time zero."""
+    if subject.pieces:
+        return f"The reference has the SHA-256 {subject.fingerprint}, {where_pieces_are(subject)}."
     used = [t for signal in subject.signals for t, c in zip(signal.centres, signal.weights, strict=True) if c]
     span = f"{len(used)} kernels centred from {min(used)!r} s to {max(used)!r} s" if used else "no kernel at all"
     states = zip(subject.system.states, states_of(subject), strict=True)

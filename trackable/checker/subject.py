@@ -8,6 +8,7 @@ from typing import Literal
 from trackable.checker.arithmetic.intervals import Real, exactly
 from trackable.checker.formulas.formula import Formula
 from trackable.checker.kernels.base import Kernel
+from trackable.checker.pieces import Pieces
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Subject:
-    """A reference (signals and a system) with the sets that bound it.
+    """A reference (signals and a system) with the sets that bound it: sums of kernels in `signals`, or `pieces`.
 
     `trajectories` are given for linear systems only; `attainable` rows only where they bound u in the place of the
     input set. The `fingerprint` is that of signals and system (`reading.fingerprint`).
@@ -115,6 +116,12 @@ class Subject:
     trajectories: Trajectories | None
     attainable: tuple[Row, ...] | None
     fingerprint: str
+    pieces: tuple[Pieces, ...] = ()
+
+    @property
+    def signal_count(self) -> int:
+        """How many signals there are, of either kind."""
+        return len(self.signals) + len(self.pieces)
 
     @property
     def step(self) -> Real:

@@ -18,14 +18,16 @@ from trackable.certificates.balls.formulas import UndefinedError
 from trackable.certificates.exact import rational
 from trackable.certificates.kernels.table import balls_of
 from trackable.certificates.rounding.formulas import Rounded, RoundedArithmetic
+from trackable.certificates.rounding.pieces import are_sane, pieces_error
 from trackable.certificates.rounding.signals import signal_error
-from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Coordinate, Trajectory
 from trackable.systems.formulas.evaluation import evaluate
 from trackable.systems.formulas.expression import Constant, Power, all_nodes
 from trackable.systems.reference import Reference
+from trackable.systems.signals.pieces import PolynomialPieces
+from trackable.systems.signals.signal import Signal
 
 _SLACK = 1.02
 LATEST = 1e60
@@ -86,7 +88,7 @@ def _row_error(reference: Reference, row: _Row, until: float) -> float:
     plant = reference.plant
     with ball_arithmetic(2):
         ahead = max(plant.flatness.orders) * arb(plant.sampling_time)
-        of_signals = [signal_error(signal, arb(until) + ahead, ahead) for signal in reference.kernel_sums]
+        of_signals = [_signal_error(signal, arb(until) + ahead, ahead) for signal in reference.signals]
         roundings = 8 + sum(plant.flatness.orders) + len(plant.system.states) + len(plant.system.inputs)
         if not row.formulas:
             weights, offset = _absolute_weights(row.weights, row.functionals)
@@ -147,9 +149,21 @@ def _absolute_weights(row: Sequence[Fraction], functionals: list[Functional]) ->
     return weights, sum((s * abs(q.offset) for s, q in zip(sizes, functionals, strict=True)), Fraction(0))
 
 
-def evaluated_until(signals: Iterable[KernelSum], window: float) -> float:
+def _signal_error(signal: Signal, latest: arb, ahead: arb) -> tuple[arb, arb]:
+    if isinstance(signal, PolynomialPieces):
+        return pieces_error(signal, latest, ahead)
+    return signal_error(signal, latest, ahead)
+
+
+def evaluated_until(signals: Iterable[Signal], window: float) -> float:
     """Return the time [s] up to which evaluation is claimed: a thousand windows if errors grow with time."""
-    return 1e3 * window if any(balls_of(signal.kernel).has_periodic_part for signal in signals) else LATEST
+    return 1e3 * window if any(map(_repeats, signals)) else LATEST
+
+
+def _repeats(signal: Signal) -> bool:
+    if isinstance(signal, PolynomialPieces):
+        return signal.beyond == "period"
+    return balls_of(signal.kernel).has_periodic_part
 
 
 def has_sane_numbers(reference: Reference) -> bool:
@@ -162,7 +176,7 @@ def has_sane_numbers(reference: Reference) -> bool:
     weights += [abs(Fraction(c)) for row in rows for part in row.formulas for c in _constants(part) if c]
     if not (plant.sampling_time >= _SMALLEST and all(_SMALLEST <= w <= _LARGEST for w in weights)):
         return False
-    return all(_is_sane(signal) for signal in reference.kernel_sums)
+    return all(_is_sane(signal) for signal in reference.signals)
 
 
 def _constants(trajectory: Trajectory) -> list[float]:
@@ -171,7 +185,9 @@ def _constants(trajectory: Trajectory) -> list[float]:
     return [node.value for node in nodes if isinstance(node, Constant)] + powers
 
 
-def _is_sane(signal: KernelSum) -> bool:
+def _is_sane(signal: Signal) -> bool:
+    if isinstance(signal, PolynomialPieces):
+        return are_sane(signal)
     hyperparameters = list(signal.kernel.hyperparameters.values())
     numbers = np.concatenate([[signal.mean], hyperparameters, signal.weights, signal.centres])
     with ball_arithmetic(2):

@@ -36,6 +36,8 @@ _CLAIMS: dict[str, tuple[str, ...]] = {
     "instants": ("last_step",),
 }
 
+_CLAIMS_OF_PIECES = {"all_times": ("tail_start",), "all_phases": ("period",), "window": ("start", "end")}
+
 
 def read_certificate(data: dict[object, object]) -> Certificate:
     """Return what a certificate's JSON says. Raise UnreadableError where it is none of this version."""
@@ -61,7 +63,7 @@ def _certificate(data: dict[object, object]) -> Certificate:
         raise UnreadableError("there may be a disturbance for linear systems only")
     return Certificate(
         subject=subject,
-        claim=content("claim", _claim),
+        claim=content("claim", _claim_of_pieces if subject.pieces else _claim),
         until=evaluation("until", positive_number),
         errors=evaluation("errors", by_name(a_bound, positive_number)),
         robust=content("disturbance", read_robust) if disturbed else None,
@@ -79,6 +81,17 @@ def _claim(value: object, where: str) -> Claim:
     if kind == "all_phases":
         return AllPhases(found("period", positive_number), cover)
     return AllTimes(found("tail_start", positive_number), cover)
+
+
+def _claim_of_pieces(value: object, where: str) -> Claim:
+    """Read a claim about polynomial pieces: it needs no boxes, and there are no instants alone."""
+    kind, none = tag_of(value, where, "kind", _CLAIMS_OF_PIECES), Cover({}, 0)
+    found = Fields(value, where, "kind", *_CLAIMS_OF_PIECES[kind])
+    if kind == "window":
+        return Window(found("start", real_number), found("end", real_number), none)
+    if kind == "all_phases":
+        return AllPhases(found("period", positive_number), none)
+    return AllTimes(found("tail_start", positive_number), none)
 
 
 def _boxes(value: object, where: str) -> Boxes:

@@ -15,6 +15,9 @@ ROWS = 10_000
 CENTRES = BOXES = INSTANTS = 100_000
 """Centres of a signal; boxes of a bound; instants that are checked one by one."""
 
+COEFFICIENTS = 100
+"""Of a polynomial piece."""
+
 POWERS = 10_000
 """Of A + B K, for a disturbed system."""
 

@@ -5,6 +5,7 @@ from trackable.checker.reading.formulas import a_formula
 from trackable.checker.reading.kernels import a_kernel
 from trackable.checker.reading.limits import CENTRES, COORDINATES, ROWS, SHIFTS, SIGNALS
 from trackable.checker.reading.names import an_identifier
+from trackable.checker.reading.pieces import a_piecewise_signal, is_pieces
 from trackable.checker.reading.values import (
     Fields,
     UnreadableError,
@@ -42,8 +43,11 @@ def read_subject(content: Fields) -> Subject:
     wanted = ["trajectories"] if isinstance(system, LinearSystem) else []
     if extra[: len(wanted)] != wanted or (not wanted and extra):
         raise UnreadableError("there must be trajectories, and may be attainable rows, for linear systems only")
+    kinds = reference("signals", many(lambda value, where: is_pieces(value), SIGNALS))
+    pieces = reference("signals", many(a_piecewise_signal, SIGNALS)) if any(kinds) else ()
     return Subject(
-        signals=reference("signals", many(_signal, SIGNALS)),
+        signals=() if pieces else reference("signals", many(_signal, SIGNALS)),
+        pieces=pieces,
         system=system,
         state_set=plant("state_set", a_polytope),
         input_set=plant("input_set", a_polytope),

@@ -52,7 +52,7 @@ def _misfit_of_matrices(subject: Subject, system: LinearSystem, trajectories: Tr
         return "shapes: A, B, c, names and trajectories are not those of one system"
     for parts in (trajectories.states, trajectories.inputs):
         shifts = [len(weights) for weights in parts[0].weights]
-        if len(shifts) != len(subject.signals) or any([len(w) for w in part.weights] != shifts for part in parts):
+        if len(shifts) != subject.signal_count or any([len(w) for w in part.weights] != shifts for part in parts):
             return "shapes: every state and every input needs weights of the same shape, for each signal"
     return None
 

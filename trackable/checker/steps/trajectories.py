@@ -24,7 +24,7 @@ def check_trajectories(subject: Subject) -> str | None:
     if not follows(start, [part.offset for part in inputs], start, system.c):
         return "trajectories: the system does not stay where its state and input are the offsets"
     zero = (0.0,) * len(A)
-    for s in range(len(subject.signals)):
+    for s in range(subject.signal_count):
         for j in range(max(len(parts[0].weights[s]) for parts in (states, inputs)) + 1):
             if not follows(_column(states, s, j), _column(inputs, s, j), _column(states, s, j - 1), zero):
                 return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"

@@ -1,0 +1,106 @@
+"""One trial: a bound is put next to a true extreme, and what prover and checker say of it is judged."""
+
+import json
+import time
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+import numpy as np
+from flint import arb
+
+from tests.splines.draws import Drawn, drawn
+from tests.splines.naive import extremes
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.outcome import Counterexample
+from trackable.certificates.prove import prove, prove_on_window
+from trackable.certificates.rounding.references import evaluated_until, evaluation_errors
+from trackable.checker import Proved, Refuted, check
+from trackable.codec.certificates import encode_certificate
+from trackable.codec.counterexamples import encode_counterexample
+from trackable.systems.reference import Reference
+from trackable.systems.sets.polytope import Polytope
+
+MARGINS = (1e-15, 1e-13, 1e-11, 1e-9, 1e-7, 1e-4)
+"""Of the distance between the extremes."""
+
+DECIDED = 1e-9
+"""From this margin on, every trial has to be decided, unless float64 evaluation is off by more."""
+
+
+@dataclass
+class Counts:
+    tried: int = 0
+    certificates: int = 0
+    counterexamples: int = 0
+    close: int = 0
+    rounding: int = 0
+    longest: float = 0.0
+    false: list[str] = field(default_factory=list)
+    undecided: list[str] = field(default_factory=list)
+
+
+def try_one(counts: dict[str, Counts], seed: int, number: int) -> None:
+    """Draw a reference, and put a bound inside and outside of an extreme of one of its quantities."""
+    given, rng = drawn(seed, number), np.random.default_rng([seed, number, 1])
+    quantities = given.reference.quantities
+    quantity = quantities[rng.integers(len(quantities))]
+    assert quantity.functional is not None
+    start, end = map(Fraction, given.window or (0.0, _last(given.reference)))
+    low, high = extremes(quantity.functional, given.reference.pieces, start, end)
+    side, margin = int(rng.choice([-1, 1])), float(MARGINS[number // 7 % len(MARGINS)])
+    spread = max(float(high - low), 1e-3 * float(abs(high)))
+    for outside in (True, False):
+        at = float(high if side > 0 else low) + side * (1 if outside else -1) * margin * spread
+        kept = bool(arb(at) > high) if side > 0 else bool(arb(at) < low)
+        broken = bool(arb(at) < high) if side > 0 else bool(arb(at) > low)
+        far = float(low) - spread if side > 0 else float(high) + spread
+        bounded = _bounded(given, quantity.name, *sorted((at, far)))
+        found = counts.setdefault(given.family, Counts())
+        _judge(found, bounded, given, f"{seed} {number} {outside} {margin}", kept, broken, margin)
+
+
+def _judge(
+    counts: Counts, bounded: Reference, given: Drawn, what: str, kept: bool, broken: bool, margin: float
+) -> None:
+    counts.tried += 1
+    begun = time.process_time()
+    outcome = prove_on_window(bounded, *given.window) if given.window else prove(bounded)
+    if isinstance(outcome, Certificate):
+        counts.certificates += 1
+        verdict = check(json.loads(json.dumps(encode_certificate(outcome))))
+        if not (kept and isinstance(verdict, Proved)):
+            counts.false.append(f"{what}: certificate, {kept}, {verdict}")
+    elif isinstance(outcome, Counterexample):
+        counts.counterexamples += 1
+        verdict = check(json.loads(json.dumps(encode_counterexample(outcome))))
+        if not (broken and isinstance(verdict, Refuted)):
+            counts.false.append(f"{what}: counterexample, {broken}, {verdict}")
+    else:
+        error = evaluation_errors(bounded, evaluated_until(bounded.signals, _last(bounded)))[outcome.quantity]
+        if margin < DECIDED:
+            counts.close += 1
+        elif margin * bounded.quantities[0].bounds.width <= 4 * error:
+            counts.rounding += 1
+        else:
+            counts.undecided.append(f"{what}: {outcome.explanation}")
+    counts.longest = max(counts.longest, time.process_time() - begun)
+
+
+def _last(reference: Reference) -> float:
+    return max(float(signal.breakpoints[-1]) for signal in reference.pieces)
+
+
+def _bounded(given: Drawn, name: str, lower: float, upper: float) -> Reference:
+    """The reference with one bound, of one state or input."""
+    plant = given.reference.plant
+    free = {side: Polytope(np.empty((0, n)), np.empty(0), np.empty(0), n) for side, n in _sizes(given).items()}
+    for side, names in (("state_set", plant.system.states), ("input_set", plant.system.inputs)):
+        if name in names:
+            row = np.eye(len(names))[[names.index(name)]]
+            free[side] = Polytope(row, np.array([lower]), np.array([upper]), len(names))
+    return Reference(given.reference.signals, replace(plant, **free))
+
+
+def _sizes(given: Drawn) -> dict[str, int]:
+    system = given.reference.plant.system
+    return {"state_set": len(system.states), "input_set": len(system.inputs)}

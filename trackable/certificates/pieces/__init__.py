@@ -1,0 +1,1 @@
+"""Proofs about polynomial pieces, in rational arithmetic: extremes are found, not only bounds of them."""
