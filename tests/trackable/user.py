@@ -91,6 +91,7 @@ try:
     assert_type(reference.eval(0.5).inputs, npt.NDArray[np.float64])
     assert_type(reference.to_acados(20).at(0).yref_e, npt.NDArray[np.float64])
     assert_type(reference.to_csv("r.csv", units={"position": "m"}), Path)
+    assert_type(reference.to_c("r.h", "axis"), Path)
     assert_type(reference.to_ros2("r.mcap", {"slide": {"positions": "position"}}), Path)
     assert_type(reference.to_control().response().inputs, npt.NDArray[np.float64])
     assert_type([bound.multiplier for bound in reference.active_bounds], list[float])

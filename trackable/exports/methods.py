@@ -148,3 +148,14 @@ class Conventions:
             case ".mcap":
                 return write_mcap(self, path, joints, first, count, topic, stamp)
         raise ValueError(f"to_ros2: expected the name of an .mcap or .yaml file, got {path}")
+
+    def to_c(self: Proved, path: Path | str, name: str = "reference") -> Path:
+        """Write a header in plain C99 with coefficients and functions; return its path.
+
+        `name_at(t, x, u)` and `name_step(k, x, u)` do the operations whose rounding is certified: values differ from
+        the exact ones by the certificate's `evaluation_error` at most. They return 1, and no values, where nothing is
+        proved. ValueError: several inputs act alike, or a formula has no counterpart in C.
+        """
+        from trackable.exports.c99.header import write_header  # noqa: PLC0415
+
+        return write_header(self, path, name)

@@ -1,0 +1,179 @@
+"""Headers in C compile without a warning, and what they compute is within the bound that the certificate names."""
+
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from flint import arb
+
+from tests.trackable.exports.c_programs import CC, STRICT, compiled, run
+from tests.trackable.exports.references import EVERY, all_times, on_window, periodic
+from tests.trackable.plants import AXIS, CART
+from trackable import (
+    ConstrainedSystem,
+    Kernel,
+    LinearSystem,
+    Matern32,
+    Matern52,
+    Periodic,
+    PiecewisePolynomial2,
+    PiecewisePolynomial3,
+    Polytope,
+    RationalQuadratic,
+    SquaredExponential,
+)
+from trackable.arrays import Array
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.claim import AtInstants, OnWindow
+from trackable.certificates.exact import exact_quantities
+from trackable.certificates.rounding.references import evaluation_errors
+from trackable.exports.c99.header import header
+from trackable.exports.proved import Proved
+from trackable.gp.signal import KernelSum
+from trackable.systems.reference import Reference
+from trackable.systems.signals.pieces import PolynomialPieces
+
+pytestmark = pytest.mark.skipif(CC is None, reason="there is no C compiler")
+
+RNG = np.random.default_rng(5)
+KERNELS: dict[str, Kernel] = {
+    "squared exponential": SquaredExponential(0.7, 0.31),
+    "Matérn 3/2": Matern32(0.7, 0.31),
+    "Matérn 5/2": Matern52(1.3, 0.31),
+    "rational quadratic": RationalQuadratic(0.7, 0.31, 1.3),
+    "periodic": Periodic(0.7, 0.9, 1.7),
+    "piecewise polynomial 2": PiecewisePolynomial2(0.7, 0.9),
+    "piecewise polynomial 3": PiecewisePolynomial3(0.7, 0.9),
+    "product of a sum": (Periodic(1.1, 0.9, 1.7) + Matern52(0.3, 0.2)) * SquaredExponential(1.2, 1.4),
+}
+
+
+def stub(reference: Reference, claim: OnWindow | AtInstants = OnWindow(-2.0, 6.0)) -> Proved:  # noqa: B008
+    """A reference with the bounds of its rounding, as certificates have them; nothing else is of interest here."""
+    errors = evaluation_errors(reference, 100.0)
+    certificate = Certificate(reference, claim, 0, {}, errors, 100.0)
+    found: Proved = SimpleNamespace(  # type: ignore[assignment]
+        reference=reference, certificate=certificate, explanation="", sampled={}
+    )
+    return found
+
+
+def random_sum(kernel: Kernel, mean: float = 0.125) -> KernelSum:
+    centres = np.sort(RNG.uniform(0, 4, 9))
+    return KernelSum(kernel, mean, centres, RNG.standard_normal(9))
+
+
+def random_pieces(beyond: str) -> PolynomialPieces:
+    ends = np.concatenate([[0.0], np.sort(RNG.uniform(0.1, 3.9, 6)), [4.0]])
+    return PolynomialPieces(ends, RNG.standard_normal((7, 5)), beyond)  # type: ignore[arg-type]
+
+
+def require_within_certified_errors(proved: Proved, times: Array, values: Array) -> None:
+    """The distance of each value to the exact one, in balls, is at most what the certificate says: proved in balls."""
+    quantities = {q.name: q for q in exact_quantities(proved.reference)}
+    system = proved.reference.plant.system
+    names = (*system.states, *system.inputs)
+    checked = [name for name in names if name in quantities]
+    assert checked
+    for name in checked:
+        error = proved.certificate.evaluation_error[name]
+        assert 0 < error < 1e-7
+        column = values[:, names.index(name)]
+        for t, value in zip(times.tolist(), column.tolist(), strict=True):
+            assert abs(quantities[name].at(arb(t)) - arb(value)) <= arb(error), (name, t)
+
+
+TIMES = np.concatenate([RNG.uniform(-2, 6, 60), np.arange(0.0, 3.0, 0.25), [0.0, 4.0]])
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_values_of_each_kernel_are_within_the_certified_error(name: str, tmp_path: Path) -> None:
+    proved = stub(Reference((random_sum(KERNELS[name]),), AXIS))
+    refused, values = run(compiled(proved, tmp_path), TIMES)
+    assert not refused.any()
+    require_within_certified_errors(proved, TIMES, values)
+
+
+@pytest.mark.parametrize("beyond", ["rest", "period", "end"])
+def test_values_of_polynomial_pieces_are_those_of_python(beyond: str, tmp_path: Path) -> None:
+    """To the last bit but for the sums over steps: the operations are the same, in the same order."""
+    reference = Reference((random_pieces(beyond),), AXIS)
+    certificate = replace(all_times().certificate, reference=reference, claim=OnWindow(-2.0, 6.0))
+    proved: Proved = SimpleNamespace(  # type: ignore[assignment]
+        reference=reference, certificate=certificate, explanation="", sampled={}
+    )
+    times = TIMES if beyond != "end" else TIMES[(TIMES >= 0) & (TIMES < 3.9)]
+    _, values = run(compiled(proved, tmp_path), times)
+    expected = np.hstack([reference.state_at(times), reference.input_at(times)])
+    np.testing.assert_allclose(values, expected, rtol=1e-13, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_values_of_proved_references_are_within_the_certified_error(name: str, tmp_path: Path) -> None:
+    proved = EVERY[name]()
+    times = np.concatenate([RNG.uniform(0, 3, 40), proved.reference.instants(np.arange(14))])
+    refused, values = run(compiled(proved, tmp_path), times)
+    assert not refused.any()
+    require_within_certified_errors(proved, times, values)
+    np.testing.assert_allclose(values[:, : len(proved.reference.plant.system.states)], proved(times), atol=1e-11)
+
+
+def test_several_inputs_have_a_signal_each(tmp_path: Path) -> None:
+    proved = stub(Reference((random_sum(SquaredExponential(1.0, 0.5)), random_sum(Matern52(1.0, 0.5), -0.5)), CART))
+    _, values = run(compiled(proved, tmp_path), TIMES)
+    require_within_certified_errors(proved, TIMES, values)
+
+
+def test_steps_are_times(tmp_path: Path) -> None:
+    program = compiled(all_times(), tmp_path, "reference_step((long)t, x, u)")
+    k = np.arange(40.0)
+    refused, values = run(program, k)
+    assert not refused.any()
+    expected = np.hstack([all_times().reference.state(k), all_times().reference.input(k)])
+    np.testing.assert_allclose(values, expected, atol=1e-11)
+
+
+def test_times_that_are_not_proved_are_refused_as_in_python(tmp_path: Path) -> None:
+    times = np.array([-1e-9, -1.0, 0.0, 1.5, 3.0, 3.0 + 1e-9, 1e9, np.inf])
+    refused, values = run(compiled(on_window(), tmp_path), times)
+    assert refused.tolist() == [True, True, False, False, False, True, True, True]
+    assert not values[refused].any()
+    refused, _ = run(compiled(periodic(), tmp_path), np.array([-1999.0, 1999.0, -2001.0, 2001.0]))
+    assert refused.tolist() == [False, False, True, True]
+
+
+def test_between_instants_there_is_no_function(tmp_path: Path) -> None:
+    proved = stub(Reference((random_sum(SquaredExponential(0.7, 0.31)),), AXIS), AtInstants(40))
+    refused, _ = run(compiled(proved, tmp_path, "reference_step((long)t, x, u)"), np.array([-1.0, 0.0, 5.0]))
+    assert refused.tolist() == [True, False, False]
+    assert "reference_at" not in header(proved, "reference")
+
+
+def test_arithmetic_that_is_not_certified_does_not_compile(tmp_path: Path) -> None:
+    (tmp_path / "a.c").write_text(header(on_window(), "axis"), encoding="utf-8")
+    for option, works in (("-O3", True), ("-ffast-math", False)):
+        command = [str(CC), *STRICT, option, "-fsyntax-only", "a.c"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert (done.returncode == 0) == works, done.stderr
+    assert "certified for IEEE double precision without fast-math" in done.stderr
+
+
+def test_several_references_share_a_program(tmp_path: Path) -> None:
+    on_window().to_c(tmp_path / "axis.h", "axis")
+    periodic().to_c(tmp_path / "swing.h", "swing")
+    (tmp_path / "a.c").write_text('#include "axis.h"\n#include "swing.h"\n#include "axis.h"\n')
+    subprocess.run([str(CC), *STRICT, "-fsyntax-only", "a.c"], cwd=tmp_path, check=True)
+
+
+def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    for name in ("", "2axis", "a b", "a-b", "x;", "ä"):
+        with pytest.raises(ValueError, match=r"^to_c: name must be an identifier in C"):
+            on_window().to_c(tmp_path / "r.h", name)
+    twins = LinearSystem([[0.9]], [[0.5, 0.5]], sampling_time=0.1)
+    plant = ConstrainedSystem(twins, Polytope.box([-9], [9]), Polytope.box([-1, -1], [1, 1]))
+    with pytest.raises(ValueError, match=r"^to_c: which of several inputs that act alike"):
+        header(stub(Reference((random_sum(SquaredExponential(0.7, 0.31)),), plant)), "r")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,1 @@
+"""References as C headers: coefficients, and the operations that certificates bound the rounding of."""

@@ -1,0 +1,57 @@
+"""States and inputs in C: weighted sums of signals at shifted times, and formulas of such sums."""
+
+from trackable.exports.c99.numerals import number
+from trackable.systems.flat.functional import Functional
+from trackable.systems.flat.trajectory import Coordinate
+from trackable.systems.formulas.expression import (
+    Binary,
+    Constant,
+    Expression,
+    Function,
+    Power,
+    Variable,
+)
+
+_FUNCTIONS = frozenset({"exp", "log", "sqrt", "sin", "cos"})
+"""Those that the C library has under the same name."""
+
+
+def assigned(coordinate: Coordinate, target: str) -> list[str]:
+    """Return the lines that put a coordinate's value into `target`, from z_c[j] = signal c at t + j T_s.
+
+    ValueError: a function that has no counterpart in C.
+    """
+    if isinstance(coordinate, Functional):
+        return [f"{target} = {_sum(coordinate)};"]
+    lines, names = ["{"], {name: f"a{i}" for i, (name, _) in enumerate(coordinate.arguments)}
+    lines += [f"    const double {names[name]} = {_sum(functional)};" for name, functional in coordinate.arguments]
+    steps = coordinate.formula.steps
+    lines += [
+        f"    const double v{i} = {_computed(node, [f'v{place}' for place in places], names)};"
+        for i, (node, places) in enumerate(steps)
+    ]
+    return [*lines, f"    {target} = v{len(steps) - 1};", "}"]
+
+
+def _sum(functional: Functional) -> str:
+    """Return offset + Σ_c Σ_j w_cj z_c[j]: signal by signal, as Python does it."""
+    found = number(float(functional.offset))
+    for c, weights in functional.rounded:
+        terms = " + ".join(f"{number(w)} * z{c}[{j}]" for j, w in enumerate(weights.tolist()))
+        found = f"{found} + ({terms})"
+    return found
+
+
+def _computed(node: Expression, operands: list[str], names: dict[str, str]) -> str:
+    match node:
+        case Constant(value):
+            return number(value)
+        case Variable(name):
+            return names[name]
+        case Binary():
+            return f"{operands[0]} {node.symbol} {operands[1]}"
+        case Power(_, exponent):
+            return f"pow({operands[0]}, {number(exponent)})"
+        case Function(name, _) if name in _FUNCTIONS:
+            return f"{name}({operands[0]})"
+    raise ValueError(f"to_c: there is no counterpart in C of {node}")

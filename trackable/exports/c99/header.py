@@ -1,0 +1,124 @@
+"""A reference as a header in plain C99, for a controller without Python: no memory is allocated, no state is kept."""
+
+import math
+import re
+from pathlib import Path
+
+from trackable.arguments import text
+from trackable.certificates.claim import AtInstants
+from trackable.exports.c99.coordinates import assigned
+from trackable.exports.c99.numerals import number
+from trackable.exports.c99.signals import signal_function
+from trackable.exports.proved import Proved
+from trackable.files import path_of, write_text
+from trackable.systems.reference import Reference
+
+_HAIR = 1e-12  # as certificates allow at the ends of what is proved, relative to t
+
+_DEMANDS = """\
+// IEEE doubles that are rounded to nearest after each operation, and a C library with exp, log, sin, cos and pow within
+// 4 units in the last place: the bounds above cover this and no more. Fused multiplications only round less often.
+#if FLT_RADIX != 2 || DBL_MANT_DIG != 53 || FLT_EVAL_METHOD != 0 || defined(__FAST_MATH__)
+#error "this reference is certified for IEEE double precision without fast-math"
+#endif
+"""
+
+
+def write_header(proved: Proved, path: Path | str, name: str) -> Path:
+    """Write a header; see `Conventions.to_c`."""
+    write_text(file := path_of("to_c", path), header(proved, name))
+    return file
+
+
+def header(proved: Proved, name: str) -> str:
+    """Return the text of a header whose names begin with `name`. Raises as `Conventions.to_c`."""
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", text("to_c: name", name)):
+        raise ValueError(f"to_c: name must be an identifier in C, such as axis, got {name!r}")
+    reference = proved.reference
+    if reference.plant.allocation is not None:
+        raise ValueError("to_c: which of several inputs that act alike is smallest is not written in C")
+    guard = f"TRACKABLE_{name.upper()}_H"
+    functions = [line for c, signal in enumerate(reference.signals) for line in signal_function(signal, f"{name}_z{c}")]
+    parts = [
+        *_story(proved, name),
+        f"#ifndef {guard}",
+        f"#define {guard}",
+        "",
+        "#include <float.h>",
+        "#include <math.h>",
+        "",
+        *_DEMANDS.splitlines(),
+        "",
+        f"#define {name.upper()}_STATES {len(reference.plant.system.states)}",
+        f"#define {name.upper()}_INPUTS {len(reference.plant.system.inputs)}",
+        f"#define {name.upper()}_SAMPLING_TIME {number(reference.plant.sampling_time)}",
+        "",
+        *functions,
+        *_values(reference, name),
+        *_guarded(proved, name),
+        f"#endif // {guard}",
+    ]
+    return "\n".join(parts) + "\n"
+
+
+def _story(proved: Proved, name: str) -> list[str]:
+    reference, certificate = proved.reference, proved.certificate
+    system = reference.plant.system
+    said = [
+        f"A reference of {', '.join(system.states)} [x] and {', '.join(system.inputs)} [u].",
+        *certificate.explanation.splitlines(),
+        "",
+        f"{name}_at(t, x, u) and {name}_step(k, x, u) return 0, and fill x and u at t [s] or at k T_s, where",
+        "that is proved. Elsewhere they return 1 and leave x and u as they are.",
+        "The input u, held for one sampling time, takes x(t) to x(t + T_s).",
+        "",
+        "By how much a value differs from the exact real number at most, which keeps the bounds with as much to spare:",
+        *(f"  {quantity}: {error:.3g}" for quantity, error in certificate.evaluation_error.items()),
+        "",
+        *(f"x[{i}] {state}" for i, state in enumerate(system.states)),
+        *(f"u[{i}] {given}" for i, given in enumerate(system.inputs)),
+    ]
+    if isinstance(certificate.claim, AtInstants):
+        said[said.index("") + 1] = f"{name}_step(k, x, u) returns 0, and fills x and u at k T_s, where"
+        said[said.index("") + 2] = "that is proved. Elsewhere it returns 1 and leaves x and u as they are."
+    return [f"// {line}".rstrip() for line in said]
+
+
+def _values(reference: Reference, name: str) -> list[str]:
+    """The function that evaluates everywhere, proved or not: for the two below only."""
+    flatness = reference.plant.flatness
+    step = number(reference.plant.sampling_time)
+    body = [f"double z{c}[{order + 1}];" for c, order in enumerate(flatness.orders)]
+    for c, order in enumerate(flatness.orders):
+        body += [f"for (int j = 0; j < {order + 1}; ++j)", f"    z{c}[j] = {name}_z{c}(t + j * {step});"]
+    for symbol, coordinates in (("x", flatness.states), ("u", flatness.inputs)):
+        for i, coordinate in enumerate(coordinates):
+            body += assigned(coordinate, f"{symbol}[{i}]")
+    return [f"static inline void {name}_values(double t, double *x, double *u)", *_block(body)]
+
+
+def _guarded(proved: Proved, name: str) -> list[str]:
+    first, last = proved.certificate.claim.span
+    until = proved.certificate.evaluated_until
+    ends = [f"t >= {number(first)} - hair"] if math.isfinite(first) else []
+    ends += [f"t <= {number(last)} + hair"] if math.isfinite(last) else []
+    refused = [
+        f"const double hair = fabs(t) * {number(_HAIR)};",
+        f"if (!({' && '.join([*ends, f'fabs(t) <= {number(until)}'])})) return 1;",
+    ]
+    if not ends:
+        refused = refused[1:]
+    called = [f"{name}_values(t, x, u);", "return 0;"]
+    at = [f"static inline int {name}_at(double t, double *x, double *u)", *_block([*refused, *called])]
+    by_step = [f"const double t = (double)k * {number(proved.reference.plant.sampling_time)};"]
+    if isinstance(proved.certificate.claim, AtInstants):  # between instants nothing is proved
+        return [
+            f"static inline int {name}_step(long k, double *x, double *u)",
+            *_block([*by_step, *refused, *called]),
+        ]
+    step = [f"static inline int {name}_step(long k, double *x, double *u)"]
+    return [*at, *step, *_block([*by_step, f"return {name}_at(t, x, u);"])]
+
+
+def _block(body: list[str]) -> list[str]:
+    return ["{", *(f"    {line}" for line in body), "}", ""]
