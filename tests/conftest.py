@@ -13,6 +13,7 @@ assert {library["num_threads"] for library in threadpool_info()} == {1}
 
 # A file is one worker's (`--dist loadfile`): what begins late must be short, or the other workers wait for it.
 _LONGEST = (
+    "test_browser.py",
     "test_stages_periodic.py",
     "test_stages_tracking.py",
     "test_soundness.py",

@@ -13,6 +13,9 @@ _LOCK, _FILES = "package-lock.json", ("package.json", ".npmrc")
 _REACT = "node_modules/react/umd/react.production.min.js"
 _REACT_DOM = "node_modules/react-dom/umd/react-dom.production.min.js"
 _ASSETS = "node_modules/@foxglove/studio-base/assets"
+_BUNDLE = f"{_ASSETS}/index.js"
+# Where topics change while the viewer loads a log, it passes over one piece of it, and plots have a gap that stays.
+_SKIPS, _MENDED = b"blockId = endBlockId + 1;", b"blockId = endBlockId;"
 
 
 def fetched(folder: Path = FETCHED) -> Path:
@@ -34,8 +37,17 @@ def fetched(folder: Path = FETCHED) -> Path:
     ended = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if ended.returncode:
         raise InputError(f"npm could not fetch the viewer: {' '.join(ended.stderr.split()) or 'no reason given'}")
+    _mend(folder / _BUNDLE)
     write_atomically(done, lock)
     return folder
+
+
+def _mend(bundle: Path) -> None:
+    """Correct the mistake of this version of the viewer. Raises InputError where it is not there, or not once."""
+    text = bundle.read_bytes()
+    if (often := text.count(_SKIPS)) != 1:
+        raise InputError(f"{bundle}: expected {_SKIPS.decode()!r} once, found it {often} times: is it another version?")
+    write_atomically(bundle, text.replace(_SKIPS, _MENDED))
 
 
 def files_of(folder: Path) -> dict[str, Path]:

@@ -12,6 +12,9 @@ from mcap.writer import CompressionType, Writer
 
 from pipeline.storage.logs import LogError
 
+_CHUNK = 2**16
+"""Bytes: viewers load a log in pieces of time, and read all chunks that such a piece touches."""
+
 
 def merged(paths: Sequence[Path]) -> bytes:
     """Return an MCAP file with the messages of all logs in the order of time; attachments are left out.
@@ -19,7 +22,7 @@ def merged(paths: Sequence[Path]) -> bytes:
     Raises LogError where a log cannot be read.
     """
     buffer = BytesIO()
-    writer = Writer(buffer, compression=CompressionType.NONE)
+    writer = Writer(buffer, chunk_size=_CHUNK, compression=CompressionType.NONE)
     writer.start(library="trackable")
     channels: dict[tuple[Path, int], int] = {}
     for path, schema, channel, message in sorted(_messages(paths), key=lambda found: found[-1].log_time):

@@ -87,7 +87,8 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Type", f"{kind}; charset=utf-8" if kind.startswith("text/") else kind)
         self.send_header("Content-Length", str(length))
         self.send_header("Accept-Ranges", "bytes")
-        self.send_header("Cache-Control", "no-cache")
+        # Names of assets hold hashes of their content: a browser may keep them, and what it has compiled of them.
+        self.send_header("Cache-Control", "max-age=3600" if name.startswith("assets/") else "no-store")
         if part:
             self.send_header("Content-Range", f"bytes {part}")
         self.end_headers()

@@ -74,3 +74,12 @@ def test_a_damaged_log_is_named(tmp_path: Path) -> None:
     (tmp_path / "bad.mcap").write_bytes(b"no log")
     with pytest.raises(LogError, match=r"bad\.mcap"):
         merged([tmp_path / "bad.mcap"])
+
+
+def test_the_mistake_of_the_locked_version_is_corrected_once(tmp_path: Path) -> None:
+    bundle = tmp_path / "index.js"
+    bundle.write_text("a; blockId = endBlockId + 1; b")
+    install._mend(bundle)
+    assert bundle.read_text() == "a; blockId = endBlockId; b"
+    with pytest.raises(InputError, match="another version"):
+        install._mend(bundle)
