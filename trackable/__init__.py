@@ -7,6 +7,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from trackable.certificates.outcome import Counterexample as Counterexample
+    from trackable.certificates.outcome import Unproved as Unproved
     from trackable.checker import Failed as Failed
     from trackable.checker import NotACertificate as NotACertificate
     from trackable.checker import Proved as Proved
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
     from trackable.fleet.parts import topics_of as topics_of
     from trackable.fleet.sources import Source as Source
     from trackable.fleet.sources import recordings_in as recordings_in
+    from trackable.given.certified import CertifiedReference as CertifiedReference
+    from trackable.given.certify import certify as certify
     from trackable.gp.kernels.base import Kernel as Kernel
     from trackable.gp.kernels.base import Product as Product
     from trackable.gp.kernels.base import Sum as Sum
@@ -55,12 +59,15 @@ if TYPE_CHECKING:
     from trackable.systems.linear import LinearSystem as LinearSystem
     from trackable.systems.nonlinear import Nonlinear as Nonlinear
     from trackable.systems.sets.polytope import Polytope as Polytope
+    from trackable.systems.signals.pieces import PolynomialPieces as PolynomialPieces
 
 _MODULES = {
+    "CertifiedReference": "given.certified",
     "Column": "recordings.csv_files.reading",
     "ConstrainedSystem": "systems.constrained",
     "Controller": "control.controller",
     "ConvexHull": "systems.disturbance.hull",
+    "Counterexample": "certificates.outcome",
     "CsvLayout": "recordings.csv_files.table",
     "DoubtfulInputWarning": "errors",
     "Failed": "checker",
@@ -79,6 +86,7 @@ _MODULES = {
     "PiecewisePolynomial2": "gp.kernels.piecewise_polynomial",
     "PiecewisePolynomial3": "gp.kernels.piecewise_polynomial",
     "Plan": "control.step.result",
+    "PolynomialPieces": "systems.signals.pieces",
     "Polytope": "systems.sets.polytope",
     "Product": "gp.kernels.base",
     "Proved": "checker",
@@ -92,8 +100,10 @@ _MODULES = {
     "TrackableReference": "reference",
     "TubeController": "control.tube.controller",
     "Undecided": "checker",
+    "Unproved": "certificates.outcome",
     "Unsolved": "control.step.result",
     "Zonotope": "systems.disturbance.zonotope",
+    "certify": "given.certify",
     "check": "checking",
     "learn_many": "fleet.learn_many",
     "learn_reference": "learn",

@@ -8,10 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from trackable import (
+    CertifiedReference,
     Column,
     ConstrainedSystem,
     Controller,
     ConvexHull,
+    Counterexample,
     CsvLayout,
     DoubtfulInputWarning,
     Failed,
@@ -30,6 +32,7 @@ from trackable import (
     PiecewisePolynomial2,
     PiecewisePolynomial3,
     Plan,
+    PolynomialPieces,
     Polytope,
     Product,
     Proved,
@@ -43,8 +46,10 @@ from trackable import (
     TrackableReference,
     TubeController,
     Undecided,
+    Unproved,
     Unsolved,
     Zonotope,
+    certify,
     check,
     learn_many,
     learn_reference,
@@ -114,6 +119,12 @@ learn_many({"axis": recording.samples("position")}, plant, kernel, (0.0, 1.0), f
 assert_type(parts_of_parquet("all.parquet", "name", "t", "s", {"position": "y"}), tuple[Source, ...])
 assert_type(topics_of("all.mcap", {"position": Field("/{name}/pose", "y")}), tuple[Source, ...])
 assert_type(read_parquet("axis.parquet", "t", "ISO 8601", {"position": Column("y")}), Recording)
+curve = PolynomialPieces([0, 1, 2], [[0, 0.1], [0.1, 0]], "rest")
+certified = certify({"position": curve}, plant, "all_times")
+assert_type(certified, CertifiedReference | Counterexample | Unproved)
+assert_type(certify([0, 0.1, 0.2], plant, (0.0, 0.1), interpolation="cubic").explanation, str)
+if isinstance(certified, CertifiedReference):
+    assert_type(certified.off["position"], float)
 warnings.simplefilter("error", IgnoresSamplesWarning)
 warnings.simplefilter("ignore", DoubtfulInputWarning)
 

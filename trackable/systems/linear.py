@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import scipy
@@ -103,6 +103,22 @@ class LinearSystem:
             if alike := next(((i, factor) for i, factor in factors if factor), None):
                 B_held[:, j] = alike[1] * B_held[:, alike[0]]
         return replace(continuous, A=held[:, :n], B=B_held, c=held[:, -1])
+
+    @classmethod
+    def of_state_space(cls, given: Any, sampling_time: float | None = None) -> Self:
+        """Return the system of python-control's `StateSpace`, or of what has its attributes A, B and dt.
+
+        One of continuous time (dt = 0) is sampled, with its input held over each `sampling_time` [s]. Names are its
+        labels where these are identifiers. ValueError: it has no sampling time, or another one.
+        """
+        labels = {side: tuple(getattr(given, f"{side[:-1]}_labels", ())) for side in ("states", "inputs")}
+        labels = {side: found if all(map(str.isidentifier, found)) else () for side, found in labels.items()}
+        dt = given.dt
+        if dt == 0 and sampling_time is not None:
+            return cls.discretised(given.A, given.B, sampling_time, **labels)
+        if dt is None or dt is True or dt == 0 or (sampling_time is not None and sampling_time != dt):
+            raise ValueError(f"system: must have a sampling time, and one only, got dt = {dt} and {sampling_time}")
+        return cls(given.A, given.B, **labels, sampling_time=dt)
 
     def successor(self, x: Array, u: Array) -> Array:
         """Return A x + B u + c for x of shape (…, n) and u of shape (…, m): shape (…, n)."""

@@ -1,0 +1,1 @@
+"""Trajectories that others made: certified, refuted or repaired."""

@@ -1,0 +1,98 @@
+"""Curves that people have as polynomial pieces: SciPy's splines, samples with the name of an interpolation."""
+
+from reprlib import repr as short
+from typing import Any, Literal, get_args
+
+import numpy as np
+from scipy.interpolate import (
+    Akima1DInterpolator,
+    BPoly,
+    BSpline,
+    CubicSpline,
+    PchipInterpolator,
+    PPoly,
+    UnivariateSpline,
+    make_interp_spline,
+)
+
+from trackable.arguments import numbers
+from trackable.arrays import Array
+from trackable.gp.samples import Samples
+from trackable.systems.signals.pieces import Beyond, PolynomialPieces
+
+Interpolation = Literal["linear", "cubic", "quintic", "pchip", "akima"]
+"""Between samples: straight lines, splines of degree 3 or 5, or cubic pieces with slopes from neighbours."""
+
+_ACCEPTED = (
+    "a spline of SciPy (PPoly, CubicSpline, Akima1DInterpolator, PchipInterpolator, BSpline, BPoly, UnivariateSpline), "
+    "PolynomialPieces, a flat trajectory of python-control, or samples with interpolation="
+)
+
+
+def repeats(given: Any) -> bool:
+    """Return whether a curve says of itself that it is periodic."""
+    if isinstance(given, PolynomialPieces):
+        return given.beyond == "period"
+    return getattr(given, "extrapolate", None) == "periodic"
+
+
+def as_pieces(
+    given: Any, beyond: Beyond, interpolation: Interpolation | None = None, step: float | None = None
+) -> PolynomialPieces:
+    """Return a curve as polynomial pieces; `step` [s] is the time between samples that have no times.
+
+    What is proved are the float64 coefficients of the pieces. Those of B-splines are computed, and rounded.
+
+    Raises TypeError for what is no curve, and ValueError for one of several values or an unknown interpolation.
+    """
+    if isinstance(given, PolynomialPieces):
+        return PolynomialPieces(given.breakpoints, given.coefficients, beyond)
+    if isinstance(given, UnivariateSpline):
+        given = BSpline(*vars(given)["_eval_args"])
+    if isinstance(given, BSpline):
+        given = _from_b_spline(given)
+    elif isinstance(given, BPoly):
+        given = PPoly.from_bernstein_basis(given)
+    elif not isinstance(given, PPoly):
+        times, values = _samples(given, step)
+        given = interpolated(times, values, interpolation, beyond)
+    if given.c.ndim != 2:
+        raise ValueError(f"trajectory: expected one value at a time, got {given.c.shape[2:]}; name each by itself")
+    kept = np.flatnonzero(np.diff(given.x) > 0)  # B-splines have knots that are equal
+    return PolynomialPieces(np.append(given.x[kept], given.x[kept[-1] + 1]), given.c[::-1].T[kept], beyond)
+
+
+def _from_b_spline(spline: Any) -> Any:
+    return PPoly.from_spline(spline)
+
+
+def _samples(given: Any, step: float | None) -> tuple[Array, Array]:
+    if isinstance(given, Samples):
+        return np.asarray(given.times), given.values
+    if callable(given) or isinstance(given, str):
+        raise TypeError(f"trajectory: expected {_ACCEPTED}, got {short(given)}")
+    values = numbers("trajectory", given)
+    if values.ndim != 1 or step is None:
+        raise TypeError(f"trajectory: expected {_ACCEPTED}, got an array of shape {values.shape}")
+    return np.arange(len(values), dtype=float) * step, values
+
+
+def interpolated(times: Array, values: Array, how: Interpolation | None, beyond: Beyond) -> Any:
+    """Return the interpolation of samples. Splines come to rest with zero slopes, or are periodic, or free at ends."""
+    if how is None:
+        raise ValueError(f"interpolation: samples need one of {', '.join(get_args(Interpolation))}, got none")
+    ends: Any = {"rest": "clamped", "period": "periodic", "end": "not-a-knot"}[beyond]
+    match how:
+        case "cubic":
+            return CubicSpline(times, values, bc_type=ends)
+        case "quintic":
+            flat = [(1, 0.0), (2, 0.0)]
+            conditions: Any = (flat, flat) if beyond == "rest" else "periodic" if beyond == "period" else None
+            return _from_b_spline(make_interp_spline(times, values, k=5, bc_type=conditions))
+        case "linear":
+            return _from_b_spline(make_interp_spline(times, values, k=1))
+        case "pchip":
+            return PchipInterpolator(times, values)
+        case "akima":
+            return Akima1DInterpolator(times, values)
+    raise ValueError(f"interpolation: must be one of {', '.join(get_args(Interpolation))}, got {how!r}")
