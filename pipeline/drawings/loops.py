@@ -22,6 +22,8 @@ def drawings(experiment: Experiment, results: Results) -> dict[str, Callable[[],
         "closed-loop": lambda: plots.closed_loop(courses, plant, shown),
         "cost": lambda: plots.costs(courses, plant, shown),
     }
+    if (plane := experiment.plane) is not None:
+        by_name["loops-in-plane"] = lambda: plots.loops_in_plane(courses[JOINT.name], plant, plane, shown)
     lost = courses[UNCONSTRAINED.name][ON]
     if lost.infeasible.size:
         by_name["infeasibility"] = lambda: plots.infeasibility(lost, plant, wanted.horizon)

@@ -7,10 +7,11 @@ from matplotlib.figure import Figure
 
 from pipeline.drawings import algorithm1, periodic
 from pipeline.experiments import Experiment
-from pipeline.methods import UNCONSTRAINED, methods_in_figures
+from pipeline.methods import JOINT, UNCONSTRAINED, methods_in_figures
 from pipeline.storage.archive import Fitted, read_margins
 from pipeline.storage.results import Results
 from trackable import plots
+from trackable.certificates.prove import reference_period
 
 _POINTS = 1501
 
@@ -20,6 +21,8 @@ def drawings(experiment: Experiment, results: Results, fitted: Fitted) -> dict[s
     by_name: dict[str, Callable[[], Figure]] = {"margins": lambda: _margins(results, fitted)}
     if not (algorithm1.applies_to(fitted) or periodic.applies_to(fitted)):
         by_name["tracking"] = lambda: _tracking(experiment, fitted)
+    if experiment.plane is not None:
+        by_name["path"] = lambda: _path(experiment, fitted)
     if fitted.study and fitted.study.tightness:
         by_name["tightness"] = lambda: _tightness(fitted)
     return by_name
@@ -35,6 +38,19 @@ def _tightness(fitted: Fitted) -> Figure:
     baseline = fitted.learned[UNCONSTRAINED.name]
     (part,) = baseline.prior.parts
     return plots.tightness(fitted.study.tightness, baseline.method, baseline.nlml, float(part.noise_std))
+
+
+def _path(experiment: Experiment, fitted: Fitted) -> Figure:
+    assert experiment.plane is not None, "drawn only where there is one"
+    shown = {method.name: fitted.learned[method.name].reference for method in methods_in_figures(fitted.learned)}
+    last = experiment.verification.last_step * experiment.plant.sampling_time
+    period = reference_period(fitted.learned[JOINT.name].reference)
+    times = np.linspace(0, last if period is None else min(period, last), _POINTS)
+    truths, samples = experiment.truths, fitted.sampled.by_name
+    first, second = experiment.plane
+    known = (truths[first](times), truths[second](times)) if {first, second} <= truths.keys() else None
+    sampled = [samples[name] for name in experiment.plane if name in samples]
+    return plots.path(shown, experiment.plane, times, sampled, known)
 
 
 def _tracking(experiment: Experiment, fitted: Fitted) -> Figure:

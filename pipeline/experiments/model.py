@@ -54,9 +54,10 @@ class Experiment(Fields):
 
     `samples_from` is the file that the samples come from, or a folder above all their files: when it changes, DVC runs
     the stages again. `samples` and `prior` are by the names of sampled states, one for each flat output; what `shared`
-    names is the same for all of them. All references keep the part `margin` of each width free at either bound. Robust
-    methods also leave room for every error that a `disturbance` may cause; the other methods know nothing of it.
-    `algorithm1` and `periodic` are for the methods that need them.
+    names is the same for all of them. Figures show the two states of `plane`, if given, in their plane. All references
+    keep the part `margin` of each width free at either bound. Robust methods also leave room for every error that a
+    `disturbance` may cause; the other methods know nothing of it. `algorithm1` and `periodic` are for the methods that
+    need them.
     """
 
     name: str
@@ -70,6 +71,7 @@ class Experiment(Fields):
     samples: Annotated[dict[str, SourceField], BeforeValidator(_by_name)]
     prior: Annotated[dict[str, PriorFields], BeforeValidator(_by_name)]
     shared: Annotated[frozenset[str], BeforeValidator(_names)] = frozenset()
+    plane: Annotated[tuple[str, str] | None, BeforeValidator(as_tuple)] = None
     claim: ClaimField
     methods: Annotated[tuple[str, ...], BeforeValidator(_methods)]
     search: Search = Search()
@@ -97,6 +99,8 @@ class Experiment(Fields):
         except (TypeError, ValueError) as error:  # what the mathematics refuses
             yield str(error)
             return
+        if unknown := {*(self.plane or ())} - {*plant.system.states}:
+            yield f"plane: expected two of the states {', '.join(plant.system.states)}, got {min(unknown)}"
         yield from self._mistakes_of_origin()
         if reason := refusal(self.claim, prior):
             yield f"claim: {reason}"

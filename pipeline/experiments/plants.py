@@ -25,12 +25,19 @@ def _vector(written: object) -> object:
     return tuple(float(v) for v in written)
 
 
+def _bounds(written: object) -> object:
+    if not (isinstance(written, list) and written and all(v is None or _is_number(v) for v in written)):
+        raise ValueError("expected a list of numbers, with null for what is free")
+    return tuple(None if v is None else float(v) for v in written)
+
+
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 Matrix = Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_matrix)]
 Vector = Annotated[tuple[float, ...], BeforeValidator(_vector)]
+Bounds = Annotated[tuple[float | None, ...], BeforeValidator(_bounds)]
 Names = Annotated[tuple[str, ...], BeforeValidator(lambda w: tuple(w) if isinstance(w, list) else w)]
 
 
@@ -80,10 +87,13 @@ ModelField = Annotated[LinearModel | NamedModel, BeforeValidator(which_model)]
 
 
 class SetFields(Fields):
-    """A box (`lower`, `upper`), a polytope H x ≤ h, or the intersection of both."""
+    """A box (`lower`, `upper`), a polytope H x ≤ h, or the intersection of both.
 
-    lower: Vector | None = None
-    upper: Vector | None = None
+    A coordinate of the box is free where both of its bounds are null.
+    """
+
+    lower: Bounds | None = None
+    upper: Bounds | None = None
     H: Matrix | None = None
     h: Vector | None = None
 
@@ -103,12 +113,18 @@ class SetFields(Fields):
     def polytope(self) -> Polytope:
         """Return the set. Raises ValueError where it has no interior, or is not bounded."""
         if self.H is None or self.h is None:
-            return Polytope.box(np.array(self.lower), np.array(self.upper))
+            return self._box
         rows, sides = np.array(self.H), np.array(self.h)
         if self.lower is not None and self.upper is not None:
-            H, h = Polytope.box(np.array(self.lower), np.array(self.upper)).inequalities
+            H, h = self._box.inequalities
             rows, sides = np.vstack([H, rows]), np.concatenate([h, sides])
         return Polytope.halfspaces(rows, sides)
+
+    @property
+    def _box(self) -> Polytope:
+        lower = [-np.inf if bound is None else bound for bound in self.lower or ()]
+        upper = [np.inf if bound is None else bound for bound in self.upper or ()]
+        return Polytope.box(lower, upper)
 
 
 def _set(written: Any) -> object:

@@ -30,6 +30,20 @@ def docking_y(t: Array) -> Array:
     return np.asarray(1.2 * np.sin(np.pi * np.clip(t / 5, 0, 1)) ** 2)
 
 
+_ROUND = 20.0
+"""How long a round of the figure eight takes [s]."""
+
+
+def eight_x(t: Array) -> Array:
+    """The position [m] along a figure eight that is driven once in 20 s, with 0.4 to 0.9 m/s."""
+    return np.asarray(2 * np.sin(2 * np.pi * t / _ROUND))
+
+
+def eight_y(t: Array) -> Array:
+    """The position [m] across the same figure eight: two waves in each round."""
+    return np.asarray(np.sin(4 * np.pi * t / _ROUND))
+
+
 GroundTruth = Callable[[Array], Array]
 """A signal over time [s]."""
 
@@ -38,6 +52,8 @@ GROUND_TRUTHS: dict[str, GroundTruth] = {
     "two_harmonics": two_harmonics,
     "docking_x": docking_x,
     "docking_y": docking_y,
+    "eight_x": eight_x,
+    "eight_y": eight_y,
 }
 
 

@@ -8,6 +8,8 @@ from trackable.plots.landscape import landscape
 from trackable.plots.loop_events import infeasibility, relearned
 from trackable.plots.margins import margins
 from trackable.plots.periodic import GrowthIntervals, conservatism, growth_intervals, periodic_prediction
+from trackable.plots.plane.loops import loops_in_plane
+from trackable.plots.plane.path import path
 from trackable.plots.prediction import Published, prediction
 from trackable.plots.style import save, svg
 from trackable.plots.tightness import tightness
@@ -27,7 +29,9 @@ __all__ = [
     "growth_intervals",
     "infeasibility",
     "landscape",
+    "loops_in_plane",
     "margins",
+    "path",
     "periodic_prediction",
     "prediction",
     "relearned",

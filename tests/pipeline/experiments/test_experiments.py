@@ -163,3 +163,13 @@ def test_stamps_may_count_steps() -> None:
     assert sampled.only.times.tolist() == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
     assert sampled.only.values[0] == -0.99306
     assert sampled.held_out == ()
+
+
+def test_a_coordinate_may_be_free_and_two_states_are_a_plane(tmp_path: Path) -> None:
+    free = ("    claim: all_times\n", "    claim: all_times\n    plane: [y, x]\n")
+    bounds = ("lower: [-4.0, -1.0, -1.2, -1.2]", "lower: [-4.0, -1.0, null, -1.2]")
+    path = written_to(tmp_path, changed("vehicle", free, bounds, ("upper: [0.2, 2.0, 1.2", "upper: [0.2, 2.0, null")))
+    experiment = load_experiment("vehicle", path)
+    assert experiment.plane == ("y", "x")
+    names = [constraint.name for constraint in experiment.plant.given_constraints]
+    assert names[:4] == ["x", "y", "vy", "vx+vy"]

@@ -32,6 +32,13 @@ WRONG = [
     ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: [0.5], upper: [0.5]}", r"input_set: must have an interior"),
     ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: 0.5}", r"input_set\.lower: expected a list of numbers"),
     ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: [0.5]}", r"input_set: expected lower with upper"),
+    (
+        "example1",
+        "{lower: [-0.5], upper: [0.5]}",
+        "{lower: [-0.5], upper: [null]}",
+        r"input_set: coordinate 1 has the bounds \[-0\.5, inf\]: give both or none",
+    ),
+    ("example1", "claim: all_times", "claim: all_times\n    plane: [state, time]", r"plane: .*states state, got time"),
     ("example1", NOISE, NOISE.replace("0.01", "-0.01"), r"prior\.state\.noise_std: expected a positive .*got -0\.01"),
     ("example1", NOISE, NOISE.replace("noise_std", "noise"), r"prior\.state\.noise: is not a known field"),
     ("example1", NOISE, NOISE.replace("0.01", "[0.2, 0.1]"), r"noise_std: .*0 < lower < upper.*got \[0\.2, 0\.1\]"),
