@@ -10,9 +10,11 @@ from trackable.gp.factors.blocks import in_blocks
 from trackable.gp.factors.convolution import convolved
 from trackable.gp.hyperparameter import Learned
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.moments import summed_by_moments
 
 _LONG = 200  # centres
 _MANY = 2**22  # terms: for fewer, direct summation is faster than looking for a regular grid
+_MANY_OF_MOMENTS = 2**18  # terms: for fewer, moments of all centres take longer than the sum
 _NEARBY = 2**14  # terms that are summed at once, so that their times are neighbours
 
 
@@ -36,7 +38,8 @@ class KernelSum:
     def jet(self, t: Array, order: int) -> Array:
         """Return m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape).
 
-        Long regular arrays are evaluated by fast transforms, on the grid that approximates t.
+        Long regular arrays are evaluated by fast transforms, on the grid that approximates t. Sums of kernels that are
+        polynomials times e^(−λ|r|) are evaluated from moments where that is faster.
         """
         t = np.asarray(t, dtype=float)
         jet = self._sums(t, order)
@@ -59,6 +62,8 @@ class KernelSum:
         return float(np.sum(np.abs(self.weights)) * np.abs(self.kernel.jet(np.zeros(()), 2)[2]))
 
     def _sums(self, t: Array, order: int) -> Array:
+        if self.kernel.decays and len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS:
+            return summed_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
         terms = t.shape[-1] * self._most_relevant if t.ndim else 0
         if terms > _MANY and t.ndim > 1:
             return np.stack([self._sums(row, order) for row in t], axis=1)

@@ -40,10 +40,12 @@ class Exchange:
 
     `together` runs searches from several starts with the same places in their programs; `follow` runs one search with
     places of its own. `active` are the places of the last program, `rounds` are the rounds that led to the best point,
-    and `fits` counts the nonlinear programs.
+    and `fits` counts the nonlinear programs. Searches whose l is not below the `ceiling` are given up: each program is
+    a relaxation, so that l only rises on the way.
     """
 
     problem: ConstrainedProblem
+    ceiling: float = np.inf
     best: Candidate | None = None
     closest: Candidate | None = None
     active: Places = ()
@@ -168,7 +170,7 @@ class Exchange:
             self._visited += [done.log_theta for done in rounds]
 
     def _is_no_better(self, candidate: Candidate) -> bool:
-        return self.best is not None and candidate.objective >= self.best.objective
+        return candidate.objective >= (self.ceiling if self.best is None else self.best.objective)
 
     def _other_minima(self, best: Array) -> tuple[Array, ...]:
         """Return the other ends of searches that keep all bounds, the best first."""

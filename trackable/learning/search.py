@@ -32,6 +32,17 @@ def best_solution(problem: ConstrainedProblem, near: Solution | None = None) -> 
     return exchange.outcome
 
 
+def better_solution(problem: ConstrainedProblem, near: Solution, ceiling: float) -> Solution | None:
+    """Return a local minimum that keeps every bound and has l below a ceiling; None where none is found.
+
+    The search starts from the minima of `near`, a solution of a problem with fewer constraints, and ends where the
+    relaxed programs reach the ceiling.
+    """
+    exchange = Exchange(problem, ceiling)
+    exchange.together([*_point(near), *near.others])
+    return exchange.outcome if isinstance(exchange.outcome, Solution) else None
+
+
 def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Solve a problem that only adds constraints to the one that `solution` solves.
 

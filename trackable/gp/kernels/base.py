@@ -15,6 +15,7 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.hyperparameter import Scales, Search, learned, with_value
+from trackable.gp.kernels.moments import Decay
 
 
 @dataclasses.dataclass(frozen=True)
@@ -94,6 +95,11 @@ class Kernel(ABC):
         return self.vanishing_distance
 
     @property
+    def decays(self) -> tuple[Decay, ...]:
+        """Polynomials times e^(−λ|r|) of which κ is the sum; none where it is no such sum."""
+        return ()
+
+    @property
     def correlation_time(self) -> float:
         """√(κ(0)/|κ̈(0)|) [s]: how fast a signal of this kernel can turn."""
         jet = self.jet(np.zeros(()), 2)
@@ -166,6 +172,11 @@ class Sum(_Pair):
     @property
     def negligible_distance(self) -> float:
         return max(self.left.negligible_distance, self.right.negligible_distance)
+
+    @property
+    def decays(self) -> tuple[Decay, ...]:
+        left, right = self.left.decays, self.right.decays
+        return left + right if left and right else ()
 
     def jet(self, r: Array, order: int) -> Array:
         return np.asarray(self.left.jet(r, order) + self.right.jet(r, order))

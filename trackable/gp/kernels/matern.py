@@ -8,6 +8,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from trackable.arrays import Array
+from trackable.gp.kernels.moments import Decay
 from trackable.gp.kernels.polynomials import horner
 from trackable.gp.kernels.radial import NEGLIGIBLE, UNDERFLOW, Radial
 
@@ -29,6 +30,11 @@ class _Matern(Radial):
     @property
     def negligible_distance(self) -> float:
         return self.lengthscale * NEGLIGIBLE / self.rate
+
+    @property
+    def decays(self) -> tuple[Decay, ...]:
+        rate = self.rate / self.lengthscale
+        return (Decay(rate, self.signal_std**2 * self.polynomial(Polynomial([0, rate]))),)
 
     def correlation(self, s: Array, order: int) -> Array:
         x = self.rate * np.abs(s)

@@ -9,10 +9,11 @@ from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import IllConditioned
 from trackable.learning.joint.search import JointSearch, Point
 from trackable.learning.problem import ConstrainedProblem, Contradiction, Infeasible, NoFunction, NoSolution, Solution
-from trackable.learning.search import best_solution
+from trackable.learning.search import best_solution, better_solution
 from trackable.learning.search import continued as continued_alone
 
 _OTHER_MINIMA = 3  # of the likelihood: they are starts too
+_MANY_SAMPLES = 200  # the search over θ alone takes longer than that for functions
 _TOLD = 4  # bounds that contradict each other
 
 
@@ -26,11 +27,11 @@ def learn_jointly(problem: ConstrainedProblem) -> Solution | NoSolution:
     free = best_solution(ConstrainedProblem(problem.samples, problem.prior, problem.space))
     if not isinstance(free, Solution):
         return free
-    alone = best_solution(replace(problem, pins=()))
     search = JointSearch(problem)
-    for start in (free, alone):
-        if isinstance(start, Solution):
-            search.follow(start.posterior.prior.log_hyperparameters)
+    search.follow(free.posterior.prior.log_hyperparameters)
+    alone = _alone(replace(problem, pins=()), free, search.best)
+    if isinstance(alone, Solution):
+        search.follow(alone.posterior.prior.log_hyperparameters)
     for other in free.others[:_OTHER_MINIMA]:
         if search.best is None or _nlml(problem, other) < search.best.objective:
             search.follow(other)
@@ -42,7 +43,7 @@ def learn_jointly(problem: ConstrainedProblem) -> Solution | NoSolution:
         return _solution(search.best, fits, free.posterior)
     if search.closest is not None:
         return _no_solution(problem, search.closest)
-    return NoFunction(problem.pins) if problem.pins else alone
+    return NoFunction(problem.pins) if problem.pins or alone is None else alone
 
 
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
@@ -59,6 +60,17 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
         alone = continued_alone(solution, problem)
         return replace(alone, unconstrained=solution.unconstrained) if isinstance(alone, Solution) else alone
     return learn_jointly(problem)
+
+
+def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution | None:
+    """Return the minimum over θ alone; of many samples only where it is better than the `best` function.
+
+    Each of its programs has a Gram matrix of all samples at each step, and many of them: a search that cannot end below
+    a function that is known is given up as soon as that is seen.
+    """
+    if best is None or sum(map(len, problem.samples)) < _MANY_SAMPLES:
+        return best_solution(problem)
+    return better_solution(problem, free, best.objective)
 
 
 def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:

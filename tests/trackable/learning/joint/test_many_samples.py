@@ -1,0 +1,48 @@
+"""Many samples: a search over hyperparameters alone ends as soon as it cannot be better than a known function."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackable.learning.joint.test_learn import INSTANCES, problem_of
+from trackable import ConstrainedSystem, LinearSystem, Polytope, Samples, SquaredExponential, learn_reference
+from trackable.learning.joint import learn
+from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.search import best_solution, better_solution
+
+
+def free_of(problem: ConstrainedProblem) -> Solution:
+    found = best_solution(replace(problem, constraints=()))
+    assert isinstance(found, Solution)
+    return found
+
+
+@pytest.mark.parametrize("name", INSTANCES)
+def test_a_ceiling_above_the_best_hides_nothing_and_one_below_ends_the_search(name):
+    problem = problem_of(name)
+    free, whole = free_of(problem), better_solution(problem, free_of(problem), np.inf)
+    if whole is None:
+        pytest.skip("the prior mean is no solution's neighbour")
+    above = better_solution(problem, free, whole.objective + 1e-6)
+    assert above is not None
+    assert above.objective == whole.objective
+    below = better_solution(problem, free, whole.objective - 1e-6)
+    assert below is None or below.objective < whole.objective - 1e-6
+    at_once = better_solution(problem, free, free.objective)
+    assert at_once is None
+
+
+def test_of_many_samples_function_and_hyperparameters_are_no_worse_than_these_alone(monkeypatch):
+    times = 0.02 * np.arange(60.0)
+    values = np.sin(2 * np.pi * times / 1.5) + 0.02 * np.random.default_rng(0).standard_normal(60)
+    axis = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.02, states=("position", "velocity"))
+    plant = ConstrainedSystem(axis, Polytope.box([-2.0, -4.0], [2.0, 4.0]), Polytope.box([-40.0], [40.0]))
+    asked = (Samples(times, values), plant, SquaredExponential(), (0.0, 1.18))
+    whole = learn_reference(*asked, noise_std=(0.005, 0.5), starts=2)
+    alone = learn_reference(*asked, noise_std=(0.005, 0.5), starts=2, method="hyperparameters")
+    monkeypatch.setattr(learn, "_MANY_SAMPLES", 10)
+    many = learn_reference(*asked, noise_std=(0.005, 0.5), starts=2)
+    assert many.method == "joint"
+    assert many.objective < alone.objective - 1
+    assert many.objective == pytest.approx(whole.objective, rel=1e-6)
