@@ -28,7 +28,8 @@ def beyond_kinks(summands: Summands, boxes: Boxes, reach: Array, terms: int) -> 
     # A mirrored middle may be negative by rounding.
     most = np.maximum(boxes.halves.highest + rounded, (boxes.halves * BEYOND_HALF).highest) * (1 + 2 * U)
     oddness = _oddness(kernel, Balls.exact(most), Balls.exact(boxes.radii), terms)
-    return sums_up(found + np.where(crossed > 0, crossed * oddness, 0.0), 4)
+    # An unknown one (∞ times a weight of 0) stays unknown.
+    return sums_up(found + np.where(crossed == 0, 0.0, crossed * oddness), 4)
 
 
 def _on_their_branch(kernel: KernelBalls, of: Mirrored) -> Array:

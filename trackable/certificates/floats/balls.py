@@ -113,7 +113,7 @@ class Balls:
         """Return 1/x; everything where a ball contains zero."""
         least = (np.abs(self.mid) - self.rad) / _UP
         mid = 1 / self.mid
-        off = self.rad / (np.abs(self.mid) * least) + U * np.abs(mid)
+        off = self.rad / np.abs(self.mid) / least + U * np.abs(mid)  # their product could overflow
         return type(self)(mid, np.where(least > 0, off * _UP, np.inf) + _TINY)
 
     def __truediv__(self, other: Any) -> Self:

@@ -22,6 +22,7 @@ from trackable.certificates.kernels.table import balls_of
 from trackable.gp.kernels.base import Kernel, Product
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2
 from trackable.gp.signal import KernelSum
 
 TERMS = 12
@@ -87,6 +88,15 @@ def remainders_differ(kernel: Kernel) -> bool:
 @over(KERNELS)
 def test_remainders_are_those_of_ball_arithmetic(kernel):
     assert not remainders_differ(kernel)
+
+
+def test_a_weight_of_zero_hides_no_kink():
+    """A box around two kinks, whose middle is beyond the support of the first centre, which has no weight."""
+    signal = KernelSum(PiecewisePolynomial2(1.0, 0.5), 0.0, np.array([0.0, 0.8]), np.array([0.0, 1.0]))
+    summands = Summands.of(ShiftedSignal(signal, arb(0)))
+    boxes = Boxes(np.array([-0.1]), np.array([1.9]), np.array([130.0]))
+    branch = 3084  # the polynomial of the second centre at t = −0.1, where the signal is zero
+    assert signals.missed(summands, boxes, TERMS)[0] > branch
 
 
 def nothing_far(monkeypatch):

@@ -104,6 +104,12 @@ def test_far_below_the_smallest_number_nothing_is_zero():
     assert found.highest >= np.exp(-660.0)
 
 
+def test_the_inverse_of_a_huge_ball_is_as_wide_as_the_ball():
+    found = Balls(np.array([1e200]), np.array([5e199])).inverse()
+    assert found.highest >= 1 / 5.1e199
+    assert found.lowest <= 1 / 1.49e200
+
+
 def test_sums_are_enlarged_by_more_than_they_lose():
     values = np.random.default_rng(0).uniform(0, 1, 10_000)
     with ball_arithmetic():
