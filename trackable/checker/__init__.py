@@ -73,10 +73,11 @@ step 2 first in arrays of float64 intervals, and in mpmath where these do not de
      of such polynomials are again polynomials, with a bound of their error (`arithmetic.models`). A polynomial lies in
      the convex hull of its Bernstein coefficients, on the whole box or on each of its parts (`arithmetic.polynomials`,
      `steps.boxes`).
-     The first pass (`floats`) uses the same formulas. Each operation moves both ends of its result outwards, by more
-     than rounding can be off; what overflows or is not defined becomes NaN, which no comparison calls certain. Centres
-     at distances ≥ d from all times of a box are not expanded: together they add at most Σ |c_i| K, where K bounds |κ|
-     at all distances ≥ d, as in step 3. Whether a kink is inside a box is decided in rational arithmetic.
+     Centres at distances ≥ d from all times of a box are not expanded: together they add at most Σ |c_i| K, where K
+     bounds |κ| at all distances ≥ d, as in step 3 (`reach`). The first pass (`floats`) uses the same formulas. Each of
+     its operations moves both ends of its result outwards, by more than rounding can be off; what overflows or is not
+     defined becomes NaN, which no comparison calls certain. Whether a kink is inside a box is decided in rational
+     arithmetic.
   3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`steps.instants`).
      Let K_i and D_i bound |κ(r)| and |κ̇(r)| at all distances r = t − t_i with t ≥ t₀. Then, for all t ≥ t₀,
      |e(t)| ≤ R = Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i. So |Σ_j w_j e(t + j T)| is at most Σ_j |w_j| R. As the sum

@@ -5,10 +5,14 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Literal
 
-from trackable.checker.arithmetic.intervals import Real, exactly
+from trackable.checker.arithmetic.intervals import Real, exactly, total
 from trackable.checker.formulas.formula import Formula
-from trackable.checker.kernels.base import Kernel
+from trackable.checker.kernels.base import Decay, Kernel
 from trackable.checker.pieces import Pieces
+from trackable.checker.reach import Reach, reach
+
+_NEGLIGIBLE = exactly(2) ** -130
+"""What far kernels may add, as a part of κ(0): as much as is added to each value of a function for its last bits."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,22 @@ class Signal:
     def pairs(self) -> list[tuple[Real, Real]]:
         """All (t_i, c_i)."""
         return [(exactly(t), exactly(c)) for t, c in zip(self.centres, self.weights, strict=True)]
+
+    @cached_property
+    def reach(self) -> Reach:
+        """The distance from which on kernels are far."""
+        return reach(self.kernel, max(self.centres) - min(self.centres), _NEGLIGIBLE)
+
+    @cached_property
+    def far(self) -> Decay:
+        """Over-estimate |Σ_i c_i κ(r_i)| and |Σ_i c_i κ̇(r_i)| of any of its kernels, at distances beyond the reach."""
+        weight, (_, decay) = total(abs(c) for _, c in self.pairs), self.reach
+        return Decay(weight * decay.size, weight * decay.slope)
+
+
+def is_far(signal: Signal, distance: Real) -> bool:
+    """Return whether kernels at this distance are among the far ones for certain."""
+    return bool(distance.a >= signal.reach.distance)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from trackable.checker.arithmetic.intervals import ZERO, Real, exactly
 from trackable.checker.floats.intervals import Array, Floats, Mask, sums
 from trackable.checker.kernels.base import geometric_rest
+from trackable.checker.reach import reach
 from trackable.checker.subject import Signal
 from trackable.checker.watch import tick
 
@@ -94,17 +95,9 @@ class ManyCentres:
     @cached_property
     def reach(self) -> tuple[float, Floats]:
         """Return a distance d [s] and a bound of Σ_i |c_i| |κ| over all distances from d on; infinite and 0 if none."""
-        span = float(self.centres[-1] - self.centres[0])
-        most = self.kernel.beyond(ZERO).size * _NEGLIGIBLE
-        found: tuple[float, Real] = (np.inf, ZERO)
-        for k in range(1, 60):
-            distance = span * 2.0 ** (-k / 4)
-            size = self.kernel.beyond(exactly(distance)).size
-            if not size.b <= most.a:
-                break
-            found = (distance, size)
+        distance, decay = reach(self.kernel, float(self.centres[-1] - self.centres[0]), _NEGLIGIBLE)
         weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp), len(self.weights))
-        return found[0], weight * found[1]
+        return distance, weight * decay.size
 
     def enclose(self, boxes: Boxes, n: int) -> Models:
         """Return Taylor models with n terms in the boxes."""

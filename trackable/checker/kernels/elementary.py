@@ -1,6 +1,7 @@
 """Kernels with a standard deviation θ₁ and a length scale θ₂: hyperparameters as intervals, and what all share."""
 
 from dataclasses import astuple, dataclass
+from functools import cached_property
 
 from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, exactly, max_of
 from trackable.checker.kernels.base import Decay, Kernel
@@ -17,12 +18,12 @@ class Elementary(Kernel):
     def numbers(self) -> tuple[float, ...]:
         return astuple(self)
 
-    @property
+    @cached_property
     def variance(self) -> Real:
         """θ₁²."""
         return exactly(self.signal_std) ** 2
 
-    @property
+    @cached_property
     def length(self) -> Real:
         """θ₂."""
         return exactly(self.lengthscale)

@@ -7,7 +7,7 @@ from trackable.checker.arithmetic.intervals import ZERO, Real, exactly, ratio
 from trackable.checker.arithmetic.models import Model, Models
 from trackable.checker.formulas.formula import evaluate
 from trackable.checker.steps.quantities import LinearCombination, Quantity
-from trackable.checker.subject import Signal, Subject
+from trackable.checker.subject import Signal, Subject, is_far
 from trackable.checker.watch import tick
 
 
@@ -53,8 +53,10 @@ def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
     """Enclose Σ_i c_i κ(t + shift − t_i)."""
     first, last, radius = exactly(box.start), exactly(box.end), exactly(box.radius)
     middle, h = (first + last) / 2, (last - first) / 2
-    found = Model([ZERO] * n, ZERO)
+    found = Model([ZERO] * n, signal.far.size)
     for t, weight in signal.pairs:
         tick()
-        found += signal.kernel.model(middle + shift - t, h, radius, n).times(weight)
+        r = middle + shift - t
+        if not is_far(signal, abs(r) - h):
+            found += signal.kernel.model(r, h, radius, n).times(weight)
     return found

@@ -1,12 +1,12 @@
 """Check each quantity at the instants k T, one by one: instead of boxes, if only instants are claimed."""
 
 from trackable.checker.arithmetic.domains import UndefinedError
-from trackable.checker.arithmetic.intervals import Real, at_most, ratio
+from trackable.checker.arithmetic.intervals import SIGN, Real, at_most, ratio
 from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.values import Intervals
 from trackable.checker.steps.quantities import LinearCombination, Quantity
-from trackable.checker.subject import Subject
+from trackable.checker.subject import Signal, Subject, is_far
 from trackable.checker.watch import progress, tick
 
 
@@ -38,7 +38,16 @@ def combination_at(subject: Subject, argument: LinearCombination, t: Real) -> Re
     value = argument.offset
     for signal, weights in zip(subject.signals, argument.weights, strict=True):
         for j, w in enumerate(weights):
-            for t_i, c in signal.pairs if w else ():
-                tick()
-                value += ratio(w) * c * signal.kernel.value(t + j * subject.step - t_i)
+            if w:
+                value += ratio(w) * _at(signal, t + j * subject.step)
+    return value
+
+
+def _at(signal: Signal, t: Real) -> Real:
+    """Return z(t) − m."""
+    value = SIGN * signal.far.size
+    for t_i, c in signal.pairs:
+        tick()
+        if not is_far(signal, abs(t - t_i)):
+            value += c * signal.kernel.value(t - t_i)
     return value

@@ -22,7 +22,7 @@ from trackable.checker.formulas.slopes import Sloped, SlopedFormulas
 from trackable.checker.formulas.values import Intervals
 from trackable.checker.kernels.base import Decay
 from trackable.checker.steps.quantities import LinearCombination, Quantity
-from trackable.checker.subject import Signal
+from trackable.checker.subject import Signal, is_far
 
 
 def check_tail(certificate: Certificate, quantities: list[Quantity]) -> str | None:
@@ -47,8 +47,10 @@ def check_tail(certificate: Certificate, quantities: list[Quantity]) -> str | No
 
 def _envelope(signal: Signal, start: Real) -> Decay:
     """Over-estimate |z − m| and |ż| from `start` on."""
-    size, slope = ZERO, ZERO
+    size, slope = signal.far
     for t, c in signal.pairs:
+        if is_far(signal, start - t):
+            continue
         of_kernel = signal.kernel.beyond(start - t if at_most(t, start) else ZERO)
         size, slope = size + abs(c) * of_kernel.size, slope + abs(c) * of_kernel.slope
     return Decay(size, slope)
