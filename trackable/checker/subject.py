@@ -32,7 +32,8 @@ class Signal:
     @cached_property
     def reach(self) -> Reach:
         """The distance from which on kernels are far."""
-        return reach(self.kernel, max(self.centres) - min(self.centres), _NEGLIGIBLE)
+        span = min(max(self.centres) - min(self.centres), 1e300)
+        return reach(self.kernel, span, _NEGLIGIBLE)
 
     @cached_property
     def far(self) -> Decay:
