@@ -8,6 +8,7 @@
 # make attack   20,000 changed certificates and 2,000 random references against prover and checker (minutes)
 # make lab      Jupyter on the notebooks
 # make view     the logs of the experiment NAME (example1) in a viewer in the browser, until Ctrl-C; needs npm
+# make report   write report/site/index.html: all results as pages that need neither a server nor a network
 # make bench    measure against other software, in an environment of its own (minutes; on a machine that is idle)
 # make rivals   side by side with everything else that hands out trajectories, in an environment of its own (minutes)
 # make lock     pin the newest versions that pyproject.toml allows, with hashes
@@ -58,6 +59,9 @@ lab: .venv/installed
 view: NAME ?= example1
 view: .venv/installed
 	python -m pipeline view $(NAME)
+
+report: .venv/installed
+	python -m pipeline report
 
 bench: .venv-bench/installed
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/python -m benchmarks

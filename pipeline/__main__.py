@@ -10,6 +10,7 @@ import click
 from pipeline.compare.command import compare
 from pipeline.experiments import PARAMS, Experiment, load_experiment
 from pipeline.reproduce.command import reproduce
+from pipeline.site.command import report
 from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
 from pipeline.viewer.command import view
@@ -72,6 +73,7 @@ def _record() -> None:
 main.add_command(compare)
 main.add_command(reproduce)
 main.add_command(view)
+main.add_command(report)
 
 
 def run() -> None:

@@ -1,0 +1,92 @@
+"""The sources of the site: Markdown from templates, notebooks, and copies of what they show and offer."""
+
+import shutil
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from pipeline.compare.claims import load_claims
+from pipeline.compare.model import JudgedClaim
+from pipeline.compare.reports.wording import shown
+from pipeline.compare.verdicts import judge_claim
+from pipeline.experiments import load_experiments
+from pipeline.site.notebooks import errata, folded
+from pipeline.site.pages import Page, page_of
+from pipeline.storage.results import Results
+from trackable.errors import InputError
+from trackable.files import write_atomically, write_text
+
+_HERE = Path(__file__).parent
+_FLOAT_DIGITS = 6
+_MORE = ("guide.ipynb", "errata.ipynb", "benchmark.md")
+
+
+def write_sources(project: Path, into: Path) -> list[Page]:
+    """Write the sources of a project's site into a folder, and return the pages of its experiments.
+
+    Experiments without results are left out. Raises InputError where none has any.
+    """
+    root = project / "data" / "results"
+    pages = []
+    for experiment in load_experiments(project / "params.yaml").values():
+        results = Results(experiment.name, root)
+        if results.summary.exists():
+            notebook = project / "notebooks" / f"{experiment.name}.ipynb"
+            pages.append(page_of(experiment, results, f"notebook-{experiment.name}" if notebook.exists() else ""))
+            _copy((*pages[-1].figures, *(file for file, _ in pages[-1].files)), into / experiment.name)
+    if not pages:
+        raise InputError(f"{root}: there are no results to report; run `dvc repro` first")
+    notebooks = [project / "notebooks" / f"{page.name}.ipynb" for page in pages if page.notebook]
+    _write_notebooks(project, notebooks, into)
+    _write_benchmark(project / "benchmarks", into)
+    claimed = load_claims(project / "claims.yaml")
+    claims = [judge_claim(claim, project, project) for claim in claimed.claims]
+    _render(pages, claims, into)
+    return pages
+
+
+def _render(pages: Sequence[Page], claims: Sequence[JudgedClaim], into: Path) -> None:
+    templates = Environment(
+        loader=FileSystemLoader(_HERE / "templates"), undefined=StrictUndefined, keep_trailing_newline=True
+    )
+    templates.filters |= {"cell": _cell, "found": _found}
+    held = sum(claim.new.holds for claim in claims)
+    text = templates.get_template("index.md.j2").render(
+        pages=pages, claims=claims, held=held, more=[name for name in _MORE if (into / name).exists()]
+    )
+    write_text(into / "index.md", text)
+    for page in pages:
+        write_text(into / f"{page.name}.md", templates.get_template("experiment.md.j2").render(page=page))
+
+
+def _write_notebooks(project: Path, notebooks: Sequence[Path], into: Path) -> None:
+    for path in notebooks:
+        write_atomically(into / f"notebook-{path.name}", folded(path))
+    write_atomically(into / "errata.ipynb", errata(notebooks))
+    guide = project / "notebooks" / "guide.ipynb"
+    if guide.exists():
+        write_atomically(into / guide.name, folded(guide))
+
+
+def _write_benchmark(benchmarks: Path, into: Path) -> None:
+    table = benchmarks / "README.md"
+    if table.exists():
+        write_text(into / "benchmark.md", table.read_text(encoding="utf-8"))
+        _copy((benchmarks / "figures").glob("*.svg"), into / "figures")
+
+
+def _copy(files: Iterable[Path], into: Path) -> None:
+    into.mkdir(parents=True, exist_ok=True)
+    for file in files:
+        shutil.copyfile(file, into / file.name)
+
+
+def _cell(text: object) -> str:
+    return " ".join(str(text).split()).replace("|", r"\|")
+
+
+def _found(verdict: object) -> str:
+    found = getattr(verdict, "found", None)
+    reason = getattr(verdict, "reason", "")
+    return reason or (f"{found:.{_FLOAT_DIGITS}g}" if isinstance(found, float) else shown(found))

@@ -1,0 +1,103 @@
+"""The report says what the results say, and asks for nothing from anywhere else."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pipeline.experiments import load_experiments
+from pipeline.site.notebooks import errata, folded
+from pipeline.site.sources import write_sources
+from tests.pipeline.site.conftest import NAME
+from tests.project import ROOT
+from trackable.errors import InputError
+
+Built = tuple[Path, list[str]]
+
+
+def page(built: Built, name: str) -> str:
+    return (built[0] / f"{name}.html").read_text(encoding="utf-8")
+
+
+def words(html: str) -> str:
+    return " ".join(re.sub(r"<[^>]+>", " ", html).split())
+
+
+def test_sphinx_warns_of_nothing(built: Built) -> None:
+    assert built[1] == []
+
+
+def test_no_asset_comes_from_a_network(built: Built) -> None:
+    for path in built[0].rglob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        assets = re.findall(r"<(?:script|img|source|iframe)\b[^>]*\bsrc=\"([^\"]*)\"", text)
+        assets += re.findall(r"<link\b[^>]*\bhref=\"([^\"]*)\"", text)
+        assert assets
+        assert [asset for asset in assets if re.match(r"(?:\w+:)?//", asset)] == [], path.name
+        for asset in assets:
+            assert asset.startswith(("data:", "#")) or (path.parent / asset.split("?")[0]).exists(), asset
+    for path in built[0].rglob("*.css"):
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"(?:url\(|@import)\s*[\"']?(?:https?:)?//", text), path.name
+
+
+def test_the_front_page_has_every_claim_and_its_state(built: Built) -> None:
+    told = words(page(built, "index"))
+    assert "1 of 2 claims hold" in told
+    assert re.search(r"costs \| little own .*? holds", told)
+    assert re.search(r"is cheap own .*? fails", told)
+
+
+def test_the_page_of_an_experiment_tells_proofs_and_offers_files(built: Built, project: Path) -> None:
+    told = words(page(built, NAME))
+    metrics = json.loads((project / "data" / "results" / NAME / "metrics.json").read_text(encoding="utf-8"))
+    for method, found in metrics.items():
+        assert f"{method} : {found['proof']}" in told
+    offered = {path.name for path in (built[0] / "_downloads").rglob("*.*")}
+    assert {"joint.json", "unconstrained.counterexample.json", "samples.mcap"} <= offered
+    drawn = {path.name for path in (project / "data" / "results" / NAME / "figures").iterdir()}
+    assert drawn <= {path.name for path in (built[0] / "_images").iterdir()}
+
+
+def test_notebooks_are_shown_as_they_were_executed(built: Built) -> None:
+    html = page(built, f"notebook-{NAME}")
+    assert re.search(r"<th[^>]*>\s*<p>a</p>\s*</th>", html)
+    assert "evidence of it" in html
+    assert html.count('class="formula"') == 3
+
+
+def test_errata_come_with_their_evidence_and_nothing_else(built: Built) -> None:
+    told = words(page(built, "errata"))
+    assert "A story" in told
+    assert "evidence of it" in told
+    assert "The end" not in told
+    assert "Not about the paper" not in told
+
+
+def test_errata_of_the_committed_notebooks_are_found() -> None:
+    found = json.loads(errata([ROOT / "notebooks" / f"{name}.ipynb" for name in ("example1", "example2", "tank")]))
+    titles = [cell["source"] for cell in found["cells"] if "".join(cell["source"]).startswith("## ")]
+    assert len(titles) == 2
+    assert len({cell["id"] for cell in found["cells"]}) == len(found["cells"]) > 12
+
+
+def test_outputs_stay_as_they_are() -> None:
+    path = ROOT / "notebooks" / "tank.ipynb"
+    before, after = (json.loads(text)["cells"] for text in (path.read_bytes(), folded(path)))
+    assert [cell.get("outputs") for cell in before] == [cell.get("outputs") for cell in after]
+
+
+def test_every_experiment_has_a_page(tmp_path: Path) -> None:
+    pages = write_sources(ROOT, tmp_path)
+    expected = [name for name in load_experiments(ROOT / "params.yaml") if (ROOT / "data/results" / name).exists()]
+    assert [page.name for page in pages] == expected
+    assert all(page.figures and page.files for page in pages)
+
+
+def test_a_project_without_results_is_told_so(project: Path, tmp_path: Path) -> None:
+    shutil.copyfile(project / "params.yaml", tmp_path / "params.yaml")
+    (tmp_path / "data" / "recordings").mkdir(parents=True)
+    with pytest.raises(InputError, match="no results"):
+        write_sources(tmp_path, tmp_path / "sources")
