@@ -22,6 +22,7 @@ MODULES = {
     "record": "pipeline.published.record",
 }
 PIN = "pipeline.environment.pin"  # imported before any stage
+GUIDES = {"guide", "trajectories"}  # notebooks of no experiment
 IN_ALL = {"trackable", "pipeline", "pipeline.__main__"}  # public names and command line: no result depends on them
 
 
@@ -36,7 +37,7 @@ def used_by(module: str) -> set[str]:
 
 def notebooks(stage: str) -> list[Path]:
     return [
-        path for path in sorted((ROOT / "notebooks").glob("*.ipynb")) if (path.stem == "guide") == (stage == "guide")
+        path for path in sorted((ROOT / "notebooks").glob("*.ipynb")) if (path.stem in GUIDES) == (stage == "guide")
     ]
 
 

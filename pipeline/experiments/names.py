@@ -7,6 +7,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 _RESERVED = {
     "guide": "notebooks/guide.ipynb is the guide",
     "recordings": "data/recordings holds the recordings",
+    "trajectories": "notebooks/trajectories.ipynb is about trajectories from elsewhere",
     "template": "notebooks/template.ipynb is the template",
 }
 

@@ -101,6 +101,7 @@ NAMES = [
     ("Behälter", "the name 'Behälter' is not allowed"),
     ("7", "the name 7 is not allowed: .*quote a name that is a number"),
     ("guide", "the name 'guide' is reserved: notebooks/guide.ipynb is the guide"),
+    ("trajectories", "the name 'trajectories' is reserved: notebooks/trajectories.ipynb is about trajectories"),
     ("Template", "the name 'Template' is reserved: notebooks/template.ipynb is the template"),
     ("recordings", "the name 'recordings' is reserved: data/recordings holds the recordings"),
     ("Example1", "the names 'example1' and 'Example1' differ only by case"),
