@@ -19,6 +19,7 @@ from trackable.gp.joint import JointPosterior
 from trackable.learning.learned import LearnedReference, Trace
 from trackable.learning.published.scalar import is_scalar, reachable_tube
 from trackable.learning.published.study import Study
+from trackable.systems.flat.functional import Functional
 from trackable.systems.margins import MarginProfile
 
 _SAMPLES = "samples.json"
@@ -130,7 +131,9 @@ def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series
     states, inputs = reference.state_at(times), reference.input_at(times)
     curves = {name: states[:, i] for i, name in enumerate(plant.system.states)}
     for name, functional in zip(plant.system.states, plant.flatness.states, strict=True):
-        curves[f"{name}_std"] = np.sqrt(posterior.variance_of(functional.rounded, times, plant.sampling_time))
+        if isinstance(functional, Functional):  # that of a formula is no posterior standard deviation
+            variance = posterior.variance_of(functional.rounded, times, plant.sampling_time)
+            curves[f"{name}_std"] = np.sqrt(variance)
     curves |= {name: inputs[:, i] for i, name in enumerate(plant.system.inputs)}
     if is_scalar(plant):
         curves["successor_lower"], curves["successor_upper"] = reachable_tube(reference, times)

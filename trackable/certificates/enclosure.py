@@ -15,7 +15,7 @@ from trackable.systems.formulas.evaluation import evaluate
 from trackable.systems.formulas.expression import Variable
 
 _REMEMBERED = 4096  # enclosures of shifted signals: several quantities use the same boxes
-_ENLARGED = 4
+ENLARGED = 4
 """Remainders of formulas are enlarged by this factor: a checker with slightly cruder bounds then still agrees."""
 
 
@@ -49,8 +49,12 @@ def missed(shifted: ShiftedSignal, box: Box, terms: int) -> arb:
 
 def enclosure(quantity: ExactQuantity, box: Box, terms: int) -> Enclosure:
     """Return a polynomial with `terms` terms and its remainder. UndefinedError where q may not be defined."""
-    arguments = {name: _enclosure(functional, box, terms) for name, functional in quantity.arguments.items()}
-    return of_arguments(quantity, arguments, terms)
+    return of_arguments(quantity, arguments_in(quantity, box, terms), terms)
+
+
+def arguments_in(quantity: ExactQuantity, box: Box, terms: int) -> dict[str, Enclosure]:
+    """Enclose the arguments of a quantity."""
+    return {name: _enclosure(functional, box, terms) for name, functional in quantity.arguments.items()}
 
 
 def of_arguments(quantity: ExactQuantity, arguments: Mapping[str, Enclosure], terms: int) -> Enclosure:
@@ -59,7 +63,7 @@ def of_arguments(quantity: ExactQuantity, arguments: Mapping[str, Enclosure], te
         return arguments[quantity.formula.name]
     with ball_arithmetic(terms):
         found = evaluate(quantity.formula, arguments, Models())
-        return Enclosure(found.coefficients, _ENLARGED * found.remainder)
+        return Enclosure(found.coefficients, ENLARGED * found.remainder)
 
 
 def _enclosure(functional: ExactFunctional, box: Box, terms: int) -> Enclosure:

@@ -1,18 +1,20 @@
 """Bounded quantities of a reference as exact real functions of time, defined by the stored numbers alone."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 
 from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.balls.formulas import at_balls
+from trackable.certificates.balls.formulas import at_balls, require
 from trackable.certificates.kernels.table import balls_of
 from trackable.gp.signal import KernelSum
 from trackable.systems.flat.functional import Functional
-from trackable.systems.formulas.expression import Expression
+from trackable.systems.flat.requirements import Requirement
+from trackable.systems.flat.shifted import shifted
+from trackable.systems.formulas.expression import Expression, variables
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 
@@ -59,12 +61,16 @@ class ExactFunctional:
 
 @dataclass(frozen=True)
 class ExactQuantity:
-    """A `formula` of the functionals in `arguments` (by name), which has to stay in `bounds`."""
+    """A `formula` of the functionals in `arguments` (by name), which has to stay in `bounds`.
+
+    What `needs` say of the arguments has to hold too: one quantity of a reference with a flat form takes this on.
+    """
 
     name: str
     formula: Expression
     arguments: Mapping[str, ExactFunctional]
     bounds: Interval
+    needs: tuple[Requirement, ...] = ()
 
     @property
     def shifted_signals(self) -> tuple[ShiftedSignal, ...]:
@@ -72,9 +78,11 @@ class ExactQuantity:
         return tuple(shifted for functional in self.arguments.values() for _, shifted in functional.terms)
 
     def at(self, t: arb) -> arb:
-        """Enclose q(t). UndefinedError where it may not be defined."""
+        """Enclose q(t). UndefinedError where it may not be defined, or where it lacks what it needs."""
         with ball_arithmetic():
-            return at_balls(self.formula, {name: functional.at(t) for name, functional in self.arguments.items()})
+            values = {name: functional.at(t) for name, functional in self.arguments.items()}
+            require(self.needs, values)
+            return at_balls(self.formula, values)
 
     def margin_at(self, t: arb) -> arb:
         """Enclose the distance to the nearer bound: certainly negative where a bound is certainly broken."""
@@ -86,7 +94,7 @@ class ExactQuantity:
 def exact_quantities(reference: Reference) -> tuple[ExactQuantity, ...]:
     """Return all bounded quantities."""
     known: dict[tuple[int, int], ShiftedSignal] = {}
-    return tuple(
+    found = [
         ExactQuantity(
             quantity.name,
             quantity.trajectory.formula,
@@ -94,7 +102,14 @@ def exact_quantities(reference: Reference) -> tuple[ExactQuantity, ...]:
             quantity.bounds,
         )
         for quantity in reference.quantities
-    )
+    ]
+    form, needs = reference.plant.flat_form, reference.plant.needs
+    if found and form is not None:
+        names = {name for needed in needs for name in variables(needed.formula)}
+        functionals = shifted(form, reference.plant.sampling_time)
+        more = {name: _exact(reference, functionals[name], known) for name in sorted(names)}
+        found[-1] = replace(found[-1], arguments={**more, **found[-1].arguments}, needs=needs)
+    return tuple(found)
 
 
 def _exact(

@@ -1,20 +1,24 @@
 """Bound a reference's quantities for all times after a start, where its signals decay to their means."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from flint import arb
+from flint import arb, arb_poly
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.balls.formulas import UndefinedError, at_balls
-from trackable.certificates.exact import ExactQuantity, exact_quantities, rational
+from trackable.certificates.balls.formulas import UndefinedError, at_balls, require
+from trackable.certificates.balls.models import Enclosure
+from trackable.certificates.exact import ExactFunctional, ExactQuantity, exact_quantities, rational
 from trackable.certificates.kernels.base import Decay
 from trackable.certificates.kernels.table import balls_of
+from trackable.certificates.rounding.flat import FormulaRounding
 from trackable.gp.signal import KernelSum
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
+
+_TERMS = 4
 
 
 def limits_beyond(reference: Reference, start: arb) -> dict[str, tuple[arb, arb]]:
@@ -31,6 +35,33 @@ def limits_beyond(reference: Reference, start: arb) -> dict[str, tuple[arb, arb]
         envelopes = [_envelope(signal, start) for signal in reference.kernel_sums]
         exact = exact_quantities(reference)
         return {q.name: _limits(q, e, envelopes) for q, e in zip(reference.quantities, exact, strict=True)}
+
+
+def undefined_beyond(
+    reference: Reference, start: arb, reserve: Mapping[str, float], roundings: Mapping[str, FormulaRounding]
+) -> set[str]:
+    """Return the quantities whose rounding may exceed its reserve at some t ≥ `start` [s], or that lack what they need.
+
+    Both happen to formulas of a flat form only: so `roundings` are of these.
+    """
+    found = set()
+    with ball_arithmetic(_TERMS):
+        envelopes = {id(signal): _envelope(signal, start) for signal in reference.kernel_sums}
+        for q in exact_quantities(reference) if roundings or reference.plant.needs else ():
+            arguments = {name: _range(functional, envelopes) for name, functional in q.arguments.items()}
+            rounding = roundings.get(q.name)
+            try:
+                require(q.needs, {name: argument.span for name, argument in arguments.items()})
+                if rounding and not rounding.error(arguments) <= arb(reserve[q.name]):
+                    found.add(q.name)
+            except UndefinedError:
+                found.add(q.name)
+    return found
+
+
+def _range(functional: ExactFunctional, envelopes: Mapping[int, Decay]) -> Enclosure:
+    reach = sum((abs(w) * envelopes[id(shifted.signal)].size for w, shifted in functional.terms), arb(0))
+    return Enclosure(arb_poly([functional.offset]), reach)
 
 
 def _limits(quantity: Quantity, exact: ExactQuantity, envelopes: list[Decay]) -> tuple[arb, arb]:

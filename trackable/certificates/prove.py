@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from flint import arb
 
+from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
 from trackable.certificates.balls.formulas import UndefinedError
 from trackable.certificates.boxes.decision import Bounded
@@ -15,6 +16,7 @@ from trackable.certificates.cover import TERMS, Hole, covers
 from trackable.certificates.exact import ExactQuantity, exact_quantities
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.pieces.prove import prove_pieces, prove_pieces_on_window
+from trackable.certificates.rounding.flat import FormulaRounding, formula_roundings
 from trackable.certificates.rounding.references import (
     evaluated_until,
     evaluation_errors,
@@ -29,7 +31,7 @@ from trackable.systems.reference import Reference
 Failure = Counterexample | Unproved
 Outcome = Certificate | Failure
 
-_LATEST_STEP = 100_000
+_LATEST_STEP, _TIMES, _AT_REST = 100_000, 201, 1e3
 
 
 def prove(reference: Reference) -> Outcome:
@@ -107,7 +109,19 @@ class _ProofProblem:
 
     @cached_property
     def errors(self) -> dict[str, float]:
-        return evaluation_errors(self.reference, self.until)
+        return evaluation_errors(self.reference, self.until, self.some_times)
+
+    @cached_property
+    def roundings(self) -> dict[str, FormulaRounding]:
+        return formula_roundings(self.reference, self.until)
+
+    @property
+    def some_times(self) -> Array:
+        """Times [s] near which a flat form's evaluation errors are stated, and later shown in boxes."""
+        start, end = self.span
+        if np.isfinite(end):
+            return np.linspace(start, end, _TIMES)
+        return np.append(np.linspace(0.0, self.window, _TIMES), _AT_REST * self.window)
 
     @cached_property
     def quantities(self) -> tuple[ExactQuantity, ...]:
@@ -115,7 +129,9 @@ class _ProofProblem:
 
     @cached_property
     def settled(self) -> float | None:
-        return earliest_settled(self.reference, self.errors) if has_sane_numbers(self.reference) else None
+        return (
+            earliest_settled(self.reference, self.errors, self.roundings) if has_sane_numbers(self.reference) else None
+        )
 
     def cover_window(self, claim: Claim, start: float, end: float) -> Outcome:
         if not has_sane_numbers(self.reference):
@@ -124,7 +140,10 @@ class _ProofProblem:
         for quantity, drawn in zip(self.quantities, sketches, strict=True):
             if failure := self._failure_at(quantity, drawn.worst_time):
                 return failure
-        bounded = [Bounded(q, drawn, self.errors[q.name]) for q, drawn in zip(self.quantities, sketches, strict=True)]
+        bounded = [
+            Bounded(q, drawn, self.errors[q.name], self.roundings.get(q.name))
+            for q, drawn in zip(self.quantities, sketches, strict=True)
+        ]
         found = covers(bounded, start, end)
         if isinstance(found, Hole):
             return self._explained(found)
@@ -149,7 +168,7 @@ class _ProofProblem:
         if unbounded := [quantity for quantity in self.quantities if not np.isfinite(self.errors[quantity.name])]:
             return self._broken_in_window or self._unbounded_error(unbounded[0])
         far = 1e6 * self.window
-        margins = settled_margins(self.reference, arb(far), self.errors)
+        margins = settled_margins(self.reference, arb(far), self.errors, self.roundings)
         quantity = min(self.quantities, key=lambda q: margins[q.name])
         failure = self._failure_near(quantity, far)
         if isinstance(failure, Counterexample):

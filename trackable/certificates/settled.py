@@ -1,16 +1,21 @@
 """Find a time from which the decaying envelope of the signals keeps every bound for ever."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
-from trackable.certificates.limits import limits_beyond
+from trackable.certificates.limits import limits_beyond, undefined_beyond
+from trackable.certificates.rounding.flat import FormulaRounding
 from trackable.systems.reference import Reference
 
 _DOUBLINGS, _BISECTIONS = 100, 8
 
 
-def settled_margins(reference: Reference, start: arb, reserve: dict[str, float]) -> dict[str, float]:
+def settled_margins(
+    reference: Reference, start: arb, reserve: dict[str, float], roundings: Mapping[str, FormulaRounding]
+) -> dict[str, float]:
     """Under-estimate each quantity's margin minus its reserve over all real t ≥ start: proved where ≥ 0."""
     margins = {}
     limits = limits_beyond(reference, start)
@@ -19,17 +24,19 @@ def settled_margins(reference: Reference, start: arb, reserve: dict[str, float])
             centre, reach = limits[quantity.name]
             margin = (centre - arb(quantity.bounds.lower)).min(arb(quantity.bounds.upper) - centre)
             margins[quantity.name] = float_below(margin - reach - arb(reserve[quantity.name]))
-    return margins
+    return {**margins, **dict.fromkeys(undefined_beyond(reference, start, reserve, roundings), -np.inf)}
 
 
-def earliest_settled(reference: Reference, reserve: dict[str, float]) -> float | None:
+def earliest_settled(
+    reference: Reference, reserve: dict[str, float], roundings: Mapping[str, FormulaRounding]
+) -> float | None:
     """Return a time [s] from which the envelope keeps every bound, nearly the earliest; None where there is none.
 
     The later the start, the smaller the envelope: so doubling finds such a time, and bisection an earlier one.
     """
 
     def holds(start: float) -> bool:
-        return min(settled_margins(reference, arb(start), reserve).values()) >= 0
+        return min(settled_margins(reference, arb(start), reserve, roundings).values()) >= 0
 
     origin = max(0.0, *(float(np.max(signal.centres)) for signal in reference.kernel_sums))
     reach = reference.plant.sampling_time

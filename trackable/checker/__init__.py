@@ -6,7 +6,9 @@ its own value. The system is
   - linear, x⁺ = A x + B u + c. The certificate then also holds, in rational numbers, M, N, x₀ and u₀: let
     x(t) = x₀ + Σ_s Σ_j M_sj z_s(t + j T) and u(t) = u₀ + Σ_s Σ_j N_sj z_s(t + j T);
   - or nonlinear, x⁺ = f(x, u), with formulas f and as many inputs as states and signals: let x_i(t) = z_i(t), and let
-    u(t) be the only solution of f(x(t), u) = x(t + T). The proof includes that u(t) exists and is unique.
+    u(t) be the only solution of f(x(t), u) = x(t + T). The proof includes that u(t) exists and is unique;
+  - or nonlinear with a flat form: formulas X and U of shifted signals, and a list of states that are angles. Let
+    x(t) = X(z(t), z(t + T), …) and u(t) = U(z(t), z(t + T), …). The proof includes that both are defined.
 Instead of sums of kernels, all signals of a linear system may be polynomial pieces: z_s(t) = Σ_j c_ij (t − t_i)^j for
 t_i ≤ t < t_(i+1), and beyond the last piece at rest, periodic, or without any claim (`pieces`).
 If `check` answers Proved, then x(t + T) = A x(t) + B u(t) + c, or f(x(t), u(t)), and x(t) ∈ X and u(t) ∈ U, for
@@ -14,7 +16,10 @@ If `check` answers Proved, then x(t + T) = A x(t) + B u(t) + c, or f(x(t), u(t))
   - all_phases: every real t;
   - window:     every real t from start to end;
   - instants:   every t = k T, k = 0, 1, 2, …
-So the system follows the states x(k T) with the admissible inputs u(k T). The distance from each bound exceeds the
+So the system follows the states x(k T) with the admissible inputs u(k T). Of a flat form with angles, x(t + T) and
+f(x(t), u(t)) may differ by multiples of 2π in states that are angles, and f changes by such multiples if they do; so
+there are multiples of 2π which, added to the angles in x(k T), give states that the system follows exactly, with the
+same u(k T). Bounds of an angle are those of x(t) as X gives it. The distance from each bound exceeds the
 error of evaluating x(t), u(t) and the bound's row in float64, at float64 times |t| ≤ until among these times (the field
 `evaluation`). A time k T may be rounded to float64 for it.
 
@@ -22,7 +27,8 @@ Which reference. The answer names the SHA-256 of the signals and the system (`re
 the same one speak about the same x(t) and u(t).
 
 Counterexamples. A file of this form holds a time of the claim instead of boxes. If `check` answers Refuted, then at
-this time x(t) ∉ X, or no u ∈ U has x(t + T) = A x(t) + B u + c, or x(t + T) = f(x(t), u).
+this time x(t) ∉ X, or no u ∈ U has x(t + T) = A x(t) + B u + c, or x(t + T) = f(x(t), u). Of a flat form: x(t) ∉ X,
+or u(t) ∉ U.
 
 Redundant inputs. The certificate of a linear system may also hold `attainable` rows; u(t) is then bounded by these rows
 instead of U. If `check` answers Proved, then at each of these times there is a v(t) with B v(t) = 0 and
@@ -39,19 +45,20 @@ Measurement noise. Such a certificate may also hold a set V. The state is then m
 holds for each y(0) = x_r(t₀) + e with e ∈ Z, and all sequences of w(k) ∈ W and v(k) ∈ V, with
 u(k) = u_r(t₀ + k T) + K (y(k) − x_r(t₀ + k T)).
 
-Assumptions about rounding. Arithmetic is IEEE's. exp, log, sqrt, sin, cos and powers are within 4 units in the last
-place. The evaluated formulas are those of κ in `kernels`, sums of products in any order (no fast Fourier transforms),
-and for nonlinear systems the formulas of u found in step 0. The first pass of step 2 assumes the same of NumPy's
-arithmetic, exp, log and cos. A check that is `exact`, or without NumPy, leaves it out: then nothing but the errors of
-evaluation (step 5) rests on these assumptions.
+Assumptions about rounding. Arithmetic is IEEE's. exp, log, sqrt, sin, cos, atan, atan2 and powers are within 4 units in
+the last place. The evaluated formulas are those of κ in `kernels`, sums of products in any order (no fast Fourier
+transforms), and for nonlinear systems the formulas of u found in step 0, or those of the flat form. The first pass of
+step 2 assumes the same of NumPy's arithmetic, exp, log and cos. A check that is `exact`, or without NumPy, leaves it
+out: then nothing but the errors of evaluation (step 5) rests on these assumptions.
 
 For polynomial pieces, Horner's rule is assumed.
 
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 100,000 centres of a
 signal, 10,000 rows of a set, 100,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
 numbers of 20,000 characters, 100 coefficients of a piece, 100 kernels in one, nested 40 deep, and formulas of 1000
-parts, nested 100 deep; the formula of an input has up to 10,000. What exceeds them is refused (`reading.limits`). A
-check may be given a time, after which it is Undecided.
+parts, nested 100 deep; the formula of an input has up to 10,000. Polynomials of step 0
+have up to 5000 terms, with 80 values of functions. What exceeds them is refused (`reading.limits`). A check may be
+given a time, after which it is Undecided.
 
 Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0, 6, 7 and 8 in rational arithmetic;
 step 2 first in arrays of float64 intervals, and in mpmath where these do not decide.
@@ -61,6 +68,14 @@ step 2 first in arrays of float64 intervals, and in mpmath where these do not de
      for the others (`formulas.affine`). Every part of f is in the formula of some input, and every input is in some
      bound. So where all bounded formulas are shown to be defined (no divisor is zero; arguments of log, sqrt and
      fractional powers are positive), f is defined, and u exists and is unique.
+     Flat: f(X, U) and X with every signal one step later are written as quotients of polynomials in the signals and in
+     values of functions, by true equalities such as √a² = a and cos(atan2(y, x)) = x/√(x² + y²); they are the same
+     quotients, and so equal wherever all parts are defined and the formulas in `positive` are positive
+     (`identities.values`, `identities.flatness`). Of angles, sines and cosines are compared. Where a state that is an
+     angle changes by 2π, f changes by whole multiples of 2π in states that are angles, and not at all in others: seen
+     from its sums, products with whole numbers, sines and cosines. All parts are shown to be defined in the boxes and
+     in the tail, together with the last bound: divisors, lengths of vectors whose angle is taken, and arguments of log,
+     sqrt and fractional powers, in X, U, f(X, U) and X one step later (`identities.flatness.needs`, `steps.flat`).
   1. Boxes without gaps cover [0, tail_start], one period, or the window (`steps.cover`).
   2. Consider a box with midpoint s and half width h < ρ, and let |κ(z − t_i)| ≤ M for complex |z − s| < ρ. By Cauchy's
      estimate, the error of the first n terms of κ's Taylor series about s is at most M (h/ρ)ⁿ/(1 − h/ρ). A kernel may
@@ -86,7 +101,8 @@ step 2 first in arrays of float64 intervals, and in mpmath where these do not de
      formula at some point between (`steps.tail`).
   4. If all parts of κ have the same period, what holds for one period of t holds for all t (`steps.cover`).
   5. The rounding errors are at most the stated errors. Those of a nonlinear u are propagated through its formula, with
-     x(t) inside its bounds, as the steps above have shown (`steps.rounding`).
+     x(t) inside its bounds, as the steps above have shown (`steps.rounding`). Those of a flat form are propagated in
+     each box, from the values that the signals have there (`steps.flat`).
   6. Let the columns of Z span the kernel of B. By Farkas' lemma there is a w with lower_i ≤ r_i (u + Z w) ≤ upper_i for
      all rows of U if Σ_i λ_i r_i u lies between Σ_i λ_i lower_i and Σ_i λ_i upper_i (ends exchanged where λ_i < 0) for
      all λ with Σ_i λ_i r_i Z = 0. It is enough to know this for the λ of minimal support, because every other λ is a

@@ -9,7 +9,7 @@ from trackable.checker.formulas.formula import text
 from trackable.checker.steps.instants import combination_at
 from trackable.checker.steps.pieces.place import where_pieces_are
 from trackable.checker.steps.quantities import states_of
-from trackable.checker.subject import Bound, NonlinearSystem, Row, Subject, System, as_float
+from trackable.checker.subject import Bound, FlatForm, NonlinearSystem, Row, Subject, System, as_float
 
 
 def statement(certificate: Certificate) -> str:
@@ -51,7 +51,9 @@ def identity(subject: Subject) -> str:
         return f"The reference has the SHA-256 {subject.fingerprint}, {where_pieces_are(subject)}."
     used = [t for signal in subject.signals for t, c in zip(signal.centres, signal.weights, strict=True) if c]
     span = f"{len(used)} kernels centred from {min(used)!r} s to {max(used)!r} s" if used else "no kernel at all"
-    states = zip(subject.system.states, states_of(subject), strict=True)
+    is_flat = isinstance(subject.system, NonlinearSystem) and subject.system.flat is not None
+    names = [f"z{s + 1}" for s in range(len(subject.signals))] if is_flat else subject.system.states
+    states = zip(names, states_of(subject), strict=True)
     at_zero = ((name, combination_at(subject, state, ZERO)) for name, state in states)
     values = ", ".join(f'"{name}" = {float(value.mid):.6g}' for name, value in at_zero)
     return f"The reference has the SHA-256 {subject.fingerprint}, {span}, and {values} at t = 0 s."
@@ -94,7 +96,15 @@ def _number(r: Fraction) -> str:
 
 def _dynamics(system: System) -> str:
     if isinstance(system, NonlinearSystem):
-        laws = zip(system.states, system.f, strict=True)
-        return ", ".join(f'"{name}"⁺ = {text(formula)}' for name, formula in laws)
+        laws = ", ".join(f'"{name}"⁺ = {text(formula)}' for name, formula in zip(system.states, system.f, strict=True))
+        return laws + (_flat_form(system, system.flat) if system.flat is not None else "")
     A, B = ([list(row) for row in matrix] for matrix in (system.A, system.B))
     return f"x⁺ = A x + B u + c with A = {A!r}, B = {B!r}, c = {list(system.c)!r}"
+
+
+def _flat_form(system: NonlinearSystem, flat: FlatForm) -> str:
+    """Return how states and inputs depend on the signals, which are called z1[0], z1[1], …"""
+    of = zip((*system.states, *system.inputs), (*flat.states, *flat.inputs), strict=True)
+    said = ", ".join(f'"{name}" = {text(formula)}' for name, formula in of)
+    turns = ", ".join(f'"{name}"' for name in flat.angles)
+    return f" (with {said}, where z1[j] is signal z1 at t + j T{f'; {turns} up to whole turns' if turns else ''})"

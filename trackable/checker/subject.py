@@ -1,5 +1,6 @@
 """What a file speaks about, as typed values: a reference, its system and its sets."""
 
+import re
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -7,6 +8,7 @@ from typing import Literal
 
 from trackable.checker.arithmetic.intervals import Real, exactly, total
 from trackable.checker.formulas.formula import Formula
+from trackable.checker.formulas.formula import names as names_in
 from trackable.checker.kernels.base import Decay, Kernel
 from trackable.checker.pieces import Pieces
 from trackable.checker.reach import Reach, reach
@@ -60,13 +62,50 @@ class LinearSystem:
 
 
 @dataclass(frozen=True)
+class FlatForm:
+    """States and inputs as formulas of z_s(t + j T), which are called z1[0], z1[1], …, z2[0], …
+
+    States in `angles` matter up to whole turns. Formulas in `positive` are claimed to be positive.
+    """
+
+    states: tuple[Formula, ...]
+    inputs: tuple[Formula, ...]
+    angles: tuple[str, ...]
+    positive: tuple[Formula, ...]
+
+    @property
+    def indices(self) -> set[tuple[int, int]]:
+        """All s and j of shifted signals on which states and inputs depend."""
+        return {indices(name) for formula in (*self.states, *self.inputs) for name in names_in(formula)}
+
+    @property
+    def last_shift(self) -> int:
+        """The largest j."""
+        return max(j for _, j in self.indices)
+
+
+def shifted_name(s: int, j: int) -> str:
+    """Return the name of z_s(t + j T), where s counts from 0 on."""
+    return f"z{s + 1}[{j}]"
+
+
+def indices(name: str) -> tuple[int, int]:
+    """Return s and j of a name z1[0], …; raise ValueError for other names."""
+    found = re.fullmatch(r"z([1-9][0-9]?)\[(0|[1-9][0-9]?)\]", name)
+    if not found:
+        raise ValueError(name)
+    return int(found[1]) - 1, int(found[2])
+
+
+@dataclass(frozen=True)
 class NonlinearSystem:
-    """x⁺ = f(x, u), one formula `f` for each state."""
+    """x⁺ = f(x, u), one formula `f` for each state; states and inputs may be given by a flat form."""
 
     f: tuple[Formula, ...]
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     sampling_time: float
+    flat: FlatForm | None = None
 
     @property
     def successors(self) -> tuple[str, ...]:

@@ -38,6 +38,8 @@ from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.signals.pieces import PolynomialPieces
 from trackable.systems.signals.signal import Signal
 
+_MAY_BE_MISSING = {"flat", "angles", "positive"}  # fields of the systems, which know no files
+
 T = TypeVar("T")
 Hook = Callable[[Any, Any], Any]
 
@@ -119,8 +121,8 @@ def _read_object(cls: type) -> Hook:
 
 
 def _is_left_out(field: dataclasses.Field[Any]) -> bool:
-    """Whether a field is not written where it has its default value; all others always are."""
-    return bool(field.metadata.get(LEFT_OUT))
+    """Whether a field is not written where it has its default value."""
+    return bool(field.metadata.get(LEFT_OUT)) or field.name in _MAY_BE_MISSING
 
 
 def _leaves_out(cls: Any) -> bool:

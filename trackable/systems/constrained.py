@@ -10,6 +10,8 @@ from typing import Literal, NamedTuple
 from trackable.arguments import instance
 from trackable.systems.allocation import Allocation
 from trackable.systems.flat.flatness import Flatness
+from trackable.systems.flat.form import FlatForm
+from trackable.systems.flat.requirements import Requirement
 from trackable.systems.flat.trajectory import combined
 from trackable.systems.formulas.wording import shortened, weighted_sum_text
 from trackable.systems.linear import LinearSystem
@@ -52,7 +54,11 @@ class ConstrainedSystem:
         for name, bounds, dimension in (("state_set", self.state_set, n), ("input_set", self.input_set, m)):
             if bounds.dimension != dimension:
                 raise ValueError(f"system: {name} must have dimension {dimension}, got {bounds.dimension}")
-        if isinstance(self.system, Nonlinear) and (free := _free(self.system.inputs, self.input_set)):
+        if (
+            isinstance(self.system, Nonlinear)
+            and not self.system.flat
+            and (free := _free(self.system.inputs, self.input_set))
+        ):
             raise ValueError(
                 f"system: every input of a nonlinear system must be bounded, as nothing else proves that an input "
                 f"exists, but {', '.join(free)} is free; a bound that is never reached will do"
@@ -68,6 +74,16 @@ class ConstrainedSystem:
     def flatness(self) -> Flatness:
         """States and inputs as functions of the flat outputs, which are the learned signals."""
         return self.system.flatness()
+
+    @property
+    def flat_form(self) -> FlatForm | None:
+        """The flat form of a nonlinear system that has one."""
+        return self.system.flat if isinstance(self.system, Nonlinear) else None
+
+    @cached_property
+    def needs(self) -> tuple[Requirement, ...]:
+        """What must hold along a reference beside the bounds, so that its flat form is defined and right."""
+        return self.system.needs if isinstance(self.system, Nonlinear) else ()
 
     @property
     def linear(self) -> LinearSystem:

@@ -1,4 +1,4 @@
-"""Nonlinear systems with as many inputs as states that can be solved for the inputs: the states are flat outputs."""
+"""Nonlinear systems: solved for as many inputs as states, which are then flat outputs, or with a flat form."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,8 +11,12 @@ import numpy as np
 from trackable.arguments import names
 from trackable.arrays import Array
 from trackable.systems.flat.flatness import Flatness
+from trackable.systems.flat.form import FlatForm
 from trackable.systems.flat.functional import Functional
-from trackable.systems.flat.trajectory import Trajectory
+from trackable.systems.flat.requirements import Requirement
+from trackable.systems.flat.shifted import one_of, shifted
+from trackable.systems.flat.trajectory import Coordinate, Trajectory
+from trackable.systems.flat.verified import needs, why_not_flat
 from trackable.systems.formulas.affine import Affine, InputFormulas, affine_parts, solve_for_inputs
 from trackable.systems.formulas.algebra import Term, derivative
 from trackable.systems.formulas.evaluation import evaluate_floats
@@ -28,20 +32,39 @@ MAX_SIZE = 1000
 
 @dataclass(frozen=True)
 class Nonlinear:
-    """x(k+1) = f(x(k), u(k)) with f(x, u) = f0(x) + G(x) u, one formula `f` for each state, every `sampling_time` [s].
+    """x(k+1) = f(x(k), u(k)), one formula `f` for each state, every `sampling_time` [s].
 
-    `states` and `inputs` are different names, as many inputs as states, and the variables of the formulas. ValueError:
-    f is not affine in the inputs, G is singular for all states, a formula is too long, a name is no identifier
-    (`naming`), or the sampling time is not positive.
+    `states` and `inputs` are different names, and the variables of the formulas. The `flat` form gives both as formulas
+    of flat outputs. Without it, the states are the flat outputs: there are as many inputs as states, and
+    f(x, u) = f0(x) + G(x) u is solved for them. ValueError: the flat form is not one of f; or, without one, f is not
+    affine in the inputs, or G is singular for all states; a formula is too long, a name is no identifier (`naming`), or
+    the sampling time is not positive.
     """
 
     f: tuple[Expression, ...]
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     sampling_time: float
+    flat: FlatForm | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sampling_time", positive_sampling_time(self.sampling_time))
+        n = len(self.states)
+        self._require_formulas()
+        if self.flat is not None:
+            if why := why_not_flat(self.f, self.flat, self.states, self.inputs):
+                raise ValueError(f"system: the flat form {why}")
+            return
+        if len(self.inputs) != n:
+            raise ValueError(
+                f"system: a nonlinear system needs as many inputs as states, so that f can be solved for them, or a "
+                f"flat form; got {len(self.inputs)} ({', '.join(self.inputs)}) for {n} ({', '.join(self.states)})"
+            )
+        for pivot in self.solution.pivots:
+            if not variables(pivot) and not 0 < abs(float(evaluate_floats(pivot, {}))) < np.inf:
+                raise ValueError(f"system: f must be solvable for its inputs, but that would divide by {pivot}")
+
+    def _require_formulas(self) -> None:
         n = len(self.states)
         require_names((*self.states, *self.inputs))
         names = {*self.states, *self.inputs, *self.successors}
@@ -49,11 +72,6 @@ class Nonlinear:
             raise ValueError(
                 f"system: states and inputs need names, all different, got {', '.join(self.states) or 'no states'} and "
                 f"{', '.join(self.inputs) or 'no inputs'}"
-            )
-        if len(self.inputs) != n:
-            raise ValueError(
-                f"system: a nonlinear system needs as many inputs as states, so that f can be solved for them, got "
-                f"{len(self.inputs)} ({', '.join(self.inputs)}) for {n} ({', '.join(self.states)})"
             )
         if len(self.f) != n:
             raise ValueError(f"system: f must have a formula for each of {n} states, got {len(self.f)}")
@@ -68,21 +86,26 @@ class Nonlinear:
                 raise ValueError(
                     f"system: the formula of {state} uses {', '.join(sorted(unknown))}, which is no state or input"
                 )
-        for pivot in self.solution.pivots:
-            if not variables(pivot) and not 0 < abs(float(evaluate_floats(pivot, {}))) < np.inf:
-                raise ValueError(f"system: f must be solvable for its inputs, but that would divide by {pivot}")
 
     @classmethod
-    def of(cls, f: Dynamics, states: Sequence[str], inputs: Sequence[str], sampling_time: float) -> Self:
+    def of(
+        cls,
+        f: Dynamics,
+        states: Sequence[str],
+        inputs: Sequence[str],
+        sampling_time: float,
+        flat: FlatForm | None = None,
+    ) -> Self:
         """Return the system of a Python function f(x, u) of two arrays that returns a list of the next states.
 
         f is called once, with symbols: it must use ordinary arithmetic only (see `formulas.symbol`). Numbers that it
-        uses are constants of the system. ValueError also: f is no such function, with the reason.
+        uses are constants of the system. The `flat` form may be left out where there are as many inputs as states.
+        ValueError also: f is no such function, with the reason.
         """
         if not callable(f):
             raise TypeError(f"system: f: expected a function of x and u, got {f!r}")
         x, u = names("system: states", states), names("system: inputs", inputs)
-        return cls(traced(f, x, u), x, u, sampling_time)
+        return cls(traced(f, x, u), x, u, sampling_time, flat)
 
     @property
     def successors(self) -> tuple[str, ...]:
@@ -100,13 +123,18 @@ class Nonlinear:
         return solve_for_inputs(self.equations, [Variable(name) for name in self.successors], self.inputs)
 
     def successor(self, x: Array, u: Array) -> Array:
-        """Return f(x, u) for x and u of shape (…, n): shape (…, n), NaN or infinite where f is not defined."""
-        x, u = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(u, dtype=float))
-        values = {**_named(self.states, x), **_named(self.inputs, u)}
-        return _stacked([evaluate_floats(formula, values) for formula in self.f], x.shape[:-1])
+        """Return f(x, u) for x (…, n) and u (…, m): shape (…, n), NaN or infinite where f is not defined."""
+        values, shape = self._values(x, u)
+        return _stacked([evaluate_floats(formula, values) for formula in self.f], shape)
+
+    def _values(self, x: Array, u: Array) -> tuple[Mapping[str, Array], tuple[int, ...]]:
+        """Return the values of states and inputs by name, and the shape that they have together."""
+        x, u = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
+        shape = np.broadcast_shapes(x.shape[:-1], u.shape[:-1])
+        return {**_named(self.states, x), **_named(self.inputs, u)}, shape
 
     def affine(self, x: Array) -> tuple[Array, Array]:
-        """Return f0(x) and G(x) for x of shape (…, n): shapes (…, n) and (…, n, n)."""
+        """Return f0(x) and G(x) for x of shape (…, n): shapes (…, n) and (…, n, m). ValueError: f is not affine."""
         x = np.asarray(x, dtype=float)
         values, shape = _named(self.states, x), x.shape[:-1]
         drift = [_value(e.drift, values, shape) for e in self.equations]
@@ -114,9 +142,8 @@ class Nonlinear:
         return _stacked(drift, shape), np.stack(gains, axis=-2)
 
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
-        """Return ∂f/∂x and ∂f/∂u at x and u of shape (…, n): shapes (…, n, n)."""
-        x, u = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(u, dtype=float))
-        values, shape = {**_named(self.states, x), **_named(self.inputs, u)}, x.shape[:-1]
+        """Return ∂f/∂x and ∂f/∂u at x (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
+        values, shape = self._values(x, u)
 
         def at(names: tuple[str, ...]) -> Array:
             rows = [[_value(self.derivatives[i, name], values, shape) for name in names] for i in range(len(self.f))]
@@ -131,12 +158,14 @@ class Nonlinear:
         return {(i, name): derivative(formula, name) for i, formula in enumerate(self.f) for name in names}
 
     def flatness(self) -> Flatness:
-        """Return states and inputs as functions of flat outputs: the states themselves."""
+        """Return states and inputs as functions of flat outputs: of the states themselves, without a flat form."""
+        if self.flat is not None:
+            return _flatness_of(self.flat, self.sampling_time)
         n = len(self.states)
         functionals: dict[str, Functional] = {}
         for i, (now, later) in enumerate(zip(self.states, self.successors, strict=True)):
-            functionals[now] = _of_one_signal(i, n, (Fraction(1),), self.sampling_time)
-            functionals[later] = _of_one_signal(i, n, (Fraction(0), Fraction(1)), self.sampling_time)
+            functionals[now] = one_of(i, n, (Fraction(1),), self.sampling_time)
+            functionals[later] = one_of(i, n, (Fraction(0), Fraction(1)), self.sampling_time)
         formulas = [self.solution.inputs[name] for name in self.inputs]
         return Flatness(
             tuple(functionals[name] for name in self.states),
@@ -144,11 +173,28 @@ class Nonlinear:
             (1,) * n,
         )
 
+    @cached_property
+    def needs(self) -> tuple[Requirement, ...]:
+        """What must hold so that states, inputs and f are defined along a reference, and the flat form is right.
 
-def _of_one_signal(signal: int, count: int, weights: tuple[Fraction, ...], sampling_time: float) -> Functional:
-    """Return Σ_j `weights`[j] z(t + j T_s) of one of `count` signals."""
-    zero = tuple(Fraction(0) for _ in weights)
-    return Functional(tuple(weights if c == signal else zero for c in range(count)), Fraction(0), sampling_time)
+        Empty without a flat form: the formulas of the inputs, all of which are bounded, then need it themselves.
+        """
+        return needs(self.f, self.flat, (*self.states, *self.inputs)) if self.flat is not None else ()
+
+    @property
+    def angles(self) -> tuple[str, ...]:
+        """The states that matter up to whole turns."""
+        return self.flat.angles if self.flat is not None else ()
+
+
+def _flatness_of(form: FlatForm, sampling_time: float) -> Flatness:
+    functionals = shifted(form, sampling_time)
+
+    def coordinate(formula: Expression) -> Coordinate:
+        found = Trajectory.of_formula(formula, functionals)
+        return found.functional or found
+
+    return Flatness(tuple(map(coordinate, form.states)), tuple(map(coordinate, form.inputs)), form.orders)
 
 
 def _value(term: Term, values: Mapping[str, Array], shape: tuple[int, ...]) -> Array:

@@ -70,9 +70,16 @@ class Reference:
         return self.input_at(self.instants(k))
 
     def window(self, k: int, horizon: int) -> Window:
-        """Return states k … k + `horizon` and the inputs between them, for a predictive controller at step k."""
+        """Return states k … k + `horizon` and the inputs between them, for a predictive controller at step k.
+
+        States that matter up to whole turns (`angles` of a flat form) do not jump: whole turns are added to them.
+        """
         steps = k + np.arange(horizon + 1.0)
-        return Window(self.state(steps), self.input(steps[:-1]))
+        states = self.state(steps)
+        if self.plant.flat_form is not None:
+            turning = [i for i, name in enumerate(self.plant.system.states) if name in self.plant.flat_form.angles]
+            states[:, turning] = np.unwrap(states[:, turning], axis=0)
+        return Window(states, self.input(steps[:-1]))
 
     def state_at(self, t: Array) -> Array:
         """Return x_r at t [s]: shape (*t.shape, n)."""

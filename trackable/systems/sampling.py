@@ -9,6 +9,8 @@ from trackable.gp.samples import Samples
 from trackable.gp.stencil import POINT, Stencil
 from trackable.gp.stencils import Stencils
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.flat.functional import Functional
+from trackable.systems.flat.trajectory import Trajectory
 
 _ROUNDING = 1e-12  # relative to the weights
 
@@ -106,6 +108,11 @@ def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
     states = plant.system.states
     if name in states:
         seen = plant.flatness.states[states.index(name)].stencil
+        if seen is None and isinstance(plant.flatness.states[states.index(name)], Trajectory):
+            raise ValueError(
+                f"samples: {name} follows from flat outputs by a formula; give samples of {', '.join(flat)}, or of "
+                "states that show one each"
+            )
         if seen is None:
             raise ValueError(
                 f"samples: {name} shows several flat outputs at once; give samples of {', '.join(flat)}, or of states "
@@ -126,5 +133,7 @@ def _sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
 
 def _depends_on_level(plant: ConstrainedSystem, state: int, signal: int) -> bool:
     """Whether a state depends on the flat output at rest, by more than rounding of A and B can cause."""
-    weights = plant.flatness.states[state].weights[signal]
+    shown = plant.flatness.states[state]
+    assert isinstance(shown, Functional), "formulas show no flat output"
+    weights = shown.weights[signal]
     return float(abs(sum(weights))) > _ROUNDING * float(max(map(abs, weights)))

@@ -1,14 +1,12 @@
 """Evaluate formulas in ball arithmetic; raise UndefinedError where they may not be defined."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from flint import arb
 
+from trackable.systems.flat.requirements import MOST_MULTIPLIED, Requirement
 from trackable.systems.formulas.evaluation import evaluate
 from trackable.systems.formulas.expression import Expression
-
-MOST_MULTIPLIED = 64
-"""Powers with whole exponents up to this size are repeated multiplication; others are exp(p log x), for x > 0."""
 
 
 class UndefinedError(ArithmeticError):
@@ -23,6 +21,22 @@ def at_balls(formula: Expression, values: Mapping[str, arb]) -> arb:
     return found
 
 
+ANGLE = "its formula takes the angle of a vector that may be zero, or may cross the direction of ±π"
+
+
+def require(needs: Iterable[Requirement], values: Mapping[str, arb]) -> None:
+    """Raise UndefinedError unless all that is needed holds for all `values` in the balls."""
+    for needed in needs:
+        require_of(needed, at_balls(needed.formula, values))
+
+
+def require_of(needed: Requirement, value: arb) -> None:
+    """Raise UndefinedError unless all numbers of a ball are as they are needed to be."""
+    if not (value > 0 or (needed.may_be_negative and value < 0)):
+        raise UndefinedError(f"{NEEDED} {needed}, which may fail; a bound has to keep away from it")
+
+
+NEEDED = "the flat form needs"
 DIVISION = "its formula divides by something that may be zero"
 _POSITIVE = {
     "log": "its formula takes the logarithm of something that may not be positive",
@@ -35,6 +49,14 @@ def require_positive(function: str, argument: arb) -> None:
     """Raise UndefinedError if the function needs a positive argument and this one may not be positive."""
     if function in _POSITIVE and not argument > 0:
         raise UndefinedError(_POSITIVE[function])
+
+
+def angle(y: arb, x: arb) -> arb:
+    """Enclose atan2(y, x). UndefinedError where it may not be defined, or may jump."""
+    if not (x > 0 or y > 0 or y < 0):
+        raise UndefinedError(ANGLE)
+    found: arb = arb.atan2(y, x)
+    return found
 
 
 def is_multiplied(exponent: float) -> bool:
@@ -77,3 +99,6 @@ class _Balls:
         require_positive(name, argument)
         found: arb = getattr(argument, name)()
         return found
+
+    def angle(self, y: arb, x: arb) -> arb:
+        return angle(y, x)

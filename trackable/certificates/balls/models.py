@@ -10,7 +10,14 @@ from math import comb, factorial
 from flint import arb, arb_poly, arb_series, ctx
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.balls.formulas import DIVISION, UndefinedError, is_multiplied, require_positive, whole_power
+from trackable.certificates.balls.formulas import (
+    ANGLE,
+    DIVISION,
+    UndefinedError,
+    is_multiplied,
+    require_positive,
+    whole_power,
+)
 
 _MAX_CUTS = 400
 
@@ -35,6 +42,13 @@ class Enclosure:
     def size(self) -> arb:
         """Bound of |polynomial|."""
         return sum((abs(c) for c in self.coefficients.coeffs()), arb(0))
+
+    @property
+    def span(self) -> arb:
+        """A ball that contains all values."""
+        others = sum((abs(c) for c in self.coefficients.coeffs()[1:]), arb(0))
+        found: arb = self.coefficients[0] + arb(0, 1) * (others + self.remainder)
+        return found
 
     def __add__(self, other: "Enclosure") -> "Enclosure":
         return Enclosure(self.coefficients + other.coefficients, self.remainder + other.remainder)
@@ -69,6 +83,17 @@ class Models:
 
     def function(self, name: str, argument: Enclosure) -> Enclosure:
         return composed(name, argument)
+
+    def angle(self, y: Enclosure, x: Enclosure) -> Enclosure:
+        """Enclose atan2(y, x) by the quotient of the smaller to the larger coordinate, which does not jump."""
+        above, below = y.span > 0, y.span < 0
+        steep = abs(y.coefficients[0]) > abs(x.coefficients[0])
+        if x.span > 0 and not (steep and (above or below)):
+            return composed("atan", y / x)
+        if not (above or below):
+            raise UndefinedError(ANGLE)
+        quarter = _constant(arb.pi() / 2 if above else -arb.pi() / 2)
+        return quarter - composed("atan", x / y)
 
 
 def composed(function: str, inner: Enclosure, exponent: float = 0.0) -> Enclosure:
@@ -113,6 +138,8 @@ def _coefficient(function: str, x: arb, k: int, exponent: float) -> arb:
             found = arb(1) / factorial(k)
         case "log":
             found = 1 / (k * whole_power(x, k))
+        case "atan":  # Im (i + x)^(−k)/k, up to its sign
+            found = arb(0, 1) / k * ((1 + whole_power(x, 2)).log() * (-arb(k) / 2)).exp()
         case "reciprocal":
             found = 1 / whole_power(x, k + 1)
         case "sqrt" | "power":

@@ -1,6 +1,6 @@
 """Decide in which boxes a quantity stays inside its bounds: in float64, and in ball arithmetic where it matters."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -10,27 +10,36 @@ from flint import arb
 
 from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.balls.formulas import UndefinedError
-from trackable.certificates.balls.models import Enclosure
+from trackable.certificates.balls.formulas import UndefinedError, require_of
+from trackable.certificates.balls.models import Enclosure, Models
 from trackable.certificates.boxes.enclosures import Enclosures, model
 from trackable.certificates.boxes.positive import are_positive
-from trackable.certificates.enclosure import enclosure, of_arguments
+from trackable.certificates.enclosure import ENLARGED, arguments_in, of_arguments
 from trackable.certificates.exact import ExactQuantity
 from trackable.certificates.floats.balls import Balls, Mask
+from trackable.certificates.rounding.flat import FormulaRounding
 from trackable.certificates.sketch import Sketch
+from trackable.systems.formulas.evaluation import evaluate
 from trackable.systems.formulas.expression import Variable
 
 _OPEN = 0.25
 """Ball arithmetic decides where the rounding of float64 leaves more than this part of a margin open."""
+_LARGER = 1.05
+"""Errors are bounded with this factor to spare: a checker with slightly cruder bounds then still agrees."""
+_ROUNDING = "the error of its float64 evaluation may be larger than it is on either side of this box"
 
 
 @dataclass(frozen=True, eq=False)
 class Bounded:
-    """A quantity that has to stay inside its bounds, both drawn in by `reserve`, and a `sketch` of its margins."""
+    """A quantity that has to stay inside its bounds, both drawn in by `reserve`, and a `sketch` of its margins.
+
+    Where there is a `rounding`, its error has to be shown to be at most the reserve in each box.
+    """
 
     quantity: ExactQuantity
     sketch: Sketch
     reserve: float
+    rounding: FormulaRounding | None = None
 
     @cached_property
     def ends(self) -> tuple[arb, arb]:
@@ -38,6 +47,17 @@ class Bounded:
         with ball_arithmetic():
             bounds, reserve = self.quantity.bounds, arb(self.reserve)
             return arb(bounds.lower) + reserve, arb(bounds.upper) - reserve
+
+    def require(self, arguments: Mapping[str, Enclosure], terms: int) -> None:
+        """Raise UndefinedError where something that is needed may fail, or rounding may exceed the reserve."""
+        if not (self.quantity.needs or self.rounding):
+            return
+        with ball_arithmetic(terms):
+            for needed in self.quantity.needs:
+                found = evaluate(needed.formula, arguments, Models())
+                require_of(needed, Enclosure(found.coefficients, ENLARGED * found.remainder).span)
+            if self.rounding and not _LARGER * self.rounding.error(arguments) <= arb(self.reserve):
+                raise UndefinedError(_ROUNDING)
 
 
 class Decision(NamedTuple):
@@ -50,13 +70,15 @@ class Decision(NamedTuple):
     outside: Mask
     reasons: dict[int, str]
 
-    def put(self, b: int, bounded: Bounded, enclosed: Callable[[int], Enclosure]) -> None:
-        """Decide about one box by its enclosure in ball arithmetic."""
+    def put(self, b: int, bounded: Bounded, arguments: Mapping[str, Enclosure], terms: int) -> None:
+        """Decide about one box by enclosures of the arguments in ball arithmetic."""
         try:
-            found, (lower, upper) = enclosed(b), bounded.ends
-            self.inside[b] = found.stays_in(lower, upper)
+            found, (lower, upper) = of_arguments(bounded.quantity, arguments, terms), bounded.ends
             middle = found.coefficients[0] + arb(0, 1) * found.remainder
             self.outside[b] = middle < lower or middle > upper
+            if not self.outside[b]:
+                bounded.require(arguments, terms)
+                self.inside[b] = found.stays_in(lower, upper)
         except UndefinedError as undefined:
             self.reasons[b] = str(undefined)
 
@@ -75,7 +97,7 @@ def decide(bounded: Bounded, enclosures: Enclosures, wanted: Mask) -> Decision:
         _decide(decision, bounded, series, missed, tried)
         rounded = _weighted(slopes, {name: np.sum(q.rad, axis=0) for name, q in series.items()})
         for b in np.flatnonzero(tried & ~decision.inside & ~(rounded <= _OPEN * margins)).tolist():
-            decision.put(b, bounded, lambda b: enclosure(quantity, boxes.box(b), enclosures.terms))
+            decision.put(b, bounded, arguments_in(quantity, boxes.box(b), enclosures.terms), enclosures.terms)
     return decision
 
 
@@ -84,7 +106,7 @@ def _decide(
 ) -> None:
     """Decide about the boxes that are `tried` by Taylor polynomials in float64."""
     formula = bounded.quantity.formula
-    if isinstance(formula, Variable):
+    if isinstance(formula, Variable) and not bounded.quantity.needs:
         q, rest = series[formula.name], missed[formula.name]
         lower, upper = (Balls.of(end) for end in bounded.ends)
         above, below = q.at(0) - lower, upper - q.at(0)
@@ -92,12 +114,9 @@ def _decide(
         decision.outside[:] = tried & ((above.highest < -rest) | (below.highest < -rest))
         return
 
-    def enclosed(b: int) -> Enclosure:
-        arguments = {name: model(q.at((slice(None), b)), float(missed[name][b])) for name, q in series.items()}
-        return of_arguments(bounded.quantity, arguments, len(next(iter(series.values())).mid))
-
     for b in np.flatnonzero(tried).tolist():
-        decision.put(b, bounded, enclosed)
+        arguments = {name: model(q.at((slice(None), b)), float(missed[name][b])) for name, q in series.items()}
+        decision.put(b, bounded, arguments, len(next(iter(series.values())).mid))
 
 
 def _with(first: Balls, polynomials: Balls) -> Balls:
@@ -106,4 +125,4 @@ def _with(first: Balls, polynomials: Balls) -> Balls:
 
 
 def _weighted(slopes: Mapping[str, Array], sizes: Mapping[str, Array]) -> Array:
-    return np.asarray(sum(slopes[name] * size for name, size in sizes.items()))
+    return np.asarray(sum(slopes[name] * size for name, size in sizes.items() if name in slopes))

@@ -5,11 +5,13 @@ from trackable.checker.arithmetic.intervals import (
     ONE,
     SIGN,
     Real,
+    atan,
     between,
     cos,
     exactly,
     exp,
     log,
+    pi,
     sin,
     sqrt,
 )
@@ -75,10 +77,27 @@ def power(a: Real, exponent: float) -> Real:
 
 
 def function(name: str, a: Real) -> Real:
-    """Return exp, log, sqrt, sin or cos of an interval. Raise UndefinedError where it may not be defined."""
+    """Return exp, log, sqrt, sin, cos or atan of an interval. Raise UndefinedError where it may not be defined."""
     require_positive(name, a)
     required(bool(abs(a).b < 1e100), "an argument of a function has no bound")
-    return bounded({"exp": exp, "log": log, "sqrt": sqrt, "sin": sin, "cos": cos}[name](a))
+    return bounded({"exp": exp, "log": log, "sqrt": sqrt, "sin": sin, "cos": cos, "atan": atan}[name](a))
+
+
+def side(y: Real, x: Real) -> int:
+    """Return 0 where x > 0, 1 where y > 0 and −1 where y < 0: a half-plane in which the angle of (x, y) is continuous.
+
+    Raise UndefinedError where none is certain.
+    """
+    certain = [x.a > 0, y.a > 0, y.b < 0]
+    required(any(certain), "it takes the angle of a vector that may be zero, or may cross the direction of ±π")
+    steep = abs(y).mid > abs(x).mid or not certain[0]
+    return (1 if certain[1] else -1) if steep and (certain[1] or certain[2]) else 0
+
+
+def angle(y: Real, x: Real) -> Real:
+    """Return atan2(y, x). Raise UndefinedError where it may not be defined, or may jump."""
+    s = side(y, x)
+    return atan(y / x) if not s else s * pi() / 2 - atan(x / y)
 
 
 def slope_of_power(a: Real, exponent: float) -> Real:
@@ -94,4 +113,13 @@ def slope_of_function(name: str, a: Real) -> Real:
     """Return an interval that contains φ′(x) at each x of an interval on which φ is defined."""
     if name in ("sin", "cos"):
         return cos(a) if name == "sin" else -sin(a)
+    if name == "atan":
+        return ONE / (1 + whole_power(a, 2))
     return exp(a) if name == "exp" else ONE / (a if name == "log" else 2 * sqrt(a))
+
+
+def change_of_angle(y: Real, x: Real, by_y: Real, by_x: Real) -> Real:
+    """Over-estimate how much atan2(y, x) changes if y and x change by so much, all the way within these intervals."""
+    length = whole_power(x, 2) + whole_power(y, 2)
+    require_nonzero(length)
+    return (abs(x) * by_y + abs(y) * by_x) / length

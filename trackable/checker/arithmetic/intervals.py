@@ -128,6 +128,12 @@ def sin(x: Real) -> Real:
     return found
 
 
+def atan(x: Real) -> Real:
+    """Return the arc tangent."""
+    found: Real = iv.atan2(x, ONE) + GUARD
+    return found
+
+
 def root(x: float) -> Real:
     """Return the square root of a number."""
     return sqrt(exactly(x))

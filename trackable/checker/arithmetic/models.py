@@ -13,8 +13,9 @@ from trackable.checker.arithmetic.domains import (
     is_multiplied,
     require_nonzero,
     require_positive,
+    side,
 )
-from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, cos, exactly, exp, log, sin, sqrt, total
+from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, atan, cos, exactly, exp, log, pi, sin, sqrt, total
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,12 @@ class Model:
     def size(self) -> Real:
         """Over-estimate of |polynomial|."""
         return total(abs(c) for c in self.coefficients)
+
+    @property
+    def span(self) -> Real:
+        """An interval that contains all values."""
+        others = total(abs(c) for c in self.coefficients[1:])
+        return around(self.coefficients[0], others + self.missed)
 
     def times(self, factor: Real) -> "Model":
         """The model times a number."""
@@ -86,6 +93,12 @@ class Models:
     def function(self, name: str, a: Model) -> Model:
         return self._composed(name, a)
 
+    def angle(self, y: Model, x: Model) -> Model:
+        s = side(y.span, x.span)
+        if not s:
+            return self._composed("atan", self.over(y, x))
+        return self.number(s * pi() / 2) - self._composed("atan", self.over(x, y))
+
     def _composed(self, name: str, a: Model, exponent: float = 0.0) -> Model:
         """φ of a model, where φ is a function of formulas, `reciprocal` or `power`."""
         centre, d = a.coefficients[0], Model([ZERO, *a.coefficients[1:]], a.missed)
@@ -108,6 +121,9 @@ def _derivative(name: str, x: Real, k: int, exponent: float) -> Real:
     if name in ("sin", "cos"):
         turn = (sin(x), cos(x), -sin(x), -cos(x))
         return turn[(k + (name == "cos")) % 4] / factorial(k)
+    if name == "atan":  # with y = atan x: cosᵏ y sin(k (y + π/2))/k
+        y = atan(x)
+        return cos(y) ** k * sin(k * (y + pi() / 2)) / k if k else y
     if name == "log":
         return -((-1 / x) ** k) / k if k else log(x)
     if name == "reciprocal":

@@ -39,7 +39,9 @@ def first_pass(
             proved = {name: _stays_inside(q, found) for name, q in quantities.items()}
         for b, box in enumerate(some):
             rest = [q for q in held[box] if (where := proved[q.name]) is None or not where[b]]
-            models = {shifted: _model(found[shifted], b) for shifted in _needed([q for q in rest if q.parts])}
+            models = {
+                shifted: _model(found[shifted], b) for shifted in _needed([q for q in rest if q.parts or q.needs])
+            }
             yield box, rest, {shifted: model for shifted, model in models.items() if model}
 
 
@@ -72,7 +74,7 @@ def _enclosed(
 
 def _stays_inside(q: Quantity, models: Mapping[Shifted, Models]) -> Mask | None:
     """Return in which boxes a linear combination of signals certainly stays inside its bounds; None for others."""
-    if q.combination is None:
+    if q.combination is None or q.needs:
         return None
     summands = [models[shifted].times(weight) for shifted, weight in _terms(q.combination)]
     if not summands:
@@ -81,6 +83,11 @@ def _stays_inside(q: Quantity, models: Mapping[Shifted, Models]) -> Mask | None:
     first = found.coefficients.at(0) + q.combination.offset
     above, below = first - q.lower - found.missed.b, q.upper - first - found.missed.b
     return are_positive(_begun(above, found.coefficients)) & are_positive(_begun(below, -found.coefficients))
+
+
+def _is_formula(q: Quantity) -> bool:
+    """Return whether a quantity is a formula, or needs some."""
+    return q.combination is None or bool(q.needs)
 
 
 def _begun(first: Floats, polynomials: Floats) -> Floats:

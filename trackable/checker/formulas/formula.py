@@ -8,7 +8,7 @@ from trackable.checker.watch import tick
 
 Symbol = Literal["+", "-", "*", "/"]
 SYMBOLS: tuple[Symbol, ...] = ("+", "-", "*", "/")
-FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos")
+FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos", "atan")
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,15 @@ class Function:
     argument: "Formula"
 
 
-Formula = Number | Name | Operation | Power | Function
+@dataclass(frozen=True, eq=False)
+class Angle:
+    """atan2(y, x) in (−π, π]; not defined where both are zero."""
+
+    y: "Formula"
+    x: "Formula"
+
+
+Formula = Number | Name | Operation | Power | Function | Angle
 
 
 class Summand(Protocol):
@@ -75,6 +83,8 @@ class Arithmetic(Protocol[T]):
 
     def function(self, name: str, a: T, /) -> T: ...
 
+    def angle(self, y: T, x: T, /) -> T: ...
+
 
 def evaluate(formula: Formula, values: Mapping[str, T], arithmetic: Arithmetic[T]) -> T:
     """Return the value where names have these values. Raise UndefinedError where there may be none."""
@@ -98,6 +108,8 @@ def evaluate(formula: Formula, values: Mapping[str, T], arithmetic: Arithmetic[T
                 known[node] = arithmetic.power(known[base], exponent)
             case Function(function, argument):
                 known[node] = arithmetic.function(function, known[argument])
+            case Angle(y, x):
+                known[node] = arithmetic.angle(known[y], known[x])
     return known[formula]
 
 
@@ -122,6 +134,8 @@ def operands(formula: Formula) -> tuple[Formula, ...]:
             return left, right
         case Power(inner, _) | Function(_, inner):
             return (inner,)
+        case Angle(y, x):
+            return y, x
     return ()
 
 
@@ -150,3 +164,5 @@ def text(formula: Formula) -> str:
             return f"({text(base)} ^ {exponent!r})"
         case Function(function, argument):
             return f"{function}({text(argument)})"
+        case Angle(y, x):
+            return f"atan2({text(y)}, {text(x)})"

@@ -55,8 +55,17 @@ class RoundedFormulas:
         exact, computed = (domains.function(name, x) for x in (a.exact, a.computed))
         return _rounded(exact, abs(domains.slope_of_function(name, a.computed)) * a.error, computed, 8)
 
+    def angle(self, y: Rounded, x: Rounded) -> Rounded:
+        exact, computed = (domains.angle(*at) for at in ((y.exact, x.exact), (y.computed, x.computed)))
+        return _rounded(exact, domains.change_of_angle(y.computed, x.computed, y.error, x.error), computed, 8)
+
 
 def _rounded(exact: Real, propagated: Real, computed: Real, roundings: int = 1) -> Rounded:
     """Round a value whose operands have errors: add roundings of the `computed` value to the `propagated` error."""
+    return Rounded(exact, rounding(propagated, computed, roundings))
+
+
+def rounding(propagated: Real, computed: Real, roundings: int) -> Real:
+    """Return the error of a value whose operands have errors. Raise UndefinedError where it may overflow."""
     domains.required(bool(abs(computed).b < _OVERFLOW), "it may overflow")
-    return Rounded(exact, exactly((propagated + roundings * UNIT * abs(computed) + _UNDERFLOW).b))
+    return exactly((propagated + roundings * UNIT * abs(computed) + _UNDERFLOW).b)

@@ -44,6 +44,15 @@ class SlopedFormulas:
     def function(self, name: str, a: Sloped) -> Sloped:
         return _chained(domains.function(name, a.value), domains.slope_of_function(name, a.value), a)
 
+    def angle(self, y: Sloped, x: Sloped) -> Sloped:
+        value, length = (
+            domains.angle(y.value, x.value),
+            domains.whole_power(x.value, 2) + domains.whole_power(y.value, 2),
+        )
+        domains.require_nonzero(length)
+        slopes = zip(y.slopes, x.slopes, strict=True)
+        return Sloped(value, [(x.value * a - y.value * b) / length for a, b in slopes])
+
 
 def _chained(value: Real, slope: Real, a: Sloped) -> Sloped:
     return Sloped(value, [slope * x for x in a.slopes])

@@ -19,3 +19,6 @@ class Intervals:
 
     def function(self, name: str, a: Real) -> Real:
         return domains.function(name, a)
+
+    def angle(self, y: Real, x: Real) -> Real:
+        return domains.angle(y, x)

@@ -3,6 +3,7 @@
 from trackable.checker.formulas.formula import (
     FUNCTIONS,
     SYMBOLS,
+    Angle,
     Formula,
     Function,
     Name,
@@ -32,6 +33,8 @@ def _formula(value: object, where: str, deepest: int) -> Formula:
     match value:
         case ["^", base, exponent]:
             return Power(_formula(base, where, deepest - 1), real_number(exponent, where))
+        case ["atan2", y, x]:
+            return Angle(_formula(y, where, deepest - 1), _formula(x, where, deepest - 1))
         case [symbol, left, right] if symbol in SYMBOLS:
             return Operation(symbol, _formula(left, where, deepest - 1), _formula(right, where, deepest - 1))
         case [function, argument] if function in FUNCTIONS:

@@ -17,6 +17,7 @@ from trackable.checker.reading.values import (
     whole_number,
 )
 from trackable.checker.subject import (
+    FlatForm,
     Functional,
     LinearSystem,
     NonlinearSystem,
@@ -73,12 +74,13 @@ def _system(value: object, where: str) -> System:
     """Formulas f make a system nonlinear."""
     about, names = ("states", "inputs", "sampling_time"), many(an_identifier, COORDINATES)
     if isinstance(value, dict) and "f" in value:
-        found = Fields(value, where, "f", *about)
+        found = Fields(value, where, "f", *about, *(name for name in ("flat",) if name in value))
         return NonlinearSystem(
             found("f", many(a_formula, COORDINATES)),
             found("states", names),
             found("inputs", names),
             found("sampling_time", positive_number),
+            found("flat", _flat_form) if "flat" in found else None,
         )
     found, matrix = Fields(value, where, "A", "B", "c", *about), many(many(real_number, COORDINATES), COORDINATES)
     return LinearSystem(
@@ -88,6 +90,18 @@ def _system(value: object, where: str) -> System:
         found("states", names),
         found("inputs", names),
         found("sampling_time", positive_number),
+    )
+
+
+def _flat_form(value: object, where: str) -> FlatForm:
+    more = [name for name in ("angles", "positive") if isinstance(value, dict) and name in value]
+    found = Fields(value, where, "states", "inputs", *more)
+    formulas = many(a_formula, COORDINATES)
+    return FlatForm(
+        found("states", formulas),
+        found("inputs", formulas),
+        found("angles", many(an_identifier, COORDINATES)) if "angles" in found else (),
+        found("positive", formulas) if "positive" in found else (),
     )
 
 

@@ -8,6 +8,7 @@ from trackable.checker.arithmetic.models import Model
 from trackable.checker.arithmetic.polynomials import is_positive
 from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.steps.enclosures import Box, Enclosures
+from trackable.checker.steps.flat import FlatNeeds
 from trackable.checker.steps.quantities import Quantity
 from trackable.checker.subject import Subject
 from trackable.checker.watch import progress
@@ -38,21 +39,24 @@ def check_boxes(certificate: Certificate, quantities: list[Quantity], first_pass
         boxes = claim.cover.boxes[q.name]
         for (start, end), radius in zip(pairwise(boxes.ends), boxes.radii, strict=True):
             held.setdefault(Box(start, end, radius), []).append(q)
+    needs = FlatNeeds.of(certificate, quantities)
     subject, terms = certificate.subject, claim.cover.terms
     for i, (box, rest, known) in enumerate(first_pass(subject, terms, held)):
         progress(i, len(held))
-        if known and not _why_not(Enclosures(subject, terms, box, known), rest):
+        if known and not _why_not(needs, Enclosures(subject, terms, box, known), rest):
             continue
-        if rest and (reason := _why_not(Enclosures(subject, terms, box), rest)):
+        if rest and (reason := _why_not(needs, Enclosures(subject, terms, box), rest)):
             return f"{reason[0]} from {box.start!r} s to {box.end!r} s{reason[1]}"
     return None
 
 
-def _why_not(enclosures: Enclosures, quantities: list[Quantity]) -> tuple[str, str] | None:
+def _why_not(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> tuple[str, str] | None:
     """Return which quantity is not shown to stay inside its bounds in a box, and why; None where all do."""
     for q in quantities:
         try:
-            model = enclosures.enclose(q)
+            arguments = enclosures.arguments(q)
+            needs.require(q, arguments, enclosures.terms)
+            model = enclosures.enclose(q, arguments)
         except UndefinedError as undefined:
             return f"box: the {q.name} is not shown to be defined", f": {undefined}"
         if not stays_inside(model, q):

@@ -1,5 +1,6 @@
 """Step 2 of the proof, first half: Taylor models of the signals, and of the bounded quantities, in a box of time."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -28,9 +29,12 @@ class Enclosures:
     box: Box
     known: dict[tuple[int, int], Model] = field(default_factory=dict)
 
-    def enclose(self, q: Quantity) -> Model:
+    def arguments(self, q: Quantity) -> dict[str, Model]:
+        """Enclose the arguments of a quantity."""
+        return {name: self._combination(argument) for name, argument in q.arguments.items()}
+
+    def enclose(self, q: Quantity, arguments: Mapping[str, Model]) -> Model:
         """Enclose a quantity. Raise UndefinedError where it may not be defined somewhere in the box."""
-        arguments = {name: self._combination(argument) for name, argument in q.arguments.items()}
         return evaluate(q.formula, arguments, Models(self.terms))
 
     def _combination(self, argument: LinearCombination) -> Model:

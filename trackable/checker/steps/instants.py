@@ -5,6 +5,7 @@ from trackable.checker.arithmetic.intervals import SIGN, Real, at_most, ratio
 from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.values import Intervals
+from trackable.checker.steps.flat import FlatNeeds, constants
 from trackable.checker.steps.quantities import LinearCombination, Quantity
 from trackable.checker.subject import Signal, Subject, is_far
 from trackable.checker.watch import progress, tick
@@ -15,11 +16,14 @@ def check_instants(certificate: Certificate, quantities: list[Quantity]) -> str 
     claim, subject = certificate.claim, certificate.subject
     if not isinstance(claim, Instants):
         return None
+    needs = FlatNeeds.of(certificate, quantities)
     for k in range(claim.last_step + 1):
         progress(k, claim.last_step + 1)
         for q in quantities:
             try:
-                value = value_at(subject, q, k * subject.step)
+                arguments = arguments_at(subject, q, k * subject.step)
+                needs.require(q, constants(arguments, 1), 1)
+                value = evaluate(q.formula, arguments, Intervals())
             except UndefinedError as undefined:
                 return f"instants: the {q.name} is not shown to be defined at step {k}: {undefined}"
             if not (at_most(q.lower, value) and at_most(value, q.upper)):
@@ -29,8 +33,12 @@ def check_instants(certificate: Certificate, quantities: list[Quantity]) -> str 
 
 def value_at(subject: Subject, q: Quantity, t: Real) -> Real:
     """Return an interval that contains q(t). Raise UndefinedError where q may not be defined there."""
-    arguments = {name: combination_at(subject, argument, t) for name, argument in q.arguments.items()}
-    return evaluate(q.formula, arguments, Intervals())
+    return evaluate(q.formula, arguments_at(subject, q, t), Intervals())
+
+
+def arguments_at(subject: Subject, q: Quantity, t: Real) -> dict[str, Real]:
+    """Return intervals that contain the arguments of a quantity at time t."""
+    return {name: combination_at(subject, argument, t) for name, argument in q.arguments.items()}
 
 
 def combination_at(subject: Subject, argument: LinearCombination, t: Real) -> Real:

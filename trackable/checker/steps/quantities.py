@@ -1,15 +1,26 @@
 """The bounded quantities: formulas of linear combinations of the signals at shifted times."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from trackable.checker.arithmetic.intervals import Real, exact_sum, exactly, ratio
 from trackable.checker.formulas.affine import inputs_of
 from trackable.checker.formulas.formula import Formula, Name, Number, Operation, names
-from trackable.checker.subject import Bound, Functional, NonlinearSystem, Side, Subject, as_float
+from trackable.checker.identities.flatness import Need, needs
+from trackable.checker.subject import (
+    Bound,
+    FlatForm,
+    Functional,
+    NonlinearSystem,
+    Side,
+    Subject,
+    as_float,
+    indices,
+    shifted_name,
+)
 
-_ITSELF = "itself"
+ITSELF = "itself"
 
 
 @dataclass(frozen=True)
@@ -31,7 +42,8 @@ class Quantity:
     """A formula of `arguments`, which are linear combinations of the signals, by name.
 
     If the row bounds inputs given by formulas, `parts` holds these formulas with their weights; otherwise it is empty.
-    [lower, upper] is the bound, drawn in by its evaluation error.
+    [lower, upper] is the bound, drawn in by its evaluation error. Of a flat form, the last quantity `needs` what keeps
+    all formulas defined; it has all arguments of these too.
     """
 
     name: str
@@ -40,11 +52,13 @@ class Quantity:
     parts: list[tuple[Fraction, Formula]]
     lower: Real
     upper: Real
+    needs: tuple[Need, ...] = ()
+    is_flat: bool = False
 
     @property
     def combination(self) -> LinearCombination | None:
         """The quantity itself if it is a linear combination of signals; None for other formulas."""
-        return self.arguments[_ITSELF] if not self.parts else None
+        return self.arguments[ITSELF] if not self.parts else None
 
 
 def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
@@ -53,6 +67,8 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
     Raise UnsolvableError where f cannot be solved for the inputs.
     """
     system, solved = subject.system, dict[str, Formula]()
+    if isinstance(system, NonlinearSystem) and system.flat is not None:
+        return _of_flat_form(subject, system, system.flat, errors)
     if isinstance(system, NonlinearSystem):
         solved = inputs_of(system.f, system.successors, system.inputs)
     known = _states_and_successors(subject) if solved else {}
@@ -66,7 +82,40 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
 
 def _of_signals(subject: Subject, bound: Bound, error: float) -> Quantity:
     argument = _combined(subject, bound.row, functionals(subject, bound.of))
-    return Quantity(bound.name, Name(_ITSELF), {_ITSELF: argument}, [], *_drawn_in(bound, error))
+    return Quantity(bound.name, Name(ITSELF), {ITSELF: argument}, [], *_drawn_in(bound, error))
+
+
+def _of_flat_form(
+    subject: Subject, system: NonlinearSystem, flat: FlatForm, errors: Mapping[str, float]
+) -> list[Quantity]:
+    known = {
+        shifted_name(s, j): _combined(subject, (Fraction(1),), (_shifted(subject, flat, s, j),))
+        for s in range(len(subject.signals))
+        for j in range(flat.last_shift + 2)
+    }
+    formulas = dict(zip((*system.states, *system.inputs), (*flat.states, *flat.inputs), strict=True))
+    found: list[Quantity] = []
+    for bound in subject.bounds:
+        names_of = system.states if bound.of == "state" else system.inputs
+        used = [(r, formulas[name]) for r, name in zip(bound.row, names_of, strict=True) if r]
+        single = [(r, indices(formula.name)) for r, formula in used if isinstance(formula, Name)]
+        if len(single) == len(used):
+            row, shifts = tuple(r for r, _ in single), tuple(_shifted(subject, flat, *at) for _, at in single)
+            argument = _combined(subject, row, shifts)
+            found.append(
+                Quantity(bound.name, Name(ITSELF), {ITSELF: argument}, [], *_drawn_in(bound, errors[bound.name]))
+            )
+        else:
+            made = _of_formulas(subject, bound, errors[bound.name], formulas, known)
+            found.append(replace(made, is_flat=True))
+    needed = tuple(needs(system, flat))
+    held = {name for need in needed for name in names(need.formula)}
+    more = {name: argument for name, argument in known.items() if name in held}
+    return [*found[:-1], replace(found[-1], needs=needed, arguments={**more, **found[-1].arguments})] if found else []
+
+
+def _shifted(subject: Subject, flat: FlatForm, s: int, j: int) -> Functional:
+    return _signal(subject, s, tuple(int(i == j) for i in range(flat.last_shift + 2)))
 
 
 def _of_formulas(
@@ -76,7 +125,8 @@ def _of_formulas(
     solved: Mapping[str, Formula],
     known: Mapping[str, LinearCombination],
 ) -> Quantity:
-    parts = [(r, solved[u]) for r, u in zip(bound.row, subject.system.inputs, strict=True) if r]
+    of = subject.system.inputs if bound.of == "input" else subject.system.states
+    parts = [(r, solved[v]) for r, v in zip(bound.row, of, strict=True) if r]
     terms = [part if r == 1 else Operation("*", Number(as_float(r)), part) for r, part in parts]
     formula = terms[0]
     for term in terms[1:]:
@@ -91,12 +141,12 @@ def _drawn_in(bound: Bound, by: float) -> tuple[Real, Real]:
 
 
 def states_of(subject: Subject) -> list[LinearCombination]:
-    """Return the states as linear combinations of the signals."""
+    """Return the states of a linear system, or else the signals, as linear combinations of the signals."""
     return [_combined(subject, (Fraction(1),), (part,)) for part in functionals(subject, "state")]
 
 
 def functionals(subject: Subject, of: Side) -> tuple[Functional, ...]:
-    """Return the states or inputs of a linear system, or the states of a nonlinear one, which are its signals."""
+    """Return the states or inputs of a linear system, or the signals of a nonlinear one."""
     trajectories = subject.trajectories
     if trajectories is not None:
         return trajectories.states if of == "state" else trajectories.inputs

@@ -19,7 +19,7 @@ from trackable.checker.formulas.rounded import Rounded, RoundedFormulas
 from trackable.checker.steps.quantities import LinearCombination, Quantity, functionals
 from trackable.checker.subject import NonlinearSystem, Signal, Subject
 
-_TINY = exactly(2) ** -300
+TINY = exactly(2) ** -300
 
 
 def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str | None:
@@ -30,6 +30,8 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     """
     of_signals = [_signal_error(certificate, signal) for signal in certificate.subject.signals]
     for q in quantities:
+        if q.is_flat:  # `steps.flat` does it
+            continue
         try:
             error = _error(certificate.subject, q, of_signals)
         except UndefinedError as undefined:
@@ -37,6 +39,16 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
         if not at_most(error, certificate.errors[q.name]):
             return f"evaluation: the {q.name} can be off by more than {certificate.errors[q.name]!r} in float64"
     return None
+
+
+def errors_of_arguments(certificate: Certificate, quantities: list[Quantity]) -> list[dict[str, Real]]:
+    """Return the rounding error of each argument of each quantity, by name."""
+    of_signals = [_signal_error(certificate, signal) for signal in certificate.subject.signals if quantities]
+    subject = certificate.subject
+    return [
+        {name: _combination(subject, argument, of_signals).error for name, argument in q.arguments.items()}
+        for q in quantities
+    ]
 
 
 def _error(subject: Subject, q: Quantity, of_signals: list[Rounded]) -> Real:
@@ -50,7 +62,7 @@ def _error(subject: Subject, q: Quantity, of_signals: list[Rounded]) -> Real:
     for r, part in q.parts:
         found = evaluate(part, values, RoundedFormulas())
         error, size = error + abs(ratio(r)) * found.error, size + abs(ratio(r)) * abs(found.computed)
-    return 1.01 * (error + (len(subject.system.inputs) + 2) * UNIT * size) + _TINY
+    return 1.01 * (error + (len(subject.system.inputs) + 2) * UNIT * size) + TINY
 
 
 def _combination(subject: Subject, argument: LinearCombination, of_signals: list[Rounded]) -> Rounded:
@@ -59,7 +71,7 @@ def _combination(subject: Subject, argument: LinearCombination, of_signals: list
         ratio(w) * abs(z.exact) for w, z in zip(argument.gross, of_signals, strict=True)
     )
     roundings = 5 + _terms(subject) + max(len(subject.system.states), len(subject.system.inputs))
-    tiny = _TINY * (1 + ratio(exact_sum(argument.gross)))
+    tiny = TINY * (1 + ratio(exact_sum(argument.gross)))
     return Rounded(SIGN * size, 1.01 * (error + roundings * UNIT * size) + tiny)
 
 
@@ -80,14 +92,14 @@ def _within(subject: Subject, i: int, exact: Real) -> Real:
 def _terms(subject: Subject) -> int:
     """Return the number of shifted signals that an input depends on."""
     if isinstance(subject.system, NonlinearSystem):
-        return 2
+        return 2 if subject.system.flat is None else 1 + subject.system.flat.last_shift
     return sum(map(len, functionals(subject, "input")[0].weights))
 
 
 def _ahead(subject: Subject) -> Real:
     """Return the largest shift j T on which a state or an input depends [s]."""
     if isinstance(subject.system, NonlinearSystem):
-        return subject.step
+        return subject.step if subject.system.flat is None else subject.system.flat.last_shift * subject.step
     parts = (*functionals(subject, "state"), *functionals(subject, "input"))
     return (max(len(w) for part in parts for w in part.weights) - 1) * subject.step
 

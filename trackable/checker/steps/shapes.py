@@ -2,7 +2,7 @@
 
 from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.formulas.formula import names
-from trackable.checker.subject import LinearSystem, NonlinearSystem, Row, Subject, Trajectories
+from trackable.checker.subject import FlatForm, LinearSystem, NonlinearSystem, Row, Subject, Trajectories, indices
 
 
 def check_shapes(subject: Subject) -> str | None:
@@ -59,15 +59,34 @@ def _misfit_of_matrices(subject: Subject, system: LinearSystem, trajectories: Tr
 
 def _misfit_of_formulas(subject: Subject, system: NonlinearSystem) -> str | None:
     n = len(system.states)
-    if not len(system.f) == len(subject.signals) == n == len(system.inputs):
-        return "shapes: as many formulas, signals, states and inputs are needed"
     known = {*system.states, *system.inputs}
-    if len({*known, *system.successors}) != 3 * n:
+    flat = system.flat is not None
+    if not flat and not len(system.f) == len(subject.signals) == n == len(system.inputs):
+        return "shapes: as many formulas, signals, states and inputs are needed"
+    if not flat and len({*known, *system.successors}) != 3 * n:
         return "names: states, states⁺ and inputs must all be called differently"
     if unknown := {name for formula in system.f for name in names(formula)} - known:
         return f"names: f must hold states and inputs only, but holds {min(unknown)}"
+    if system.flat is not None:
+        return _misfit_of_flat_form(subject, system, system.flat)
     rows = [side.row for side in subject.input_set.rows]
     free = [name for i, name in enumerate(system.inputs) if not any(row[i] for row in rows)]
     if free:  # only in bounded quantities are formulas shown to be defined
         return f"bounds: every input of a nonlinear system must be bounded, but {free[0]} is not"
+    return None
+
+
+def _misfit_of_flat_form(subject: Subject, system: NonlinearSystem, flat: FlatForm) -> str | None:
+    if (len(system.f), len(flat.states), len(flat.inputs)) != (n := len(system.states), n, len(system.inputs)):
+        return "shapes: as many formulas as states and inputs are needed"
+    if not {*flat.angles} <= {*system.states}:
+        return "flat: angles must be states"
+    try:
+        found = [indices(name) for formula in (*flat.states, *flat.inputs, *flat.positive) for name in names(formula)]
+    except ValueError as other:
+        return f"flat: formulas must hold shifted signals z1[0], z1[1], … only, but hold {other}"
+    if {s for s, _ in flat.indices} != {*range(len(subject.signals))} or max(s for s, _ in found) >= len(
+        subject.signals
+    ):
+        return "flat: every signal must be in a formula, and no other ones"
     return None

@@ -21,7 +21,8 @@ from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.slopes import Sloped, SlopedFormulas
 from trackable.checker.formulas.values import Intervals
 from trackable.checker.kernels.base import Decay
-from trackable.checker.steps.quantities import LinearCombination, Quantity
+from trackable.checker.steps.flat import FlatNeeds, constants
+from trackable.checker.steps.quantities import ITSELF, LinearCombination, Quantity
 from trackable.checker.subject import Signal, is_far
 
 
@@ -35,9 +36,10 @@ def check_tail(certificate: Certificate, quantities: list[Quantity]) -> str | No
     else:
         return None
     envelopes = [_envelope(signal, start) for signal in subject.signals]
+    needs = FlatNeeds.of(certificate, quantities)
     for q in quantities:
         try:
-            middle, reach = _limits(q, envelopes, subject.step)
+            middle, reach = _limits(needs, q, envelopes, subject.step)
         except UndefinedError as undefined:
             return f"tail: the {q.name} is not shown to be defined from {float(start.mid):g} s on: {undefined}"
         if not (at_most(q.lower, middle - reach) and at_most(middle + reach, q.upper)):
@@ -56,17 +58,18 @@ def _envelope(signal: Signal, start: Real) -> Decay:
     return Decay(size, slope)
 
 
-def _limits(q: Quantity, envelopes: list[Decay], step: Real) -> tuple[Real, Real]:
+def _limits(needs: FlatNeeds, q: Quantity, envelopes: list[Decay], step: Real) -> tuple[Real, Real]:
     """Return middle and reach of an interval that contains q: the mean-value form, with slopes over all its values."""
     reaches = {
         name: total(_reach(_weights(w), e, step) for w, e in zip(argument.weights, envelopes, strict=True))
         for name, argument in q.arguments.items()
     }
     at_rest = {name: argument.offset for name, argument in q.arguments.items()}
+    inside = {name: around(value, reaches[name]) for name, value in at_rest.items()}
+    needs.require(q, constants(inside, 1), 1)
     if q.combination is not None:
-        (reach,) = reaches.values()
-        return q.combination.offset, reach
-    slopes = _slopes(q, {name: around(value, reaches[name]) for name, value in at_rest.items()}, len(envelopes))
+        return q.combination.offset, reaches[ITSELF]
+    slopes = _slopes(q, inside, len(envelopes))
     reach = ZERO
     for s, envelope in enumerate(envelopes):
         each = [ZERO] * max(len(argument.weights[s]) for argument in q.arguments.values())

@@ -3,12 +3,18 @@
 from fractions import Fraction
 
 from trackable.checker.arithmetic.intervals import exact_sum
-from trackable.checker.subject import Functional, LinearSystem, Subject
+from trackable.checker.identities.flatness import why_not_flat
+from trackable.checker.subject import Functional, LinearSystem, NonlinearSystem, Subject
 
 
 def check_trajectories(subject: Subject) -> str | None:
-    """Verify x(t + T) = A x(t) + B u(t) + c for all signals. A nonlinear f is solved for u: nothing is to verify."""
+    """Verify x(t + T) = A x(t) + B u(t) + c for all signals, or x(t + T) = f(x(t), u(t)) for a flat form.
+
+    Another nonlinear f is solved for u: nothing is to verify.
+    """
     system, trajectories = subject.system, subject.trajectories
+    if isinstance(system, NonlinearSystem) and system.flat is not None:
+        return why_not_flat(system, system.flat)
     if not isinstance(system, LinearSystem) or trajectories is None:
         return None
     states, inputs = trajectories.states, trajectories.inputs

@@ -31,7 +31,7 @@ _REFUSED = "system: must be controllable, so that its states can follow a refere
 class Flatness:
     """States x_i and inputs u_i as functions of the flat outputs, and the `orders` κ_c of the flat outputs."""
 
-    states: tuple[Functional, ...]
+    states: tuple[Coordinate, ...]
     inputs: tuple[Coordinate, ...]
     orders: tuple[int, ...]
 

@@ -31,8 +31,15 @@ class Functional:
         t = np.asarray(t, dtype=float)
         if not self.rounded:
             return np.full(t.shape, float(self.offset))
-        terms = (np.tensordot(w, signals[c](self.instants(t, len(w))), axes=1) for c, w in self.rounded)
+        terms = (self._term(w, signals[c], t) for c, w in self.rounded)
         return np.asarray(sum(terms, np.asarray(float(self.offset))))
+
+    def _term(self, w: Array, signal: Callable[[Array], Array], t: Array) -> Array:
+        """Return Σ_j w_j z(t + j T_s): of a single shift, without the other ones."""
+        (shifts,) = np.nonzero(w)
+        if len(shifts) == 1:
+            return np.asarray(w[shifts[0]] * signal(t + shifts[0] * self.sampling_time))
+        return np.asarray(np.tensordot(w, signal(self.instants(t, len(w))), axes=1))
 
     @cached_property
     def rounded(self) -> list[tuple[int, Array]]:

@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.systems.flat.form import named
 from trackable.systems.flat.functional import Functional, Signals
 from trackable.systems.flat.functional import combined as combined_functional
 from trackable.systems.formulas.algebra import Term, derivative, plus, times
@@ -43,6 +44,10 @@ class Trajectory:
     def functional(self) -> Functional | None:
         """The functional, if the trajectory is one itself; otherwise None."""
         return self.arguments[0][1] if isinstance(self.formula, Variable) else None
+
+    @property
+    def stencil(self) -> None:
+        """The signal and its weights that samples see: of a formula there are none."""
 
     @property
     def sampling_time(self) -> float:
@@ -99,19 +104,32 @@ class Trajectory:
         return tuple(found)
 
 
+def single_signal(functional: Functional) -> Trajectory:
+    """Return a functional z_c(t + j T_s) as a formula, with the name that a flat form gives to it."""
+    ((c, j),) = ((c, j) for c, weights in enumerate(functional.weights) for j, w in enumerate(weights) if w)
+    assert (functional.weights[c][j], functional.offset) == (Fraction(1), Fraction(0)), "a single shifted signal"
+    name = named(c, j)
+    return Trajectory(Variable(name), ((name, functional),))
+
+
 Coordinate = Functional | Trajectory
 """A state or an input as a function of time; for a linear system always a functional."""
 
 
 def combined(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Trajectory:
-    """Return Σ_i row_i q_i of coordinates of one type; of functionals, it is again a functional, exactly."""
-    functionals = [q for q in coordinates if isinstance(q, Functional)]
-    if functionals:
-        return Trajectory.of(combined_functional(row, functionals))
+    """Return Σ_i row_i q_i; of functionals, it is again a functional, exactly.
+
+    Functionals beside formulas must be single shifted signals, as those of a flat form are.
+    """
+    every = list(zip(row, coordinates, strict=True))
+    used = [(r, q) for r, q in every if r] or every
+    functionals = [q for _, q in used if isinstance(q, Functional)]
+    if len(functionals) == len(used):
+        return Trajectory.of(combined_functional([r for r, _ in used], functionals))
     total, arguments = None, dict[str, Functional]()
-    for r, q in zip(row, coordinates, strict=True):
-        if r and isinstance(q, Trajectory):
-            total = plus(total, times(Constant(float(r)), q.formula))
-            arguments.update(q.arguments)
+    for r, q in used:
+        part = single_signal(q) if isinstance(q, Functional) else q
+        total = plus(total, times(Constant(float(r)), part.formula))
+        arguments.update(part.arguments)
     assert total is not None
     return Trajectory.of_formula(total, arguments)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from trackable.systems.formulas.expression import (
     ONE,
+    Angle,
     Constant,
     Difference,
     Expression,
@@ -75,6 +76,9 @@ def _slope(node: Expression, names: tuple[str, ...], of: Callable[[Expression], 
             slope = times(_power_slope(node, base, exponent), of(base))
         case Function(function, argument) if (inner := of(argument)) is not None:
             slope = _FUNCTION_SLOPES[function](node, argument, inner)
+        case Angle(y, x):
+            turned = minus(times(x, of(y)), times(y, of(x)))
+            slope = None if turned is None else Quotient(turned, Sum(Power(x, 2.0), Power(y, 2.0)))
     return slope
 
 
@@ -84,6 +88,7 @@ _FUNCTION_SLOPES: dict[str, Callable[[Expression, Expression, Expression], Term]
     "sqrt": lambda node, argument, inner: Quotient(inner, Product(Constant(2.0), node)),
     "sin": lambda node, argument, inner: times(Function("cos", argument), inner),
     "cos": lambda node, argument, inner: times(Product(_MINUS_ONE, Function("sin", argument)), inner),
+    "atan": lambda node, argument, inner: Quotient(inner, Sum(ONE, Power(argument, 2.0))),
 }
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.systems.formulas.expression import (
+    Angle,
     Binary,
     Constant,
     Expression,
@@ -26,6 +27,8 @@ class Arithmetic(Protocol[V]):
     def power(self, base: V, exponent: float) -> V: ...
 
     def function(self, name: str, argument: V) -> V: ...
+
+    def angle(self, y: V, x: V) -> V: ...
 
 
 def evaluate(expression: Expression, values: Mapping[str, V], arithmetic: Arithmetic[V]) -> V:
@@ -48,6 +51,8 @@ def _computed(node: Expression, inner: list[V], values: Mapping[str, V], arithme
             found = arithmetic.power(inner[0], exponent)
         case Function(name):
             found = arithmetic.function(name, inner[0])
+        case Angle():
+            found = arithmetic.angle(*inner)
         case _:
             raise TypeError(f"not an expression: {node!r}")
     return found
@@ -63,7 +68,13 @@ class _Floats:
         return np.asarray(np.power(base, exponent))
 
     def function(self, name: str, argument: Array) -> Array:
-        return np.asarray(getattr(np, name)(argument))
+        return np.asarray(getattr(np, _NUMPY.get(name, name))(argument))
+
+    def angle(self, y: Array, x: Array) -> Array:
+        return np.asarray(np.where((y == 0) & (x == 0), np.nan, np.arctan2(y, x)))
+
+
+_NUMPY = {"atan": "arctan"}
 
 
 def evaluate_floats(expression: Expression, values: Mapping[str, Array]) -> Array:

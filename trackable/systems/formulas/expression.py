@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
-FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos")
-"""The functions of one argument, as NumPy names them."""
+FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos", "atan")
+"""The functions of one argument, as NumPy has them (it calls atan arctan)."""
 
 
 class Expression:
@@ -98,6 +98,14 @@ class Function(Expression):
     argument: Expression
 
 
+@dataclass(frozen=True)
+class Angle(Expression):
+    """The angle of the vector (x, y), atan2(y, x) in (−π, π]: not defined where both are zero."""
+
+    y: Expression
+    x: Expression
+
+
 BINARY: tuple[type[Binary], ...] = (Sum, Difference, Product, Quotient)
 ONE = Constant(1.0)
 
@@ -133,6 +141,8 @@ def operands(node: Expression) -> tuple[Expression, ...]:
             return (base,)
         case Function(_, argument):
             return (argument,)
+        case Angle(y, x):
+            return y, x
     return ()
 
 
@@ -169,4 +179,6 @@ def _text(node: Expression, binding: int) -> str:
             return inner if binding < 4 else f"({inner})"
         case Function(name, argument):
             return f"{name}({_text(argument, 0)})"
+        case Angle(y, x):
+            return f"atan2({_text(y, 0)}, {_text(x, 0)})"
     raise TypeError(f"not an expression: {node!r}")

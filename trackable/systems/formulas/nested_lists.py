@@ -5,6 +5,7 @@ from reprlib import repr as short
 from trackable.systems.formulas.expression import (
     BINARY,
     FUNCTIONS,
+    Angle,
     Binary,
     Constant,
     Expression,
@@ -33,6 +34,8 @@ def to_lists(expression: Expression) -> object:
             return ["^", to_lists(base), exponent]
         case Function(name, argument):
             return [name, to_lists(argument)]
+        case Angle(y, x):
+            return ["atan2", to_lists(y), to_lists(x)]
     raise TypeError(f"not an expression: {expression!r}")
 
 
@@ -49,6 +52,8 @@ def from_lists(data: object, depth: int = MAX_DEPTH) -> Expression:
             return Power(from_lists(base, depth - 1), float(exponent))
         case [str(name), argument] if name in FUNCTIONS:
             return Function(name, from_lists(argument, depth - 1))
+        case ["atan2", y, x]:
+            return Angle(from_lists(y, depth - 1), from_lists(x, depth - 1))
         case [str(symbol), left, right] if symbol in _BINARY_OF:
             return _BINARY_OF[symbol](from_lists(left, depth - 1), from_lists(right, depth - 1))
     raise ValueError(f"a formula must be a number, a name or a list that begins with an operation, got {short(data)}")

@@ -8,8 +8,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from trackable.systems.formulas.expression import (
-    FUNCTIONS,
     ONE,
+    Angle,
     Constant,
     Difference,
     Expression,
@@ -21,7 +21,9 @@ from trackable.systems.formulas.expression import (
     is_float64,
 )
 
-SUPPORTED = f"+ - * / ** with numbers, and NumPy's {', '.join(FUNCTIONS)}, tan, sinh, cosh, tanh"
+SUPPORTED = (
+    "+ - * / ** with numbers, and NumPy's exp, log, sqrt, sin, cos, tan, arctan, arctan2, hypot, sinh, cosh, tanh, abs"
+)
 
 
 class NoFormulaError(ValueError):
@@ -110,6 +112,19 @@ class Symbol:
     def cos(self) -> "Symbol":
         return Symbol(Function("cos", self.expression))
 
+    def arctan(self) -> "Symbol":
+        return Symbol(Function("atan", self.expression))
+
+    def arctan2(self, x: object) -> Any:
+        return _binary(Angle, self, x)
+
+    def hypot(self, other: object) -> Any:
+        return _binary(_hypotenuse, self, other)
+
+    def __abs__(self) -> "Symbol":
+        """√(x²), which is defined, as a formula with derivatives, away from zero only."""
+        return Symbol(Function("sqrt", Power(self.expression, 2.0)))
+
     def tan(self) -> Any:
         return self.sin() / self.cos()
 
@@ -125,7 +140,6 @@ class Symbol:
     __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = _refused("it compares a value")
     __hash__ = _refused("it looks a value up")
     __bool__ = _refused("it branches on a value")
-    __abs__ = _refused("it takes an absolute value, which has a kink")
     __mod__ = __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = _refused("it takes a remainder, which has jumps")
     __round__ = __trunc__ = __floor__ = __ceil__ = _refused("it rounds a value, which has jumps")
     __float__ = __int__ = __index__ = __complex__ = _refused("it makes a plain number of a value, as math.sqrt does")
@@ -138,12 +152,22 @@ class Symbol:
             if name in _OPERATORS:
                 # A NumPy scalar's own operator would call this method again.
                 return _OPERATORS[name](*(v.item() if isinstance(v, np.generic) else v for v in given))
+            if name in _TWO_ARGUMENTS:
+                return _binary(_TWO_ARGUMENTS[name], *given)
             if len(given) == 1 and name in _METHODS:
                 return getattr(self, name)()
         raise NoFormulaError(f"system: f must be written in {SUPPORTED}; it uses np.{ufunc.__name__}")
 
 
-_METHODS = {*FUNCTIONS, "tan", "sinh", "cosh", "tanh"}
+def _hypotenuse(a: Expression, b: Expression) -> Expression:
+    return Function("sqrt", Sum(Power(a, 2.0), Power(b, 2.0)))
+
+
+_METHODS = {"exp", "log", "sqrt", "sin", "cos", "tan", "arctan", "sinh", "cosh", "tanh"}
+_TWO_ARGUMENTS: dict[str, Callable[[Expression, Expression], Expression]] = {
+    "arctan2": Angle,
+    "hypot": _hypotenuse,
+}
 _OPERATORS: dict[str, Callable[..., Any]] = {
     "add": operator.add,
     "subtract": operator.sub,
@@ -155,6 +179,8 @@ _OPERATORS: dict[str, Callable[..., Any]] = {
     "positive": operator.pos,
     "square": lambda value: value**2,
     "reciprocal": lambda value: 1 / value,
+    "absolute": abs,
+    "fabs": abs,
 }
 
 

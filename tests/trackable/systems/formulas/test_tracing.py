@@ -35,7 +35,8 @@ def test_f_is_called_once():
 
 ONE_FORMULA = "f must be one formula for all states and inputs, but it "
 ORDINARY = (
-    r"f must be written in \+ - \* / \*\* with numbers, and NumPy's exp, log, sqrt, sin, cos, tan, sinh, cosh, tanh"
+    r"f must be written in \+ - \* / \*\* with numbers, and NumPy's exp, log, sqrt, sin, cos, tan, arctan, arctan2, "
+    r"hypot, sinh, cosh, tanh, abs"
 )
 REFUSED = {
     "a comparison": (lambda x, u: [x[0] if x[0] > 1 else u[0]], f"{ONE_FORMULA}compares a value"),
@@ -43,12 +44,11 @@ REFUSED = {
     "a truth value": (lambda x, u: [x[0] if x[0] else u[0]], f"{ONE_FORMULA}branches on a value"),
     "where": (lambda x, u: [np.where(x[0] > 0, x[0], u[0])], f"{ONE_FORMULA}compares a value"),
     "a look-up": (lambda x, u: [{1.0: u[0]}[x[0]]], f"{ONE_FORMULA}looks a value up"),
-    "an absolute value": (lambda x, u: [abs(x[0]) + u[0]], f"{ONE_FORMULA}takes an absolute value"),
     "a remainder": (lambda x, u: [x[0] % 2 + u[0]], f"{ONE_FORMULA}takes a remainder"),
     "rounding": (lambda x, u: [round(x[0]) + u[0]], f"{ONE_FORMULA}rounds a value"),
     "math.sqrt": (lambda x, u: [math.sqrt(x[0]) + u[0]], f"{ONE_FORMULA}makes a plain number of a value, as math.sqrt"),
-    "arctan": (lambda x, u: [np.arctan(x[0]) + u[0]], f"{ORDINARY}; it uses np.arctan"),
-    "arctan of arrays": (lambda x, u: np.arctan(x) + u, f"{ORDINARY}: .*arctan"),
+    "arcsin": (lambda x, u: [np.arcsin(x[0]) + u[0]], f"{ORDINARY}; it uses np.arcsin"),
+    "arcsin of arrays": (lambda x, u: np.arcsin(x) + u, f"{ORDINARY}: .*arcsin"),
     "maximum": (lambda x, u: [np.maximum(x[0], 0) + u[0]], f"{ORDINARY}; it uses np.maximum"),
     "two exponents": (lambda x, u: [x[0] ** u[0]], "f must have numbers for exponents, or for positive bases"),
     "infinity": (lambda x, u: [x[0] + np.inf], "f must use numbers that are finite, and exact in float64, got inf"),

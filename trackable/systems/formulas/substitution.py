@@ -1,0 +1,38 @@
+"""Put formulas in the place of variables."""
+
+from collections.abc import Mapping
+
+from trackable.systems.formulas.expression import (
+    Angle,
+    Binary,
+    Expression,
+    Function,
+    Power,
+    Variable,
+    all_nodes,
+    operands,
+)
+
+
+def substituted(expression: Expression, formulas: Mapping[str, Expression]) -> Expression:
+    """Return the expression with these formulas in the place of the variables that they are named after."""
+    known: dict[int, Expression] = {}
+    for node in all_nodes(expression):
+        inner = [known[id(operand)] for operand in operands(node)]
+        known[id(node)] = _rebuilt(node, inner, formulas)
+    return known[id(expression)]
+
+
+def _rebuilt(node: Expression, inner: list[Expression], formulas: Mapping[str, Expression]) -> Expression:
+    match node:
+        case Variable(name):
+            return formulas.get(name, node)
+        case Binary():
+            return type(node)(*inner)
+        case Power(_, exponent):
+            return Power(inner[0], exponent)
+        case Function(name, _):
+            return Function(name, inner[0])
+        case Angle():
+            return Angle(*inner)
+    return node
