@@ -19,7 +19,8 @@ from trackable.files import write_atomically, write_text
 
 _HERE = Path(__file__).parent
 _FLOAT_DIGITS = 6
-_MORE = ("guide.ipynb", "errata.ipynb", "benchmark.md")
+_GUIDES = ("guide.ipynb", "trajectories.ipynb")
+_MORE = (*_GUIDES, "errata.ipynb", "benchmark.md")
 
 
 def write_sources(project: Path, into: Path) -> list[Page]:
@@ -64,9 +65,9 @@ def _write_notebooks(project: Path, notebooks: Sequence[Path], into: Path) -> No
     for path in notebooks:
         write_atomically(into / f"notebook-{path.name}", folded(path))
     write_atomically(into / "errata.ipynb", errata(notebooks))
-    guide = project / "notebooks" / "guide.ipynb"
-    if guide.exists():
-        write_atomically(into / guide.name, folded(guide))
+    for guide in (project / "notebooks" / name for name in _GUIDES):
+        if guide.exists():
+            write_atomically(into / guide.name, folded(guide))
 
 
 def _write_benchmark(benchmarks: Path, into: Path) -> None:
