@@ -9,7 +9,7 @@ from importlib import import_module
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks.rivals import page, table
+from benchmarks.rivals import page, sweep, table
 from benchmarks.rivals.entries import RIVALS
 from benchmarks.rivals.model import Problem, Rival
 from benchmarks.rivals.pendulum import table as pendulum
@@ -20,7 +20,7 @@ def main(names: list[str]) -> None:
     """Measure row by row; each is written as soon as it is there."""
     os.chdir(ROOT)  # where params.yaml finds its recordings
     if names == ["page"]:
-        page.write(table.read(page.RESULTS), pendulum.read(page.PENDULUM))
+        page.write(table.read(page.RESULTS), pendulum.read(page.PENDULUM), table.read(page.SWEEP))
         return
     wanted = [problem for problem in problems() if not names or problem.name in names]
     if unknown := set(names) - {problem.name for problem in wanted}:
@@ -37,7 +37,9 @@ def main(names: list[str]) -> None:
     else:
         swings = list(pendulum.rows())
         pendulum.write(swings, page.PENDULUM)
-        page.write(rows, swings)
+        finer = list(sweep.rows())
+        table.write(finer, page.SWEEP)
+        page.write(rows, swings, finer)
 
 
 def row(problem: Problem, rival: Rival) -> table.Row:

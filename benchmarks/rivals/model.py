@@ -59,13 +59,14 @@ class Violation:
     """By how much a bound is broken at some time of the window, as a part of the bound's width.
 
     It is at least `least`, at `time` [s] in `quantity`, and at most `most`: both are certain. `most` is None where no
-    upper bound was found. Zero in both: all bounds are proved.
+    upper bound was found. Zero in both: all bounds are proved. With `at_steps`, there are no times between steps.
     """
 
     least: float
     most: float | None
     quantity: str = ""
     time: float = 0.0
+    at_steps: bool = False
 
     @property
     def is_none(self) -> bool:

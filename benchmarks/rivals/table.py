@@ -9,6 +9,7 @@ from time import process_time
 
 import numpy as np
 
+from benchmarks.rivals.adapters.rows import likeliest
 from benchmarks.rivals.model import Curve, Found, NotFound, Problem, Rival, Violation
 from benchmarks.rivals.objective import objective_of
 from trackable.arrays import Array
@@ -46,12 +47,14 @@ class Row:
     most: float | None = None
     quantity: str = ""
     at: float | None = None
+    at_steps: bool = False
     family: str = ""
     tightness: float | None = None
 
 
 def measured(problem: Problem, rival: Rival) -> Row:
     """Let a rival solve a problem, and find out what it did."""
+    likeliest.cache_clear()
     started = process_time()
     answer = rival.solve(problem)
     seconds = process_time() - started
@@ -74,6 +77,7 @@ def _facts(violation: Violation) -> dict[str, object]:
         "most": violation.most,
         "quantity": violation.quantity if violation.least > 0 else "",
         "at": violation.time if violation.least > 0 else None,
+        "at_steps": violation.at_steps,
     }
 
 
@@ -133,7 +137,8 @@ def _violation(row: Row) -> list[str]:
         return ["", ""]
     if row.least == 0:
         # Nothing is broken for certain: either that is proved, or only up to `most`.
-        shown = "**none: proved**" if row.most == 0 else f"none found, < {_percent(row.most) or '?'}"
+        proved = "none at its steps" if row.at_steps else "**none: proved**"
+        shown = proved if row.most == 0 else f"none found, < {_percent(row.most) or '?'}"
         return [shown, ""]
     exact = "" if row.most is not None else "at least "
     return [f"{exact}{_percent(row.least)} of {row.quantity}", f"{row.at:.4g} s"]
@@ -153,7 +158,10 @@ def _seconds(value: float | None) -> str:
 
 def write(rows: Sequence[Row], path: Path) -> None:
     """Write the rows as JSON; what is None is left out."""
-    known = [{name: value for name, value in asdict(row).items() if value not in (None, "")} for row in rows]
+    known = [
+        {name: value for name, value in asdict(row).items() if value is not None and value is not False and value != ""}
+        for row in rows
+    ]
     path.write_text(json.dumps(known, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 

@@ -1,6 +1,7 @@
 """Bounded quantities at many times, as rows of one finite program: what rivals (b), (c) and (d) have in common."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -71,10 +72,11 @@ def prior_covariance(posterior: JointPosterior, rows: Rows) -> Array:
     return np.asarray(sum(each, np.zeros((len(rows), len(rows)))))
 
 
+@lru_cache(4)
 def likeliest(problem: Problem) -> JointPosterior:
     """Return the posterior at the hyperparameters of the largest likelihood: what a user has before there are bounds.
 
-    ArithmeticError: there is none.
+    It is remembered for the last problems; whoever measures times forgets it first. ArithmeticError: there is none.
     """
     task = problem.task
     found = best_solution(ConstrainedProblem(task.samples, task.prior, task.space))

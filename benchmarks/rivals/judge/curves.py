@@ -9,6 +9,7 @@ from benchmarks.rivals.model import Curve, Violation
 from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import float_above, float_below
 from trackable.certificates.exact import rational
+from trackable.gp.stencil import POINT, Stencil
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.quantity import Quantity
 from trackable.systems.sets.interval import Interval
@@ -18,13 +19,17 @@ _TOLERANCE = Fraction(1, 10**9)  # of the bound's width
 
 @dataclass(frozen=True, eq=False)
 class PolynomialCurve(Curve):
-    """`seen` are what samples show, one for each flat output; `bounded` are names, bounds and values of quantities."""
+    """`seen` are the positions or flat outputs, and samples show a stencil of them; `bounded` are names, bounds and
+    values of quantities.
+    """
 
     seen: tuple[Pieces, ...]
     bounded: tuple[tuple[str, Interval, Pieces], ...]
+    stencils: tuple[Stencil, ...] = ()
 
     def sampled(self, signal: int, t: Array) -> Array:
-        return self.seen[signal](t)
+        stencil = self.stencils[signal] if self.stencils else POINT
+        return stencil.measured(self.seen[signal], t)
 
     def violation(self, window: tuple[float, float]) -> Violation:
         start, end = map(Fraction, window)
@@ -59,13 +64,15 @@ def _negative(values: Pieces) -> Pieces:
     return Pieces(values.breaks, tuple(tuple(-a for a in part) for part in values.parts))
 
 
-def of_flat_outputs(signals: Sequence[Pieces], plant: ConstrainedSystem, end: float) -> PolynomialCurve:
+def of_flat_outputs(
+    signals: Sequence[Pieces], stencils: Sequence[Stencil], plant: ConstrainedSystem, end: float
+) -> PolynomialCurve:
     """Return the curve of flat outputs that are piecewise polynomials, for a linear sampled system, from 0 to `end`.
 
-    Samples are taken to show the flat outputs themselves. ValueError: a quantity is no weighted sum of them.
+    ValueError: a quantity is no weighted sum of them.
     """
     bounded = tuple((q.name, q.bounds, _quantity(q, signals, Fraction(end))) for q in plant.quantities)
-    return PolynomialCurve(tuple(signals), bounded)
+    return PolynomialCurve(tuple(signals), bounded, tuple(stencils))
 
 
 def _quantity(quantity: Quantity, signals: Sequence[Pieces], end: Fraction) -> Pieces:

@@ -7,6 +7,7 @@ from scipy.interpolate import PPoly
 from benchmarks.rivals.judge.curves import PolynomialCurve, of_flat_outputs
 from benchmarks.rivals.judge.polynomials import Pieces, bernstein, combined, halved, largest
 from benchmarks.rivals.problems import problem
+from trackable.gp.stencil import POINT
 from trackable.systems.sets.interval import Interval
 
 _TOLERANCE = Fraction(1, 10**9)
@@ -75,7 +76,7 @@ def test_a_curve_says_by_how_much_and_where_a_bound_is_broken():
 def test_flat_outputs_give_the_inputs_of_the_sampled_system():
     plant = problem("example1").task.plant
     ramp = Pieces((Fraction(0), Fraction(4)), ((Fraction(0), Fraction(1)),))
-    curve = of_flat_outputs([ramp], plant, 3.0)
+    curve = of_flat_outputs([ramp], [POINT], plant, 3.0)
     name, _, values = curve.bounded[1]
     t = np.linspace(0, 3, 7)
     assert name == "input"

@@ -1,0 +1,108 @@
+"""Drake: KinematicTrajectoryOptimization, a B-spline through the samples with bounds of its control points."""
+
+from typing import Any
+
+import numpy as np
+
+from benchmarks.rivals.judge.moving import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from trackable.arrays import Array
+from trackable.systems.constrained import LinearConstraint
+
+_ORDER = 6
+_FEWEST, _MOST = 24, 60
+
+
+def solve(problem: Problem, count: int | None = None) -> Answer:
+    """Bring the spline as near to the samples as bounds allow: about as many control points as samples."""
+    if not is_driven_by_accelerations(problem):
+        return NotFound("does not apply", "bounds positions, velocities and accelerations; the system has other states")
+    from pydrake.planning import KinematicTrajectoryOptimization
+    from pydrake.solvers import Solve
+
+    task, m = problem.task, problem.task.plant.signal_count
+    start = 0.0
+    end = max(float(samples.times[-1]) for samples in task.samples)
+    count = count or int(np.clip(max(len(samples) for samples in task.samples), _FEWEST, _MOST))
+    planned = KinematicTrajectoryOptimization(m, count, _ORDER, end - start)
+    planned.AddDurationConstraint(end - start, end - start)
+    boxes = {name: _box(problem, side, part) for name, (side, part) in _BOXES.items()}
+    planned.AddPositionBounds(*boxes["position"])
+    planned.AddVelocityBounds(*boxes["velocity"])
+    planned.AddAccelerationBounds(*boxes["acceleration"])
+    program = planned.get_mutable_prog()
+    points = planned.control_points()
+    basis = planned.basis()
+    derivatives = _derivatives(np.array(basis.knots()) * (end - start), _ORDER, count)
+    for limit in task.plant.given_constraints:
+        _add_row(program, points, limit, derivatives, m)
+    for c, samples in enumerate(task.samples):
+        weights = np.array([[basis.EvaluateBasisFunctionI(i, t / end) for i in range(count)] for t in samples.times])
+        noise = float(np.ptp(samples.values))
+        program.Add2NormSquaredCost(weights / noise, samples.values / noise, points[c])
+    guess = np.array([np.interp(np.linspace(0, end, count), s.times, s.values) for s in task.samples])
+    program.SetInitialGuess(points, guess)
+    result = Solve(program)
+    if not result.is_success():
+        return NotFound("failed", f"Drake's {result.get_solver_id().name()} says {result.get_solution_result().name}")
+    trajectory = planned.ReconstructTrajectory(result)
+    breaks = np.unique(np.clip(np.array(basis.knots()) * (end - start), start, end))
+    positions = [interpolated(lambda t, c=c: float(trajectory.value(t)[c, 0]), breaks, _ORDER - 1) for c in range(m)]
+    curve = moving(positions, problem, start, end)
+    objective = float(result.get_optimal_cost())
+    says = f"{count} control points of order {_ORDER}, solved by {result.get_solver_id().name()}"
+    return Found(curve, objective, "Σ (y − q)², scaled", None, says=says, last=end)
+
+
+_BOXES = {"position": ("state", 0), "velocity": ("state", 1), "acceleration": ("input", 0)}
+_FAR = 1e3
+
+
+def _box(problem: Problem, side: str, part: int) -> tuple[Array, Array]:
+    """Return the bounds of single positions, velocities or accelerations; far ones where there are none."""
+    m = problem.task.plant.signal_count
+    lower, upper = np.full(m, -_FAR), np.full(m, _FAR)
+    for limit in problem.task.plant.given_constraints:
+        touched = [i for i, w in enumerate(limit.row) if w]
+        if limit.side == side and len(touched) == 1 and touched[0] // m == part and limit.row[touched[0]] == 1:
+            lower[touched[0] % m], upper[touched[0] % m] = limit.bounds.lower, limit.bounds.upper
+    return lower, upper
+
+
+def _derivatives(knots: Array, order: int, count: int) -> list[Array]:
+    """Return the matrices from control points to those of q, q̇ and q̈."""
+    found = [np.eye(count)]
+    degree = order - 1
+    for of in range(2):
+        last = found[-1]
+        spans = [knots[i + degree - of + 1 + of] - knots[i + 1 + of] for i in range(len(last) - 1)]
+        found.append((degree - of) * np.diff(last, axis=0) / np.array(spans)[:, None])
+    return found
+
+
+def _add_row(program: Any, points: Any, limit: LinearConstraint, derivatives: list[Array], m: int) -> None:
+    """Bound a row that mixes positions, velocities or accelerations of one kind, at its control points."""
+    touched = [i for i, w in enumerate(limit.row) if w]
+    if len(touched) == 1:
+        return
+    kinds = {i // m for i in touched}
+    if len(kinds) > 1:
+        raise NotImplementedError("a row of positions and velocities")
+    matrix = derivatives[2 if limit.side == "input" else kinds.pop()]
+    rows = np.hstack([float(limit.row[i]) * matrix for i in touched])
+    unknown = np.concatenate([points[i % m] for i in touched])
+    low, high = np.full(len(matrix), limit.bounds.lower), np.full(len(matrix), limit.bounds.upper)
+    program.AddLinearConstraint(rows, low, high, unknown)
+
+
+DRAKE = Rival(
+    "e",
+    "Drake, KinematicTrajectoryOptimization",
+    Promise(
+        "will be respected for all times, t ∈ [0,T]",
+        "Drake, reference of KinematicTrajectoryOptimization.AddVelocityBounds",
+        "boxes of position, velocity and acceleration, by control points",
+    ),
+    solve,
+    needs=("pydrake",),
+)

@@ -1,0 +1,105 @@
+"""python-control: flatsys.point_to_point from the first state to rest, with constraints at many times."""
+
+from typing import Any
+
+import numpy as np
+
+from benchmarks.rivals.adapters.rows import POINTS, likeliest
+from benchmarks.rivals.judge.moving import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from trackable.arrays import Array
+from trackable.systems.reference import Reference
+
+_PIECES, _DEGREE = 8, 5
+_TIMES = 60  # at which constraints are asked for: with 200 its optimiser needs minutes
+
+
+def solve(problem: Problem, points: int = _TIMES) -> Answer:
+    """Move from where the likeliest mean is at the first sample to rest at the prior mean, with the least effort."""
+    if not is_driven_by_accelerations(problem) or not _comes_to_rest(problem):
+        return NotFound("does not apply", "moves from one state to another; here there is no such motion")
+    import control.flatsys as fs
+    from scipy.optimize import LinearConstraint
+
+    start, end = _ends(problem)
+    m = problem.task.plant.signal_count
+    system = fs.FlatSystem(_flag, _states, inputs=m, outputs=2 * m, states=2 * m)
+    basis = fs.BSplineFamily(np.linspace(0, end - start, _PIECES + 1), _DEGREE)
+    first, last = _state(problem, start), _rest(problem)
+    limits = problem.task.plant.given_constraints
+    rows = np.array([_row(limit.side, [float(w) for w in limit.row], m) for limit in limits])
+    lower, upper = np.array([(limit.bounds.lower, limit.bounds.upper) for limit in limits]).T
+    trajectory = fs.point_to_point(
+        system,
+        np.linspace(0, end - start, points),
+        first,
+        np.zeros(m),
+        last,
+        np.zeros(m),
+        cost=lambda x, u: float(u @ u),
+        basis=basis,
+        trajectory_constraints=[(LinearConstraint, rows, lower, upper)],
+        minimize_method="SLSQP",
+        minimize_options={"maxiter": 200},
+    )
+    breaks = np.linspace(start, end, _PIECES + 1)
+    positions = [interpolated(_position(trajectory, c, start), breaks, _DEGREE) for c in range(m)]
+    says = "from the first state to rest; it takes no samples"
+    curve = moving(positions, problem, start, end)
+    return Found(curve, None, "", points, says=says, ignores_samples=True, last=end)
+
+
+def _flag(x: Array, u: Array, params: Any = None) -> list[Array]:
+    m = len(u)
+    return [np.array([x[c], x[m + c], u[c]]) for c in range(m)]
+
+
+def _states(flag: list[Array], params: Any = None) -> tuple[Array, Array]:
+    return (
+        np.array([of[0] for of in flag] + [of[1] for of in flag]),
+        np.array([of[2] for of in flag]),
+    )
+
+
+def _position(trajectory: Any, c: int, start: float) -> Any:
+    return lambda t: float(trajectory.eval(np.array([max(t - start, 0.0)]))[0][c, 0])
+
+
+def _row(side: str, row: list[float], m: int) -> list[float]:
+    return [*row, *[0.0] * m] if side == "state" else [*[0.0] * (2 * m), *row]
+
+
+def _comes_to_rest(problem: Problem) -> bool:
+    return all("period" not in name for name in problem.task.prior.hyperparameters)
+
+
+def _ends(problem: Problem) -> tuple[float, float]:
+    first = max(float(samples.times[0]) for samples in problem.task.samples)
+    return first, max(float(samples.times[-1]) for samples in problem.task.samples)
+
+
+def _state(problem: Problem, t: float) -> Array:
+    """Return the state of the likeliest mean, or the same at rest where it is out of bounds."""
+    task = problem.task
+    found = Reference(likeliest(problem).signals, task.plant).state_at(np.array(t))
+    H, h = task.plant.state_set.inequalities
+    return found if np.all(H @ found < h) else found * (np.arange(len(found)) < task.plant.signal_count)
+
+
+def _rest(problem: Problem) -> Array:
+    plant = problem.task.plant
+    levels = [part.mean for part in problem.task.prior.parts]
+    return np.array([functional.at_rest(levels) for functional in plant.flatness.states])
+
+
+FLATSYS = Rival(
+    "g",
+    "python-control, flatsys.point_to_point",
+    Promise(
+        "The constraints are applied at each time point along the trajectory.",
+        "python-control, reference of control.flatsys.point_to_point",
+    ),
+    solve,
+    needs=("control",),
+)
+assert POINTS > _TIMES

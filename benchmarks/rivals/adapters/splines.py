@@ -1,0 +1,117 @@
+"""A cubic smoothing spline with bounds at many times: the smoothing by generalised cross-validation."""
+
+from fractions import Fraction
+
+import numpy as np
+import scipy
+from scipy.interpolate import BSpline, PPoly
+
+from benchmarks.rivals.adapters.conic import Conic, Unsolved
+from benchmarks.rivals.adapters.rows import POINTS
+from benchmarks.rivals.judge.curves import of_flat_outputs
+from benchmarks.rivals.judge.polynomials import Pieces
+from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from trackable.arrays import Array
+from trackable.gp.samples import Samples
+
+_DEGREE = 3
+_PIECES = 120
+_SMOOTHINGS = np.logspace(-4, 8, 61)  # times the third power of the spacing: below the first it interpolates
+
+
+def solve(problem: Problem, points: int = POINTS) -> Answer:
+    """Solve min Σ (y − s)² + λ ∫ s″² with bounds at as many times."""
+    plant, task = problem.task.plant, problem.task
+    if any(q.functional is None for q in plant.quantities):
+        return NotFound("does not apply", "the program is not convex: an input is no weighted sum of the signal")
+    step, longest = plant.sampling_time, max(plant.flatness.orders)
+    start, end = problem.window[0], problem.window[1] + longest * step
+    inner = np.linspace(start, end, _PIECES + 1)
+    knots = np.concatenate([[start] * _DEGREE, inner, [end] * _DEGREE])
+    size = len(knots) - _DEGREE - 1
+    bending = _bending(knots, inner)
+    blocks, right, smoothings = [], [], []
+    for samples in task.samples:
+        S, y = _seen(samples, knots), samples.values - samples.stencil.offset
+        spacing = float(np.ptp(samples.times)) / (len(samples) - 1)
+        smoothing = _cross_validated(S, y, bending, _SMOOTHINGS * spacing**3)
+        blocks.append(2 * (S.T @ S + smoothing * bending))
+        right.append(-2 * S.T @ y)
+        smoothings.append(smoothing)
+    times = np.linspace(*problem.window, points)
+    rows, h = [], []
+    for q in plant.quantities:
+        assert q.functional is not None
+        row = np.zeros((points, plant.signal_count, size))
+        for c, weights in q.functional.rounded:
+            for j, w in enumerate(weights):
+                row[:, c] += w * _values(times + j * step, knots)
+        offset = float(q.functional.offset)
+        flat = row.reshape(points, -1)
+        rows += [flat, -flat]
+        h += [np.full(points, q.bounds.upper - offset), np.full(points, offset - q.bounds.lower)]
+    total = size * plant.signal_count
+    found = Conic(
+        scipy.sparse.csr_array(scipy.linalg.block_diag(*blocks)),
+        np.concatenate(right),
+        scipy.sparse.csr_array((0, total)),
+        np.empty(0),
+        scipy.sparse.csr_array(np.vstack(rows)),
+        np.concatenate(h),
+    ).solve()
+    if isinstance(found, Unsolved):
+        return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
+    signals = [_pieces(knots, c) for c in np.split(found.x, plant.signal_count)]
+    curve = of_flat_outputs(signals, [s.stencil for s in task.samples], plant, problem.window[1])
+    objective = found.objective + sum(float(np.sum((s.values - s.stencil.offset) ** 2)) for s in task.samples)
+    says = f"λ = {', '.join(f'{smoothing:.2g}' for smoothing in smoothings)} by cross-validation"
+    return Found(curve, objective, "Σ (y − s)² + λ ∫ s″²", points, says=says)
+
+
+def _values(t: Array, knots: Array) -> Array:
+    return np.asarray(BSpline.design_matrix(np.clip(t, knots[0], knots[-1]), knots, _DEGREE).toarray())
+
+
+def _seen(samples: Samples, knots: Array) -> Array:
+    stencil = samples.stencil
+    shifted = (w * _values(samples.times + j * stencil.step, knots) for j, w in enumerate(stencil.weights))
+    return np.asarray(sum(shifted))
+
+
+def _bending(knots: Array, inner: Array) -> Array:
+    """Return the matrix of ∫ s″², exactly: s″ is linear between knots."""
+    size = len(knots) - _DEGREE - 1
+    second = BSpline(knots, np.eye(size), _DEGREE).derivative(2)
+    low, high = second(inner[:-1]), second(np.nextafter(inner[1:], inner[0]))
+    width = np.diff(inner)[:, None]
+    cross = low.T @ (width * high)
+    return np.asarray((low.T @ (width * low) + high.T @ (width * high) + (cross + cross.T) / 2) / 3)
+
+
+def _cross_validated(S: Array, y: Array, bending: Array, smoothings: Array) -> float:
+    """Return the λ of the least n RSS/(n − tr)²; a tiny ridge makes the influence matrix unique."""
+    n, best = len(y), (np.inf, float(smoothings[0]))
+    ridge = 1e-12 * np.trace(S.T @ S) / S.shape[1] * np.eye(S.shape[1])
+    for smoothing in smoothings:
+        influence = S @ np.linalg.lstsq(S.T @ S + smoothing * bending + ridge, S.T)[0]
+        free = n - float(np.trace(influence))
+        if free > 1e-6 * n:
+            score = n * float(np.sum((y - influence @ y) ** 2)) / free**2
+            best = min(best, (score, float(smoothing)))
+    return best[1]
+
+
+def _pieces(knots: Array, coefficients: Array) -> Pieces:
+    p = PPoly.from_spline(BSpline(knots, coefficients, _DEGREE))
+    kept = np.flatnonzero(np.diff(p.x) > 0)
+    breaks = [Fraction(t) for t in (*p.x[kept].tolist(), float(p.x[kept[-1] + 1]))]
+    parts = [tuple(map(Fraction, p.c[::-1, i].tolist())) for i in kept]
+    return Pieces(tuple(breaks), tuple(parts))
+
+
+SPLINE = Rival(
+    "h",
+    f"smoothing spline with bounds at {POINTS} times",
+    Promise("", "as R's cobs does it; our own program", "bounds at the times of its grid, none between"),
+    solve,
+)

@@ -1,0 +1,93 @@
+"""TOPP-RA: the path of the likeliest mean, in the shortest time that velocities and accelerations allow."""
+
+import logging
+
+import numpy as np
+
+from benchmarks.rivals.adapters.rows import likeliest
+from benchmarks.rivals.judge.moving import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from trackable.arrays import Array
+
+_DEGREE = 6  # a cubic path of a quadratic parameter
+_TIMES = 1000  # grid points: it is fast
+_FAR = 1e3
+
+
+def solve(problem: Problem, points: int = _TIMES) -> Answer:
+    """Follow the learned path from the first sample to the last, from rest to rest."""
+    if not is_driven_by_accelerations(problem):
+        return NotFound("does not apply", "bounds velocities and accelerations; the system has other states")
+    import toppra
+    from toppra.algorithm import TOPPRA
+
+    logging.getLogger("toppra").setLevel(logging.ERROR)
+    task = problem.task
+    first = max(float(samples.times[0]) for samples in task.samples)
+    last = max(float(samples.times[-1]) for samples in task.samples)
+    at = np.linspace(first, last, points + 1)
+    posterior = likeliest(problem)
+    learned = [
+        samples.stencil.measured(signal, at) for signal, samples in zip(posterior.signals, task.samples, strict=True)
+    ]
+    grid = np.linspace(0.0, last - first, points + 1)
+    path = toppra.SplineInterpolator(grid, np.stack(learned, axis=1))
+    mixed, limits = _speeds(problem)
+    bounded = toppra.SplineInterpolator(grid, np.stack(learned, axis=1) @ np.vstack([np.eye(len(learned)), mixed]).T)
+    instance = TOPPRA(_constraints(problem, limits), bounded, gridpoints=grid, solver_wrapper="seidel")
+    _, speeds, _ = instance.compute_parameterization(0.0, 0.0)
+    if speeds is None or np.any(np.isnan(speeds)):
+        return NotFound("infeasible", "TOPP-RA finds no parametrisation")
+    # Between two grid points its parameter accelerates evenly.
+    lengths = 2 * np.diff(grid) / (speeds[1:] + speeds[:-1])
+    times = np.concatenate([[0.0], np.cumsum(lengths)])
+    positions = [
+        interpolated(lambda t, c=c: float(path(_parameter(t, times, grid, speeds))[c]), times, _DEGREE)
+        for c in range(task.plant.signal_count)
+    ]
+    took = float(times[-1])
+    curve = moving(positions, problem, 0.0, took)
+    says = f"the same path at other times: {took:.3g} s instead of {last - first:.3g} s"
+    return Found(curve, took, "duration [s]", points, says=says, ignores_samples=True, last=took)
+
+
+def _parameter(t: float, times: Array, grid: Array, speeds: Array) -> float:
+    i = int(np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2))
+    after, length = t - times[i], times[i + 1] - times[i]
+    return float(grid[i] + speeds[i] * after + (speeds[i + 1] - speeds[i]) / length * after**2 / 2)
+
+
+def _speeds(problem: Problem) -> tuple[Array, Array]:
+    """Return sums of velocities that are bounded, and the bounds: it bounds single ones, so that sums become paths."""
+    m, rows, bounds = problem.task.plant.signal_count, [], []
+    for limit in problem.task.plant.given_constraints:
+        if limit.side == "state" and not any(limit.row[:m]):
+            rows.append([float(w) for w in limit.row[m:]])
+            bounds.append((limit.bounds.lower, limit.bounds.upper))
+    return np.array(rows).reshape(-1, m), np.array(bounds).reshape(-1, 2)
+
+
+def _constraints(problem: Problem, speeds: Array) -> list[object]:
+    """Return bounds of all sums of velocities, and the polytope of accelerations."""
+    from toppra import constraint as limits
+
+    m = problem.task.plant.signal_count
+    H, h = problem.task.plant.input_set.inequalities
+    H = np.hstack([H, np.zeros((len(H), len(speeds)))])
+    accelerations = limits.SecondOrderConstraint(
+        lambda q, qd, qdd: qdd,
+        lambda _: H,
+        lambda _: h,
+        m + len(speeds),
+        discretization_scheme=limits.DiscretizationType.Interpolation,
+    )
+    return [limits.JointVelocityConstraint(np.vstack([np.full((m, 2), (-_FAR, _FAR)), speeds])), accelerations]
+
+
+TOPP_RA = Rival(
+    "f",
+    "TOPP-RA on the learned path",
+    Promise("", "TOPP-RA, reference of toppra.constraint", "velocities and accelerations at grid points of the path"),
+    solve,
+    needs=("toppra",),
+)

@@ -1,0 +1,175 @@
+"""The finite-dimensional truncated Gaussian process: hat functions whose values at knots keep the bounds.
+
+A. F. López-Lopera, F. Bachoc, N. Durrande and O. Roustant, Finite-dimensional Gaussian approximation with linear
+inequality constraints (SIAM/ASA JUQ 6, 2018): g = Σ_j ξ_j φ_j with hats φ_j at knots and ξ ~ N(m, K), K that of the
+knots, given Φ ξ + noise = y and lower ≤ Λ ξ ≤ upper. The mode is a quadratic program; the mean is estimated
+from draws.
+
+Sums of shifted hats are linear between shifted knots: bounds at all of these hold at all times.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+import scipy
+
+from benchmarks.rivals.adapters.conic import Conic, Unsolved
+from benchmarks.rivals.adapters.rows import likeliest
+from benchmarks.rivals.judge.curves import of_flat_outputs
+from benchmarks.rivals.judge.polynomials import Pieces
+from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from trackable.arrays import Array
+from trackable.gp.bounded.normal import BoundedNormal, NoRoom
+from trackable.gp.bounded.root import root
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.samples import Samples
+
+_DRAWS, _SEED = 2000, 0
+_MOST_KNOTS = 700
+
+
+@dataclass(frozen=True)
+class Truncated:
+    """Values ξ = `mean` + `root` w at knots with w ~ N(0, I), where `lower` ≤ `rows` ξ ≤ `upper`."""
+
+    mean: Array
+    root: Array
+    rows: Array
+    lower: Array
+    upper: Array
+
+    @classmethod
+    def given(
+        cls, covariance: Array, prior_mean: Array, seen: Array, noise: Array, values: Array, bounded: "Bounds"
+    ) -> "Truncated":
+        """Return ξ given `seen` ξ + noise = `values`, with the standard deviations `noise`, zero or not."""
+        across = covariance @ seen.T
+        among = seen @ across + np.diag(noise**2)
+        gain = np.linalg.solve(among, across.T).T
+        after = covariance - gain @ across.T
+        mean = prior_mean + gain @ (values - seen @ prior_mean)
+        return cls(mean, root((after + after.T) / 2), bounded.rows, bounded.lower, bounded.upper)
+
+    def mode(self) -> Array | Unsolved:
+        """Return the most likely ξ within the bounds."""
+        D, r = self.rows @ self.root, self.root.shape[1]
+        at = self.rows @ self.mean
+        G = scipy.sparse.csr_array(np.vstack([D, -D]))
+        h = np.concatenate([self.upper - at, at - self.lower])
+        found = Conic(
+            scipy.sparse.eye_array(r) * 2, np.zeros(r), scipy.sparse.csr_array((0, r)), np.empty(0), G, h
+        ).solve()
+        return found if isinstance(found, Unsolved) else self.mean + self.root @ found.x
+
+    def average(self, draws: int = _DRAWS) -> Array:
+        """Return the mean of as many draws within the bounds. NoRoom: there is nothing to draw from."""
+        at = self.rows @ self.mean
+        normal = BoundedNormal.between(self.rows @ self.root, self.lower - at, self.upper - at)
+        return np.asarray(self.mean + self.root @ np.mean(normal.draws(draws, _SEED), axis=0))
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """`lower` ≤ `rows` ξ ≤ `upper`."""
+
+    rows: Array
+    lower: Array
+    upper: Array
+
+
+def solve(problem: Problem, of: str) -> Answer:
+    """Return the "mode" or the "mean", with a knot at every sampling instant."""
+    task = problem.task
+    quantities, step = task.plant.quantities, task.plant.sampling_time
+    longest = max(task.plant.flatness.orders)
+    knots = step * np.arange(round(problem.window[1] / step) + longest + 1)
+    if any(q.functional is None for q in quantities):
+        return NotFound("does not apply", "is for weighted sums of the signal; an input is none")
+    if len(knots) > _MOST_KNOTS:
+        return NotFound("does not apply", f"{len(knots)} knots, one for each sampling instant, are too many here")
+    posterior = likeliest(problem)
+    parts = []
+    for part in posterior.parts:
+        seen, noise = _seen(part.samples, knots), float(part.prior.noise_std) * part.samples.relative_noise
+        values = part.samples.values - part.samples.stencil.offset
+        level = np.full(len(knots), part.prior.mean)
+        nothing = Bounds(np.empty((0, len(knots))), np.empty(0), np.empty(0))
+        covariance = _covariance(part.prior.kernel, knots)
+        parts.append(Truncated.given(covariance, level, seen, noise, values, nothing))
+    bounded = _bounds(problem, len(knots), longest)
+    whole = Truncated(
+        np.concatenate([p.mean for p in parts]),
+        scipy.linalg.block_diag(*(p.root for p in parts)),
+        bounded.rows,
+        bounded.lower,
+        bounded.upper,
+    )
+    try:
+        found = whole.mode() if of == "mode" else whole.average()
+    except NoRoom as why:
+        return NotFound("failed", f"no draws: {why}")
+    if isinstance(found, Unsolved):
+        return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
+    signals = [_hats(knots, values) for values in np.split(found, len(parts))]
+    curve = of_flat_outputs(signals, [s.stencil for s in task.samples], task.plant, problem.window[1])
+    says = f"{len(knots)} knots" + ("" if of == "mode" else f", {_DRAWS} draws")
+    return Found(curve, None, "", len(knots), says=says)
+
+
+def _bounds(problem: Problem, count: int, longest: int) -> Bounds:
+    """Return all quantities at all sampling instants of the window, as sums of values at knots."""
+    plant = problem.task.plant
+    steps = count - longest
+    rows, lower, upper = [], [], []
+    for q in plant.quantities:
+        assert q.functional is not None
+        blocks = np.zeros((steps, plant.signal_count, count))
+        for c, weights in q.functional.rounded:
+            for j, w in enumerate(weights):
+                blocks[np.arange(steps), c, np.arange(steps) + j] += w
+        rows.append(blocks.reshape(steps, -1))
+        offset = float(q.functional.offset)
+        lower.append(np.full(steps, q.bounds.lower - offset))
+        upper.append(np.full(steps, q.bounds.upper - offset))
+    return Bounds(np.vstack(rows), np.concatenate(lower), np.concatenate(upper))
+
+
+def _covariance(kernel: Kernel, knots: Array) -> Array:
+    return np.asarray(kernel(knots[:, None] - knots))
+
+
+def _seen(samples: Samples, knots: Array) -> Array:
+    """Return the samples as sums of hats: shape (samples, knots)."""
+    total = np.zeros((len(samples), len(knots)))
+    for j, w in enumerate(samples.stencil.weights):
+        total += w * hats(samples.times + j * samples.stencil.step, knots)
+    return total
+
+
+def hats(t: Array, knots: Array) -> Array:
+    """Return the hat functions at t: shape (t, knots)."""
+    return np.stack([np.interp(t, knots, row) for row in np.eye(len(knots))], axis=1)
+
+
+def _hats(knots: Array, values: Array) -> Pieces:
+    ends = [Fraction(t) for t in knots.tolist()]
+    heights = [Fraction(v) for v in values.tolist()]
+    parts = [
+        (low, (high - low) / (end - start))
+        for start, end, low, high in zip(ends[:-1], ends[1:], heights[:-1], heights[1:], strict=True)
+    ]
+    return Pieces(tuple(ends), tuple(parts))
+
+
+def _rival(of: str) -> Rival:
+    return Rival(
+        "d",
+        f"truncated Gaussian on hat functions, {of}",
+        Promise("", "López-Lopera et al. 2018; lineqGPR (GPL-3) does the same", "bounds everywhere, for hat functions"),
+        partial(solve, of=of),
+    )
+
+
+MODE, MEAN = _rival("mode"), _rival("mean")

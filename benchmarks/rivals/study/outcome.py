@@ -1,0 +1,87 @@
+"""What became of one run: one outcome a rival, without anything that depends on the machine."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from benchmarks.rivals.adapters import fine_grid, governor, ours, splines, tightened, truncated
+from benchmarks.rivals.adapters.rows import likeliest
+from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.model import Answer, Found, Problem
+from benchmarks.rivals.study.draws import Run
+from trackable.systems.reference import Reference
+
+_POINTS = 100
+_SOLVED = 1e-9  # violations below are a solver's tolerance
+_TIMES = 201
+
+
+def _unconstrained(problem: Problem) -> Answer:
+    posterior = likeliest(problem)
+    return Found(KernelCurve(Reference(posterior.signals, problem.task.plant), problem.task.samples))
+
+
+SOLVERS: dict[str, Callable[[Problem], Answer]] = {
+    "unconstrained": _unconstrained,
+    "grid of 100": partial(fine_grid.solve, points=_POINTS),
+    "cones around 100": partial(tightened.solve, points=_POINTS),
+    "hat functions, mode": partial(truncated.solve, of="mode"),
+    "spline on 100": partial(splines.solve, points=_POINTS),
+    "governor": governor.solve,
+    "ours, θ alone": ours.HYPERPARAMETERS.solve,
+    "ours, joint": ours.JOINT.solve,
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One rival in one run: `answer` is "found" or why not; numbers are parts of the samples' spread.
+
+    `collapsed`: it is off its samples by more than three times what the unconstrained mean is, by more than the noise
+    and by more than a tenth of their spread. `violation` is certain, a part of a bound's width; zero below 1e-9.
+    """
+
+    index: int
+    rival: str
+    answer: str
+    misfit: float | None = None
+    error: float | None = None
+    violation: float | None = None
+    collapsed: bool = False
+
+
+def outcomes(index: int) -> list[Outcome]:
+    """Let every rival solve the problem of this run."""
+    run = Run.of(index)
+    problem = run.problem
+    found: list[Outcome] = []
+    for name, solve in SOLVERS.items():
+        try:
+            answer = solve(problem)
+        except ArithmeticError as why:
+            found.append(Outcome(index, name, f"failed: {why}"))
+            continue
+        least = found[0].misfit if found else None
+        found.append(_outcome(run, problem, name, answer, least))
+    return found
+
+
+def _outcome(run: Run, problem: Problem, name: str, answer: Answer, least: float | None) -> Outcome:
+    if not isinstance(answer, Found):
+        return Outcome(run.index, name, answer.kind)
+    (samples,), (truth,) = problem.task.samples, problem.truths
+    assert truth is not None
+    spread = float(np.ptp(samples.values))
+    times = np.linspace(0.0, float(samples.times[-1]), _TIMES)
+    misfit = _rms(answer.curve.sampled(0, samples.times) - samples.values) / spread
+    error = _rms(answer.curve.sampled(0, times) - truth(times)) / spread
+    violation = answer.curve.violation(problem.window).least
+    limit = max(3 * (least if least is not None else misfit), run.noise * run.case.spread / spread, 0.1)
+    collapsed = least is not None and misfit > limit
+    return Outcome(run.index, name, "found", misfit, error, violation if violation > _SOLVED else 0.0, collapsed)
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,126 @@
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+from scipy.special import ndtr, ndtri
+
+from benchmarks.rivals.adapters import flatsys, governor, splines, toppra_path, truncated
+from benchmarks.rivals.adapters.conic import Unsolved
+from benchmarks.rivals.adapters.truncated import Bounds, Truncated, hats
+from benchmarks.rivals.judge.moving import interpolated
+from benchmarks.rivals.model import Found
+from benchmarks.rivals.problems import problem
+from trackable.gp.bounded.least_norm import least_norm
+from trackable.gp.kernels.matern import Matern52
+
+
+@cache
+def toy(count: int = 26) -> Truncated:
+    """y = 1/(1 + exp(−10 (x − 1/2))) at 0.1, 0.4 and 0.8, without noise; in [0, 1] and monotone."""
+    knots, x = np.linspace(0, 1, count), np.array([0.1, 0.4, 0.8])
+    values = 1 / (1 + np.exp(-10 * (x - 0.5)))
+    covariance = Matern52(signal_std=1.0, lengthscale=0.4)(knots[:, None] - knots)
+    rows = np.vstack([np.eye(count)[[0, -1]], np.diff(np.eye(count), axis=0)])
+    bounded = Bounds(rows, np.zeros(count + 1), np.ones(count + 1))
+    return Truncated.given(covariance, np.full(count, 0.5), hats(x, knots), np.full(3, 1e-5), values, bounded)
+
+
+def walls(of: Truncated) -> tuple[np.ndarray, np.ndarray]:
+    """N w + g ≥ 0 with rows of length one."""
+    D, at = of.rows @ of.root, of.rows @ of.mean
+    N, g = np.vstack([D, -D]), np.concatenate([at - of.lower, of.upper - at])
+    lengths = np.linalg.norm(N, axis=1)
+    return N / lengths[:, None], g / lengths
+
+
+def by_gibbs(of: Truncated, chains: int, sweeps: int) -> np.ndarray:
+    """The mean by another sampler: in each chain one coordinate of w at a time, given all others."""
+    N, g = walls(of)
+    rng, total = np.random.default_rng(1), np.zeros(of.root.shape[1])
+    w = np.tile(least_norm(N, g - 1e-3), (chains, 1))
+    for sweep in range(2 * sweeps):
+        for i, column in enumerate(N.T):
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ends = (column * w[:, i : i + 1] - w @ N.T - g) / column
+            low = ends[:, column > 1e-12].max(axis=1, initial=-8.0)
+            high = ends[:, column < -1e-12].min(axis=1, initial=8.0)
+            w[:, i] = ndtri(np.clip(rng.uniform(ndtr(low), ndtr(high)), 1e-15, 1 - 1e-15))
+        total += w.mean(axis=0) if sweep >= sweeps else 0.0
+    return of.mean + of.root @ (total / sweeps)
+
+
+def test_the_mode_of_the_toy_problem_is_that_of_an_active_set_method():
+    of = toy()
+    mode = of.mode()
+    assert not isinstance(mode, Unsolved)
+    assert mode == pytest.approx(of.mean + of.root @ least_norm(*walls(of)), abs=1e-4)
+    assert np.all(np.diff(mode) > -1e-7)
+    assert mode.min() > -1e-7
+    assert mode.max() < 1 + 1e-7
+    x = np.array([0.1, 0.4, 0.8])
+    assert hats(x, np.linspace(0, 1, 26)) @ mode == pytest.approx(1 / (1 + np.exp(-10 * (x - 0.5))), abs=1e-3)
+
+
+def test_the_mean_of_the_toy_problem_is_that_of_another_sampler():
+    assert toy(11).average(4000) == pytest.approx(by_gibbs(toy(11), 100, 300), abs=0.01)
+
+
+def test_without_bounds_the_mode_would_leave_them():
+    assert np.any(np.diff(toy().mean) < -1e-3) or toy().mean.max() > 1.001
+
+
+def test_hat_functions_keep_the_bounds_between_their_knots():
+    answer = truncated.solve(problem("example1"), "mode")
+    assert isinstance(answer, Found)
+    assert answer.curve.violation(problem("example1").window).most <= 1e-8
+    assert not isinstance(truncated.solve(problem("tank"), "mode"), Found)
+
+
+def test_the_bending_energy_is_that_of_quadrature():
+    inner = np.linspace(0, 2, 9)
+    knots = np.concatenate([[0.0] * 3, inner, [2.0] * 3])
+    c = np.random.default_rng(0).standard_normal(len(knots) - 4)
+    t = np.linspace(0, 2, 100_001)
+    dense = np.trapezoid(BSpline(knots, c, 3).derivative(2)(t) ** 2, t)
+    assert c @ splines._bending(knots, inner) @ c == pytest.approx(dense, rel=1e-6)
+
+
+def test_a_spline_with_bounds_on_a_grid_leaves_them_between_its_times():
+    answer = splines.solve(problem("axis"), 50)
+    assert isinstance(answer, Found)
+    violation = answer.curve.violation(problem("axis").window)
+    assert 0 < violation.least <= violation.most < 0.05
+
+
+def test_a_governor_keeps_the_bounds_at_every_step_and_holds_the_command_back():
+    of = problem("example1")
+    answer = governor.solve(of)
+    assert isinstance(answer, Found)
+    assert answer.curve.violation(of.window).is_none
+    assert "held back at 0 " not in answer.says
+    x, u, plant = answer.curve.states, answer.curve.inputs, of.task.plant.linear
+    assert x[1:] == pytest.approx(x[:-1] @ plant.A.T + u @ plant.B.T)
+
+
+def test_point_to_point_arrives_at_rest():
+    answer = flatsys.solve(problem("axis"), 20)
+    assert isinstance(answer, Found)
+    position, end = answer.curve.seen[0], answer.last
+    assert position(np.array(end)) == pytest.approx(0.0, abs=1e-6)
+    assert position.derivative()(np.array(end)) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_toppra_is_faster_than_the_samples_and_breaks_a_bound_between_its_points():
+    answer = toppra_path.solve(problem("axis"), 100)
+    assert isinstance(answer, Found)
+    assert answer.objective < 2.1
+    assert 0 < answer.curve.violation((0.0, answer.last)).least < 0.05
+
+
+def test_interpolated_polynomials_are_the_polynomials():
+    p = np.polynomial.Polynomial([1.0, -2.0, 0.5, 3.0])
+    found = interpolated(lambda t: float(p(t)), np.array([0.0, 0.3, 1.1]), 3)
+    t = np.linspace(0, 1.1, 23)
+    assert found(t) == pytest.approx(p(t), abs=1e-12)
