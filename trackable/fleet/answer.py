@@ -39,7 +39,8 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
     try:
         samples = _samples(source.read())
     except (InputError, ValueError, TypeError, OSError) as error:
-        return Answer(Row(source.name, "unusable", str(error), _UNREAD), {})
+        row = Row(source.name, "unusable", str(error), _UNREAD)
+        return Answer(row, {}, is_kept=row == kept)
     fingerprint = request.fingerprint(samples)
     if kept is not None and kept.request == fingerprint:
         return Answer(kept, {}, is_kept=True)

@@ -128,6 +128,10 @@ def test_failures_are_rows_with_their_sentence_and_the_others_go_on(tmp_path):
     assert fleet.columns()["outcome"] == ["unusable", "unusable", "infeasible", "proved"]
     with pytest.raises(InputError, match="outside is infeasible"):
         fleet.reference("outside")
+    before = written(tmp_path)
+    again = learn_many(sources, PLANT, STIFF, (0.0, 0.1), folder=tmp_path, noise_std=0.01, method="hyperparameters")
+    assert again.rows == fleet.rows
+    assert written(tmp_path) == before
 
 
 def test_warnings_are_questions_in_the_table(tmp_path):
