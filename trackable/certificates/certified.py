@@ -66,15 +66,17 @@ def learn_certified(
     on_attempt: Callable[[Attempt], object] = lambda attempt: None,
     learner: Learner = HYPERPARAMETERS,
     pins: tuple[Pin, ...] = (),
+    last: Solution | None = None,
 ) -> Certified | NoSolution | Counterexample | Unproved:
     """Return the best reference that provably keeps its bounds, or why there is none. Deterministic.
 
     Without a `goal` all times are proved. `on_attempt` is called after each fit and its attempted proof. `pins` need a
     learner of functions. Where a learner finds nothing that is proved, its second choice tries, unless there are pins.
+    The search goes on from `last`, the solution of a problem that differs a little, such as other samples of a window.
     The solution's `fits` counts the nonlinear programs of all attempts.
     """
     goal = goal or for_all_times(samples, prior, plant)
-    learning = _Learning(samples, prior, plant, space, on_attempt, learner, pins)
+    learning = _Learning(samples, prior, plant, space, on_attempt, learner, pins, last=last)
     found = _learn(goal, learning)
     if isinstance(found, Certified) or learner.second_choice is None or pins:
         return found

@@ -21,7 +21,20 @@ from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 
-LearningResult = Certified | NoSolution | Counterexample | Unproved
+
+@dataclass(frozen=True)
+class Late:
+    """A reference was not ready within the `budget` [s] for learning and proof: that took `seconds`."""
+
+    seconds: float
+    budget: float
+
+    @property
+    def explanation(self) -> str:
+        return f"learning and proof took {self.seconds:.3g} s, longer than the budget of {self.budget:.3g} s"
+
+
+LearningResult = Certified | NoSolution | Counterexample | Unproved | Late
 Learner = Callable[[tuple[Samples, ...]], LearningResult]
 """Returns a reference with a proof, in absolute time, from the samples of a window; or why there is none."""
 
@@ -97,8 +110,8 @@ def decide_update(
     """Decide whether the controller may track a learned reference from `state` (n,) at step `k` on."""
     counts = tuple(len(s) for s in samples)
     if not isinstance(learned, Certified):
-        unproved = isinstance(learned, Counterexample | Unproved)
-        why = "learned, but not proved" if unproved else "no solution"
+        why = "learned, but not proved" if isinstance(learned, Counterexample | Unproved) else "no solution"
+        why = "not ready" if isinstance(learned, Late) else why
         return ReferenceUpdate(k, counts, learned, False, f"{why}: {learned.explanation}")
     if not holds_for_all_times(learned):
         return ReferenceUpdate(k, counts, learned, False, f"proved for {learned.certificate.claim} only")

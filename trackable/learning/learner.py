@@ -34,3 +34,11 @@ JOINT = Learner(
     joint.learn_jointly, joint.continued, joint.continued, first_backoff=1e-6, second_choice=HYPERPARAMETERS
 )
 """The function together with its hyperparameters; the hyperparameters alone where that cannot be proved."""
+
+FUNCTION = Learner(
+    joint.learn_function,
+    lambda near, problem: joint.learn_function(problem, near),
+    lambda near, problem: joint.learn_function(problem, near),
+    first_backoff=1e-6,
+)
+"""The function alone, for hyperparameters that are all known: one convex program for linear systems."""

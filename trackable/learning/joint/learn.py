@@ -73,6 +73,21 @@ def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> S
     return better_solution(problem, free, best.objective)
 
 
+def learn_function(problem: ConstrainedProblem, near: Solution | None = None) -> Solution | NoSolution:
+    """Return the function that keeps every bound at all times, for hyperparameters that are all known; or why not.
+
+    `near` is the solution of a problem that differs a little, with other samples or bounds: its places come first.
+    Raises ValueError where hyperparameters are to be learned.
+    """
+    if problem.prior.learned:
+        raise ValueError(f"function: hyperparameters have to be known, but {', '.join(problem.prior.learned)}")
+    search = JointSearch(problem)
+    search.settle(near.active if near and near.active_bounds else None, near.signals if near else None)
+    if search.best is not None:
+        return _solution(search.best, search.fits, None)
+    return NoFunction(problem.pins) if search.closest is None else _no_solution(problem, search.closest)
+
+
 def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
     try:
         return problem.posterior(log_theta).negative_log_marginal_likelihood()[0]

@@ -161,6 +161,13 @@ class JointSearch:
         if not self._is_no_better(found.objective):
             self.best = found
 
+    def settle(self, places: Places | None, near: tuple[KernelSum, ...] | None) -> None:
+        """Find the function for hyperparameters that are all known: there are no steps in θ to prepare."""
+        known = self.problem.prior.log_hyperparameters
+        point = self._at(known, no_places(self.problem) if places is None else places, near, 0.0)
+        if point is not None and point.is_solution:
+            self.best = point
+
     def _descended(self, path: "_Path", tolerance: float, least_gain: float) -> "_Path":
         """Take steps in θ while they make J smaller by more than `least_gain`, a part of 1 + |J|.
 
