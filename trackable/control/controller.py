@@ -9,6 +9,7 @@ import scipy
 
 from trackable.arguments import instance, numbers, whole
 from trackable.arrays import Array, ArrayLike
+from trackable.control.angles import turned_near
 from trackable.control.references import TrackedReference, check_reference
 from trackable.control.step.formulation import Formulation
 from trackable.control.step.problem import TOLERANCE, StepProblem
@@ -70,8 +71,8 @@ class Controller:
 
         For a nonlinear system the optimum is searched near the inputs `initial_guess` (N, m), by default near the
         reference, and from a few other trajectories where that finds no plan; the last plan, shifted by a step, is a
-        good guess (`shifted_inputs`). A linear system has one optimum and needs no guess. A step ends in one of these
-        ways:
+        good guess (`shifted_inputs`). Whole turns are added to the angles of the reference, so that they are near the
+        state's. A linear system has one optimum and needs no guess. A step ends in one of these ways:
 
         - `Plan`: an optimal plan, for a nonlinear system one that is optimal among those near by.
         - `Infeasible`: there is no plan; for a nonlinear system, none was found (`is_local`).
@@ -102,7 +103,7 @@ class Controller:
         if self.formulation.is_linear:
             problem = StepProblem(self.formulation, k, state, window, self.formulation.local_model(window, window))
             return problem.optimum or problem.infeasible
-        return solve_by_linearisation(self.formulation, k, state, window, initial_guess)
+        return solve_by_linearisation(self.formulation, k, state, turned_near(self.plant, window, state), initial_guess)
 
     @cached_property
     def formulation(self) -> Formulation:

@@ -6,6 +6,7 @@ import numpy as np
 
 from trackable.arguments import numbers, whole
 from trackable.arrays import Array
+from trackable.control.angles import nearest_turns
 from trackable.control.closed_loop import ClosedLoop
 from trackable.control.references import TabulatedReference, TrackedReference, check_reference
 from trackable.control.repeated_steps import RepeatedSteps
@@ -86,7 +87,7 @@ def simulate(
         first_step=first_step,
         states=np.array(states),
         inputs=np.array(inputs).reshape(count, len(system.inputs)),
-        reference_states=tracked.states,
+        reference_states=nearest_turns(controller.plant, tracked.states, np.array(states)),
         reference_inputs=tracked.inputs,
         costs=costs,
         stage_costs=stage_costs,

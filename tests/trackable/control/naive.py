@@ -70,7 +70,7 @@ def cost_by_single_shooting(controller, state, window) -> float:
         e, d = states(v)[:-1] - window.states[:-1], v.reshape(shape) - window.inputs
         return np.einsum("ia,ab,ib->", e, controller.Q, e) + np.einsum("ia,ab,ib->", d, controller.R, d)
 
-    lower, upper = plant.input_set.lower, plant.input_set.upper
+    X, lower, upper = plant.state_set, plant.input_set.lower, plant.input_set.upper
     found = minimize(
         cost,
         window.inputs.ravel(),
@@ -78,8 +78,8 @@ def cost_by_single_shooting(controller, state, window) -> float:
         bounds=list(zip(np.tile(lower, shape[0]), np.tile(upper, shape[0]), strict=True)),
         constraints=[
             {"type": "eq", "fun": lambda v: states(v)[-1] - window.states[-1]},
-            {"type": "ineq", "fun": lambda v: (states(v)[1:] - plant.state_set.lower).ravel()},
-            {"type": "ineq", "fun": lambda v: (plant.state_set.upper - states(v)[1:]).ravel()},
+            {"type": "ineq", "fun": lambda v: (states(v)[1:] @ X.rows.T - X.lower).ravel()},
+            {"type": "ineq", "fun": lambda v: (X.upper - states(v)[1:] @ X.rows.T).ravel()},
         ],
         options={"ftol": 1e-14, "maxiter": 500},
     )
