@@ -14,6 +14,7 @@ from tests.trackable.plants import AXIS, CART, SAMPLES
 from trackable import TrackableReference, learn_reference
 from trackable.certificates.claim import AtInstants
 from trackable.exports.methods import Conventions
+from trackable.exports.shown.curve import curve
 from trackable.exports.shown.extent import reached, shown_times
 from trackable.exports.shown.html import html
 from trackable.request import samples_by_name
@@ -141,6 +142,27 @@ def test_a_notebook_shows_bounds_and_margins(name: str) -> None:
         assert least >= 0
     assert shown.count("<polyline") == len(reference.reference.quantities)
     assert reference.certificate.explanation in "".join(ElementTree.fromstring(shown).itertext())
+
+
+@every
+def test_a_small_picture_shows_the_curve_between_its_bounds(name: str) -> None:
+    """Heights are affine in the values: the bounds are lines, and the dot lies where the margin is least."""
+    for found in reached(EVERY[name]()):
+        picture = ElementTree.fromstring(curve(found))
+        points = np.array([list(map(float, pair.split(","))) for pair in picture[-2].attrib["points"].split()])
+        bounds, (left, top, width, height) = found.quantity.bounds, map(float, picture.attrib["viewBox"].split())
+        assert (points >= [left, top]).all()
+        assert (points <= [width, height]).all()
+        values = np.interp(points[:, 0] / width, np.linspace(0, 1, found.values.size), found.values)
+        slope, shift = np.polyfit(values, points[:, 1], 1)
+        np.testing.assert_allclose(slope * values + shift, points[:, 1], atol=0.2)
+        lines = [float(line.attrib["y1"]) for line in picture if line.tag == "line"]
+        expected = [slope * bound + shift for bound in (bounds.lower, bounds.upper)]
+        assert all(min(abs(y - level) for level in expected) < 0.5 for y in lines)
+        margin, time = found.least
+        assert float(picture[-1].attrib["cx"]) == pytest.approx(time / found.times[-1] * width, abs=0.1)
+        if margin < 1e-3 * bounds.width:
+            assert min(abs(float(picture[-1].attrib["cy"]) - y) for y in lines) < 0.5
 
 
 def test_texts_are_escaped() -> None:
