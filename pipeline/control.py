@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from tqdm import tqdm
 
+from pipeline.disturbed.sizes import prices
 from pipeline.disturbed.stage import disturbed_loops
 from pipeline.experiments import Experiment
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
@@ -64,9 +65,11 @@ def control(experiment: Experiment, results: Results) -> None:
     if online:
         metrics["online"] = {**loop_metrics(online.loop, plant), "offers": online.records}
         closed = replace(closed, online=LoopTrajectory.of(online.loop), offered=online.columns)
-    followed = {name: fitted.learned[name].reference for name in (JOINT.name, ROBUST.name) if name in fitted.learned}
-    if disturbed := disturbed_loops(experiment, followed):
-        metrics["disturbed"] = disturbed
+    if experiment.disturbance:
+        followed = {name: fitted.learned[name].reference for name in (JOINT.name, ROBUST.name)}
+        disturbed, metrics["disturbed"] = disturbed_loops(experiment, followed)
+        metrics["price_of_room"] = prices(experiment, fitted)
+        closed = replace(closed, disturbed=disturbed)
     write_loops(results, plant, closed, metrics)
     write_json(results.control, metrics)
     _note(results, seconds)

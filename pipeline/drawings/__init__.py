@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from matplotlib.figure import Figure
 
-from pipeline.drawings import algorithm1, loops, periodic, references
+from pipeline.drawings import algorithm1, disturbed, loops, periodic, references
 from pipeline.experiments import Experiment
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
@@ -20,4 +20,5 @@ def drawings(experiment: Experiment, results: Results) -> Drawings:
         **algorithm1.drawings(experiment, fitted),
         **periodic.drawings(experiment, fitted),
         **loops.drawings(experiment, results),
+        **disturbed.drawings(experiment, results, fitted),
     }

@@ -1,10 +1,12 @@
 """Disturbances as written in params.yaml, and what they leave of an experiment's bounds."""
 
 from functools import lru_cache
+from typing import Annotated, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import BeforeValidator, PositiveFloat, model_validator
 
+from pipeline.experiments.fields import as_tuple
 from pipeline.experiments.plants import Matrix, ModelField, SetFields, Vector
 from pipeline.storage.yaml_file import Fields
 from trackable.systems.constrained import ConstrainedSystem
@@ -16,11 +18,10 @@ from trackable.systems.disturbance.zonotope import Zonotope
 _FORMS = (("lower", "upper"), ("H", "h"), ("vertices",), ("centre", "generators"))
 
 
-class Disturbance(Fields):
-    """W of x(k+1) = A x(k) + B u(k) + c + w(k): a box, {w : H w ≤ h}, the hull of `vertices`, or a zonotope.
+class DisturbanceSetFields(Fields):
+    """A box, {w : H w ≤ h}, the hull of `vertices`, or a zonotope.
 
-    A zonotope holds `centre` + Σ_j ξ_j `generators`[j] for all |ξ_j| ≤ 1. `feedback` is K of u = u_r + K (x − x_r);
-    left out, a regulator is chosen.
+    The latter holds `centre` + Σ_j ξ_j `generators`[j] for all |ξ_j| ≤ 1.
     """
 
     lower: Vector | None = None
@@ -30,10 +31,9 @@ class Disturbance(Fields):
     vertices: Matrix | None = None
     centre: Vector | None = None
     generators: Matrix | None = None
-    feedback: Matrix | None = None
 
     @model_validator(mode="after")
-    def _complete(self) -> "Disturbance":
+    def _complete(self) -> Self:
         given = {name for form in _FORMS for name in form if getattr(self, name) is not None}
         if given not in map(set, _FORMS):
             raise ValueError("expected lower with upper, H with h, vertices, or centre with generators")
@@ -55,6 +55,18 @@ class Disturbance(Fields):
         return Zonotope(np.array(self.centre), np.array(self.generators))
 
 
+class Disturbance(DisturbanceSetFields):
+    """W of x(k+1) = A x(k) + B u(k) + c + w(k), and `noise` V of the measured y(k) = x(k) + v(k), if there is some.
+
+    `feedback` is K of u = u_r + K (y − x_r); left out, a regulator is chosen. What room for them costs is learned for
+    other `sizes` of both sets too, as parts of the given ones.
+    """
+
+    noise: DisturbanceSetFields | None = None
+    feedback: Matrix | None = None
+    sizes: Annotated[tuple[PositiveFloat, ...], BeforeValidator(as_tuple)] = ()
+
+
 @lru_cache(maxsize=64)
 def tightened(
     system: ModelField, state_set: SetFields, input_set: SetFields, disturbance: Disturbance | None, margin: float
@@ -64,5 +76,7 @@ def tightened(
     Raises ValueError as `ConstrainedSystem` and `tightening` do. Stages ask often: what is found is remembered.
     """
     given = ConstrainedSystem(system.discrete, state_set.polytope, input_set.polytope)
-    W, K = (None, None) if disturbance is None else (disturbance.set, disturbance.feedback)
-    return tightening(given, W, K, margin)
+    if disturbance is None:
+        return tightening(given, margin=margin)
+    noise = disturbance.noise.set if disturbance.noise else None
+    return tightening(given, disturbance.set, disturbance.feedback, margin, noise)

@@ -1,14 +1,14 @@
 """Write and read the log of the control stage, and show it as tables."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from pipeline.storage.archive import read_stage, write_stage
+from pipeline.storage.disturbed import Disturbed, disturbed_series, read_disturbed
 from pipeline.storage.logs import Series
+from pipeline.storage.loop_series import loop_of, loop_series, steps_of
 from pipeline.storage.results import Results
 from pipeline.storage.tables import Table
 from trackable.arrays import Array
@@ -17,7 +17,6 @@ from trackable.files import from_json, to_json
 from trackable.systems.constrained import ConstrainedSystem
 
 STAGE = "control"
-_SCALARS = ("cost", "stage_cost", "slack")
 _ROUNDING = 1e-12
 
 
@@ -27,18 +26,20 @@ class ClosedLoops:
 
     `courses` are by reference and by initial state. `feasible` states are columns by horizon. `online` is the loop
     along references that are learned again; `offered` are the columns `step`, `taken` (1 or 0) and `widening` of these.
+    `disturbed` holds what was disturbed, if anything was.
     """
 
     courses: Mapping[str, Mapping[str, LoopTrajectory]]
     feasible: Mapping[int, Mapping[str, Array]]
     online: LoopTrajectory | None = None
     offered: Mapping[str, Array] | None = None
+    disturbed: Disturbed | None = None
 
 
 def write_loops(results: Results, plant: ConstrainedSystem, closed: ClosedLoops, metrics: object) -> None:
     """Write every loop losslessly, and the metrics as an attachment."""
     series = [
-        _series(f"/loops/{reference}/{start}", plant, course)
+        loop_series(f"/loops/{reference}/{start}", plant, course)
         for reference, by_start in closed.courses.items()
         for start, course in by_start.items()
     ]
@@ -48,7 +49,9 @@ def write_loops(results: Results, plant: ConstrainedSystem, closed: ClosedLoops,
         if len(columns["step"])
     ]
     if closed.online is not None and closed.offered is not None:
-        series += [_series("/online", plant, closed.online), _of_columns("/offers", plant, closed.offered)]
+        series += [loop_series("/online", plant, closed.online), _of_columns("/offers", plant, closed.offered)]
+    if closed.disturbed is not None:
+        series += disturbed_series(plant, closed.disturbed)
     write_stage(results, STAGE, series, {"control.json": to_json(metrics)})
 
 
@@ -60,12 +63,21 @@ def read_loops(results: Results, plant: ConstrainedSystem) -> ClosedLoops:
     for topic, series in topics.items():
         match topic.split("/")[1:]:
             case ["loops", reference, start]:
-                courses.setdefault(reference, {})[start] = _course(series, plant)
+                courses.setdefault(reference, {})[start] = loop_of(series, plant)
             case ["feasible", horizon]:
                 feasible[int(horizon.removeprefix("horizon_"))] = _columns(series, plant)
+    disturbed = read_disturbed(topics, plant)
     if "/online" not in topics:
-        return ClosedLoops(courses, feasible)
-    return ClosedLoops(courses, feasible, _course(topics["/online"], plant), _columns(topics["/offers"], plant))
+        return ClosedLoops(courses, feasible, disturbed=disturbed)
+    online, offered = loop_of(topics["/online"], plant), _columns(topics["/offers"], plant)
+    return ClosedLoops(courses, feasible, online, offered, disturbed)
+
+
+def read_loop_metrics(results: Results) -> dict[str, Any]:
+    """Read the metrics that the log holds. Raises as `read_loops`."""
+    metrics = from_json(read_stage(results, STAGE).attachments["control.json"])
+    assert isinstance(metrics, dict), "written as one"
+    return metrics
 
 
 def table_of_loops(results: Results) -> Table:
@@ -77,7 +89,7 @@ def table_of_loops(results: Results) -> Table:
     by_loop = {
         f"{reference}, {start}": found
         for reference, of in metrics.items()
-        if reference not in ("horizon", "online", "disturbed")
+        if reference not in ("horizon", "online", "disturbed", "price_of_room")
         for start, found in of.items()
         if isinstance(found, dict)
     }
@@ -107,37 +119,6 @@ def table_of_offers(results: Results) -> Table:
     return Table(["step", "", "why"], rows)
 
 
-def _series(topic: str, plant: ConstrainedSystem, course: LoopTrajectory) -> Series:
-    columns = {
-        **_named(plant.system.states, "", course.states),
-        **_named(plant.system.inputs, "", course.inputs),
-        **_named(plant.system.states, "_reference", course.reference_states),
-        **_named(plant.system.inputs, "_reference", course.reference_inputs),
-        **dict(zip(_SCALARS, (course.costs, course.stage_costs, course.slacks), strict=True)),
-    }
-    finite = {name: np.where(np.isfinite(values), values, np.nan) for name, values in columns.items()}
-    return Series(topic, course.steps * plant.sampling_time, finite)
-
-
-def _course(series: Series, plant: ConstrainedSystem) -> LoopTrajectory:
-    def together(names: Sequence[str], suffix: str = "") -> Array:
-        return np.stack([series.fields[name + suffix] for name in names], axis=-1)
-
-    states, inputs = plant.system.states, plant.system.inputs
-    return LoopTrajectory(
-        _steps(series, plant),
-        together(states),
-        together(inputs),
-        together(states, "_reference"),
-        together(inputs, "_reference"),
-        *(series.fields[name] for name in _SCALARS),
-    )
-
-
-def _named(names: Sequence[str], suffix: str, values: Array) -> dict[str, Array]:
-    return {name + suffix: values[:, i] for i, name in enumerate(names)}
-
-
 def _of_columns(topic: str, plant: ConstrainedSystem, columns: Mapping[str, Array]) -> Series:
     """Return columns over `step` as a series."""
     others = {name: values for name, values in columns.items() if name != "step"}
@@ -145,8 +126,4 @@ def _of_columns(topic: str, plant: ConstrainedSystem, columns: Mapping[str, Arra
 
 
 def _columns(series: Series, plant: ConstrainedSystem) -> dict[str, Array]:
-    return {"step": _steps(series, plant), **series.fields}
-
-
-def _steps(series: Series, plant: ConstrainedSystem) -> Array:
-    return np.asarray(np.round(series.times / plant.sampling_time))
+    return {"step": steps_of(series, plant), **series.fields}

@@ -82,7 +82,7 @@ def told_of_loops(results: Results) -> Told:
 
 def _loops(loops: Mapping[str, Any], horizon: int) -> Iterator[str]:
     for reference, of in loops.items():
-        if reference in ("online", "disturbed") or not isinstance(of, Mapping):
+        if reference in ("online", "disturbed", "price_of_room") or not isinstance(of, Mapping):
             continue
         starts = {start: found for start, found in of.items() if isinstance(found, Mapping)}
         lost = {start: found for start, found in starts.items() if found["infeasible_steps"] or found["unsolved_steps"]}
@@ -96,6 +96,8 @@ def _loops(loops: Mapping[str, Any], horizon: int) -> Iterator[str]:
 def _disturbed(loops: Mapping[str, Any]) -> Iterator[str]:
     """Say what each controller keeps on each reference under all kinds of disturbances."""
     for reference, by_controller in loops.items():
+        if reference == "tube":
+            continue
         for controller, by_kind in by_controller.items():
             lost = [
                 _failure(kind, of) for kind, of in by_kind.items() if of["steps_without_plan"] or of["steps_outside"]

@@ -10,13 +10,23 @@ PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 
 def changed(entry: str, *changes: tuple[str, str], text: str = PARAMS) -> str:
     """Replace in one entry; what is replaced must stand there exactly once."""
-    found = re.search(rf"^  {entry}:\n(?:(?:    .*)?\n)*", text, re.MULTILINE)
-    assert found, entry
-    block = found[0]
+    whole = block = _entry(entry, text)
     for old, new in changes:
         assert block.count(old) == 1, f"{entry}: {old!r} stands there {block.count(old)} times"
         block = block.replace(old, new)
-    return text[: found.start()] + block + text[found.end() :]
+    return text.replace(whole, block)
+
+
+def _entry(entry: str, text: str) -> str:
+    found = re.search(rf"^  {entry}:\n(?:(?:    .*)?\n)*", text, re.MULTILINE)
+    assert found, entry
+    return found[0]
+
+
+def undisturbed(entry: str, text: str = PARAMS) -> str:
+    """Leave the disturbance of one entry out, and with it the robust method."""
+    (block,) = re.findall(r"    disturbance:.*\n(?:      .*\n)+", _entry(entry, text))
+    return changed(entry, (block, ""), (", robust]", "]"), text=text)
 
 
 def written_to(folder: Path, text: str) -> Path:
@@ -32,5 +42,6 @@ EXAMPLE1 = changed(
     ("tightness: [0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005]", "tightness: [0.05, 0.002]"),
     ("      steps: 10000\n", "      steps: 200\n      shown: 30\n      horizons: [2, 20]\n"),
     ("steps: {first: 70, last: 120, every: 10}", "steps: {first: 70, last: 80, every: 10}"),
+    ("sizes: [0.5, 1.5, 1.9, 2.0]", "sizes: [0.5]"),
 )
 """Example 1, begun at k̄ = 128 to save time: the optimum is the same."""

@@ -12,7 +12,7 @@ from pipeline.storage.archive import Fitted, write_fit
 from pipeline.storage.loops import ClosedLoops, read_loops, table_of_loops, table_of_offers
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
-from tests.pipeline.params import PARAMS
+from tests.pipeline.params import undisturbed
 from tests.pipeline.stages import call, sketched, written
 from trackable.control.initial_states import initial_states
 from trackable.control.scaling import scaled_controller
@@ -21,9 +21,11 @@ from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.search import best_solution
 from trackable.plots import svg
 
-SHORT = PARAMS.replace(
-    "      steps: 10000\n", "      steps: 120\n      logged: 100\n      shown: 40\n      horizons: [2, 20]\n"
-).replace("last: 120, every: 10}, noise_std: 0.02, seed: 7", "last: 80, every: 10}, noise_std: 0.02, seed: 7")
+SHORT = (
+    undisturbed("example1")
+    .replace("      steps: 10000\n", "      steps: 120\n      logged: 100\n      shown: 40\n      horizons: [2, 20]\n")
+    .replace("last: 120, every: 10}, noise_std: 0.02, seed: 7", "last: 80, every: 10}, noise_std: 0.02, seed: 7")
+)
 
 
 def run(folder: Path, params: str = SHORT, example=None):
@@ -69,7 +71,7 @@ def closed(finished) -> ClosedLoops:
 
 
 def test_the_metrics_say_what_happened(metrics):
-    assert set(metrics) == {"horizon", "joint", "unconstrained", "interpolated", "online", "disturbed"}
+    assert set(metrics) == {"horizon", "joint", "unconstrained", "interpolated", "online"}
     assert metrics["joint"]["first_untrackable_step"] is None
     assert metrics["unconstrained"]["first_untrackable_step"] == 77
     for start in ("on", "above", "below"):

@@ -11,7 +11,7 @@ from pipeline.drawings import references
 from pipeline.experiments import load_experiment
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
-from tests.pipeline.params import changed, written_to
+from tests.pipeline.params import changed, undisturbed, written_to
 from tests.pipeline.stages import STAGES, moved, refusal_of_fit, run_all_here, written
 from tests.pipeline.stages import run_all as run_all_stages
 from tests.pipeline.stages import run_here as run_stage_here
@@ -26,6 +26,7 @@ SHORT = changed(
     ("steps: 10000, shown: 400", "steps: 40, shown: 40, horizons: [2, 20]"),
     ("intervals: 16", "intervals: 8"),
     ("search: {starts: 16}", "search: {starts: 6}"),
+    text=undisturbed("example2"),
 )
 ONE_START = changed("example2", ("starts: 6", "starts: 1"), text=SHORT)
 WITHOUT_STUDY = changed("example2", ("    study: {conservatism: [8], draws: 1}\n", ""), text=SHORT)

@@ -15,7 +15,7 @@ from pipeline.generate import sampled_by
 from pipeline.published.record import record
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.results import Results
-from tests.pipeline.params import PARAMS
+from tests.pipeline.params import PARAMS, undisturbed
 from tests.pipeline.stages import run_all_here
 from tests.project import ROOT
 from trackable.checker import Proved, check
@@ -26,7 +26,8 @@ from trackable.systems.reference import Reference
 
 # Short loops: `make repro` runs them for as long as they are committed.
 SHORT = (
-    PARAMS.replace(
+    undisturbed("vehicle")
+    .replace(
         "    verification: {last_step: 240, instants_per_step: 20}\n",
         "    verification: {last_step: 240, instants_per_step: 20}\n    control: {steps: 15, logged: 15, shown: 15}\n",
     )
@@ -109,7 +110,7 @@ def test_what_is_learned_of_a_recording_and_what_is_held_out() -> None:
 @pytest.mark.parametrize("path", BREATHING, ids=lambda path: path.stem)
 def test_real_recordings_take_the_place_of_the_simulated_one(path: Path, tmp_path: Path) -> None:
     """Nothing but the file changes, and what comes after is followed no worse than by the usual fit."""
-    changed = PARAMS.replace("data/recordings/breathing.csv", str(path))
+    changed = undisturbed("robot-axis").replace("data/recordings/breathing.csv", str(path))
     run_all_here(tmp_path, "robot-axis", changed, stages=("generate", "fit"))
     results = Results("robot-axis", tmp_path / "results")
     fitted = read_fit(results)

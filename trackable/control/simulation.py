@@ -41,11 +41,13 @@ def simulate(
     first_step: int = 0,
     on_infeasible: InfeasibilityPolicy = stop,
     disturbances: Disturbances | None = None,
+    noise: Disturbances | None = None,
 ) -> ClosedLoop:
     """Simulate the closed loop from `initial_state` (n,) at `first_step`, for `steps` steps.
 
     The simulated system is the controller's own model, `controller.plant`, with `disturbances` added to each of its
-    states; left out, there are none. Where the controller finds no plan, `on_infeasible` chooses the input or ends the
+    states; left out, there are none. The controller is given the state with `noise` added to it; states of the loop are
+    the true ones. Where the controller finds no plan, `on_infeasible` chooses the input or ends the
     simulation early. The simulation also ends, as unsolved, where an input leads out of what the system's formulas
     define. Raises as `Controller.step` and as `reference.window`.
     """
@@ -59,7 +61,8 @@ def simulate(
     values, without_plan, widened = [], list[Infeasible | Unsolved](), 0
     initial_guess: Array | None = None
     for k in range(first_step, first_step + steps):
-        result = repeated.step(k, states[-1], table, initial_guess)
+        seen = states[-1] if noise is None else states[-1] + noise(k, states[-1])
+        result = repeated.step(k, seen, table, initial_guess)
         initial_guess = shifted_inputs(result, table) if isinstance(result, Plan) else None
         applied: Array | None
         if isinstance(result, Plan):

@@ -27,8 +27,8 @@ class SteppedController(Protocol):
 
 
 class Disturbances(Protocol):
-    """What is added to the state in each step of a simulation."""
+    """What is added to the state in each step of a simulation, or to what is measured of it."""
 
     def __call__(self, k: int, successor: Array) -> Array:
-        """Return w(k) (n,), given what x(k + 1) would be without it."""
+        """Return w(k) (n,), given what x(k + 1) would be without it; of noise, v(k), given x(k)."""
         ...

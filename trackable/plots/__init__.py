@@ -2,6 +2,7 @@
 
 from trackable.plots.closed_loop import closed_loop, costs
 from trackable.plots.convergence import convergence
+from trackable.plots.disturbed import disturbed_loops, price_of_room, tube_runs
 from trackable.plots.feasible import feasible_intervals, feasible_polygons
 from trackable.plots.illustrations import asymptotic, tube
 from trackable.plots.landscape import landscape
@@ -24,6 +25,7 @@ __all__ = [
     "conservatism",
     "convergence",
     "costs",
+    "disturbed_loops",
     "feasible_intervals",
     "feasible_polygons",
     "growth_intervals",
@@ -34,10 +36,12 @@ __all__ = [
     "path",
     "periodic_prediction",
     "prediction",
+    "price_of_room",
     "relearned",
     "save",
     "svg",
     "tightness",
     "tracking",
     "tube",
+    "tube_runs",
 ]

@@ -7,20 +7,31 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.disturbed import runs
+from pipeline.disturbed.sizes import prices
 from pipeline.experiments import load_experiment
 from pipeline.storage.archive import read_fit
+from pipeline.storage.loops import read_loops
 from pipeline.storage.results import Results
 from tests.pipeline.params import EXAMPLE1, changed, written_to
 from tests.pipeline.stages import run_all_here
 from trackable.checker import Proved, check
+from trackable.control.scaling import scaled_controller
+from trackable.control.simulation import simulate
+from trackable.control.tube.controller import TubeController
 from trackable.errors import InputError
 
 ROBUST = ("robust", "robust_hyperparameters")
-W = "disturbance: {lower: [-0.01], upper: [0.01]}"
+W = """disturbance:  # w of x(k+1) = A x(k) + B u(k) + w(k), and v of the measured state x(k) + v(k)
+      lower: [-0.01]
+      upper: [0.01]
+      noise: {lower: [-0.005], upper: [0.005]}
+      sizes: [0.5]
+"""
 
 
 def with_field(field: str, text: str = EXAMPLE1) -> str:
-    return changed("example1", (W, field), text=text)
+    return changed("example1", (W, f"{field}\n"), text=text)
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +46,7 @@ def finished(tmp_path_factory) -> Path:
         ("    study: {tightness: [0.05, 0.002]}\n", ""),
         ("    algorithm1: {first_step: 128, last_step: 300}\n", ""),
         (_online(), ""),
+        ("shown: 30", "shown: 100"),
         text=EXAMPLE1,
     )
     return run_all_here(folder, "example1", short, ("generate", "fit", "verify", "control"))
@@ -66,12 +78,65 @@ def test_certificates_say_it_and_the_checker_agrees(finished):
 
 def test_disturbed_loops_are_counted(finished):
     loops = json.loads((finished / "results/example1/control.json").read_text())["disturbed"]
-    assert set(loops) == {"joint", "robust"}
+    assert set(loops) == {"joint", "robust", "tube"}
     assert set(loops["joint"]) == set(loops["robust"]) == {"tube", "nominal"}
     for of in loops["robust"]["tube"].values():
-        assert (of["steps"], of["steps_without_plan"], of["steps_outside"]) == (200, 0, 0)
+        assert (of["steps"], of["steps_without_plan"], of["steps_outside"]) == (100, 0, 0)
     assert loops["joint"]["nominal"]["greedy"]["steps_outside"] > 0
     assert loops["joint"]["tube"]["drawn"]["steps_without_plan"] > 0
+    assert loops["tube"] == {"runs": 300, "steps": 30000, "broken": 0}
+
+
+def test_logs_hold_the_disturbed_loops(finished):
+    """What the numbers say follows from the log; and runs of the formula are those of the controller."""
+    experiment = load_experiment("example1", finished / "params.yaml")
+    closed = read_loops(Results("example1", finished / "results"), experiment.plant).disturbed
+    numbers = json.loads((finished / "results/example1/control.json").read_text())["disturbed"]
+    for reference, of in closed.loops.items():
+        for controller, by_kind in of.items():
+            for kind, course in by_kind.items():
+                said = numbers[reference][controller][kind]
+                assert len(course.infeasible) == said["steps_without_plan"]
+                assert np.min(experiment.plant.state_set.margin(course.states[1:])) == said["worst_state_margin"]
+    many = closed.runs
+    assert np.all((many.lowest <= many.single) & (many.single <= many.highest))
+    assert many.single.shape == (9, 100, 2)
+
+
+def test_a_run_is_that_of_the_tube_controller(finished):
+    experiment = load_experiment("example1", finished / "params.yaml")
+    drawn_in, reference = experiment.tightening, read_fit(Results("example1", finished / "results")).learned["robust"]
+    course = runs._run(drawn_in, reference.reference.window(0, 40), 0, 4)
+    nominal = scaled_controller(experiment.plant, 20)
+    loop = simulate(
+        TubeController(drawn_in, 20, nominal.Q, nominal.R),
+        reference.reference,
+        course[0, :1],
+        40,
+        disturbances=runs.disturbances("greedy" if 4 % 3 == 1 else "constant", drawn_in, 4),
+        noise=runs.noise(drawn_in, 4),
+    )
+    np.testing.assert_allclose(np.column_stack([loop.states[:-1], loop.inputs]), course, atol=1e-12)
+
+
+def test_the_price_of_room_rises_with_the_size_of_the_sets(finished):
+    """Zero is the nominal reference, one the robust one; what lies between was learned for it."""
+    price = json.loads((finished / "results/example1/control.json").read_text())["price_of_room"]
+    metrics = json.loads((finished / "results/example1/metrics.json").read_text())
+    assert price["sizes"] == [0.0, 0.5, 1.0]
+    assert price["price"][::2] == [metrics[name]["price"] for name in ("joint", "robust")]
+    assert price["misfit"][::2] == pytest.approx([metrics[name]["misfit"] for name in ("joint", "robust")], rel=1e-9)
+    assert price["price"][0] < price["price"][1] < price["price"][2]
+    assert price["largest"] > 1
+
+
+def test_sizes_with_nothing_left_are_left_out(finished):
+    experiment = load_experiment("example1", finished / "params.yaml")
+    beyond = experiment.disturbance.model_copy(update={"sizes": (20.0,)})
+    found = prices(
+        experiment.model_copy(update={"disturbance": beyond}), read_fit(Results("example1", finished / "results"))
+    )
+    assert found["sizes"] == [0.0, 1.0]
 
 
 def test_a_disturbance_without_a_robust_method_is_refused(tmp_path: Path) -> None:

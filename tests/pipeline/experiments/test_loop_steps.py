@@ -10,7 +10,7 @@ from pipeline.storage.archive import Fitted, write_fit
 from pipeline.storage.loops import read_loops
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
-from tests.pipeline.params import changed, written_to
+from tests.pipeline.params import changed, undisturbed, written_to
 from trackable.errors import InputError
 from trackable.learning.learned import LearnedReference
 from trackable.learning.problem import ConstrainedProblem, Solution
@@ -29,7 +29,9 @@ CONTROL = """    control:
 def with_claim(folder: Path, claim: str, steps: int = 40) -> Experiment:
     """Return Example 1, whose sampling time is 0.01 s, with another claim and a horizon of 20 steps."""
     shorter = f"    control: {{steps: {steps}, logged: 30, shown: 10, horizons: [2]}}\n"
-    text = changed("example1", ("claim: all_times", f"claim: {claim}"), (CONTROL, shorter))
+    text = changed(
+        "example1", ("claim: all_times", f"claim: {claim}"), (CONTROL, shorter), text=undisturbed("example1")
+    )
     return load_experiment("example1", written_to(folder, text))
 
 

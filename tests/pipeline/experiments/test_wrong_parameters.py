@@ -104,7 +104,7 @@ WRONG = [
         "    search: {starts: 8}\n    study: {tightness: [1.0]}\n",
         r"study\.tightness: moves the",
     ),
-    ("example2", "joint]", "joint, sampled]", r"methods: sampled: the period is learned"),
+    ("example2", "joint, robust]", "joint, robust, sampled]", r"methods: sampled: the period is learned"),
     ("vehicle", "states: [x, y, vx, vy]", "states: [x, y, vx]", r"4 states and 2 inputs need as many different names"),
     ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", r"system\.A: expected a matrix: a list of rows of numbers, all"),
     ("vehicle", "upper: [0.2, 2.0, 1.2, 1.2]", "upper: [0.2, 2.0, 1.2]", r"as many lower as upper bounds are needed"),

@@ -1,5 +1,6 @@
 """Learn hyperparameters and function together, from several starts: those of the likelihood and of θ alone."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -44,6 +45,20 @@ def learn_jointly(problem: ConstrainedProblem) -> Solution | NoSolution:
     if search.closest is not None:
         return _no_solution(problem, search.closest)
     return NoFunction(problem.pins) if problem.pins or alone is None else alone
+
+
+def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Return the best local minimum of J = l + D from these ln θ alone, each of shape (p,), or why there is none.
+
+    For a problem that differs little from one whose hyperparameters are known, where a search from everywhere is not
+    needed. `problem.pins` are not met by hyperparameters alone: where no function is found, there is no solution.
+    """
+    search = JointSearch(problem)
+    for log_theta in starts:
+        search.follow(log_theta)
+    if search.best is not None:
+        return _solution(search.best, search.fits, None)
+    return _no_solution(problem, search.closest) if search.closest is not None else NoFunction(problem.pins)
 
 
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:

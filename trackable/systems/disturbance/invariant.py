@@ -61,6 +61,14 @@ class InvariantSet:
             [sum((Fraction(k) * r for k, r in zip(col, row, strict=True)), Fraction(0)) for col in columns]
         )
 
+    def approximate_support(self, rows: Array) -> Array:
+        """Return h_Z(row) in float64 for rows (…, n): shape (…)."""
+        total = np.zeros(rows.shape[:-1])
+        for i in range(self.head + self.terms):
+            part = self.disturbance.support(rows) if i < self.head else np.abs(rows) @ self.box / (1 - self.contraction)
+            total, rows = total + part, rows @ self.closed_loop
+        return np.asarray(total)
+
     @cached_property
     def closed_loop(self) -> Array:
         """A_K in float64, shape (n, n)."""
