@@ -1,12 +1,12 @@
 """Figures: functions from the library's dataclasses to a matplotlib Figure. Only this package imports matplotlib."""
 
-from trackable.plots.closed_loop import closed_loop, costs
 from trackable.plots.convergence import convergence
-from trackable.plots.disturbed import disturbed_loops, price_of_room, tube_runs
 from trackable.plots.feasible import feasible_intervals, feasible_polygons
 from trackable.plots.illustrations import asymptotic, tube
 from trackable.plots.landscape import landscape
-from trackable.plots.loop_events import infeasibility, relearned
+from trackable.plots.loops.closed_loop import closed_loop, costs
+from trackable.plots.loops.disturbed import disturbed_loops, price_of_room, tube_runs
+from trackable.plots.loops.events import infeasibility, relearned
 from trackable.plots.margins import margins
 from trackable.plots.periodic import GrowthIntervals, conservatism, growth_intervals, periodic_prediction
 from trackable.plots.plane.loops import loops_in_plane
