@@ -26,7 +26,8 @@ CALLED = {  # names of distributions, where modules are called otherwise
 PARTS = {"pydantic_core": "pydantic", "traitlets": "nbclient"}  # of a package that is named
 # cvxpy loads its solver; Jupyter and Sphinx are commands, and Sphinx's configuration names its extensions and theme.
 BY_NAME_ONLY = {"clarabel", "jupyter", "sphinx", "myst-nb", "furo"}
-OF_EXTRAS = {"distributed": "cluster", "pyarrow": "parquet"}  # what the library imports only where it is asked for
+# what the library imports only where it is asked for
+OF_EXTRAS = {"distributed": "cluster", "pyarrow": "parquet", "ruamel.yaml": "pipeline"}
 
 
 def required(requirements: list[str]) -> set[str]:

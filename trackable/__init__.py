@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     from trackable.fleet.sources import recordings_in as recordings_in
     from trackable.given.certified import CertifiedReference as CertifiedReference
     from trackable.given.certify import certify as certify
+    from trackable.given.table import CertifiedTable as CertifiedTable
+    from trackable.given.table import RefutedTable as RefutedTable
+    from trackable.given.table import Table as Table
+    from trackable.given.table import certify_table as certify_table
     from trackable.gp.kernels.base import Kernel as Kernel
     from trackable.gp.kernels.base import Product as Product
     from trackable.gp.kernels.base import Sum as Sum
@@ -63,6 +67,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "CertifiedReference": "given.certified",
+    "CertifiedTable": "given.table",
     "Column": "recordings.csv_files.reading",
     "ConstrainedSystem": "systems.constrained",
     "Controller": "control.controller",
@@ -93,10 +98,12 @@ _MODULES = {
     "RationalQuadratic": "gp.kernels.rational_quadratic",
     "Recording": "recordings.recording",
     "Refuted": "checker",
+    "RefutedTable": "given.table",
     "Samples": "gp.samples",
     "Source": "fleet.sources",
     "SquaredExponential": "gp.kernels.squared_exponential",
     "Sum": "gp.kernels.base",
+    "Table": "given.table",
     "TrackableReference": "reference",
     "TubeController": "control.tube.controller",
     "Undecided": "checker",
@@ -104,6 +111,7 @@ _MODULES = {
     "Unsolved": "control.step.result",
     "Zonotope": "systems.disturbance.zonotope",
     "certify": "given.certify",
+    "certify_table": "given.table",
     "check": "checking",
     "learn_many": "fleet.learn_many",
     "learn_reference": "learn",

@@ -1,4 +1,4 @@
-"""The library's command line: `python -m trackable check FILE`."""
+"""The library's command line: `python -m trackable check FILE`, `python -m trackable certify TABLE --system FILE`."""
 
 import argparse
 import math
@@ -8,6 +8,7 @@ from pathlib import Path
 from trackable.checker.__main__ import INTERRUPTED, UNUSABLE, report
 from trackable.checking import check
 from trackable.errors import InputError
+from trackable.given.arguments import CODES, add_arguments
 
 _CODES = """Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE cannot be
 used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 130 interrupted.
@@ -15,7 +16,7 @@ used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its refe
 
 
 def main(arguments: list[str]) -> int:
-    """Run a command and return its exit code, which `check --help` explains."""
+    """Run a command and return its exit code, which its `--help` explains."""
     parser = argparse.ArgumentParser(prog="python -m trackable", description="What needs no pipeline.")
     commands = parser.add_subparsers(dest="command", required=True)
     checking = commands.add_parser(
@@ -28,7 +29,13 @@ def main(arguments: list[str]) -> int:
         "--seconds", type=_positive, metavar="N", help="answer within about this time: 3 if undecided"
     )
     checking.add_argument("--exact", action="store_true", help="without float64 intervals; takes longer")
+    certifying = commands.add_parser("certify", help="prove or refute a trajectory that is given", epilog=CODES)
+    add_arguments(certifying)
     given = parser.parse_args(arguments)
+    if given.command == "certify":
+        from trackable.given.command import run  # noqa: PLC0415  all that finds proofs
+
+        return run(given)
     try:
         return report(check(given.file, given.seconds, given.exact), given.file)
     except InputError as error:

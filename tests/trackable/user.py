@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from trackable import (
     CertifiedReference,
+    CertifiedTable,
     Column,
     ConstrainedSystem,
     Controller,
@@ -39,10 +40,12 @@ from trackable import (
     RationalQuadratic,
     Recording,
     Refuted,
+    RefutedTable,
     Samples,
     Source,
     SquaredExponential,
     Sum,
+    Table,
     TrackableReference,
     TubeController,
     Undecided,
@@ -50,6 +53,7 @@ from trackable import (
     Unsolved,
     Zonotope,
     certify,
+    certify_table,
     check,
     learn_many,
     learn_reference,
@@ -125,6 +129,8 @@ assert_type(certified, CertifiedReference | Counterexample | Unproved)
 assert_type(certify([0, 0.1, 0.2], plant, (0.0, 0.1), interpolation="cubic").explanation, str)
 if isinstance(certified, CertifiedReference):
     assert_type(certified.off["position"], float)
+at_steps = certify_table(Table([[0.0, 0.0], [0.0, 0.1]], [[1.0]]), plant, tolerance=1e-3)
+assert_type(at_steps, CertifiedTable | RefutedTable | Unproved)
 warnings.simplefilter("error", IgnoresSamplesWarning)
 warnings.simplefilter("ignore", DoubtfulInputWarning)
 

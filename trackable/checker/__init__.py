@@ -55,10 +55,10 @@ For polynomial pieces, Horner's rule is assumed.
 
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 100,000 centres of a
 signal, 10,000 rows of a set, 100,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
-numbers of 20,000 characters, 100 coefficients of a piece, 100 kernels in one, nested 40 deep, and formulas of 1000
-parts, nested 100 deep; the formula of an input has up to 10,000. Polynomials of step 0
-have up to 5000 terms, with 80 values of functions. What exceeds them is refused (`reading.limits`). A check may be
-given a time, after which it is Undecided.
+numbers of 20,000 characters, 100 coefficients of a piece, 100 kernels in one, nested 40 deep, and 1000 parts of a
+formula, nested 100 deep; the formula of an input has up to 10,000. Polynomials of step 0 have up to 5000 terms, with 80
+values of functions. What exceeds them is refused (`reading.limits`). A check may be given a time, after which it is
+Undecided.
 
 Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0, 6, 7 and 8 in rational arithmetic;
 step 2 first in arrays of float64 intervals, and in mpmath where these do not decide.
@@ -130,38 +130,23 @@ step 2 first in arrays of float64 intervals, and in mpmath where these do not de
      where all signals are at rest; for all_phases over one period; for a window from start to end, where a signal that
      ends must be known until the last t + j T. The rounding errors of Horner's rule, and of times, are at most the
      stated ones (`steps.pieces.rounding`). Steps 0, 6 and 7 are the same.
+  Of a table of states and inputs at steps: at each step, the rows of X and U are kept, and |x(k + 1) − f(x(k), u(k))|
+  is at most the tolerance for each state, in rational arithmetic for linear systems (`steps.tables`). Nothing is said
+  about times between the steps.
   Of a counterexample: step 0; the time is one of the claim; and the value of the bound's row at this time, a number, is
   outside (`steps.violation`). Of redundant inputs it must be outside of what step 6 demands for one λ: that this is
   necessary needs no lemma.
 """
 
-from collections.abc import Mapping
-from functools import partial
-
-from trackable.checker.certificate import FORMAT, Certificate
+from trackable.checker.answers import of_table, proved, refuted
+from trackable.checker.certificate import FORMAT
 from trackable.checker.counterexample import FORMAT as COUNTEREXAMPLE
-from trackable.checker.counterexample import Counterexample
-from trackable.checker.formulas.affine import UnsolvableError
 from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.reading.counterexamples import read_counterexample
+from trackable.checker.reading.tables import read_table
 from trackable.checker.reading.values import UnreadableError
-from trackable.checker.robust_statement import robust_statement
-from trackable.checker.statement import refutation, statement
-from trackable.checker.steps.boxes import check_boxes, in_mpmath
-from trackable.checker.steps.cover import check_cover
-from trackable.checker.steps.instants import check_instants
-from trackable.checker.steps.pieces.check import check_pieces, check_signals
-from trackable.checker.steps.pieces.check import check_violation as refuted_by_pieces
-from trackable.checker.steps.quantities import Quantity, quantities
-from trackable.checker.steps.redundancy import check_input_set
-from trackable.checker.steps.robust import check_robust
-from trackable.checker.steps.rounding import check_rounding
-from trackable.checker.steps.shapes import check_names, check_shapes
-from trackable.checker.steps.sizes import check_sizes
-from trackable.checker.steps.tail import check_tail
-from trackable.checker.steps.trajectories import check_trajectories
-from trackable.checker.steps.violation import check_violation
-from trackable.checker.subject import Subject
+from trackable.checker.steps.boxes import FirstPass, in_mpmath
+from trackable.checker.table import FORMAT as TABLE
 from trackable.checker.verdicts import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
 from trackable.checker.watch import OutOfTimeError, Report, watched
 
@@ -181,66 +166,20 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
     """
     try:
         with watched(seconds, report):
-            return _check(data, exact)
+            return _check(data, in_mpmath if exact else first_pass)
     except OutOfTimeError:
         return Undecided(f"not decided within {seconds:g} s")
 
 
-def _check(data: object, exact: bool) -> Verdict:
+def _check(data: object, first_pass: FirstPass) -> Verdict:
     kind = data.get("format") if isinstance(data, dict) else None
     try:
         if isinstance(data, dict) and kind == COUNTEREXAMPLE:
-            return _refuted(read_counterexample(data))
+            return refuted(read_counterexample(data))
+        if isinstance(data, dict) and kind == TABLE:
+            return of_table(read_table(data))
         if isinstance(data, dict) and kind == FORMAT:
-            return _proved(read_certificate(data), exact)
+            return proved(read_certificate(data), first_pass)
     except UnreadableError as error:
         return NotACertificate(str(error))
     return NotACertificate(f"is not a certificate: certificate.format must be {FORMAT!r}")
-
-
-def _proved(certificate: Certificate, exact: bool) -> Proved | Failed:
-    subject = certificate.subject
-    if subject.pieces:
-        reason = _misfit(subject) or check_input_set(subject) or check_robust(subject, certificate.robust)
-        return _answer(certificate, reason or check_pieces(certificate))
-    reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
-    reason = reason or check_robust(subject, certificate.robust)
-    if reason:
-        return Failed(reason)
-    bounded = _bounded(subject, certificate.errors)
-    if isinstance(bounded, str):
-        return Failed(bounded)
-    check_held = partial(check_boxes, first_pass=in_mpmath if exact else first_pass)
-    for check_step in (check_sizes, check_rounding, check_held, check_instants, check_tail):
-        if reason := check_step(certificate, bounded):
-            break
-    return _answer(certificate, reason)
-
-
-def _answer(certificate: Certificate, reason: str | None) -> Proved | Failed:
-    if reason:
-        return Failed(reason)
-    return Proved(statement(certificate) + robust_statement(certificate.subject, certificate.robust))
-
-
-def _refuted(counterexample: Counterexample) -> Refuted | Failed:
-    subject = counterexample.subject
-    reason: str | None = _misfit(subject)
-    if not reason and subject.pieces:
-        reason = refuted_by_pieces(counterexample)
-    elif not reason:
-        bounded = _bounded(subject, {bound.name: 0.0 for bound in subject.bounds})
-        reason = bounded if isinstance(bounded, str) else check_violation(counterexample, bounded)
-    return Failed(reason, "counterexample") if reason else Refuted(refutation(counterexample))
-
-
-def _misfit(subject: Subject) -> str | None:
-    return (check_signals(subject) if subject.pieces else None) or check_shapes(subject) or check_trajectories(subject)
-
-
-def _bounded(subject: Subject, errors: Mapping[str, float]) -> list[Quantity] | str:
-    """Return the bounded quantities, or why f determines no inputs."""
-    try:
-        return quantities(subject, errors)
-    except UnsolvableError as error:
-        return f"system: {error}"

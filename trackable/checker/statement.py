@@ -10,6 +10,7 @@ from trackable.checker.steps.instants import combination_at
 from trackable.checker.steps.pieces.place import where_pieces_are
 from trackable.checker.steps.quantities import states_of
 from trackable.checker.subject import Bound, FlatForm, NonlinearSystem, Row, Subject, System, as_float
+from trackable.checker.table import Table
 
 
 def statement(certificate: Certificate) -> str:
@@ -42,6 +43,19 @@ def refutation(counterexample: Counterexample) -> str:
         f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, _names(subject.system, bound))} by at least "
         f"{counterexample.violation!r}, so it does not keep its bounds for {times}; the system "
         f"{_dynamics(subject.system)}. {identity(subject)}"
+    )
+
+
+def table_statement(table: Table) -> str:
+    """Return what a table shows."""
+    system = table.system
+    sides = ((system.states, table.state_set), (system.inputs, table.input_set))
+    kept = ", ".join(bound_text(row, names) for names, bounded in sides for row in bounded.rows) or "no bounds"
+    last = table.first_step + len(table.states) - 1
+    return (
+        f"For the steps k = {table.first_step} … {last} the table keeps {kept}, and each of its states is within "
+        f"{table.tolerance!r} of what the system {_dynamics(system)} makes of the state and the input before "
+        f"(T = {system.sampling_time!r} s). Nothing is said about times between the steps."
     )
 
 

@@ -40,7 +40,7 @@ def read_subject(content: Fields) -> Subject:
     extra = [name for name in ("trajectories", "attainable") if name in content]
     reference = content("reference", lambda value, where: Fields(value, where, "signals", "plant"))
     plant = reference("plant", lambda value, where: Fields(value, where, "system", "state_set", "input_set"))
-    system = plant("system", _system)
+    system = plant("system", a_system)
     wanted = ["trajectories"] if isinstance(system, LinearSystem) else []
     if extra[: len(wanted)] != wanted or (not wanted and extra):
         raise UnreadableError("there must be trajectories, and may be attainable rows, for linear systems only")
@@ -70,8 +70,8 @@ def _signal(value: object, where: str) -> Signal:
     )
 
 
-def _system(value: object, where: str) -> System:
-    """Formulas f make a system nonlinear."""
+def a_system(value: object, where: str) -> System:
+    """Read a system: formulas f make it nonlinear."""
     about, names = ("states", "inputs", "sampling_time"), many(an_identifier, COORDINATES)
     if isinstance(value, dict) and "f" in value:
         found = Fields(value, where, "f", *about, *(name for name in ("flat",) if name in value))

@@ -1,0 +1,84 @@
+"""The answers about what was read: the steps of each proof, in order."""
+
+from collections.abc import Mapping
+from functools import partial
+
+from trackable.checker.certificate import Certificate
+from trackable.checker.counterexample import Counterexample
+from trackable.checker.formulas.affine import UnsolvableError
+from trackable.checker.robust_statement import robust_statement
+from trackable.checker.statement import refutation, statement, table_statement
+from trackable.checker.steps.boxes import FirstPass, check_boxes
+from trackable.checker.steps.cover import check_cover
+from trackable.checker.steps.instants import check_instants
+from trackable.checker.steps.pieces.check import check_pieces, check_signals
+from trackable.checker.steps.pieces.check import check_violation as refuted_by_pieces
+from trackable.checker.steps.quantities import Quantity, quantities
+from trackable.checker.steps.redundancy import check_input_set
+from trackable.checker.steps.robust import check_robust
+from trackable.checker.steps.rounding import check_rounding
+from trackable.checker.steps.shapes import check_names, check_shapes
+from trackable.checker.steps.sizes import check_sizes
+from trackable.checker.steps.tables import check_table
+from trackable.checker.steps.tail import check_tail
+from trackable.checker.steps.trajectories import check_trajectories
+from trackable.checker.steps.violation import check_violation
+from trackable.checker.subject import Subject
+from trackable.checker.table import Table
+from trackable.checker.verdicts import Failed, Proved, Refuted
+
+
+def of_table(table: Table) -> Proved | Failed:
+    """Return what is shown of a table."""
+    reason = check_table(table)
+    return Failed(reason) if reason else Proved(table_statement(table))
+
+
+def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
+    """Return what is shown of a certificate; `first_pass` decides the boxes that float64 intervals can decide."""
+    subject = certificate.subject
+    if subject.pieces:
+        reason = _misfit(subject) or check_input_set(subject) or check_robust(subject, certificate.robust)
+        return _answer(certificate, reason or check_pieces(certificate))
+    reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
+    reason = reason or check_robust(subject, certificate.robust)
+    if reason:
+        return Failed(reason)
+    bounded = _bounded(subject, certificate.errors)
+    if isinstance(bounded, str):
+        return Failed(bounded)
+    check_held = partial(check_boxes, first_pass=first_pass)
+    for check_step in (check_sizes, check_rounding, check_held, check_instants, check_tail):
+        if reason := check_step(certificate, bounded):
+            break
+    return _answer(certificate, reason)
+
+
+def _answer(certificate: Certificate, reason: str | None) -> Proved | Failed:
+    if reason:
+        return Failed(reason)
+    return Proved(statement(certificate) + robust_statement(certificate.subject, certificate.robust))
+
+
+def refuted(counterexample: Counterexample) -> Refuted | Failed:
+    """Return what is shown of a counterexample."""
+    subject = counterexample.subject
+    reason: str | None = _misfit(subject)
+    if not reason and subject.pieces:
+        reason = refuted_by_pieces(counterexample)
+    elif not reason:
+        bounded = _bounded(subject, {bound.name: 0.0 for bound in subject.bounds})
+        reason = bounded if isinstance(bounded, str) else check_violation(counterexample, bounded)
+    return Failed(reason, "counterexample") if reason else Refuted(refutation(counterexample))
+
+
+def _misfit(subject: Subject) -> str | None:
+    return (check_signals(subject) if subject.pieces else None) or check_shapes(subject) or check_trajectories(subject)
+
+
+def _bounded(subject: Subject, errors: Mapping[str, float]) -> list[Quantity] | str:
+    """Return the bounded quantities, or why f determines no inputs."""
+    try:
+        return quantities(subject, errors)
+    except UnsolvableError as error:
+        return f"system: {error}"

@@ -1,0 +1,36 @@
+"""Read a table."""
+
+from reprlib import repr as short
+
+from trackable.checker.reading.limits import COORDINATES, INSTANTS
+from trackable.checker.reading.subjects import a_polytope, a_system
+from trackable.checker.reading.values import Fields, UnreadableError, many, positive_number, real_number
+from trackable.checker.table import VERSION, Table
+
+_LATEST_STEP = 2**53
+
+
+def read_table(data: dict[object, object]) -> Table:
+    """Return what a table's JSON says. Raise UnreadableError where it is none of this version."""
+    version = data.get("version")
+    if type(version) is not int or version != VERSION:
+        raise UnreadableError(f"is a table of version {short(version)}; this checker reads version {VERSION}")
+    content = Fields(data, "table", "format", "version", "table", "plant", "tolerance")
+    table = content("table", lambda value, where: Fields(value, where, "first_step", "states", "inputs"))
+    plant = content("plant", lambda value, where: Fields(value, where, "system", "state_set", "input_set"))
+    rows = many(many(real_number, COORDINATES), INSTANTS)
+    return Table(
+        table("first_step", _step),
+        table("states", rows),
+        table("inputs", rows),
+        plant("system", a_system),
+        plant("state_set", a_polytope),
+        plant("input_set", a_polytope),
+        content("tolerance", positive_number),
+    )
+
+
+def _step(value: object, where: str) -> int:
+    if type(value) is not int or abs(value) > _LATEST_STEP:
+        raise UnreadableError(f"{where} must be a whole number up to 2⁵³")
+    return value
