@@ -128,10 +128,14 @@ class Promise:
 
 @dataclass(frozen=True)
 class Rival:
-    """Something that hands out trajectories: `solve` is given a problem, `needs` are the packages it is made of."""
+    """Something that hands out trajectories.
+
+    `solve` is given a problem, `needs` are the packages it is made of, and `licence` is theirs.
+    """
 
     letter: str
     name: str
     promise: Promise
     solve: Callable[[Problem], Answer]
     needs: tuple[str, ...] = field(default=())
+    licence: str = ""

@@ -105,4 +105,5 @@ DRAKE = Rival(
     ),
     solve,
     needs=("pydrake",),
+    licence="BSD-3-Clause",
 )

@@ -48,4 +48,5 @@ FINE_GRID = Rival(
     Promise("", "the program itself", "bounds at the times of its grid, none between"),
     solve,
     needs=("clarabel",),
+    licence="Apache-2.0",
 )

@@ -101,5 +101,6 @@ FLATSYS = Rival(
     ),
     solve,
     needs=("control",),
+    licence="BSD-3-Clause",
 )
 assert POINTS > _TIMES

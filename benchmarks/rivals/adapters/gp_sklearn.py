@@ -130,7 +130,12 @@ def _part(side: str, bounds: dict[str, Bounds]) -> dict[str, Bounds]:
 SKLEARN = Rival(
     "a",
     "scikit-learn GaussianProcessRegressor",
-    Promise("", "scikit-learn, User Guide 1.7", "an interpolation with confidence intervals; no bounds"),
+    Promise(
+        "The prediction is probabilistic (Gaussian) so that one can compute empirical confidence intervals",
+        "scikit-learn, User Guide 1.7",
+        "no bounds",
+    ),
     solve,
     needs=("sklearn",),
+    licence="BSD-3-Clause",
 )

@@ -100,7 +100,12 @@ def _sparse(dense: Array) -> scipy.sparse.sparray:
 TIGHTENED = Rival(
     "c",
     f"second-order cones around {POINTS} times",
-    Promise("", "Aubin-Frankowski & Szabó 2020, 2022", "bounds on the whole compact set"),
+    Promise(
+        "we prove that hard affine shape constraints on function derivatives can be encoded in kernel machines",
+        "Aubin-Frankowski & Szabó, NeurIPS 2020, abstract; our own program",
+        "bounds on the whole compact set",
+    ),
     solve,
     needs=("clarabel",),
+    licence="Apache-2.0",
 )

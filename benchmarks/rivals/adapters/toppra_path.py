@@ -87,7 +87,12 @@ def _constraints(problem: Problem, speeds: Array) -> list[object]:
 TOPP_RA = Rival(
     "f",
     "TOPP-RA on the learned path",
-    Promise("", "TOPP-RA, reference of toppra.constraint", "velocities and accelerations at grid points of the path"),
+    Promise(
+        "path acceleration and path velocity square",
+        "TOPP-RA, reference of JointAccelerationConstraint",
+        "velocities and accelerations at grid points of the path",
+    ),
     solve,
     needs=("toppra",),
+    licence="MIT",
 )

@@ -167,7 +167,11 @@ def _rival(of: str) -> Rival:
     return Rival(
         "d",
         f"truncated Gaussian on hat functions, {of}",
-        Promise("", "López-Lopera et al. 2018; lineqGPR (GPL-3) does the same", "bounds everywhere, for hat functions"),
+        Promise(
+            "Gaussian process interpolation, regression and simulation under linear inequality constraints",
+            "lineqGPR (GPL-3), of López-Lopera et al. 2018; our own program",
+            "bounds everywhere, for hat functions",
+        ),
         partial(solve, of=of),
     )
 
