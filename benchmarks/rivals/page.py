@@ -7,10 +7,12 @@ from benchmarks.rivals import figures, table
 from benchmarks.rivals.entries import RIVALS
 from benchmarks.rivals.model import Rival
 from benchmarks.rivals.pendulum import table as pendulum
+from benchmarks.rivals.study import summary as study
 from trackable.plots.style import save
 
 FOLDER = Path(__file__).parent
 RESULTS, PENDULUM, SWEEP = FOLDER / "results.json", FOLDER / "pendulum.json", FOLDER / "sweep.json"
+STUDY = FOLDER / "study.json"
 PAGE, FIGURES = FOLDER / "README.md", FOLDER / "figures"
 
 _INTRODUCTION = """# Side by side
@@ -49,6 +51,17 @@ the bounds at all times of the window.
 """
 
 
+_ABOUT_STUDY = """## Many draws
+
+`python -m benchmarks.rivals.study --runs N --folder FOLDER` draws problems (three systems, three levels of noise, three
+tightnesses of one bound, three densities of samples), and gives each rival the same. It goes on where it was stopped;
+two processes, or a Dask cluster (`--cluster ADDRESS`), write the same bytes as one. **No curve**: infeasible, or the
+solver failed. **Collapsed**: off the samples by more than three times what the unconstrained mean is, by more than the
+noise and by more than a tenth of their spread. **Violated**: certainly, by more than 1e-9 of the bound's width;
+**worst** is the largest. The error to the truth is a part of the samples' spread, from time zero to the last sample.
+"""
+
+
 def write(rows: Sequence[table.Row], swings: Sequence[pendulum.Row], finer: Sequence[table.Row]) -> None:
     """Write the page and its figures."""
     FIGURES.mkdir(exist_ok=True)
@@ -63,6 +76,8 @@ def write(rows: Sequence[table.Row], swings: Sequence[pendulum.Row], finer: Sequ
     ]
     lines += [_promise(rival) for rival in RIVALS]
     lines += ["", _ABOUT_PENDULUM, pendulum.page(swings), "", _ABOUT_FIGURES, "## What they did", "", table.page(rows)]
+    if STUDY.exists():
+        lines += [_ABOUT_STUDY, study.page(study.read(STUDY))]
     PAGE.write_text("\n".join(lines), encoding="utf-8")
 
 

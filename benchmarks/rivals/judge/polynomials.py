@@ -38,7 +38,7 @@ class Pieces:
 
     def __call__(self, t: Array) -> Array:
         """Return values at t [s] in float64, shape of t; outside of the breaks the end pieces go on."""
-        return np.asarray(self._floats(np.asarray(t, dtype=float)))
+        return np.asarray(self.as_scipy(np.asarray(t, dtype=float)))
 
     def derivative(self) -> Self:
         """Return the derivative of each piece."""
@@ -65,7 +65,8 @@ class Pieces:
         )
 
     @cached_property
-    def _floats(self) -> PPoly:
+    def as_scipy(self) -> PPoly:
+        """The same in float64: exactly, if that is what it was made of."""
         longest = max(map(len, self.parts))
         columns = [[float(a) for a in (*part, *[Fraction(0)] * (longest - len(part)))][::-1] for part in self.parts]
         return PPoly(np.array(columns).T, np.array([float(t) for t in self.breaks]))

@@ -1,15 +1,13 @@
 """`python -m benchmarks.rivals.study --runs 10000 --workers 2 --folder FOLDER`: the study, resumed where it stopped."""
 
 import argparse
-import json
 import os
 import sys
-from dataclasses import asdict
 from pathlib import Path
 
 from benchmarks.rivals.problems import ROOT
 from benchmarks.rivals.study.run import collected, run
-from benchmarks.rivals.study.summary import page, summary
+from benchmarks.rivals.study.summary import page, summary, write
 
 
 def main(arguments: list[str]) -> None:
@@ -27,8 +25,7 @@ def main(arguments: list[str]) -> None:
         print(f"{done} of {given.runs} runs", file=sys.stderr, flush=True)
     entries = summary(collected(folder, given.runs))
     if written:
-        text = json.dumps({"runs": given.runs, "entries": [asdict(e) for e in entries]}, indent=1, ensure_ascii=False)
-        written.write_text(text + "\n", encoding="utf-8")
+        write(entries, given.runs, written)
     print(page(entries))
 
 

@@ -1,7 +1,9 @@
 """What a study says: counts, and errors with confidence bands, for each system and rival."""
 
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -72,6 +74,17 @@ def _band(values: np.ndarray) -> tuple[float, float, float]:
     drawn = np.median(rng.choice(values, (_RESAMPLES, len(values))), axis=1)
     outside = (1 - _COVERAGE) / 2
     return float(np.median(values)), *np.quantile(drawn, [outside, 1 - outside]).tolist()
+
+
+def write(entries: Sequence[Entry], runs: int, path: Path) -> None:
+    """Write the summary as JSON."""
+    text = json.dumps({"runs": runs, "entries": [asdict(entry) for entry in entries]}, indent=1, ensure_ascii=False)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def read(path: Path) -> list[Entry]:
+    """Return what was written."""
+    return [Entry(**entry) for entry in json.loads(path.read_text(encoding="utf-8"))["entries"]]
 
 
 def page(entries: Sequence[Entry]) -> str:

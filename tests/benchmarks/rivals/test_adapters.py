@@ -11,6 +11,9 @@ from benchmarks.rivals.adapters.truncated import Bounds, Truncated, hats
 from benchmarks.rivals.judge.moving import interpolated
 from benchmarks.rivals.model import Found
 from benchmarks.rivals.problems import problem
+from trackable import certify
+from trackable.certificates.outcome import Counterexample
+from trackable.given.certified import CertifiedReference
 from trackable.gp.bounded.least_norm import least_norm
 from trackable.gp.kernels.matern import Matern52
 
@@ -91,6 +94,21 @@ def test_a_spline_with_bounds_on_a_grid_leaves_them_between_its_times():
     assert isinstance(answer, Found)
     violation = answer.curve.violation(problem("axis").window)
     assert 0 < violation.least <= violation.most < 0.05
+
+
+def test_the_library_refutes_and_certifies_the_same_curves():
+    broken, kept = splines.solve(problem("axis"), 50), truncated.solve(problem("example1"), "mode")
+    for of, answer in (("axis", broken), ("example1", kept)):
+        plant, window = problem(of).task.plant, problem(of).window
+        violation = answer.curve.violation(window)
+        outcome = certify({"z1": answer.curve.seen[0].as_scipy}, plant, window)
+        if of == "example1":
+            assert violation.is_none
+            assert isinstance(outcome, CertifiedReference)
+        else:
+            assert isinstance(outcome, Counterexample)
+            assert outcome.quantity == violation.quantity
+            assert outcome.violation / 0.18 == pytest.approx(violation.least, rel=1e-3)
 
 
 def test_a_governor_keeps_the_bounds_at_every_step_and_holds_the_command_back():

@@ -31,7 +31,7 @@ def test_tightened_bounds_reach_the_printed_number():
     assert found.facts().kept
 
 
-@pytest.mark.parametrize(("points", "printed"), [(400, 181)])
+@pytest.mark.parametrize(("points", "printed"), [(400, 181), (800, 207)])
 def test_more_points_reach_the_printed_numbers(points, printed):
     assert math.floor(100 * float(transcribed.solve(points, cones=True).states[-1, 1])) == printed
 
