@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import nan
 from statistics import median
 from time import process_time
 
@@ -13,11 +14,16 @@ class Disagreement(AssertionError):
     """Two ways to solve the same problem do not end at the same answer: their times are not worth comparing."""
 
 
+FAILURES = (AssertionError, ArithmeticError, LookupError, OSError, RuntimeError, TypeError, ValueError)
+"""What others may raise where they fail: it becomes a row, and what was measured before it stays."""
+
+
 @dataclass(frozen=True)
 class Row:
     """One comparison: seconds of both, the ratio with its range over the rounds, and what was wanted of it.
 
-    `ratio` says how many times longer the `rival` takes; with `at_most` it is the other way round. NaN: no rival.
+    `ratio` says how many times longer the `rival` takes; with `at_most` it is the other way round. NaN: no rival, or
+    one that failed or came to another answer, of which `failure` is the sentence.
     """
 
     topic: str
@@ -31,10 +37,19 @@ class Row:
     target: float | None = None
     at_most: bool = False
     note: str = ""
+    failure: str = ""
+
+    @classmethod
+    def failed(cls, topic: str, problem: str, rival: str, why: BaseException) -> "Row":
+        """Return a row without numbers."""
+        sentence = " ".join(f"{type(why).__name__}: {why}".split())
+        return cls(topic, problem, rival, *[nan] * 5, failure=sentence)
 
     @property
     def verdict(self) -> str:
-        """Whether the target is met; empty where there is none."""
+        """Whether the target is met, or the comparison failed; empty where there is no target."""
+        if self.failure:
+            return "failed"
         if self.target is None:
             return ""
         return "met" if (self.ratio <= self.target if self.at_most else self.ratio >= self.target) else "missed"
@@ -51,13 +66,21 @@ def duel(
     target: float | None = None,
     at_most: bool = False,
     note: str = "",
+    check: Callable[[], object] = lambda: None,
 ) -> Row:
     """Short bursts of one and the other, in turns; medians of processor time on one thread.
 
+    Before that, `check` raises Disagreement where they come to different answers. That, and whatever makes one of them
+    fail, is the row.
+
     Processor time is what a clock shows on a machine with nothing else to do.
     """
-    calls = [_calls(ours), _calls(theirs)]
-    times = [(_burst(ours, calls[0]), _burst(theirs, calls[1])) for _ in range(rounds)]
+    try:
+        check()
+        calls = [_calls(ours), _calls(theirs)]
+        times = [(_burst(ours, calls[0]), _burst(theirs, calls[1])) for _ in range(rounds)]
+    except FAILURES as why:
+        return Row.failed(topic, problem, rival, why)
     ratios = [a / b if at_most else b / a for a, b in times]
     own, other = (median(column) for column in zip(*times, strict=True))
     found = (own, other, median(ratios), min(ratios), max(ratios))

@@ -33,12 +33,17 @@ which is part of our time, leads to.""",
 
 def write(rows: Sequence[Row], machine: dict[str, str]) -> None:
     """All three files."""
+    write_rows(rows, machine)
+    TABLE.write_text(table(rows, machine), "utf-8")
+    FIGURE.parent.mkdir(exist_ok=True)
+    save(figure([row for row in rows if not (row.at_most or row.failure)]), FIGURE)
+
+
+def write_rows(rows: Sequence[Row], machine: dict[str, str]) -> None:
+    """The numbers alone, after each row: what stops a run loses nothing that was measured."""
     measured = [{**asdict(row), "verdict": row.verdict} for row in rows]
     known = [{name: value for name, value in row.items() if value == value} for row in measured]  # noqa: PLR0124 (NaN)
     RESULTS.write_text(json.dumps({"machine": machine, "rows": known}, indent=1, ensure_ascii=False) + "\n", "utf-8")
-    TABLE.write_text(table(rows, machine), "utf-8")
-    FIGURE.parent.mkdir(exist_ok=True)
-    save(figure([row for row in rows if not row.at_most]), FIGURE)
 
 
 def table(rows: Sequence[Row], machine: dict[str, str]) -> str:
@@ -55,10 +60,12 @@ def table(rows: Sequence[Row], machine: dict[str, str]) -> str:
 
 
 def _missed(rows: Sequence[Row]) -> list[str]:
-    wanted = [row for row in rows if row.verdict]
+    wanted = [row for row in rows if row.target is not None]
     missed = [row for row in wanted if row.verdict == "missed"]
     lines = [f"{len(wanted) - len(missed)} of {len(wanted)} targets are met." + (" Missed:" if missed else ""), ""]
     lines += [f"{_named(row)}, not {_target(row)}" for row in missed]
+    failed = [f"- {row.topic}, {row.problem}, beside {row.rival}: {row.failure}" for row in rows if row.failure]
+    lines += ["", "Without a comparison, as one of both failed or they disagree:", "", *failed] if failed else []
     slower = [row for row in rows if not (row.verdict or row.at_most) and row.ratio < 1]
     lines += ["", "Slower than the other, where no target was set:", "", *map(_named, slower)] if slower else []
     return [*lines, ""]
@@ -69,13 +76,15 @@ def _named(row: Row) -> str:
 
 
 def _line(row: Row) -> str:
-    verdict = {"met": "met", "missed": "**missed**", "": ""}[row.verdict]
-    last = "; ".join(part for part in (verdict, row.note) if part)
+    verdict = {"met": "met", "missed": "**missed**", "failed": "**failed**", "": ""}[row.verdict]
+    last = "; ".join(part for part in (verdict, row.failure, row.note) if part)
     cells = [row.problem, row.rival, _time(row.seconds), _time(row.rival_seconds), _ratio(row), _target(row), last]
     return f"| {' | '.join(cells)} |"
 
 
 def _ratio(row: Row) -> str:
+    if row.failure:
+        return ""
     around = "" if row.lowest == row.highest else f" ({row.lowest:.3g} … {row.highest:.3g})"
     return f"{row.ratio:.3g}{around} of" if row.at_most else f"{row.ratio:.3g}{around} ×"
 

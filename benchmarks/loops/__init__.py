@@ -1,0 +1,1 @@
+"""What a loop waits for, and who doubts it."""

@@ -1,0 +1,60 @@
+"""A comparison that fails is a row that says so, and what was measured before it is not lost."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from benchmarks import __main__ as command
+from benchmarks import report
+from benchmarks.duel import Row, agree, duel
+
+
+def nothing() -> None:
+    pass
+
+
+def compared(**options) -> Row:
+    return duel("topic", "problem", "rival", nothing, options.pop("theirs", nothing), rounds=1, target=2.0, **options)
+
+
+def test_a_comparison_has_numbers_and_a_verdict():
+    row = compared()
+    assert row.ratio > 0
+    assert row.verdict in ("met", "missed")
+
+
+def broken() -> None:
+    raise RuntimeError("solver\nfailed")
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"theirs": broken}, "RuntimeError: solver failed"),
+        ({"check": lambda: agree("last step", 130, 112, 0.0)}, "Disagreement: last step: 130 and 112 differ"),
+    ],
+)
+def test_a_rival_that_fails_or_disagrees_is_a_row_that_says_so(options, sentence):
+    row = compared(**options)
+    assert row.verdict == "failed"
+    assert row.failure.startswith(sentence)
+    table = report.table([row, compared()], {})
+    assert f"**failed**; {sentence}" in table
+    assert f"- topic, problem, beside rival: {sentence}" in table
+
+
+def test_what_was_measured_is_written_and_what_cannot_go_on_is_a_row(monkeypatch, tmp_path):
+    def rows():
+        yield compared()
+        raise ValueError("no such file")
+
+    monkeypatch.setattr(command, "import_module", lambda _: SimpleNamespace(rows=rows))
+    monkeypatch.setattr(report, "RESULTS", tmp_path / "results.json")
+    found = []
+    for row in command.measured("mine"):
+        found.append(row)
+        report.write_rows(found, {})
+        written = json.loads((tmp_path / "results.json").read_text())["rows"]
+        assert [each["verdict"] for each in written] == [each.verdict for each in found]
+    assert [row.failure for row in found] == ["", "ValueError: no such file"]
