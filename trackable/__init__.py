@@ -60,6 +60,12 @@ if TYPE_CHECKING:
     from trackable.systems.constrained import ConstrainedSystem as ConstrainedSystem
     from trackable.systems.disturbance.hull import ConvexHull as ConvexHull
     from trackable.systems.disturbance.zonotope import Zonotope as Zonotope
+    from trackable.systems.flat.form import FlatForm as FlatForm
+    from trackable.systems.library import kinematic_bicycle as kinematic_bicycle
+    from trackable.systems.library import mobile_robot as mobile_robot
+    from trackable.systems.library import pendulum as pendulum
+    from trackable.systems.library import tank as tank
+    from trackable.systems.library import two_tanks as two_tanks
     from trackable.systems.linear import LinearSystem as LinearSystem
     from trackable.systems.nonlinear import Nonlinear as Nonlinear
     from trackable.systems.sets.polytope import Polytope as Polytope
@@ -76,6 +82,7 @@ _MODULES = {
     "CsvLayout": "recordings.csv_files.table",
     "DoubtfulInputWarning": "errors",
     "Failed": "checker",
+    "FlatForm": "systems.flat.form",
     "Field": "recordings.mcap_files.reader",
     "Fleet": "fleet.learn_many",
     "IgnoresSamplesWarning": "explanation",
@@ -114,6 +121,11 @@ _MODULES = {
     "certify_table": "given.table",
     "check": "checking",
     "learn_many": "fleet.learn_many",
+    "mobile_robot": "systems.library",
+    "kinematic_bicycle": "systems.library",
+    "two_tanks": "systems.library",
+    "pendulum": "systems.library",
+    "tank": "systems.library",
     "learn_reference": "learn",
     "parts_of_csv": "fleet.parts",
     "parts_of_parquet": "fleet.parts",

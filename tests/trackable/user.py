@@ -19,6 +19,7 @@ from trackable import (
     DoubtfulInputWarning,
     Failed,
     Field,
+    FlatForm,
     Fleet,
     IgnoresSamplesWarning,
     Infeasible,
@@ -55,16 +56,23 @@ from trackable import (
     certify,
     certify_table,
     check,
+    kinematic_bicycle,
     learn_many,
     learn_reference,
+    mobile_robot,
     parts_of_csv,
     parts_of_parquet,
+    pendulum,
     read_csv,
     read_mcap,
     read_parquet,
     recordings_in,
     simulate,
     topics_of,
+    two_tanks,
+)
+from trackable import (
+    tank as draining,
 )
 
 kernel = SquaredExponential(lengthscale=(0.1, 2.0))
@@ -88,6 +96,10 @@ axis = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.01, states=("pos
 assert_type(axis, LinearSystem)
 tank = Nonlinear.of(lambda x, u: [x[0] + u[0]], ["level"], ["inflow"], 5.0)
 assert_type(tank, Nonlinear)
+for system in (mobile_robot(0.1), kinematic_bicycle(0.1, wheelbase=2.7), two_tanks(1.0), pendulum(0.05), draining(1.0)):
+    assert_type(system, Nonlinear)
+chain = FlatForm.of(lambda z: ([z[0][0], z[1][0] - z[0][0]], [z[2][0] - 2 * z[1][0] + z[0][0]]), outputs=1)
+assert_type(Nonlinear.of(lambda x, u: [x[0] + x[1], x[1] + u[0]], ["x", "v"], ["a"], 1.0, flat=chain), Nonlinear)
 plant = ConstrainedSystem(axis, Polytope.box([-1.0, -1.0], [1.0, 1.0]), Polytope.box([-1.0], [1.0]))
 assert_type(plant.sampling_time, float)
 

@@ -130,7 +130,11 @@ def _value_and_gradient(functional: Functional, posterior: JointPosterior, place
     value = np.full(len(places), float(functional.offset))
     gradient = np.zeros((len(posterior.prior.learned), len(places)))
     for c, weights in functional.rounded:
-        jet, by_theta = posterior.jet_and_gradient(c, functional.instants(places, len(weights)), 0)
-        value += weights @ jet[0]
-        gradient += weights @ by_theta[:, 0]
+        shifts = np.flatnonzero(weights)
+        if len(shifts) > 1:  # sums are taken over all shifts, in one order
+            shifts = np.arange(len(weights))
+        at = np.stack([places + j * functional.sampling_time for j in shifts])
+        jet, by_theta = posterior.jet_and_gradient(c, at, 0)
+        value += weights[shifts] @ jet[0]
+        gradient += weights[shifts] @ by_theta[:, 0]
     return value, gradient

@@ -10,6 +10,7 @@ import numpy as np
 
 from trackable.arguments import names
 from trackable.arrays import Array
+from trackable.systems.flat.chains import found_form
 from trackable.systems.flat.flatness import Flatness
 from trackable.systems.flat.form import FlatForm
 from trackable.systems.flat.functional import Functional
@@ -35,10 +36,10 @@ class Nonlinear:
     """x(k+1) = f(x(k), u(k)), one formula `f` for each state, every `sampling_time` [s].
 
     `states` and `inputs` are different names, and the variables of the formulas. The `flat` form gives both as formulas
-    of flat outputs. Without it, the states are the flat outputs: there are as many inputs as states, and
-    f(x, u) = f0(x) + G(x) u is solved for them. ValueError: the flat form is not one of f; or, without one, f is not
-    affine in the inputs, or G is singular for all states; a formula is too long, a name is no identifier (`naming`), or
-    the sampling time is not positive.
+    of flat outputs; of chains it is found (`flat.chains`). Without it, the states are the flat outputs: there are as
+    many inputs as states, and f(x, u) = f0(x) + G(x) u is solved for them. ValueError: the flat form is not one of f;
+    or, without one, f is not affine in the inputs, or G is singular for all states; a formula is too long, a name is no
+    identifier (`naming`), or the sampling time is not positive.
     """
 
     f: tuple[Expression, ...]
@@ -51,6 +52,8 @@ class Nonlinear:
         object.__setattr__(self, "sampling_time", positive_sampling_time(self.sampling_time))
         n = len(self.states)
         self._require_formulas()
+        if self.flat is None and len(self.inputs) != n:
+            object.__setattr__(self, "flat", found_form(self.f, self.states, self.inputs))
         if self.flat is not None:
             if why := why_not_flat(self.f, self.flat, self.states, self.inputs):
                 raise ValueError(f"system: the flat form {why}")
@@ -58,7 +61,8 @@ class Nonlinear:
         if len(self.inputs) != n:
             raise ValueError(
                 f"system: a nonlinear system needs as many inputs as states, so that f can be solved for them, or a "
-                f"flat form; got {len(self.inputs)} ({', '.join(self.inputs)}) for {n} ({', '.join(self.states)})"
+                f"flat form, which is found for chains only; got {len(self.inputs)} ({', '.join(self.inputs)}) for {n} "
+                f"({', '.join(self.states)})"
             )
         for pivot in self.solution.pivots:
             if not variables(pivot) and not 0 < abs(float(evaluate_floats(pivot, {}))) < np.inf:
@@ -99,8 +103,8 @@ class Nonlinear:
         """Return the system of a Python function f(x, u) of two arrays that returns a list of the next states.
 
         f is called once, with symbols: it must use ordinary arithmetic only (see `formulas.symbol`). Numbers that it
-        uses are constants of the system. The `flat` form may be left out where there are as many inputs as states.
-        ValueError also: f is no such function, with the reason.
+        uses are constants of the system. The `flat` form may be left out for chains, and where there are as many
+        inputs as states. ValueError also: f is no such function, with the reason.
         """
         if not callable(f):
             raise TypeError(f"system: f: expected a function of x and u, got {f!r}")

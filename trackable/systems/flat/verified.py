@@ -62,8 +62,10 @@ def why_not_flat(f: Sequence[Expression], form: FlatForm, states: Sequence[str],
     later = [one_step_later(formula) for formula in form.states]
     reached = with_flat_form(f, form, (*states, *inputs))
     for state, a, b in zip(states, reached, later, strict=True):
-        off = Difference(a, b)
-        if found := _not_zero(Function("sin", Product(Constant(0.5), off)) if state in form.angles else off):
+        off: Expression = Difference(a, b)
+        if state in form.angles:  # zero for whole turns
+            off = Function("sin", Product(Constant(0.5), off))
+        if found := _not_zero(off, form.positive):
             return f"is not one of f: one step later {state} is off{found}"
     return _unequal(form, later, reached, states)
 
@@ -88,13 +90,15 @@ def turns(formula: Expression, angle: str) -> int | None:
     return found
 
 
-def _not_zero(error: Expression) -> str | None:
+def _not_zero(error: Expression, positive: Sequence[Expression]) -> str | None:
     """Return where a formula is clearly not zero in float64; None where that is not seen."""
-    names = sorted(variables(error))
+    names = sorted({name for formula in (error, *positive) for name in variables(formula)})
     rng = np.random.default_rng(0)
     for spread in np.repeat(_SPREADS, _TRIALS):
         at = {name: np.asarray(value) for name, value in zip(names, rng.normal(1.0, spread, len(names)), strict=True)}
         off = float(evaluate_floats(error, at))
+        if not all(evaluate_floats(p, at) > 0 for p in positive):
+            continue
         if np.isfinite(off) and abs(off) > _CLEARLY * (1 + max(map(abs, map(float, at.values())), default=0.0)):
             where = ", ".join(f"{name} = {float(value):.4g}" for name, value in at.items())
             return f" where {where}"

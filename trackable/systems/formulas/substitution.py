@@ -14,12 +14,17 @@ from trackable.systems.formulas.expression import (
 )
 
 
-def substituted(expression: Expression, formulas: Mapping[str, Expression]) -> Expression:
-    """Return the expression with these formulas in the place of the variables that they are named after."""
+def substituted(
+    expression: Expression, formulas: Mapping[str, Expression], parts: Mapping[Expression, Expression] | None = None
+) -> Expression:
+    """Return the expression with these formulas in the place of the variables that they are named after.
+
+    What is in `parts` is replaced first, wherever it is.
+    """
     known: dict[int, Expression] = {}
     for node in all_nodes(expression):
         inner = [known[id(operand)] for operand in operands(node)]
-        known[id(node)] = _rebuilt(node, inner, formulas)
+        known[id(node)] = parts[node] if parts and node in parts else _rebuilt(node, inner, formulas)
     return known[id(expression)]
 
 

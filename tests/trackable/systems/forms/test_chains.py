@@ -1,0 +1,152 @@
+"""Fifty random chains and robots: flat forms are found, references proved, and followed by simulating f."""
+
+import json
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from tests.trackable.checker.instances import changed
+from tests.trackable.systems.forms.instances import through
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.prove import prove
+from trackable.checker import Failed, Proved, check
+from trackable.codec.certificates import encode_certificate
+from trackable.codec.converter import dumps, loads
+from trackable.gp.kernels.squared_exponential import SquaredExponential
+from trackable.gp.signal import KernelSum
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.library import kinematic_bicycle, mobile_robot, pendulum, two_tanks
+from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.reference import Reference
+from trackable.systems.sets.polytope import Polytope
+
+T_S = 0.1
+
+
+def random_chain(rng: np.random.Generator) -> Nonlinear:
+    """Strict feedback of two or three states, with drifts and gains that vary; now and then two chains that meet."""
+    length, several = int(rng.integers(2, 4)), bool(rng.integers(2))
+    a, b, c, d = rng.uniform(-0.5, 0.5, (4, length))
+
+    def f(x, u):
+        later = []
+        for i in range(length):
+            drift = a[i] * np.sin(x[0]) + b[i] * x[0] * x[i]
+            gain = 1.5 + (c[i] * np.cos(x[0]) + d[i] * x[0] if length == 2 else c[i])
+            later.append(x[i] + T_S * (drift + gain * (x[i + 1] if i + 1 < length else u[0])))
+        if several:
+            later.append(x[length] + T_S * (u[1] * (2 + np.cos(x[0])) - a[0] * x[length] ** 3))
+        return later
+
+    states = [f"x{i}" for i in range(length + several)]
+    return Nonlinear.of(f, states, ["u0", "u1"][: 1 + several], T_S)
+
+
+def bounded(system: Nonlinear, signals: tuple[KernelSum, ...]) -> Reference:
+    """A reference with bounds around what its inputs are."""
+    wide = ConstrainedSystem(system, free(len(system.states)), free(len(system.inputs)))
+    inputs = Reference(signals, wide).input_at(np.linspace(0.0, 12.0, 2001))
+    room = 0.1 + 0.2 * np.ptp(inputs, axis=0)
+    within = Polytope.box(np.min(inputs, axis=0) - room, np.max(inputs, axis=0) + room)
+    return Reference(signals, ConstrainedSystem(system, free(len(system.states)), within))
+
+
+def free(dimension: int) -> Polytope:
+    return Polytope.box(np.full(dimension, -np.inf), np.full(dimension, np.inf))
+
+
+def chain(seed: int) -> Reference:
+    rng = np.random.default_rng(seed)
+    system = random_chain(rng)
+    return bounded(system, tuple(through(0.4 * rng.uniform(-1, 1, 8)) for _ in system.inputs))
+
+
+def vehicle(seed: int) -> Reference:
+    """A robot or a car on an oval with waves, in either direction."""
+    rng = np.random.default_rng(seed)
+    phase = rng.choice([-1, 1]) * 2 * np.pi * (np.arange(16) / 16 + rng.uniform())
+    x = rng.uniform(1.0, 2.0) * np.cos(phase) + 0.1 * rng.uniform(-1, 1) * np.cos(3 * phase)
+    y = rng.uniform(1.0, 2.0) * np.sin(phase)
+    system = mobile_robot(T_S) if rng.integers(2) else kinematic_bicycle(T_S, float(rng.uniform(0.2, 3.0)))
+    return bounded(system, (through(x), through(y)))
+
+
+def assert_follows(reference: Reference, steps: int = 60) -> None:
+    system, window = reference.plant.system, reference.window(0, steps)
+    x = window.states[0]
+    for k in range(steps):
+        off = system.successor(window.states[k], window.inputs[k]) - window.states[k + 1]
+        assert np.max(np.abs(off)) < 1e-9, (k, off)
+        x = system.successor(x, window.inputs[k])
+    assert np.max(np.abs(x - window.states[-1])) < 1e-5
+
+
+@pytest.mark.parametrize("make", [chain, vehicle])
+def test_random_references_are_proved_and_followed(make: Callable[[int], Reference]):
+    for seed in range(25):
+        reference = make(seed)
+        found = prove(reference)
+        assert isinstance(found, Certificate), (seed, found)
+        assert_follows(reference)
+
+
+@pytest.mark.parametrize(("make", "seed"), [(chain, 3), (vehicle, 1)])
+def test_the_checker_agrees(make, seed):
+    found = prove(make(seed))
+    assert isinstance(found, Certificate)
+    verdict = check(json.loads(json.dumps(encode_certificate(found))))
+    assert isinstance(verdict, Proved), verdict
+
+
+def tanks() -> Reference:
+    """A level that decays to its mean: for all times."""
+    signal = KernelSum(SquaredExponential(1.0, 20.0), 0.8, np.array([0.0, 30.0]), np.array([0.05, -0.05]))
+    plant = ConstrainedSystem(two_tanks(1.0), Polytope.box([0.2, 0.2], [2.0, 2.0]), Polytope.box([0.0], [1.5]))
+    return Reference((signal,), plant)
+
+
+def test_two_tanks_are_proved_for_all_times_and_checked():
+    found = prove(tanks())
+    assert isinstance(found, Certificate), found
+    assert_follows(tanks())
+    data = encode_certificate(found)
+    assert isinstance(check(data), Proved)
+    # Without the claim that the root is positive, √(p²) might be −p.
+    without = changed(data, "reference.plant.system.flat.positive", [1.0])
+    assert isinstance(check(without), Failed)
+
+
+def test_a_pendulum_is_proved_for_all_times():
+    signal = KernelSum(SquaredExponential(1.0, 0.6), 0.0, np.array([0.0, 1.0]), np.array([0.5, -0.8]))
+    plant = ConstrainedSystem(pendulum(0.02), Polytope.box([-2.0, -5.0], [2.0, 5.0]), Polytope.box([-3.0], [3.0]))
+    assert isinstance(prove(Reference((signal,), plant)), Certificate)
+    assert_follows(Reference((signal,), plant))
+
+
+def test_a_system_with_its_flat_form_is_stored_losslessly():
+    for system in (two_tanks(1.0), mobile_robot(0.1)):
+        assert loads(Nonlinear, dumps(system)) == system
+
+
+def test_a_wrong_wheelbase_is_refused():
+    found = prove(vehicle(next(s for s in range(25) if "steering" in vehicle(s).plant.system.inputs)))
+    assert isinstance(found, Certificate)
+    data = encode_certificate(found)
+    steering = data["reference"]["plant"]["system"]["flat"]["inputs"][1]
+
+    def longer(formula):
+        if isinstance(formula, list):
+            return [longer(part) for part in formula]
+        return formula * 1.01 if isinstance(formula, float) and formula not in (2.0, T_S) else formula
+
+    tampered = longer(steering)
+    assert tampered != steering
+    verdict = check(changed(data, "reference.plant.system.flat.inputs.1", tampered))
+    assert isinstance(verdict, Failed)
+    assert "flat" in verdict.reason
+
+
+def test_what_is_no_chain_is_refused():
+    with pytest.raises(ValueError, match="found for chains only"):
+        Nonlinear.of(lambda x, u: [x[0] + x[1] ** 2, u[0] * x[0]], ["a", "b"], ["u"], T_S)
