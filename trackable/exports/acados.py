@@ -7,6 +7,7 @@ import numpy as np
 
 from trackable.arguments import whole
 from trackable.arrays import Array
+from trackable.control.angles import turned_near
 from trackable.exports.proved import Proved, proved_steps
 
 
@@ -33,19 +34,21 @@ class SlidingReferences:
     proved: Proved
     horizon: int
 
-    def at(self, k: int) -> StageReferences:
+    def at(self, k: int, state: Array | None = None) -> StageReferences:
         """Return the references of all stages for a controller at step k: stage j is step k + j.
 
-        ValueError: step k or k + N is outside of what is proved.
+        Angles get the whole turns that are nearest to those of the plant's `state` (n,), if it is given; in any case
+        they do not jump. ValueError: step k or k + N is outside of what is proved.
         """
         k = whole("to_acados: k", k)
         proved_steps(self.proved, k, self.horizon + 1)
-        states, inputs = self.proved.reference.window(k, self.horizon)
+        window = self.proved.reference.window(k, self.horizon)
+        states, inputs = window if state is None else turned_near(self.proved.reference.plant, window, state)
         return StageReferences(np.concatenate([states[:-1], inputs], axis=-1), states[-1])
 
-    def set_in(self, solver: Solver, k: int) -> None:
-        """Give a solver the references at step k: called once before each `solve`. ValueError as `at`."""
-        stages = self.at(k)
+    def set_in(self, solver: Solver, k: int, state: Array | None = None) -> None:
+        """Give a solver the references at step k: called once before each `solve`. `state` and ValueError as `at`."""
+        stages = self.at(k, state)
         for stage, yref in enumerate(stages.yref):
             solver.set(stage, "yref", yref)
         solver.set(self.horizon, "yref", np.asarray(stages.yref_e))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackable.arrays import Array, ArrayLike
-from trackable.exports.coordinates import chosen_steps
+from trackable.exports.coordinates import chosen_steps, continuous
 from trackable.exports.proved import Proved, proved_times
 
 
@@ -51,9 +51,12 @@ class FlatTrajectory:
         return len(self.proved.reference.plant.system.inputs)
 
     def eval(self, tlist: ArrayLike) -> tuple[Array, Array]:
-        """Return states (n, N) and inputs (m, N) at N times [s]. ValueError: a time is outside of what is proved."""
+        """Return states (n, N) and inputs (m, N) at N times [s]; angles do not jump from one to the next.
+
+        ValueError: a time is outside of what is proved.
+        """
         t = np.atleast_1d(proved_times(self.proved, tlist))
-        return self.proved.reference.state_at(t).T, self.proved.reference.input_at(t).T
+        return continuous(self.proved, self.proved.reference.state_at(t)).T, self.proved.reference.input_at(t).T
 
     def response(self, timepts: ArrayLike | None = None) -> TimeResponse:
         """Return states and inputs at times [s]; left out, at all steps until what is proved ends, settles or repeats.

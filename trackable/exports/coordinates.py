@@ -7,6 +7,7 @@ import numpy as np
 
 from trackable.arguments import whole
 from trackable.arrays import Array
+from trackable.control.angles import angles_of
 from trackable.exports.proved import Proved, proved_steps
 from trackable.exports.shown.extent import ends
 
@@ -20,8 +21,19 @@ def places(proved: Proved) -> dict[str, int]:
 
 
 def values_at(proved: Proved, steps: Array) -> Array:
-    """Return states, then inputs, at steps k: shape (*k.shape, n + m)."""
-    return np.concatenate([proved.reference.state(steps), proved.reference.input(steps)], axis=-1)
+    """Return states, then inputs, at consecutive steps k: shape (*k.shape, n + m). Angles do not jump."""
+    states = continuous(proved, proved.reference.state(steps))
+    return np.concatenate([states, proved.reference.input(steps)], axis=-1)
+
+
+def continuous(proved: Proved, states: Array) -> Array:
+    """Return states (K, n) with whole turns added to those that matter up to such, so that they do not jump.
+
+    Who follows a heading would turn around where it jumps from π to −π.
+    """
+    turned, angles = states.copy(), angles_of(proved.reference.plant)
+    turned[:, angles] = np.unwrap(states[:, angles], axis=0)
+    return turned
 
 
 def chosen_steps(proved: Proved, first: int | None, count: int | None) -> Array:

@@ -10,7 +10,8 @@ import numpy as np
 
 from trackable.arguments import real
 from trackable.arrays import Array, ArrayLike
-from trackable.exports.coordinates import places
+from trackable.control.angles import angles_of
+from trackable.exports.coordinates import continuous, places
 from trackable.exports.proved import Proved, proved_times
 
 Parameters = Mapping[str, str | Sequence[str]]
@@ -38,7 +39,7 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
     def tvp_fun(t_now: ArrayLike) -> Any:
         steps = _step(t_now, step) + np.arange(1.0 if horizon is None else horizon + 1.0)
         t = proved_times(proved, begin + steps * step)
-        values = np.concatenate([proved.reference.state_at(t), proved.reference.input_at(t)], axis=-1)
+        values = np.concatenate([_states(proved, begin, steps, t), proved.reference.input_at(t)], axis=-1)
         template = controller.get_tvp_template()
         for name, chosen in columns.items():
             for k, row in enumerate(values[:, chosen]):
@@ -46,6 +47,14 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
         return template
 
     return tvp_fun
+
+
+def _states(proved: Proved, begin: float, steps: Array, t: Array) -> Array:
+    """Return the states at times t [s], with angles that have not jumped since the controller's time zero."""
+    if steps[0] <= 0 or not angles_of(proved.reference.plant):
+        return continuous(proved, proved.reference.state_at(t))
+    before = proved_times(proved, begin + np.arange(steps[0]) * proved.reference.plant.sampling_time)
+    return continuous(proved, proved.reference.state_at(np.concatenate([before, t])))[len(before) :]
 
 
 def _step(t_now: ArrayLike, step: float) -> float:

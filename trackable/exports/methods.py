@@ -88,6 +88,7 @@ class Conventions:
         """Return the references of an acados solver with N = `horizon` stages of T_s each.
 
         `.at(k)` are the arrays yref (N, n + m) and yref_e (n,) at step k, `.set_in(solver, k)` gives them to a solver.
+        Where a state is a heading, give the plant's state too: whole turns are then added that are near it.
         """
         from trackable.exports.acados import SlidingReferences  # noqa: PLC0415
 

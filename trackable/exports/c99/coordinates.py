@@ -1,9 +1,12 @@
 """States and inputs in C: weighted sums of signals at shifted times, and formulas of such sums."""
 
+from collections.abc import Iterable
+
 from trackable.exports.c99.numerals import number
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Coordinate
 from trackable.systems.formulas.expression import (
+    Angle,
     Binary,
     Constant,
     Expression,
@@ -12,7 +15,7 @@ from trackable.systems.formulas.expression import (
     Variable,
 )
 
-_FUNCTIONS = frozenset({"exp", "log", "sqrt", "sin", "cos"})
+_FUNCTIONS = frozenset({"exp", "log", "sqrt", "sin", "cos", "atan"})
 """Those that the C library has under the same name."""
 
 
@@ -33,11 +36,21 @@ def assigned(coordinate: Coordinate, target: str) -> list[str]:
     return [*lines, f"    {target} = v{len(steps) - 1};", "}"]
 
 
+def counts(coordinates: Iterable[Coordinate], signals: int) -> list[int]:
+    """Return for each signal c how many z_c[j] coordinates need: one at least."""
+    needed = [1] * signals
+    for coordinate in coordinates:
+        parts = [coordinate] if isinstance(coordinate, Functional) else [part for _, part in coordinate.arguments]
+        for c, weights in (pair for part in parts for pair in part.rounded):
+            needed[c] = max(needed[c], 1 + int(weights.nonzero()[0][-1]))
+    return needed
+
+
 def _sum(functional: Functional) -> str:
-    """Return offset + Σ_c Σ_j w_cj z_c[j]: signal by signal, as Python does it."""
+    """Return offset + Σ_c Σ_j w_cj z_c[j]: signal by signal, as Python does it, without weights that are zero."""
     found = number(float(functional.offset))
     for c, weights in functional.rounded:
-        terms = " + ".join(f"{number(w)} * z{c}[{j}]" for j, w in enumerate(weights.tolist()))
+        terms = " + ".join(f"{number(w)} * z{c}[{j}]" for j, w in enumerate(weights.tolist()) if w)
         found = f"{found} + ({terms})"
     return found
 
@@ -54,4 +67,6 @@ def _computed(node: Expression, operands: list[str], names: dict[str, str]) -> s
             return f"pow({operands[0]}, {number(exponent)})"
         case Function(name, _) if name in _FUNCTIONS:
             return f"{name}({operands[0]})"
+        case Angle():
+            return f"atan2({operands[0]}, {operands[1]})"
     raise ValueError(f"to_c: there is no counterpart in C of {node}")

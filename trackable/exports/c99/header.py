@@ -6,7 +6,8 @@ from pathlib import Path
 
 from trackable.arguments import text
 from trackable.certificates.claim import AtInstants
-from trackable.exports.c99.coordinates import assigned
+from trackable.control.angles import angles_of
+from trackable.exports.c99.coordinates import assigned, counts
 from trackable.exports.c99.numerals import number
 from trackable.exports.c99.signals import signal_function
 from trackable.exports.proved import Proved
@@ -16,8 +17,8 @@ from trackable.systems.reference import Reference
 _HAIR = 1e-12  # as certificates allow at the ends of what is proved, relative to t
 
 _DEMANDS = """\
-// IEEE doubles that are rounded to nearest after each operation, and a C library with exp, log, sin, cos and pow within
-// 4 units in the last place: the bounds above cover this and no more. Fused multiplications only round less often.
+// IEEE doubles that are rounded to nearest after each operation, and a C library with exp, log, sin, cos, atan2 and pow
+// within 4 units in the last place: the bounds above cover this and no more. Fused multiplications round less often.
 #if FLT_RADIX != 2 || DBL_MANT_DIG != 53 || FLT_EVAL_METHOD != 0 || defined(__FAST_MATH__)
 #error "this reference is certified for IEEE double precision without fast-math"
 #endif
@@ -72,10 +73,10 @@ def _story(proved: Proved, name: str) -> list[str]:
         "that is proved. Elsewhere they return 1 and leave x and u as they are.",
         "The input u, held for one sampling time, takes x(t) to x(t + T_s).",
         "",
-        "By how much a value differs from the exact real number at most, which keeps the bounds with as much to spare:",
+        "By how much values with bounds differ from exact ones at most, which keep the bounds with as much to spare:",
         *(f"  {quantity}: {error:.3g}" for quantity, error in certificate.evaluation_error.items()),
         "",
-        *(f"x[{i}] {state}" for i, state in enumerate(system.states)),
+        *(f"x[{i}] {state}{_turning(reference, i)}" for i, state in enumerate(system.states)),
         *(f"u[{i}] {given}" for i, given in enumerate(system.inputs)),
     ]
     if isinstance(certificate.claim, AtInstants):
@@ -84,13 +85,18 @@ def _story(proved: Proved, name: str) -> list[str]:
     return [f"// {line}".rstrip() for line in said]
 
 
+def _turning(reference: Reference, state: int) -> str:
+    return ", an angle in (-pi, pi]: add whole turns" if state in angles_of(reference.plant) else ""
+
+
 def _values(reference: Reference, name: str) -> list[str]:
     """The function that evaluates everywhere, proved or not: for the two below only."""
     flatness = reference.plant.flatness
     step = number(reference.plant.sampling_time)
-    body = [f"double z{c}[{order + 1}];" for c, order in enumerate(flatness.orders)]
-    for c, order in enumerate(flatness.orders):
-        body += [f"for (int j = 0; j < {order + 1}; ++j)", f"    z{c}[j] = {name}_z{c}(t + j * {step});"]
+    needed = counts((*flatness.states, *flatness.inputs), len(reference.signals))
+    body = [f"double z{c}[{count}];" for c, count in enumerate(needed)]
+    for c, count in enumerate(needed):
+        body += [f"for (int j = 0; j < {count}; ++j)", f"    z{c}[j] = {name}_z{c}(t + j * {step});"]
     for symbol, coordinates in (("x", flatness.states), ("u", flatness.inputs)):
         for i, coordinate in enumerate(coordinates):
             body += assigned(coordinate, f"{symbol}[{i}]")
