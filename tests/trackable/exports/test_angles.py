@@ -67,7 +67,7 @@ def test_do_mpc_sees_one_heading_from_step_to_step() -> None:
 def test_acados_is_told_of_the_turns_that_are_near_the_plant() -> None:
     sliding = robot().to_acados(20)
     for k, turns in ((0, 0), (40, 3), (200, -2)):
-        state = eight().state(k) + [0.0, 0.0, 2 * np.pi * turns + 0.4]
+        state = np.add(eight().state(k), [0.0, 0.0, 2 * np.pi * turns + 0.4])
         yref, yref_e = sliding.at(k, state)
         angles = np.append(yref[:, 2], yref_e[2])
         assert abs(angles[0] - state[2]) < 0.5

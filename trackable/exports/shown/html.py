@@ -19,7 +19,7 @@ def html(proved: Proved) -> str:
     said = proved.certificate.explanation
     others = [sentence for sentence in proved.explanation.split("; ") if sentence not in said]
     details = "".join(f"<li>{escape(sentence)}</li>" for sentence in others)
-    more = f"<details><summary>what it was learned from, and costs</summary><ul>{details}</ul></details>"
+    more = f"<details><summary>what else is known of it</summary><ul>{details}</ul></details>"
     rows = "".join(map(_row, reached(proved)))
     head = "".join(f"<th {_style(i)}>{name}</th>" for i, name in enumerate(_HEADINGS))
     return (
