@@ -25,7 +25,7 @@ def violations(rows: Sequence[Row]) -> Figure:
     axes.set_yscale("log")
     axes.set_xlabel("processor time [s]")
     axes.set_ylabel("largest violation / width of the bound\n(below the line: none, proved)")
-    axes.legend(fontsize=6)
+    figure.legend(loc="outside right upper", fontsize=6)
     return figure
 
 
@@ -34,22 +34,23 @@ def tightness(rows: Sequence[Row]) -> Figure:
     """The error to the truth as the upper bound of the state is drawn in; an open marker breaks its bounds."""
     figure = Figure(figsize=(PAGE, 2.8))
     axes = figure.add_subplot()
-    shown = [row for row in rows if row.tightness is not None]
+    shown = [row for row in rows if row.tightness is not None and row.error is not None]
     for i, name in enumerate(dict.fromkeys(row.rival for row in shown)):
-        found = sorted((row for row in shown if row.rival == name and row.error is not None), key=_tightness)
-        if not found:
-            continue
-        (line,) = axes.plot([_tightness(row) for row in found], [row.error for row in found], linewidth=0.8, label=name)
+        found = sorted((row for row in shown if row.rival == name), key=_tightness)
+        colour, marker = f"C{i}", _MARKERS[i % len(_MARKERS)]
+        axes.plot([_tightness(row) for row in found], [row.error for row in found], linewidth=0.8, color=colour)
+        axes.plot([], [], marker=marker, markersize=4, linewidth=0.8, color=colour, label=name)
         for row in found:
-            kept = (row.least or 0.0) < _SOLVED
-            face = line.get_color() if kept else "none"
-            marker = _MARKERS[i % len(_MARKERS)]
-            axes.plot([_tightness(row)], [row.error], marker=marker, color=line.get_color(), mfc=face, markersize=4)
+            face = colour if (row.least or 0.0) < _SOLVED else "none"
+            axes.plot([_tightness(row)], [row.error], marker=marker, color=colour, mfc=face, markersize=4)
     axes.set_xscale("log")
     axes.set_yscale("log")
+    ticks = sorted({_tightness(row) for row in shown})
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.set_xticks([], minor=True)
     axes.set_xlabel("upper bound of the state (Example 1); open: bounds are broken")
     axes.set_ylabel("error to the truth / spread of the samples")
-    axes.legend(fontsize=5, ncols=2)
+    figure.legend(loc="outside right upper", fontsize=6)
     return figure
 
 

@@ -3,7 +3,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.rivals import page, table
+from benchmarks.rivals import figures, page, table
 from benchmarks.rivals.adapters import fine_grid, ours, tightened
 from benchmarks.rivals.adapters.rows import Grid, likeliest
 from benchmarks.rivals.entries import RIVALS
@@ -109,3 +109,12 @@ def test_committed_rows_are_of_known_problems_and_rivals():
     for row in table.read(page.RESULTS):
         assert row.problem in names
         assert row.rival in rivals
+
+
+def test_figures_show_every_rival_that_was_measured():
+    finer, rows = table.read(page.SWEEP), table.read(page.RESULTS)
+    for figure, names in (
+        (figures.violations(finer), {row.rival for row in finer}),
+        (figures.tightness(rows), {row.rival for row in rows if row.tightness is not None and row.error is not None}),
+    ):
+        assert {text.get_text() for text in figure.legends[0].get_texts()} == names
