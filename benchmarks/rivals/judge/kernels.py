@@ -35,7 +35,7 @@ class KernelCurve(Curve):
         """The least is an enclosed value at one time; the most is proved with bounds that are wider by as much."""
         found = _worst(self.reference, window)
         for _ in range(_SEARCHES):
-            outcome = prove_on_window(_widened(self.reference, found.least), *window)
+            outcome = prove_on_window(widened(self.reference, found.least), *window)
             if isinstance(outcome, Certificate):
                 return Violation(found.least, found.least, found.quantity, found.time)
             if not isinstance(outcome, Counterexample):
@@ -44,7 +44,7 @@ class KernelCurve(Curve):
             found = max(found, more, key=lambda violation: violation.least)
         for by in _WIDER:
             most = found.least * (1 + by) + by * 1e-3
-            if isinstance(prove_on_window(_widened(self.reference, most), *window), Certificate):
+            if isinstance(prove_on_window(widened(self.reference, most), *window), Certificate):
                 return Violation(found.least, most, found.quantity, found.time)
         return found
 
@@ -69,7 +69,7 @@ def _broken(quantity: ExactQuantity, time: float) -> float:
         return max(float_below(-margin / width), 0.0)
 
 
-def _widened(reference: Reference, by: float) -> Reference:
+def widened(reference: Reference, by: float) -> Reference:
     """Return the same with all bounds wider by this part of their width, on both sides."""
     if not by:
         return reference

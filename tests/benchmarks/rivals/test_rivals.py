@@ -7,7 +7,7 @@ from benchmarks.rivals import figures, page, table
 from benchmarks.rivals.adapters import fine_grid, ours, tightened
 from benchmarks.rivals.adapters.rows import Grid, likeliest
 from benchmarks.rivals.entries import RIVALS
-from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.judge.kernels import KernelCurve, widened
 from benchmarks.rivals.model import Found, NotFound, Promise, Rival
 from benchmarks.rivals.objective import objective_of
 from benchmarks.rivals.problems import problem, problems
@@ -118,3 +118,11 @@ def test_figures_show_every_rival_that_was_measured():
         (figures.tightness(rows), {row.rival for row in rows if row.tightness is not None and row.error is not None}),
     ):
         assert {text.get_text() for text in figure.legends[0].get_texts()} == names
+
+
+def test_wider_bounds_are_wider_by_the_part_that_was_asked_for():
+    of = problem("vehicle")
+    reference = Reference(likeliest(of).signals, of.task.plant)
+    for before, after in zip(reference.quantities, widened(reference, 0.25).quantities, strict=True):
+        assert after.bounds.lower == pytest.approx(before.bounds.lower - 0.25 * before.bounds.width)
+        assert after.bounds.upper == pytest.approx(before.bounds.upper + 0.25 * before.bounds.width)
