@@ -5,23 +5,29 @@ from itertools import chain
 from typing import Any
 
 from pipeline.layouts.panels import Line, Panel, layout, plot
-from pipeline.layouts.scene import LOG, scene_panel
-from pipeline.layouts.topics import COLORS, GREY, OBSERVED, Topics, fields_of, lines_of, observed
+from pipeline.layouts.scene import scene_panel
+from pipeline.layouts.topics import OBSERVED, Topics, fields_of, lines_of, observed
+from pipeline.scene.colors import COLORS, GREY
+from pipeline.scene.schemas import LOG
 from pipeline.storage.topics import Topic
 from trackable.systems.constrained import ConstrainedSystem
 
 _FLAGS = "keeps_"
+_SIZE = 10.0  # of a scene, where its states are free
 
 
-def layout_of(plant: ConstrainedSystem, topics: Mapping[str, Topic]) -> dict[str, Any]:
+def layout_of(
+    plant: ConstrainedSystem, topics: Mapping[str, Topic], plane: tuple[str, str] | None = None
+) -> dict[str, Any]:
     """Return the layout for the topics of an experiment's logs; topics of an unknown kind have a tab of theirs.
 
-    The result depends on the names, schemas and fields of topics that have messages, and on the system, not on values.
+    `plane` is that of the scene, if there is one. The result depends on the names, schemas and fields of topics that
+    have messages, and on the system, not on values.
     """
     found = Topics(topics)
     tabs = {
         "References": list(_references(plant, found)),
-        "Scene": list(scene_panel(found)),
+        "Scene": list(scene_panel(found, *_view(plant, plane))),
         "Margins": list(_margins(found)),
         "Iterations": list(_iterations(found)),
         "Closed loops": list(_loops(plant, found, "loops")),
@@ -31,10 +37,8 @@ def layout_of(plant: ConstrainedSystem, topics: Mapping[str, Topic]) -> dict[str
     }
     logs = found.of_schema(LOG)
     tabs["Further"] = list(_all_fields(found.rest))
-    events = (
-        Panel("RosOut", "Events", {"topicToRender": logs[0], "searchTerms": [], "minLogLevel": 1}) if logs else None
-    )
-    return layout({title: panels for title, panels in tabs.items() if panels}, events)
+    below = [Panel("RosOut", topic, {"topicToRender": topic, "searchTerms": [], "minLogLevel": 1}) for topic in logs]
+    return layout({title: panels for title, panels in tabs.items() if panels}, below)
 
 
 def bounds_of(plant: ConstrainedSystem, name: str) -> dict[str, float]:
@@ -46,6 +50,16 @@ def bounds_of(plant: ConstrainedSystem, name: str) -> dict[str, float]:
         for level in (constraint.bounds.lower, constraint.bounds.upper)
     ]
     return {f"bound {level:g}": level for level in levels if abs(level) < float("inf")}
+
+
+def _view(plant: ConstrainedSystem, plane: tuple[str, str] | None) -> tuple[tuple[float, float], float]:
+    """Return the middle of what may be seen in a plane, and how large it is."""
+    columns = [plant.system.states.index(name) for name in plane or ()]
+    extents = [extent for column in columns if (extent := plant.state_set.extent(column)) is not None]
+    if len(extents) < 2:
+        return (0.0, 0.0), _SIZE
+    middle = [extent.lower / 2 + extent.upper / 2 for extent in extents]
+    return (middle[0], middle[1]), max(extent.upper - extent.lower for extent in extents)
 
 
 def _coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:

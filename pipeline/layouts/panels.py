@@ -62,8 +62,8 @@ def plot(title: str, lines: Iterable[Line], levels: Mapping[str, float] | None =
     return Panel("Plot", title, config)
 
 
-def layout(tabs: Mapping[str, Sequence[Panel]], below: Panel | None = None) -> dict[str, Any]:
-    """Return the layout with one tab for each group of panels, and a panel below them that is always there."""
+def layout(tabs: Mapping[str, Sequence[Panel]], below: Sequence[Panel] = ()) -> dict[str, Any]:
+    """Return the layout with one tab for each group of panels, and panels below them that are always there."""
     configs: dict[str, Any] = {}
     pages = []
     for title, panels in tabs.items():
@@ -71,7 +71,8 @@ def layout(tabs: Mapping[str, Sequence[Panel]], below: Panel | None = None) -> d
         pages.append({"title": title, "layout": _tiled(names)})
     tree: Tree = _add(configs, Panel("Tab", "", {"activeTabIdx": 0, "tabs": pages}))
     if below:
-        tree = {"direction": "column", "first": tree, "second": _add(configs, below), "splitPercentage": 78}
+        always = _split([_add(configs, panel) for panel in below], "row")
+        tree = {"direction": "column", "first": tree, "second": always, "splitPercentage": 80}
     return {
         "configById": configs,
         "globalVariables": {},

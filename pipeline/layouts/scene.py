@@ -4,13 +4,11 @@ from collections.abc import Iterator
 
 from pipeline.layouts.panels import Panel
 from pipeline.layouts.topics import Topics
-
-LOG, SCENE, FRAME = "foxglove.Log", "foxglove.SceneUpdate", "foxglove.FrameTransform"
-WORLD = "world"
+from pipeline.scene.schemas import FRAME, SCENE, WORLD
 
 
-def scene_panel(topics: Topics) -> Iterator[Panel]:
-    """Yield a 3D panel with all scenes, seen from above, if there are any."""
+def scene_panel(topics: Topics, middle: tuple[float, float], size: float) -> Iterator[Panel]:
+    """Yield a 3D panel with all scenes, seen from above and as wide as what is shown, if there are any."""
     scenes, frames = topics.of_schema(SCENE), topics.of_schema(FRAME)
     if scenes:
         yield Panel(
@@ -19,11 +17,11 @@ def scene_panel(topics: Topics) -> Iterator[Panel]:
             {
                 "cameraState": {
                     "perspective": False,
-                    "distance": 8,
+                    "distance": round(1.1 * size, 6),
                     "phi": 0,
                     "thetaOffset": 0,
                     "target": [0, 0, 0],
-                    "targetOffset": [0, 0, 0],
+                    "targetOffset": [round(middle[0], 6), round(middle[1], 6), 0],
                     "targetOrientation": [0, 0, 0, 1],
                     "fovy": 45,
                     "near": 0.01,
@@ -31,7 +29,7 @@ def scene_panel(topics: Topics) -> Iterator[Panel]:
                 },
                 "followTf": WORLD,
                 "followMode": "follow-none",
-                "scene": {"enableStats": False, "transforms": {"showLabel": False}},
+                "scene": {"enableStats": False, "transforms": {"showLabel": False, "axisScale": 0, "lineWidth": 0}},
                 "topics": {name: {"visible": True} for name in (*scenes, *frames)},
                 "layers": {},
                 "foxglovePanelTitle": "Scene",

@@ -4,11 +4,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import cycle
 
 from pipeline.layouts.panels import Line
+from pipeline.scene.colors import COLORS, GREY, INK
 from pipeline.storage.topics import Topic
-
-INK, GREY = "#000000", "#888888"
-COLORS = ("#ff7f2a", "#2f8fe8", "#2fc46b", "#e06fc0", "#d9b400", "#35c9c9", "#a07be0", "#e05a5a")
-"""Bright ones: viewers draw the values darker than the lines between them."""
 
 OBSERVED = {"samples": (INK, False), "held_out": (GREY, False), "ground_truth": (GREY, True)}
 """Colour of what was measured or is known, and whether its values are joined by lines."""

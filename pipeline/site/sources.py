@@ -19,6 +19,7 @@ from trackable.files import write_atomically, write_text
 
 _HERE = Path(__file__).parent
 _FLOAT_DIGITS = 6
+_TEMPLATE = "template.ipynb"
 _GUIDES = ("guide.ipynb", "trajectories.ipynb")
 _MORE = (*_GUIDES, "errata.ipynb", "benchmark.md")
 
@@ -39,42 +40,43 @@ def write_sources(project: Path, into: Path) -> list[Page]:
     if not pages:
         raise InputError(f"{root}: there are no results to report; run `dvc repro` first")
     notebooks = [project / "notebooks" / f"{page.name}.ipynb" for page in pages if page.notebook]
-    _write_notebooks(project, notebooks, into)
-    _write_benchmark(project / "benchmarks", into)
+    more = [*_write_notebooks(project, notebooks, into), *_write_benchmark(project / "benchmarks", into)]
     claimed = load_claims(project / "claims.yaml")
     claims = [judge_claim(claim, project, project) for claim in claimed.claims]
-    _render(pages, claims, into)
+    _render(pages, claims, more, into)
     return pages
 
 
-def _render(pages: Sequence[Page], claims: Sequence[JudgedClaim], into: Path) -> None:
+def _render(pages: Sequence[Page], claims: Sequence[JudgedClaim], more: Sequence[str], into: Path) -> None:
     templates = Environment(
         loader=FileSystemLoader(_HERE / "templates"), undefined=StrictUndefined, keep_trailing_newline=True
     )
     templates.filters |= {"cell": _cell, "found": _found}
     held = sum(claim.new.holds for claim in claims)
-    text = templates.get_template("index.md.j2").render(
-        pages=pages, claims=claims, held=held, more=[name for name in _MORE if (into / name).exists()]
-    )
+    text = templates.get_template("index.md.j2").render(pages=pages, claims=claims, held=held, more=more)
     write_text(into / "index.md", text)
     for page in pages:
         write_text(into / f"{page.name}.md", templates.get_template("experiment.md.j2").render(page=page))
 
 
-def _write_notebooks(project: Path, notebooks: Sequence[Path], into: Path) -> None:
+def _write_notebooks(project: Path, notebooks: Sequence[Path], into: Path) -> list[str]:
+    """Write the experiments' notebooks, those that are about no experiment, and the errata; name the last two kinds."""
     for path in notebooks:
         write_atomically(into / f"notebook-{path.name}", folded(path))
+    others = sorted({*(project / "notebooks").glob("*.ipynb")} - {*notebooks} - {project / "notebooks" / _TEMPLATE})
+    for path in others:
+        write_atomically(into / path.name, folded(path))
     write_atomically(into / "errata.ipynb", errata(notebooks))
-    for guide in (project / "notebooks" / name for name in _GUIDES):
-        if guide.exists():
-            write_atomically(into / guide.name, folded(guide))
+    return [*(path.stem for path in others), "errata"]
 
 
-def _write_benchmark(benchmarks: Path, into: Path) -> None:
+def _write_benchmark(benchmarks: Path, into: Path) -> list[str]:
     table = benchmarks / "README.md"
-    if table.exists():
-        write_text(into / "benchmark.md", table.read_text(encoding="utf-8"))
-        _copy((benchmarks / "figures").glob("*.svg"), into / "figures")
+    if not table.exists():
+        return []
+    write_text(into / "benchmark.md", table.read_text(encoding="utf-8"))
+    _copy((benchmarks / "figures").glob("*.svg"), into / "figures")
+    return ["benchmark"]
 
 
 def _copy(files: Iterable[Path], into: Path) -> None:

@@ -6,7 +6,7 @@ from itertools import chain
 
 import numpy as np
 
-from pipeline.storage.logs import Log, LogError, Series, read_log, write_log
+from pipeline.storage.logs import Documents, Log, LogError, Series, read_log, write_log
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
@@ -153,9 +153,16 @@ def _active_bounds(learned: LearnedReference) -> Iterator[Series]:
         yield Series(f"/active_bounds/{learned.method}/{name}", times, columns, {"side": _SIDES_MEAN})
 
 
-def write_stage(results: Results, stage: str, series: Sequence[Series], attachments: Mapping[str, bytes]) -> None:
-    """Write the log of a stage: one series for each topic, and attachments of JSON."""
-    log = Log(tuple(series), {"experiment": {"name": results.experiment, "written_by": stage}}, attachments)
+def write_stage(
+    results: Results,
+    stage: str,
+    series: Sequence[Series],
+    attachments: Mapping[str, bytes],
+    documents: Sequence[Documents] = (),
+) -> None:
+    """Write the log of a stage: one series for each topic, attachments of JSON, and topics of other messages."""
+    about = {"experiment": {"name": results.experiment, "written_by": stage}}
+    log = Log(tuple(series), about, attachments, tuple(documents))
     write_log(results.log(stage), log)
 
 

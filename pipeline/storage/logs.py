@@ -5,11 +5,12 @@ from pathlib import Path
 
 from mcap.exceptions import EndOfFile, McapError
 
+from pipeline.storage.documents import Documents
 from pipeline.storage.mcap_format import decode, encode
 from pipeline.storage.series import TIME, Log, Series
 from trackable.files import write_atomically
 
-__all__ = ["TIME", "Log", "LogError", "Series", "read_log", "write_log"]
+__all__ = ["TIME", "Documents", "Log", "LogError", "Series", "read_log", "write_log"]
 
 
 class LogError(Exception):

@@ -7,12 +7,14 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import CompressionType, Writer
 
+from pipeline.storage.documents import KNOWN, Documents
 from pipeline.storage.series import LIBRARY, TIME, Log, Series
 from trackable.files import from_json
 
@@ -37,6 +39,12 @@ def encode(log: Log) -> bytes:
         for channel, series in zip(channels, log.series, strict=True)
         for row, (nanoseconds, data) in enumerate(_messages(series))
     ]
+    for documents in log.documents:
+        channel = _register_schema(writer, documents.topic, documents.name, documents.schema)
+        messages += [
+            (time, channel, row, _COMPACT.encode(message).encode())
+            for row, (time, message) in enumerate(documents.messages)
+        ]
     for nanoseconds, channel, row, data in sorted(messages):
         writer.add_message(channel, nanoseconds, data, publish_time=nanoseconds, sequence=row)
     writer.finish()  # type: ignore[no-untyped-call]
@@ -50,12 +58,13 @@ def _register(writer: Writer, series: Series) -> int:
         unit = {"description": series.units[name]} if name in series.units else {}
         properties[name] = {"type": "number", **unit}
     schema = {"type": "object", "properties": properties, "required": [TIME], "additionalProperties": False}
+    return _register_schema(writer, series.topic, series.topic[1:], schema)
+
+
+def _register_schema(writer: Writer, topic: str, name: str, schema: Mapping[str, Any]) -> int:
     data = json.dumps(schema, ensure_ascii=False).encode()
-    return writer.register_channel(
-        topic=series.topic,
-        message_encoding="json",
-        schema_id=writer.register_schema(name=series.topic[1:], encoding="jsonschema", data=data),
-    )
+    number = writer.register_schema(name=name, encoding="jsonschema", data=data)
+    return writer.register_channel(topic=topic, message_encoding="json", schema_id=number)
 
 
 def _messages(series: Series) -> Iterator[tuple[int, bytes]]:
@@ -92,8 +101,14 @@ def decode(data: bytes) -> Log:
         raise ValueError(f"its format is {version!r}, and this program reads format {_FORMAT!r}")
     if unknown := messages.keys() - channels.keys():
         raise ValueError(f"it has messages of channel {min(unknown)}, which it does not describe")
-    series = [_series(channel, schemas, messages.get(id_, [])) for id_, channel in sorted(channels.items())]
-    return Log(tuple(series), metadata, attachments)
+    series, documents = [], []
+    for id_, channel in sorted(channels.items()):
+        schema = _schema(channel, schemas)
+        if schema.name.startswith(KNOWN):
+            documents.append(_documents(channel.topic, schema, messages.get(id_, [])))
+        else:
+            series.append(_series(channel.topic, schema, messages.get(id_, [])))
+    return Log(tuple(series), metadata, attachments, tuple(documents))
 
 
 def _records(data: bytes) -> Iterator[McapRecord]:
@@ -107,17 +122,35 @@ def _records(data: bytes) -> Iterator[McapRecord]:
             yield from breakup_chunk(record, validate_crc=True)
 
 
-def _series(channel: Channel, schemas: Mapping[int, Schema], messages: list[Message]) -> Series:
+def _schema(channel: Channel, schemas: Mapping[int, Schema]) -> Schema:
     if channel.schema_id not in schemas:
         raise ValueError(f"{channel.topic}: there is no schema {channel.schema_id}")
     schema = schemas[channel.schema_id]
     if (encodings := (channel.message_encoding, schema.encoding)) != ("json", "jsonschema"):
         raise ValueError(f"{channel.topic}: encodings must be json and jsonschema, got {' and '.join(encodings)}")
-    properties = _properties(channel.topic, from_json(schema.data))
-    rows = [_row(f"{channel.topic}[{i}]", message.data, properties) for i, message in enumerate(messages)]
+    return schema
+
+
+def _documents(topic: str, schema: Schema, messages: list[Message]) -> Documents:
+    described = from_json(schema.data)
+    if not isinstance(described, dict):
+        raise ValueError(f"{topic}: the schema describes no object")
+    return Documents(topic, schema.name, described, tuple((m.log_time, _object(topic, m)) for m in messages))
+
+
+def _object(topic: str, message: Message) -> dict[str, Any]:
+    content = from_json(message.data)
+    if not isinstance(content, dict):
+        raise ValueError(f"{topic}: a message must be an object, got {content!r}")
+    return content
+
+
+def _series(topic: str, schema: Schema, messages: list[Message]) -> Series:
+    properties = _properties(topic, from_json(schema.data))
+    rows = [_row(f"{topic}[{i}]", message.data, properties) for i, message in enumerate(messages)]
     columns = {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in properties}
     units = {name: unit for name, unit in properties.items() if name != TIME and unit is not None}
-    return Series(channel.topic, columns.pop(TIME), columns, units)
+    return Series(topic, columns.pop(TIME), columns, units)
 
 
 def _properties(topic: str, schema: object) -> dict[str, str | None]:

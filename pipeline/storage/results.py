@@ -52,6 +52,11 @@ class Results:
         """Versions and kernels that the fit was made with."""
         return self.folder / ENVIRONMENT
 
+    @property
+    def layout(self) -> Path:
+        """The layout for viewers of the logs."""
+        return self.folder / "layout.json"
+
     def counterexample(self, method: str) -> Path:
         return self.folder / "certificates" / f"{method}.counterexample.json"
 

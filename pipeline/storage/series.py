@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pipeline.storage.documents import Documents
 from trackable.arrays import Array
 from trackable.files import from_json
 
@@ -58,6 +59,8 @@ class Series:
 class Log:
     """Series of different topics, `metadata` (record → key → text) and `attachments` (name → JSON, at least one).
 
+    `documents` are topics of other messages; their channels follow those of the series.
+
     The writer adds a metadata record of its own, with the name of the library. Raises ValueError that names what breaks
     a rule.
     """
@@ -65,9 +68,10 @@ class Log:
     series: tuple[Series, ...]
     metadata: Mapping[str, Mapping[str, str]]
     attachments: Mapping[str, bytes]
+    documents: tuple[Documents, ...] = ()
 
     def __post_init__(self) -> None:
-        topics = [series.topic for series in self.series]
+        topics = [*(series.topic for series in self.series), *(documents.topic for documents in self.documents)]
         if repeated := sorted({topic for topic in topics if topics.count(topic) > 1}):
             raise ValueError(f"log: one series a topic, got several of {', '.join(repeated)}")
         if LIBRARY in self.metadata:

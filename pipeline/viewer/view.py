@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pipeline.experiments import Experiment
 from pipeline.layouts.experiment import layout_of
+from pipeline.scene.geometry import plane_of
 from pipeline.storage.results import Results
 from pipeline.storage.topics import logs_of, topics_of
 from pipeline.viewer.install import files_of
@@ -19,7 +20,8 @@ def shown(experiment: Experiment, results: Results, viewer: Path) -> Mapping[str
 
     Raises InputError where there are no logs, and LogError for a damaged one.
     """
-    layout = layout_of(experiment.plant, topics_of(results))
+    plane = plane_of(experiment.plant, experiment.plane)
+    layout = layout_of(experiment.plant, topics_of(results), plane)
     return {
         **files_of(viewer),
         "": PAGE / "index.html",

@@ -14,5 +14,6 @@ def test_figures_of_an_earlier_run_do_not_stay(tmp_path, monkeypatch):
     results.figure("old").write_text("<svg/>")
     (results.figures / "notes.txt").write_text("mine")
     monkeypatch.setattr(figures, "drawings", lambda *_: {"new": lambda: Figure(figsize=(1, 1))})
+    monkeypatch.setattr(figures, "write_scene", lambda *_: None)
     figures.figures(load_experiment("example1"), results)
     assert sorted(path.name for path in results.figures.iterdir()) == ["new.svg", "notes.txt"]

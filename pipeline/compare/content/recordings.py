@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pipeline.compare.content.documents import json_leaves, read_json, told_leaves
 from pipeline.compare.content.values import Leaf, Leaves, Part, UnreadableError
-from pipeline.storage.logs import TIME, Log, LogError, Series, read_log
+from pipeline.storage.logs import TIME, Documents, Log, LogError, Series, read_log
 
 
 def read_recording(path: Path) -> Log:
@@ -25,6 +25,10 @@ def recording_parts(base: Log, new: Log) -> Iterator[Part]:
             yield from _series_parts(series[0][topic], series[1][topic])
         else:
             yield Part(topic, "", {} if topic in series[0] else None, {} if topic in series[1] else None)
+    documents = {d.topic: d for d in base.documents}, {d.topic: d for d in new.documents}
+    for topic in {**documents[0], **documents[1]}:
+        sides = [_messages(side[topic]) if topic in side else None for side in documents]
+        yield Part(topic, "", sides[0], sides[1])
     for name in {**base.attachments, **new.attachments}:
         yield Part(f"attachment {name}", "", _attachment(base, name), _attachment(new, name))
     yield Part("metadata", "", _about(base), _about(new))
@@ -66,6 +70,11 @@ def _by_time(series: Series) -> list[str]:
             f"t = {nanoseconds / 1e9!r} s" + (f", number {seen[nanoseconds]}" if seen[nanoseconds] > 1 else "")
         )
     return places
+
+
+def _messages(documents: Documents) -> Leaves:
+    """Return the values in all messages, by the number of the message and the path in it."""
+    return told_leaves({"messages": [{"time": time, **message} for time, message in documents.messages]})
 
 
 def _attachment(log: Log, name: str) -> Leaves | None:

@@ -8,6 +8,7 @@ import pytest
 
 from pipeline.experiments import load_experiment
 from pipeline.layouts.experiment import layout_of
+from pipeline.scene.geometry import plane_of
 from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
 from pipeline.storage.topics import Topic, topics_of
@@ -25,8 +26,9 @@ def results_of(name: str) -> Results:
 
 
 def made_for(name: str) -> tuple[ConstrainedSystem, dict[str, Topic], dict[str, Any]]:
-    plant, found = load_experiment(name, ROOT / "params.yaml").plant, topics_of(results_of(name))
-    return plant, found, layout_of(plant, found)
+    experiment, found = load_experiment(name, ROOT / "params.yaml"), topics_of(results_of(name))
+    plant = experiment.plant
+    return plant, found, layout_of(plant, found, plane_of(plant, experiment.plane))
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
