@@ -39,9 +39,7 @@ def first_pass(
             proved = {name: _stays_inside(q, found) for name, q in quantities.items()}
         for b, box in enumerate(some):
             rest = [q for q in held[box] if (where := proved[q.name]) is None or not where[b]]
-            models = {
-                shifted: _model(found[shifted], b) for shifted in _needed([q for q in rest if q.parts or q.needs])
-            }
+            models = {shifted: _model(found[shifted], b) for shifted in _needed(list(filter(_is_formula, rest)))}
             yield box, rest, {shifted: model for shifted, model in models.items() if model}
 
 
@@ -74,7 +72,7 @@ def _enclosed(
 
 def _stays_inside(q: Quantity, models: Mapping[Shifted, Models]) -> Mask | None:
     """Return in which boxes a linear combination of signals certainly stays inside its bounds; None for others."""
-    if q.combination is None or q.needs:
+    if q.combination is None or _is_formula(q):
         return None
     summands = [models[shifted].times(weight) for shifted, weight in _terms(q.combination)]
     if not summands:
