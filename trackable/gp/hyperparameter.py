@@ -83,6 +83,8 @@ class Hyperparameter:
 
 def hyperparameter(given: Any) -> float:
     """Return a hyperparameter as it is stored. ValueError, which says what is expected, if it is not valid."""
+    if type(given) in (Learned, float) and 0 < given < math.inf:  # what optimisers ask for, thousands of times
+        return given  # type: ignore[no-any-return]
     match given:
         case None:
             return Learned(1.0)

@@ -74,19 +74,19 @@ class JointPrior:
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
-        values = dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True))
+        values = np.exp(log_theta).tolist()
+        if len(values) != len(self.learned):
+            raise ValueError(f"prior: expected {len(self.learned)} logarithms, got {len(values)}")
         parts = [
-            part.with_hyperparameters({name: values[self.called(process, name)] for name in part.learned})
-            for process, part in self._named
+            part.with_hyperparameters({name: values[place] for name, place in zip(part.learned, places, strict=True)})
+            for part, places in zip(self.parts, self.places, strict=True)
         ]
-        moved = type(self)(tuple(parts), self.names, self.shared)
-        # Names do not depend on values: keep them, so that an optimiser does not compute them at every step.
-        vars(moved).update(learned=self.learned, places=self.places)
-        return moved
+        return self.with_parts(tuple(parts))
 
     def with_parts(self, parts: tuple[Prior, ...]) -> Self:
         """Return the same with other priors of the processes, in which the same hyperparameters are learned."""
         moved = type(self)(parts, self.names, self.shared)
+        # Names do not depend on values: keep them, so that an optimiser does not compute them at every step.
         vars(moved).update(learned=self.learned, places=self.places)
         return moved
 

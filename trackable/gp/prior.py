@@ -68,7 +68,8 @@ class Prior:
 
     def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
         """Return the same prior with these values; learned hyperparameters stay learned."""
-        kernel = self.kernel.with_hyperparameters({name: v for name, v in values.items() if name != NOISE})
+        own = {name: v for name, v in values.items() if name != NOISE}
+        kernel = self.kernel.with_hyperparameters(own) if own else self.kernel
         moved = type(self)(kernel, with_value(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
         # Names do not depend on values: keep them, so that an optimiser does not compute them at every step.
         vars(moved).update(learned=self.learned, places=self.places)

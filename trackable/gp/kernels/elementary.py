@@ -18,7 +18,8 @@ class Elementary(Kernel):
 
     @property
     def hyperparameters(self) -> dict[str, float]:
-        return {name: getattr(self, name) for name in _fields(type(self))}
+        values = vars(self)
+        return {name: values[name] for name in _fields(type(self))}
 
     def changed(self, change: Callable[[str, float], float]) -> Self:
         return type(self)(**{name: change(name, value) for name, value in self.hyperparameters.items()})
