@@ -1,21 +1,20 @@
-"""Run the loops and print the counts: `python -m pipeline.disturbed [STEPS]`, a million by default."""
+"""Run the loops and print the counts: `python -m pipeline.disturbed [STEPS [RESULTS]]`, a million by default."""
 
 import sys
 from pathlib import Path
 
-from pipeline.disturbed.cases import PUSHES, experiments, random_systems
+from pipeline.disturbed.cases import experiments, random_systems
 from pipeline.disturbed.counts import Counts, disturbed_runs
 
 _RANDOM = 16
 
 
-def main(steps: int) -> list[Counts]:
+def main(steps: int, results: Path) -> list[Counts]:
     """Divide the steps equally among the experiments and some random systems, and print the counts of each."""
-    each, found = -(-steps // (_RANDOM + len(PUSHES))), []
-    for cases in (experiments(Path("data/results")), random_systems(_RANDOM)):
-        for case in cases:
-            found.append(disturbed_runs(case, each))
-            print(found[-1], flush=True)
+    cases, found = [*experiments(results), *random_systems(_RANDOM)], []
+    for case in cases:
+        found.append(disturbed_runs(case, -(-steps // len(cases))))
+        print(found[-1], flush=True)
     print(total(found))
     return found
 
@@ -39,4 +38,4 @@ def total(found: list[Counts]) -> Counts:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000, Path(*sys.argv[2:3] or ["data/results"]))

@@ -8,27 +8,23 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.experiments import load_experiment
-from pipeline.storage.archive import read_samples
+from pipeline.experiments import load_experiments
+from pipeline.methods import JOINT, ROBUST
+from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
 from trackable.certificates.certificate import Certificate
-from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.prove import prove_on_window
 from trackable.control.controller import Controller, shortest_horizon
 from trackable.control.scaling import scaled_controller
 from trackable.control.tube.controller import TubeController
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
-from trackable.learning.learner import JOINT
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.tightening import Tightening, tightening
 from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
-
-PUSHES = {"example1": (0.004,), "example2": (0.05,), "robot-axis": (0.0, 0.05), "vehicle": (0.0, 0.0, 0.01, 0.01)}
-"""Half widths of the boxes of disturbances, by experiment: a hundredth of a width or less of what they push."""
 
 _HORIZON, _PART = 15, 0.95
 
@@ -59,19 +55,14 @@ class Case:
 
 
 def experiments(results: Path) -> Iterator[Case]:
-    """Yield the experiments, their references learned from the samples below `results`."""
-    for name, half in PUSHES.items():
-        experiment = load_experiment(name)
-        task = experiment.task(read_samples(Results(name, results)).samples)
-        drawn_in = tightening(task.plant, Zonotope.box(-np.array(half), np.array(half)))
-        robust, nominal = (
-            learn_certified(task.samples, task.prior, plant, task.space, task.goal, learner=JOINT)
-            for plant in (drawn_in.plant, task.plant)
-        )
-        if not isinstance(robust, Certified) or not isinstance(nominal, Certified):
-            raise ValueError(f"{name}: no reference was proved")
-        horizon = experiment.control.horizon
-        yield Case(name, drawn_in, robust.reference, nominal.reference, horizon, 300)
+    """Yield the experiments with a disturbance, and their references from the fits below `results`."""
+    for experiment in load_experiments().values():
+        drawn_in = experiment.tightening
+        if drawn_in is None:
+            continue
+        learned = read_fit(Results(experiment.name, results)).learned
+        robust, nominal = (learned[name].reference for name in (ROBUST.name, JOINT.name))
+        yield Case(experiment.name, drawn_in, robust, nominal, experiment.control.horizon, 300)
 
 
 def random_systems(count: int) -> Iterator[Case]:
@@ -89,7 +80,10 @@ def random_systems(count: int) -> Iterator[Case]:
 
 
 def random_case(seed: int, steps: int = 150) -> Case | None:
-    """Return one of the random systems; None where its disturbances leave nothing, or its reference has no proof."""
+    """Return one of the random systems; None where its disturbances leave nothing, or its reference has no proof.
+
+    Every other one is measured with noise.
+    """
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 4))
     m = int(rng.integers(1, min(n, 2) + 1))
@@ -100,9 +94,11 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
         system = LinearSystem(A, rng.standard_normal((n, m)), sampling_time=0.1)
         plant = ConstrainedSystem(system, Polytope.box(-X, X), Polytope.box(-U, U))
         shape = Zonotope(np.zeros(n), 1e-3 * rng.standard_normal((max(1, n - int(rng.integers(2))), n)))
-        small = tightening(plant, shape)
+        noise = Zonotope(np.zeros(n), 2e-4 * rng.standard_normal((n, n))) if seed % 2 else None
+        small = tightening(plant, shape, noise=noise)
         size = Fraction(rng.uniform(0.2, 0.7) * small.largest_fraction)
-        drawn_in = tightening(plant, shape.scaled(size), small.invariant.feedback if small.invariant else None)
+        K = small.invariant.feedback if small.invariant else None
+        drawn_in = tightening(plant, shape.scaled(size), K, noise=noise.scaled(size) if noise else None)
     except ValueError:  # not controllable, or nothing is left
         return None
     horizon = max(_HORIZON, shortest_horizon(plant))

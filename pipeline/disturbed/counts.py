@@ -6,19 +6,18 @@ from itertools import count
 
 import numpy as np
 
+from pipeline.disturbed import runs
 from pipeline.disturbed.cases import Case
 from trackable.arrays import Array
 from trackable.control.closed_loop import ClosedLoop
 from trackable.control.simulation import simulate
 from trackable.control.step.result import Plan
 from trackable.control.stepping import Disturbances
-from trackable.control.tube.disturbances import Constant, Drawn, Greedy
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 
 _NOMINAL_EVERY = 20
 _OFF_EVERY = 20
-_WARM_UP = 30
 
 
 @dataclass
@@ -54,17 +53,25 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
     for i, disturbances in _kinds(case):
         if found.steps >= steps:
             return found
-        error = _start(case, i)
-        loop = simulate(case.tube, case.robust, case.robust.state(0) + error, case.steps, disturbances=disturbances)
+        noise = _noise(case, i)
+        first = _start(case, i) - (0.0 if noise is None else noise(0, case.robust.state(0)))
+        loop = simulate(
+            case.tube,
+            case.robust,
+            case.robust.state(0) + first,
+            case.steps,
+            disturbances=disturbances,
+            noise=_noise(case, i),
+        )
         found.runs += 1
         found.steps += len(loop.inputs)
         found.broken += _broken(loop, case.tightening.given)
         found.without_plan += len(loop.without_plan)
         if i % _NOMINAL_EVERY == 0:
             found.compared += 1
-            first = _nominal_fails(case, case.nominal, i)
-            found.first_failures += [] if first is None else [first]
-            found.nominal_failed += first is not None
+            failure = _nominal_fails(case, case.nominal, i)
+            found.first_failures += [] if failure is None else [failure]
+            found.nominal_failed += failure is not None
             found.nominal_on_robust_failed += _nominal_fails(case, case.robust, i) is not None
     return found
 
@@ -76,20 +83,20 @@ def _kinds(case: Case) -> Iterator[tuple[int, Disturbances]]:
 
 def _kind(case: Case, i: int) -> Disturbances:
     """Return the disturbances of run i, the same each time."""
-    W, given, rng = case.tube.invariant.disturbance, case.tightening.given, np.random.default_rng(i)
-    if i % 3 == 0:
-        return Greedy(W, given.state_set)
-    return Drawn(W, i) if i % 3 == 1 else Constant(W, rng.standard_normal(W.dimension))
+    return runs.disturbances(("greedy", "drawn", "constant")[i % 3], case.tightening, i)
+
+
+def _noise(case: Case, i: int) -> Disturbances | None:
+    """Return the measurement noise of run i, if there is some, the same each time."""
+    return runs.noise(case.tightening, i)
 
 
 def _start(case: Case, i: int) -> Array:
-    """Return an error in Z that disturbances have caused; for every twentieth run any from which there is a plan."""
-    rng, Z = np.random.default_rng(i), case.tube.invariant
-    e = np.zeros(Z.disturbance.dimension)
-    for _ in range(_WARM_UP):
-        e = Z.closed_loop @ e + Z.disturbance.farthest(rng.standard_normal(len(e)))
+    """Return an error of the measured state, in Z; for every twentieth run any from which there is a plan."""
+    e = runs.start(case.tube.invariant, i)
     if i % _OFF_EVERY:
         return e
+    rng = np.random.default_rng(i)
     off = rng.standard_normal(len(e)) / np.sqrt(np.diag(case.controller.Q))
     while not isinstance(case.tube.step(0, case.robust.state(0) + off, case.robust), Plan):
         off = off / 2
@@ -98,7 +105,8 @@ def _start(case: Case, i: int) -> Array:
 
 def _nominal_fails(case: Case, reference: Reference, i: int) -> int | None:
     """Return the first step at which the nominal controller has no plan or a bound is broken, from the reference on."""
-    loop = simulate(case.controller, reference, reference.state(0), case.steps, disturbances=_kind(case, i))
+    disturbances, noise = _kind(case, i), _noise(case, i)
+    loop = simulate(case.controller, reference, reference.state(0), case.steps, disturbances=disturbances, noise=noise)
     outside = np.flatnonzero(case.tightening.given.state_set.margin(loop.states) < 0).tolist()
     steps = [*outside[:1], *(result.k for result in loop.without_plan[:1])]
     return min(steps, default=None)

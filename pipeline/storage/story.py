@@ -76,8 +76,30 @@ def told_of_proofs(results: Results) -> Told:
 def told_of_loops(results: Results) -> Told:
     """Say, for each reference, whether the controller had a plan at each step, and whether its cost fell."""
     loops: Any = from_json(results.control.read_bytes())
-    said = [*_loops(loops, loops["horizon"]), *_disturbed(loops.get("disturbed", {}))]
-    return Told("\n".join(f"- {sentence}" for sentence in said))
+    return Told("\n".join(f"- {sentence}" for sentence in _loops(loops, loops["horizon"])))
+
+
+def told_of_room(results: Results) -> Told:
+    """Say what room for disturbances costs, and for which sizes of their sets it was found."""
+    loops, metrics = (from_json(path.read_bytes()) for path in (results.control, results.metrics))
+    price: Any = loops["price_of_room"] if isinstance(loops, Mapping) else {}
+    robust, joint = (metrics[name] for name in ("robust", "joint")) if isinstance(metrics, Mapping) else ({}, {})
+    largest, dearest = price["sizes"][-1], price["price"][-1]
+    return Told(
+        f"`robust` costs {robust['price']:.3g} in $-2 \\ln p$ where `joint` costs {joint['price']:.3g}: "
+        f"{_distances(robust)}; of `joint`, {_distances(joint)}. For {largest:g} times these sets a reference was "
+        f"proved at a price of {dearest:.3g}. With this feedback, nothing is left between the bounds of some state or "
+        f"input at {price['largest']:.3g} times the sets."
+    )
+
+
+def told_of_disturbances(results: Results) -> Told:
+    """Say what each controller keeps on each reference under disturbances, and what became of many runs."""
+    loops: Any = from_json(results.control.read_bytes())
+    runs = loops["disturbed"]["tube"]
+    kept = "no bound is broken" if not runs["broken"] else f"{runs['broken']} times a bound is broken"
+    many = f"In {runs['runs']} runs from inside of the tube around `robust`, {runs['steps']} steps in all, {kept}."
+    return Told("\n".join(f"- {sentence}" for sentence in (many, *_disturbed(loops["disturbed"]))))
 
 
 def _loops(loops: Mapping[str, Any], horizon: int) -> Iterator[str]:

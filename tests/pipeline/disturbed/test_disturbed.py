@@ -9,6 +9,7 @@ from pipeline.disturbed import counts
 from pipeline.disturbed.__main__ import total
 from pipeline.disturbed.cases import Case, random_case
 from pipeline.disturbed.counts import Counts, disturbed_runs
+from trackable.control.tube.disturbances import Constant
 
 SEEDS = (0, 3, 11, 12)
 
@@ -35,7 +36,7 @@ def test_there_are_cases_of_each_dimension():
 def test_a_controller_that_leaves_no_room_is_counted(monkeypatch):
     """Disturbances that are thirty times too large break bounds, and the counts tell."""
     case = case_of(11)
-    pushed = counts.Constant(case.tube.invariant.disturbance, np.ones(1))
+    pushed = Constant(case.tube.invariant.disturbance, np.ones(1))
     monkeypatch.setattr(counts, "_kind", lambda case, i: lambda k, x: 30 * pushed(k, x))
     found = disturbed_runs(case, 1)
     assert found.broken + found.without_plan > 0

@@ -11,7 +11,15 @@ from pipeline.storage.archive import read_fit, read_margins
 from pipeline.storage.loops import table_of_loops
 from pipeline.storage.methods import table_of_hyperparameters
 from pipeline.storage.results import Results
-from pipeline.storage.story import told_of_loops, told_of_price, told_of_proofs, told_of_system, told_of_unconstrained
+from pipeline.storage.story import (
+    told_of_disturbances,
+    told_of_loops,
+    told_of_price,
+    told_of_proofs,
+    told_of_room,
+    told_of_system,
+    told_of_unconstrained,
+)
 from tests.project import ROOT
 from trackable.systems.margins import MarginProfile
 from trackable.systems.quantity import Quantity
@@ -99,6 +107,7 @@ def test_loops_are_told_by_what_is_lost_and_what_rises(tmp_path: Path) -> None:
         "interpolated": {"on": {**GOOD, "largest_rise": 0.25}},
         "online": {"offers": []},
         "disturbed": {
+            "tube": {"runs": 300, "steps": 900, "broken": 0},
             "robust": {
                 "tube": {kind: {"steps": 50, "steps_without_plan": 0, "steps_outside": 0} for kind in ("a", "b")},
                 "nominal": {
@@ -110,7 +119,7 @@ def test_loops_are_told_by_what_is_lost_and_what_rises(tmp_path: Path) -> None:
                         "first_step_outside": 6,
                     }
                 },
-            }
+            },
         },
     }
     results = written(tmp_path, control=loops)
@@ -119,12 +128,27 @@ def test_loops_are_told_by_what_is_lost_and_what_rises(tmp_path: Path) -> None:
         "- On `unconstrained` there is no plan at 3 of 50 steps from `on`, first at step 7.",
         "- On `interpolated` there is a plan of 4 steps at each step, from 1 start. No bound is broken. "
         "The optimal cost rises by up to 0.25: the system cannot stay on this reference.",
+    ]
+    assert told_of_disturbances(results).splitlines() == [
+        "- In 300 runs from inside of the tube around `robust`, 900 steps in all, no bound is broken.",
         "- Disturbed, the tube controller on `robust` has a plan at each of 100 steps (a, b), and no bound is broken.",
         "- Disturbed, the nominal controller on `robust` fails: greedy, there is no plan at 4 of 50 steps, first at 7 "
         "and bounds are broken at 9 steps, first at 6.",
     ]
     rises = [row[5] for row in table_of_loops(results).rows]
     assert rises == ["rounding", "rounding", 1.0, "rounding", 0.25]
+
+
+def test_room_is_told_by_what_it_costs_beside_the_nominal_reference(tmp_path: Path) -> None:
+    price = {"sizes": [0.0, 1.0, 2.0], "price": [1.0, 2.0, 9.0], "misfit": [0.1, 0.2, 0.3], "largest": 4.25}
+    metrics = {"joint": {"price": 1.0, "misfit": 0.1}, "robust": {"price": 2.0, "misfit": 0.2, "rmse": 0.4}}
+    told = told_of_room(written(tmp_path, metrics=metrics, control={"price_of_room": price}))
+    assert told == (
+        "`robust` costs 2 in $-2 \\ln p$ where `joint` costs 1: the samples are off it by 0.2 (root mean square) and "
+        "the truth by 0.4; of `joint`, the samples are off it by 0.1 (root mean square). For 2 times these sets a "
+        "reference was proved at a price of 9. With this feedback, nothing is left between the bounds of some state or "
+        "input at 4.25 times the sets."
+    )
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
