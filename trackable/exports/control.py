@@ -59,7 +59,7 @@ class FlatTrajectory:
         return continuous(self.proved, self.proved.reference.state_at(t)).T, self.proved.reference.input_at(t).T
 
     def response(self, timepts: ArrayLike | None = None) -> TimeResponse:
-        """Return states and inputs at times [s]; left out, at all steps until what is proved ends, settles or repeats.
+        """Return states and inputs at times [s]; left out, at the steps that are worth showing.
 
         `input_output_response(system, *…)` wants times that are steps of the system. ValueError as `eval`.
         """

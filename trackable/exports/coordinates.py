@@ -37,7 +37,7 @@ def continuous(proved: Proved, states: Array) -> Array:
 
 
 def chosen_steps(proved: Proved, first: int | None, count: int | None) -> Array:
-    """Return `count` steps from `first` on; left out, all steps until what is proved ends, settles or repeats.
+    """Return `count` steps from `first` on; left out, those at which a reference is worth showing.
 
     Raises ValueError for steps outside of what is proved.
     """

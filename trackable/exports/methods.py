@@ -57,7 +57,8 @@ class Conventions:
         """Draw states and inputs between their bounds from `start` to `end` [s], and the samples if there are any.
 
         Left out, they are the ends of what is proved; where all times are, the time from which the reference is
-        settled, or one period. Raises ValueError for times outside of what is proved.
+        settled, but not more than twice what it is made of, or one period. Raises ValueError for times outside of what
+        is proved.
         """
         from trackable.exports.shown.figure import figure  # noqa: PLC0415  matplotlib is loaded for figures only
 
@@ -108,9 +109,8 @@ class Conventions:
     ) -> Path:
         """Write time, states and inputs at `count` steps from `first` on as a CSV file; return its path.
 
-        Left out, these are all steps until what is proved ends, is settled, or repeats. `units` by name go into the
-        header, as {'position': 'm'}. Reading the numbers gives the same float64 again. Raises OSError, and ValueError
-        for steps that are not proved.
+        Left out, these are the steps that `plot` shows. `units` by name go into the header, as {'position': 'm'}.
+        Reading the numbers gives the same float64 again. Raises OSError, and ValueError for steps that are not proved.
         """
         from trackable.exports.table import write_csv  # noqa: PLC0415
 

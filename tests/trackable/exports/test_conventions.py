@@ -11,8 +11,8 @@ import pytest
 
 from tests.trackable.exports.references import EVERY, KERNEL, all_times, on_window, periodic
 from tests.trackable.plants import AXIS, CART, SAMPLES
-from trackable import TrackableReference, learn_reference
-from trackable.certificates.claim import AtInstants
+from trackable import RationalQuadratic, TrackableReference, learn_reference
+from trackable.certificates.claim import AllTimes, AtInstants
 from trackable.exports.methods import Conventions
 from trackable.exports.shown.curve import curve
 from trackable.exports.shown.extent import reached, shown_times
@@ -105,6 +105,15 @@ def test_between_instants_nothing_is_shown_where_nothing_is_proved() -> None:
     np.testing.assert_array_equal(proved(0.3), all_times()(0.3))
     with pytest.raises(ValueError, match="between the sampled instants, which alone are proved"):
         proved(0.32)
+
+
+def test_hours_in_which_nothing_happens_are_not_shown() -> None:
+    """A kernel with a heavy tail is settled after 27,000 s, of which nobody wants a table."""
+    kernel = RationalQuadratic(0.3, 0.5, 0.3)
+    reference = learn_reference(SAMPLES, AXIS, kernel, "all_times", noise_std=0.02, starts=1)
+    assert isinstance(reference.certificate.claim, AllTimes)
+    assert reference.certificate.claim.tail_start > 10_000
+    assert shown_times(reference, 100)[-1] == pytest.approx(10)
 
 
 class Texts(HTMLParser):

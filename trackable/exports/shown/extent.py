@@ -8,6 +8,7 @@ from trackable.arrays import Array
 from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
 from trackable.exports.proved import Proved
 from trackable.systems.quantity import Quantity
+from trackable.systems.signals.pieces import PolynomialPieces
 
 _MOST = 2000
 _TINY = 1e-9  # of the length of the times shown
@@ -30,16 +31,27 @@ class Reached:
 
 
 def ends(proved: Proved) -> tuple[float, float]:
-    """Return from when to when a reference is worth showing [s], within what is proved."""
+    """Return from when to when a reference is worth showing [s], within what is proved.
+
+    Where all times are proved, this is until it is settled, and not longer than twice what it is made of: kernels with
+    heavy tails are near their bounds for hours, and hardly move.
+    """
     match proved.certificate.claim:
         case OnWindow(start, end):
             return start, end
         case AllPhases(period):
             return 0.0, period
         case AllTimes(tail_start):
-            return 0.0, tail_start
+            return 0.0, min(tail_start, _twice(proved))
         case AtInstants(last_step):
-            return 0.0, float(proved.reference.instants(max(last_step, 1)))
+            return 0.0, min(float(proved.reference.instants(max(last_step, 1))), _twice(proved))
+
+
+def _twice(proved: Proved) -> float:
+    """Return twice the time of the last kernel or piece [s], and 200 sampling times at least."""
+    signals = proved.reference.signals
+    lasts = [z.breakpoints[-1] if isinstance(z, PolynomialPieces) else np.max(z.centres) for z in signals]
+    return 2 * max(*map(float, lasts), 100 * proved.reference.plant.sampling_time)
 
 
 def shown_times(proved: Proved, count: int, start: float | None = None, end: float | None = None) -> Array:
