@@ -17,7 +17,8 @@ from trackable.checker.arithmetic.intervals import Many, Real, exactly, pi
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-_OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1060
+_OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1000
+"""The last one is no subnormal number: it also covers what a processor loses that takes these for zero."""
 
 
 @dataclass(frozen=True, eq=False)
