@@ -1,9 +1,10 @@
 """Systems and sets as written in params.yaml."""
 
+from inspect import signature
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, PositiveFloat, model_validator
+from pydantic import BeforeValidator, Field, PositiveFloat, model_validator
 
 from pipeline.published.models import MODELS
 from pipeline.storage.yaml_file import Fields
@@ -63,17 +64,26 @@ class LinearModel(Fields):
 
 
 class NamedModel(Fields):
-    """A nonlinear system of pipeline.published.models, x(k+1) = f(x(k), u(k)), one step every `sampling_time` [s]."""
+    """A nonlinear system of pipeline.published.models, x(k+1) = f(x(k), u(k)), one step every `sampling_time` [s].
+
+    `parameters` are those that the model has beside it, by name.
+    """
 
     model: str
     sampling_time: PositiveFloat
+    parameters: dict[str, float] = Field(default_factory=dict)
 
     @property
     def discrete(self) -> System:
-        """Return the system. Raises ValueError where there is none of that name."""
+        """Return the system. Raises ValueError where there is none of that name, or where its parameters are others."""
         if self.model not in MODELS:
             raise ValueError(f"there is no model {self.model!r}; there are {', '.join(MODELS)}")
-        return MODELS[self.model](self.sampling_time)
+        model = MODELS[self.model]
+        try:
+            signature(model).bind(self.sampling_time, **self.parameters)
+        except TypeError as error:
+            raise ValueError(f"parameters: those of {self.model} are others: {error}") from error
+        return model(self.sampling_time, **self.parameters)
 
 
 def which_model(written: object) -> object:

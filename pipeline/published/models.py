@@ -1,10 +1,11 @@
 """Nonlinear systems by name, for params.yaml. Each is a function in ordinary arithmetic."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from trackable.systems import library
 from trackable.systems.nonlinear import Nonlinear
 
 _AREA, _OUTLET = 2.0, 0.05
@@ -20,5 +21,11 @@ def tank(sampling_time: float) -> Nonlinear:
     return Nonlinear.of(successor, ["level"], ["inflow"], sampling_time)
 
 
-MODELS: dict[str, Callable[[float], Nonlinear]] = {"tank": tank}
-"""By name: the system with a sampling time [s]."""
+MODELS: Mapping[str, Callable[..., Nonlinear]] = {
+    "tank": tank,
+    "mobile_robot": library.mobile_robot,
+    "kinematic_bicycle": library.kinematic_bicycle,
+    "two_tanks": library.two_tanks,
+    "pendulum": library.pendulum,
+}
+"""By name: the system with a sampling time [s], and with parameters of its own."""

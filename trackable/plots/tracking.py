@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackable.arrays import Array
+from trackable.control.angles import angles_of
 from trackable.gp.samples import Samples
 from trackable.plots.panels import bounds_of, coordinates, pad_limits, shade_outside
 from trackable.plots.style import GREY, INK, PAGE, SAMPLE, legend_above, reference_styles, styled
@@ -26,7 +28,8 @@ class Observed:
 def tracking(references: Mapping[str, Reference], observed: Mapping[str, Observed], times: Array) -> Figure:
     """Draw each state and input at `times` [s], what is `observed` of it, and its own bounds.
 
-    Values far outside the bounds are cut off. Bounds of sums of several states or inputs are not drawn.
+    Values far outside the bounds are cut off, and angles do not jump by whole turns. Bounds of sums of several states
+    or inputs are not drawn.
     """
     plant = next(iter(references.values())).plant
     names, bounds = coordinates(plant), bounds_of(plant)
@@ -36,7 +39,7 @@ def tracking(references: Mapping[str, Reference], observed: Mapping[str, Observe
         n = len(plant.system.states)
         for style, reference in zip(reference_styles(references).values(), references.values(), strict=True):
             values = reference.state_at(times)[:, i] if i < n else reference.input_at(times)[:, i - n]
-            axes.plot(times, values, **style)
+            axes.plot(times, np.unwrap(values) if i in angles_of(plant) else values, **style)
         _draw_observed(axes, observed.get(name, Observed()), times)
         if name in bounds:
             pad_limits(axes, bounds[name])

@@ -19,12 +19,20 @@ from trackable.gp.prior import NOISE
 def test_every_entry_is_an_experiment() -> None:
     """They use every method but two, for periods that are known and for steps between intervals, and one robust one."""
     experiments = load_experiments(PARAMS)
-    assert list(experiments) == ["example1", "example1-resampled", "example2", "robot-axis", "vehicle", "tank"]
+    assert list(experiments) == [
+        "example1",
+        "example1-resampled",
+        "example2",
+        "robot-axis",
+        "vehicle",
+        "tank",
+        "mobile-robot",
+    ]
     assert {name for experiment in experiments.values() for name in experiment.methods} == {
         *(name for name, method in METHODS.items() if not method.is_robust),
         ROBUST.name,
     } - {"sampled", "sound_intervals"}
-    assert [experiment.claim for experiment in experiments.values()].count("all_phases") == 1
+    assert [experiment.claim for experiment in experiments.values()].count("all_phases") == 2
 
 
 def test_a_mistake_in_one_experiment_does_not_stop_another(tmp_path: Path) -> None:

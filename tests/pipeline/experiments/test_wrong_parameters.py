@@ -39,6 +39,18 @@ WRONG = [
         r"input_set: coordinate 1 has the bounds \[-0\.5, inf\]: give both or none",
     ),
     ("example1", "claim: all_times", "claim: all_times\n    plane: [state, time]", r"plane: .*states state, got time"),
+    (
+        "tank",
+        "{model: tank, sampling_time: 5.0}",
+        "{model: kinematic_bicycle, sampling_time: 0.1}",
+        r"parameters: those of kinematic_bicycle are others: missing a required argument: 'wheelbase'",
+    ),
+    (
+        "mobile-robot",
+        "sampling_time: 0.1}",
+        "sampling_time: 0.1, parameters: {wheelbase: 0.3}}",
+        r"parameters: those of mobile_robot are others: got an unexpected keyword argument 'wheelbase'",
+    ),
     ("example1", NOISE, NOISE.replace("0.01", "-0.01"), r"prior\.state\.noise_std: expected a positive .*got -0\.01"),
     ("example1", NOISE, NOISE.replace("noise_std", "noise"), r"prior\.state\.noise: is not a known field"),
     ("example1", NOISE, NOISE.replace("0.01", "[0.2, 0.1]"), r"noise_std: .*0 < lower < upper.*got \[0\.2, 0\.1\]"),

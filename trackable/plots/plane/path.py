@@ -13,6 +13,9 @@ from trackable.plots.style import BLUE, INK, NAVY, PAGE, PALE, PURPLE, SAMPLE, l
 from trackable.systems.reference import Reference
 
 _ARROWS: Final = 8
+_ARROW: Final = 0.012
+"""How long an arrow is, as a part of the course."""
+
 _BROKEN: Final[tuple[dict[str, Any], ...]] = (
     {"color": PURPLE, "linewidth": 7.0, "alpha": 0.45},
     {"color": BLUE, "linewidth": 7.0, "alpha": 0.45},
@@ -80,7 +83,12 @@ def _mark_broken(axes: Axes, label: str, reference: Reference, course: Array, ti
 def _draw_direction(axes: Axes, course: Array) -> None:
     """Draw arrows along a course, at equal distances."""
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(course, axis=0), axis=1))])
+    style = {"arrowstyle": "-|>", "color": INK, "mutation_scale": 13, "linewidth": 0, "shrinkA": 0, "shrinkB": 0}
     for at in (np.arange(_ARROWS) + 0.5) / _ARROWS * lengths[-1]:
-        i = min(int(np.searchsorted(lengths, at)), len(course) - 2)
-        style = {"arrowstyle": "-|>", "color": INK, "mutation_scale": 11, "linewidth": 0}
-        axes.annotate("", course[i + 1], course[i], arrowprops=style, zorder=6)
+        tail, head = (_point(course, lengths, at + side * _ARROW * lengths[-1]) for side in (-0.5, 0.5))
+        axes.annotate("", head, tail, arrowprops=style, zorder=6)
+
+
+def _point(course: Array, lengths: Array, at: float) -> tuple[float, float]:
+    """Return the point of a course at a distance along it."""
+    return float(np.interp(at, lengths, course[:, 0])), float(np.interp(at, lengths, course[:, 1]))
