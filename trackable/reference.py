@@ -100,7 +100,8 @@ class TrackableReference(ProvedReference):
         """Return draws of states and inputs at steps k, given the samples and the bounds; the same for the same seed.
 
         Every draw keeps the bounds at the steps k, at up to 51 steps between the first sample and the last, and where
-        the reference is at a bound; nothing is promised between these steps. Inputs of a nonlinear system are drawn to
+        the reference is at a bound; nothing is promised between these steps. The bounds are those of `reference`: drawn
+        in, where they are so for disturbances or by a margin. Inputs of a nonlinear system are drawn to
         first order around the reference. Shapes (count, *k.shape, n) and (count, *k.shape, m).
 
         Raises ValueError for steps outside of what is proved and for too many of them, and NoRoom (an ArithmeticError)

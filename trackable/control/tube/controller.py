@@ -35,7 +35,7 @@ class TubeController:
       own input, is a plan for the next state, because x⁺ − z(1) = (A + B K) (x − z(0)) + w ∈ Z.
     - So V(k+1) ≤ V(k) − ℓ(k), and the nominal state tends to the reference: x is led into x_r ⊕ Z, where V = 0.
 
-    Raises ValueError and TypeError as `Controller`, where nothing is disturbed, and as `ErrorSet`.
+    Raises ValueError and TypeError as `Controller`, and where nothing is disturbed.
     """
 
     tightening: Tightening
@@ -82,7 +82,8 @@ class TubeController:
         """Return the optimal plan at step `k` from the measured `state` (n,), or why there is none.
 
         The `states` and `inputs` of a `Plan` are nominal, and so are its cost and slack; its `input` is the one to
-        apply, inside the given input set. `Infeasible` tells by how much the tightened sets would have to be widened.
+        apply, inside the given input set. `Infeasible` tells by how much the tightened sets would have to be widened,
+        and how close a plan comes to the reference that keeps them; its fallback begins that plan.
         The optimum needs no `initial_guess`. Raises ValueError as `Controller.step`.
         """
         k, state = whole("controller: k", k), numbers("controller: state", state)
@@ -120,6 +121,11 @@ class TubeController:
         f = self.nominal.formulation
         return TubeProgram.widening(f.plant, self.horizon, f.scales, self.errors)
 
+    @cached_property
+    def _terminal(self) -> TubeProgram:
+        f = self.nominal.formulation
+        return TubeProgram.terminal_error(f.plant, self.horizon, f.scales, self.errors)
+
     def _on_reference(self, k: int, state: Array, window: Window) -> Plan | None:
         """Return the plan that stays on the reference, of cost 0: the optimum wherever x ∈ x_r ⊕ Z."""
         f = self.nominal.formulation
@@ -150,25 +156,40 @@ class TubeController:
         f = self.nominal.formulation
         errors, v = plan.states[1:] - problem.window.states[1:], plan.inputs - problem.window.inputs
         quantity, ahead = problem.slack.remaining(f.inequalities, errors, v).tightest
-        constraint = f.plant.given_constraints[quantity]
+        constraint, closest = f.plant.given_constraints[quantity], self._closest(problem, state, off)
         return Infeasible(
             k=problem.k,
             widening=-plan.slack,
             quantity=constraint.name,
             at_step=problem.k + ahead,
             excess=-plan.slack * constraint.bounds.width,
-            terminal_error=None,
-            fallback=plan.input,
+            terminal_error=None if closest is None else closest.states[-1] - problem.window.states[-1],
+            fallback=(closest or plan).input,
             is_local=False,
         )
 
-    def _optimum(self, program: TubeProgram, problem: StepProblem, off: Array) -> tuple[Array, Array] | None:
-        """Return the optimal e(0) (n,) and v (N, m) in their units."""
+    def _closest(self, problem: StepProblem, state: Array, off: Array) -> Plan | None:
+        """Return the plan in the tightened sets that ends closest to the reference (in scales), and costs the least of
+        those with that end; None where no plan is found."""
+        found = self._optimum(self._terminal, problem, off, by=TOLERANCE)
+        if found is None:
+            return None
+        nearest = self._plan(problem, state, *found, Status.WIDENED)
+        end = nearest.states[-1] - problem.window.states[-1]
+        found = self._optimum(self._tracking, problem, off, end, by=2 * TOLERANCE)
+        return nearest if found is None else self._plan(problem, state, *found, Status.WIDENED)
+
+    def _optimum(
+        self, program: TubeProgram, problem: StepProblem, off: Array, end: Array | float = 0.0, by: float = 0.0
+    ) -> tuple[Array, Array] | None:
+        """Return the optimal e(0) (n,) and v (N, m) in their units, all bounds widened by a part of their widths."""
         scales = self.nominal.formulation.scales
         X = self.nominal.formulation.inequalities.states
         start = (X.bounds - X.rows @ problem.window.states[0]) / X.widths
         model = problem.model
-        found = program.solve(model.scaled, off, model.defects / scales.states, start, problem.slack)
+        slack = problem.slack.widened(by) if by else problem.slack
+        missed = np.broadcast_to(end, off.shape) / scales.states
+        found = program.solve(model.scaled, off, model.defects / scales.states, start + by, slack, missed)
         return None if found is None else (found[0] * scales.states, found[1] * scales.inputs)
 
     def _start_slack(self, z: Array) -> float:

@@ -1,4 +1,4 @@
-"""The invariant set of the error in float64: half-spaces for one or two states, generators for more."""
+"""The invariant set of the error in float64: half-spaces for one or two states, its summands for more."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -24,16 +24,11 @@ _MOST_FACETS = 100_000
 class ErrorSet:
     """Z of an invariant set: its parts ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P, summed in float64.
 
-    ValueError: W is a convex hull in three dimensions or more, whose sum has no short description.
+    It is `centre` ⊕ {Σ_j ξ_j g_j : |ξ_j| ≤ 1} ⊕ the convex hulls `hulls`: a zonotope where W is one. Where W is a
+    convex hull, so is each A_Kⁱ W, and the generators g_j are those of P.
     """
 
     invariant: InvariantSet
-
-    def __post_init__(self) -> None:
-        if self.dimension > 2 and not isinstance(self.invariant.disturbance, Zonotope):
-            raise ValueError(
-                "tube: for three states or more the disturbance set must be a Zonotope, such as a box around the hull"
-            )
 
     @property
     def dimension(self) -> int:
@@ -66,9 +61,10 @@ class ErrorSet:
 
     @cached_property
     def centre(self) -> Array:
-        """The centre (n,) of a zonotope."""
+        """The centre (n,) of the generators."""
         Z = self.invariant
-        assert isinstance(Z.disturbance, Zonotope), "hulls have no centre"
+        if not isinstance(Z.disturbance, Zonotope):
+            return np.zeros(self.dimension)
         at, total = as_array([Z.disturbance.centre], self.dimension)[0], np.zeros(self.dimension)
         for _ in range(Z.head):
             total, at = total + at, Z.closed_loop @ at
@@ -76,15 +72,26 @@ class ErrorSet:
 
     @cached_property
     def generators(self) -> Array:
-        """The generators (g, n) of a zonotope, none of them zero."""
-        Z = self.invariant
-        assert isinstance(Z.disturbance, Zonotope), "hulls have no generators"
-        found, head, tail = [], Z.disturbance.generator_matrix, np.diag(Z.box) / (1 - Z.contraction)
+        """The generators (g, n), none of them zero."""
+        Z, W = self.invariant, self.invariant.disturbance
+        of_head = W.generator_matrix if isinstance(W, Zonotope) else np.zeros((0, self.dimension))
+        found, head, tail = [], of_head, np.diag(Z.box) / (1 - Z.contraction)
         for i in range(Z.head + Z.terms):
             found.append(head if i < Z.head else tail)
             head, tail = head @ Z.closed_loop.T, tail @ Z.closed_loop.T
         stacked = np.vstack(found)
         return np.asarray(stacked[np.any(stacked != 0, axis=1)])
+
+    @cached_property
+    def hulls(self) -> Array:
+        """The vertices (N, v, n) of A_Kⁱ W for i < N; none where W is a zonotope."""
+        Z, W = self.invariant, self.invariant.disturbance
+        if isinstance(W, Zonotope):
+            return np.zeros((0, 1, self.dimension))
+        found = [W.vertex_matrix]
+        while len(found) < Z.head:
+            found.append(found[-1] @ Z.closed_loop.T)
+        return np.array(found)
 
     @cached_property
     def _facets(self) -> tuple[Array, Array] | None:
@@ -93,7 +100,7 @@ class ErrorSet:
         None also for a flat set, which has no facets.
         """
         G, n = self.generators, self.dimension
-        if comb(len(G), n - 1) > _MOST_FACETS or np.linalg.matrix_rank(G) < n:
+        if len(self.hulls) or comb(len(G), n - 1) > _MOST_FACETS or np.linalg.matrix_rank(G) < n:
             return None
         unit = G / np.linalg.norm(G, axis=1, keepdims=True)
         spanning = unit[np.array(list(combinations(range(len(G)), n - 1)))]
@@ -117,16 +124,23 @@ class ErrorSet:
             edges, tail = edges @ Z.closed_loop.T, tail @ Z.closed_loop.T
 
     def _weights(self, e: Array) -> Array | None:
-        """Return ξ with |ξ| ≤ 1 and centre + Σ_j ξ_j g_j = e; None where there is none."""
+        """Return ξ with |ξ| ≤ 1, and weights of the hulls' vertices, that give e; None where there are none."""
         G, aim = self.generators.T, e - self.centre
-        if not G.size:
+        if not G.size and not self.hulls.size:
             return np.zeros(0) if np.all(np.abs(aim) <= _ROUNDING) else None
         found = self._inverse @ aim
-        if np.max(np.abs(found)) <= 1 and np.allclose(G @ found, aim, rtol=1e-9, atol=0):
+        if not self.hulls.size and np.max(np.abs(found)) <= 1 and np.allclose(G @ found, aim, rtol=1e-9, atol=0):
             return np.asarray(found)
-        unit = np.maximum(np.abs(G).sum(axis=1), np.finfo(float).tiny)
+        N, v, n = self.hulls.shape
+        matrix = np.column_stack([G, self.hulls.reshape(N * v, n).T])
+        unit = np.maximum(np.abs(matrix).sum(axis=1), np.finfo(float).tiny)
+        sums = np.column_stack([np.zeros((N, G.shape[1])), np.kron(np.eye(N), np.ones(v))])
         program = scipy.optimize.linprog(
-            np.zeros(G.shape[1]), A_eq=G / unit[:, None], b_eq=aim / unit, bounds=(-1, 1), method="highs"
+            np.zeros(matrix.shape[1]),
+            A_eq=np.vstack([matrix / unit[:, None], sums]),
+            b_eq=np.append(aim / unit, np.ones(N)),
+            bounds=[(-1, 1)] * G.shape[1] + [(0, 1)] * (N * v),
+            method="highs",
         )
         return None if program.x is None else np.asarray(program.x)
 

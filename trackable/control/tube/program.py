@@ -35,7 +35,14 @@ class Membership:
             return [-rows @ start <= self.parameter]
         G = self.errors.generators.T / self.scales[:, None]
         weights = cp.Variable(G.shape[1])
-        return [start + G @ weights == self.parameter, weights <= 1, weights >= -1]
+        total, constraints = start + G @ weights, [weights <= 1, weights >= -1]
+        N, v, n = self.errors.hulls.shape
+        if N:  # a point of each hull
+            parts = cp.Variable((N, v), nonneg=True)
+            vertices = self.errors.hulls.reshape(N * v, n).T / self.scales[:, None]
+            total = total + vertices @ cp.vec(parts, order="C")
+            constraints.append(cp.sum(parts, axis=1) == 1)
+        return [total == self.parameter, *constraints]
 
     def assign(self, off: Array) -> None:
         """Give the parameter its value for x − x_r = `off` (n,)."""
@@ -69,6 +76,12 @@ class TubeProgram:
         return cls._of(s, plant, scales, errors, squared(s.e[:-1], scaled_Q) + squared(s.v, scaled_R), 0.0)
 
     @classmethod
+    def terminal_error(cls, plant: ConstrainedSystem, horizon: int, scales: Scales, errors: ErrorSet) -> "TubeProgram":
+        """min ‖e(N)‖ (Euclidean, in scales) with x − z(0) ∈ Z and all bounds kept."""
+        s = StepVariables.of(plant, horizon)
+        return cls._of(s, plant, scales, errors, cp.sum_squares(s.e[horizon]), 0.0, ends=False)
+
+    @classmethod
     def widening(cls, plant: ConstrainedSystem, horizon: int, scales: Scales, errors: ErrorSet) -> "TubeProgram":
         """The least part of their widths by which all sets must grow, or the most they may shrink."""
         by = cp.Variable()
@@ -83,10 +96,11 @@ class TubeProgram:
         errors: ErrorSet,
         cost: cp.Expression,
         widening: cp.Expression | float,
+        ends: bool = True,
     ) -> "TubeProgram":
         membership = Membership.of(errors, scales.states)
         start_slack = cp.Parameter(2 * len(plant.state_set.rows))
-        constraints = [*s.dynamics()[1:], s.ends(), *membership.constraints(s.e[0])]
+        constraints = [*s.dynamics()[1:], *([s.ends()] if ends else []), *membership.constraints(s.e[0])]
         constraints += s.bounds(plant, scales, widening)
         if len(plant.state_set.rows):
             given = Inequalities.of(plant.state_set)
@@ -95,14 +109,13 @@ class TubeProgram:
         return cls(s, membership, start_slack, cp.Problem(cp.Minimize(cost), constraints))
 
     def solve(
-        self, model: ErrorModel, off: Array, defects: Array, start_slack: Array, slack: Slack
+        self, model: ErrorModel, off: Array, defects: Array, start_slack: Array, slack: Slack, end: Array
     ) -> tuple[Array, Array] | None:
-        """Return the optimal scaled e(0) (n,) and v (N, m); None where the solver finds none.
+        """Return the optimal scaled e(0) (n,) and v (N, m) with e(N) = `end`; None where the solver finds none.
 
         `off` (n,) is x − x_r in its unit, all else is scaled. Raises ArithmeticError where a number is not finite.
         """
-        zero = np.zeros_like(off)
-        self.variables.assign(model, zero, defects, slack, zero)
+        self.variables.assign(model, np.zeros_like(off), defects, slack, end)
         self.start_slack.value = start_slack
         self.membership.assign(off)
         found = optimal_values(self.problem)

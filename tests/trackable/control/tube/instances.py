@@ -59,10 +59,14 @@ class Loop:
         return Reference(tuple(KernelSum(s.kernel, 0.0, s.centres, by * s.weights) for s in wild), plant)
 
 
+HULL = ConvexHull([side * g for g in random_disturbed(7).disturbance.generator_matrix for side in (1, -0.5)])
+"""Of points in three dimensions; the pushes in one direction are smaller."""
+
 LOOPS: dict[str, Loop] = {
     "example1": Loop(EXAMPLE1, Zonotope.box([-0.01], [0.01])),
     "pushed cart": Loop(CART, Zonotope.box([0.0, -0.05], [0.0, 0.05])),
     "triangle": Loop(CART, ConvexHull([[0.01, 0.0], [-0.01, 0.02], [0.0, -0.03]])),
     "three states": Loop(random_disturbed(7).plant, random_disturbed(7).disturbance),
+    "three states, a hull": Loop(random_disturbed(7).plant, HULL),
     "another": Loop(random_disturbed(4).plant, random_disturbed(4).disturbance),
 }

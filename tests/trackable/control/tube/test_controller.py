@@ -103,6 +103,24 @@ def test_where_there_is_no_plan_it_says_by_how_much():
     assert loop.plant.input_set.margin(result.fallback) >= 0
 
 
+@pytest.mark.parametrize("name", ["example1", "pushed cart", "triangle", "three states, a hull"])
+def test_where_there_is_no_plan_it_says_how_close_one_comes_to_the_reference(name):
+    """The least ‖z(N) − x_r‖ in scales, by the naive program without its end."""
+    loop = LOOPS[name]
+    part = 0.05
+    while isinstance(result := loop.controller.step(0, off(loop, part), loop.reference), Plan):
+        part *= 1.3
+    assert isinstance(result, Infeasible)
+    scales = loop.controller.nominal.formulation.scales.states
+    missed = naive.least_terminal_error(loop.controller, 0, off(loop, part), loop.reference, scales)
+    if result.terminal_error is None:
+        assert missed == np.inf
+        assert "no plan that keeps them was found" in result.explanation
+        return
+    assert np.linalg.norm(result.terminal_error / scales) == pytest.approx(missed, rel=1e-2, abs=1e-5)
+    assert "a plan that keeps them misses the reference by" in result.explanation
+
+
 def test_numbers_beyond_floating_point_have_no_answer():
     loop = LOOPS["example1"]
     result = loop.controller.step(0, np.array([1e308]), loop.reference)
