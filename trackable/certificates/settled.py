@@ -1,12 +1,13 @@
 """Find a time from which the decaying envelope of the signals keeps every bound for ever."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
 from trackable.certificates.limits import limits_beyond, undefined_beyond
+from trackable.certificates.nearly import nearly_settled
 from trackable.certificates.rounding.flat import FormulaRounding
 from trackable.systems.reference import Reference
 
@@ -32,12 +33,20 @@ def earliest_settled(
 ) -> float | None:
     """Return a time [s] from which the envelope keeps every bound, nearly the earliest; None where there is none.
 
-    The later the start, the smaller the envelope: so doubling finds such a time, and bisection an earlier one.
+    The later the start, the smaller the envelope: so doubling finds such a time, and bisection an earlier one. Where
+    float64 finds the time, it is proved once; the search in ball arithmetic takes as many proofs as steps.
     """
 
     def holds(start: float) -> bool:
         return min(settled_margins(reference, arb(start), reserve, roundings).values()) >= 0
 
+    guess = nearly_settled(reference, reserve)
+    if guess is not None and (found := _earliest(reference, guess)) is not None and holds(found):
+        return found
+    return _earliest(reference, holds)
+
+
+def _earliest(reference: Reference, holds: Callable[[float], bool]) -> float | None:
     origin = max(0.0, *(float(np.max(signal.centres)) for signal in reference.kernel_sums))
     reach = reference.plant.sampling_time
     for _ in range(_DOUBLINGS):
