@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from trackable.fleet.sources import recordings_in as recordings_in
     from trackable.given.certified import CertifiedReference as CertifiedReference
     from trackable.given.certify import certify as certify
+    from trackable.given.repair import repair as repair
     from trackable.given.table import CertifiedTable as CertifiedTable
     from trackable.given.table import RefutedTable as RefutedTable
     from trackable.given.table import Table as Table
@@ -133,6 +134,7 @@ _MODULES = {
     "read_mcap": "recordings.mcap_files.reader",
     "read_parquet": "recordings.parquet_files.reader",
     "recordings_in": "fleet.sources",
+    "repair": "given.repair",
     "simulate": "control.simulation",
     "topics_of": "fleet.parts",
 }

@@ -67,6 +67,7 @@ from trackable import (
     read_mcap,
     read_parquet,
     recordings_in,
+    repair,
     simulate,
     topics_of,
     two_tanks,
@@ -141,6 +142,9 @@ assert_type(certified, CertifiedReference | Counterexample | Unproved)
 assert_type(certify([0, 0.1, 0.2], plant, (0.0, 0.1), interpolation="cubic").explanation, str)
 if isinstance(certified, CertifiedReference):
     assert_type(certified.off["position"], float)
+repaired = repair(curve, plant, "all_times")
+if isinstance(repaired, CertifiedReference) and repaired.moved is not None:
+    assert_type(repaired.moved["position"].rms, float)
 at_steps = certify_table(Table([[0.0, 0.0], [0.0, 0.1]], [[1.0]]), plant, tolerance=1e-3)
 assert_type(at_steps, CertifiedTable | RefutedTable | Unproved)
 warnings.simplefilter("error", IgnoresSamplesWarning)

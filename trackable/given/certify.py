@@ -78,6 +78,7 @@ class Given:
     curves: Mapping[str, PolynomialPieces]
     stencils: Mapping[str, Stencil]
     plant: ConstrainedSystem
+    beyond: Beyond
     window: tuple[float, float] | None
 
     @classmethod
@@ -93,7 +94,7 @@ class Given:
         beyond = _beyond(claim, named)
         stencils = stencils_by_name(plant, named)
         curves = {name: as_pieces(curve, beyond, interpolation, plant.sampling_time) for name, curve in named.items()}
-        return cls({name: curves[name] for name in stencils}, stencils, plant, _window(claim, curves))
+        return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, _window(claim, curves))
 
     @property
     def signals(self) -> tuple[PolynomialPieces, ...]:
@@ -107,6 +108,15 @@ class Given:
     @property
     def reference(self) -> Reference:
         return Reference(self.signals, self.plant)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """From when to when the claim is about more than rest, or the first period [s]."""
+        last = max(float(curve.breakpoints[-1]) for curve in self.curves.values())
+        if self.beyond == "period":
+            first = min(float(curve.breakpoints[0]) for curve in self.curves.values())
+            return first, last
+        return self.window or (0.0, last)
 
     def prove(self) -> Outcome:
         """Prove the claim about the reference. ValueError: it does not fit the curves."""

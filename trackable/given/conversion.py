@@ -63,7 +63,10 @@ def as_pieces(
 
 
 def _from_b_spline(spline: Any) -> Any:
-    return PPoly.from_spline(spline)
+    """Return the pieces between the knots where all B-splines are known: others lie outside of what it interpolates."""
+    found, k = PPoly.from_spline(spline), int(spline.k)
+    inside = slice(k, len(spline.t) - k - 1)
+    return PPoly(found.c[:, inside], np.append(found.x[inside], found.x[inside.stop]))
 
 
 def _samples(given: Any, step: float | None) -> tuple[Array, Array]:

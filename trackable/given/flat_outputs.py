@@ -63,6 +63,12 @@ def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil
     if curve.beyond == "period":
         end = start + curve.period
     found = list(cells(apart, (ExactPieces(output), ExactPieces(curve)), exactly(start), exactly(end)))
-    near = exactly(_DIGITS * float(np.max(np.abs(curve(curve.breakpoints)))))
+    near = exactly(_DIGITS * max(map(_size, (curve, output))) or 1.0)
     most = max(Search(found, sign).to(near).at_most for sign in (1, -1))
     return nextafter(int(most.p) / int(most.q), inf) if most > 0 else 0.0
+
+
+def _size(curve: PolynomialPieces) -> float:
+    """Return a bound of |z|; zero for the zero curve only."""
+    powers = np.diff(curve.breakpoints)[:, None] ** np.arange(curve.degree + 1)
+    return float(np.max(np.sum(np.abs(curve.coefficients) * powers, axis=1)))

@@ -1,0 +1,84 @@
+"""Repair a trajectory that breaks its bounds: the nearest spline that is proved, by quadratic programs."""
+
+from typing import Any
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.goal import Claim
+from trackable.certificates.outcome import Counterexample, Unproved
+from trackable.certificates.prove import prove, prove_on_window
+from trackable.given.certified import CertifiedReference, Moved
+from trackable.given.certify import Given
+from trackable.given.conversion import Interpolation
+from trackable.given.flat_outputs import distance
+from trackable.given.splines import Splines
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.reference import Reference
+
+_BACKOFFS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+"""Parts of the widths of bounds by which they are drawn in, for the solver's tolerance and times between instants."""
+
+_FINER, _EXCHANGES = 8, 3
+
+
+def repair(
+    trajectory: Any, plant: ConstrainedSystem, claim: Claim | None = None, interpolation: Interpolation | None = None
+) -> CertifiedReference | Counterexample | Unproved:
+    """Return the trajectory itself where it is proved, and otherwise the nearest spline that is.
+
+    Arguments and exceptions are those of `certify`. The spline has degree 5, or one more than the system looks ahead,
+    and up to 400 pieces. It is nearest in the root mean square of all curves, each as a part of its own range.
+    Quadratic programs find it, with bounds at many times, which are drawn in by a small part of their width until the
+    proof succeeds. `CertifiedReference.moved` says how far each curve was moved, at most and in the root mean square.
+
+    Returns Unproved where no such spline was found within the bounds: another one may exist. A Counterexample is what
+    still broke a bound after the last attempt.
+    """
+    given = Given.of(trajectory, plant, claim, interpolation)
+    outcome = given.prove()
+    if isinstance(outcome, Certificate):
+        nowhere = {name: Moved(0.0, 0.0) for name in given.curves}
+        return CertifiedReference(given.reference, outcome, given.off(outcome), nowhere)
+    splines = Splines.of(given)
+    for backoff in _BACKOFFS:
+        coefficients = _solved(splines, backoff)
+        if coefficients is None:
+            return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff)
+        reference = Reference(splines.signals(coefficients), plant)
+        found = prove_on_window(reference, *given.window) if given.window else prove(reference)
+        if isinstance(found, Certificate):
+            return CertifiedReference(reference, found, {}, _moved(given, reference, found))
+        outcome = found
+    return outcome
+
+
+def _solved(splines: Splines, backoff: float) -> Array | None:
+    """Return coefficients that keep the bounds at many instants, and nearly between them; None where none do."""
+    times, found = splines.instants, None
+    for _ in range(_EXCHANGES):
+        found = splines.nearest(times, backoff)
+        if found is None:
+            return None
+        overlooked = splines.broken_between(found, times, _FINER, backoff / 2)
+        if not overlooked.size:
+            break
+        times = np.union1d(times, overlooked)
+    return found
+
+
+def _not_found(broken: Counterexample, backoff: float) -> Unproved:
+    reason = f"no spline was found within the bounds, drawn in by {backoff:.0e} of their width"
+    return Unproved(broken.quantity, broken.bounds, (broken.time, broken.time), broken.violation, reason)
+
+
+def _moved(given: Given, reference: Reference, certificate: Certificate) -> dict[str, Moved]:
+    """Return how far the states that were given are from those of a reference."""
+    step, times, found = given.plant.sampling_time, np.linspace(*given.span, 20_001), {}
+    for (name, curve), signal in zip(given.curves.items(), reference.pieces, strict=True):
+        stencil = given.stencils[name]
+        apart = stencil.measured(signal, times) - curve(times)
+        most = distance(curve, signal, stencil, step, certificate.claim)
+        found[name] = Moved(most, float(np.sqrt(np.mean(apart**2))))
+    return found
