@@ -9,7 +9,7 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.goal import Goal, for_all_times
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import Failure, reference_period
-from trackable.certificates.rounding.references import evaluation_errors
+from trackable.certificates.rounding.references import claimed_windows, evaluation_errors
 from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
@@ -159,9 +159,9 @@ def _failed_at(outcome: Failure) -> float:
 def _relative_error(reference: Reference) -> float:
     """Return the largest error of float64 evaluation, as a part of a bound's width.
 
-    It is bounded up to 1000 periods, or up to 1000 times the latest centre if there is no period.
+    It is bounded up to as many periods as the proof claims, or as many times the latest centre if there is no period.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
-    until = 1e3 * (reference_period(reference) or latest)
+    until = claimed_windows(reference.plant) * (reference_period(reference) or latest)
     errors = evaluation_errors(reference, until)
     return max(errors[q.name] / q.bounds.width for q in reference.quantities)

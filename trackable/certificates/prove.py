@@ -18,6 +18,7 @@ from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.pieces.prove import prove_pieces, prove_pieces_on_window
 from trackable.certificates.rounding.flat import FormulaRounding, formula_roundings
 from trackable.certificates.rounding.references import (
+    claimed_windows,
     evaluated_until,
     evaluation_errors,
     has_sane_numbers,
@@ -105,7 +106,7 @@ class _ProofProblem:
 
     @cached_property
     def until(self) -> float:
-        return evaluated_until(self.reference.kernel_sums, self.window)
+        return evaluated_until(self.reference.kernel_sums, self.window, claimed_windows(self.reference.plant))
 
     @cached_property
     def errors(self) -> dict[str, float]:

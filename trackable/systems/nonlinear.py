@@ -61,8 +61,8 @@ class Nonlinear:
         if len(self.inputs) != n:
             raise ValueError(
                 f"system: a nonlinear system needs as many inputs as states, so that f can be solved for them, or a "
-                f"flat form, which is found for chains only; got {len(self.inputs)} ({', '.join(self.inputs)}) for {n} "
-                f"({', '.join(self.states)})"
+                f"flat form, which is found for short chains only; got {len(self.inputs)} ({', '.join(self.inputs)}) "
+                f"for {n} ({', '.join(self.states)})"
             )
         for pivot in self.solution.pivots:
             if not variables(pivot) and not 0 < abs(float(evaluate_floats(pivot, {}))) < np.inf:

@@ -27,7 +27,7 @@ from trackable.systems.formulas.evaluation import evaluate
 from trackable.systems.reference import Reference
 
 _TIMES = 101
-_ENLARGED = 4
+_ENLARGED = 2
 """Errors are stated this much larger than they are found at single times: those in boxes are then no larger."""
 
 

@@ -106,9 +106,17 @@ def _within(plant: ConstrainedSystem, i: int, exact: arb) -> arb:
     return low.union(high)
 
 
-def evaluated_until(signals: Iterable[Signal], window: float) -> float:
-    """Return the time [s] up to which evaluation is claimed: a thousand windows if errors grow with time."""
-    return 1e3 * window if any(map(_repeats, signals)) else LATEST
+def evaluated_until(signals: Iterable[Signal], window: float, windows: float = 1e3) -> float:
+    """Return the time [s] up to which evaluation is claimed: so many windows if errors grow with time."""
+    return windows * window if any(map(_repeats, signals)) else LATEST
+
+
+def claimed_windows(plant: ConstrainedSystem) -> float:
+    """Return for how many windows, or periods, evaluation is claimed if errors grow with time.
+
+    Flat forms take differences of signals in short steps, which enlarges errors: over fewer periods they are smaller.
+    """
+    return 1e2 if has_flat_form(plant) else 1e3
 
 
 def _repeats(signal: Signal) -> bool:

@@ -1,6 +1,6 @@
 """Step 0 of the proof, flat forms: f(X, U) is X one step later, and what must hold so that all of it has values."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from trackable.checker.formulas.formula import (
@@ -16,6 +16,7 @@ from trackable.checker.formulas.formula import (
     parts,
 )
 from trackable.checker.identities.polynomials import Quotient, TooLongError
+from trackable.checker.identities.shapes import Shapes, replaced
 from trackable.checker.identities.values import Values
 from trackable.checker.subject import FlatForm, NonlinearSystem, indices, shifted_name
 
@@ -37,17 +38,43 @@ def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
                 return (
                     f"flat: {state} may change if the angle {angle} is turned by 2π, by more than whole turns of angles"
                 )
-    values, later, reached = Values(), _later(flat), _reached(system, flat)
+    later, reached = _later(flat), _reached(system, flat)
     try:
-        values.positive = [values.of(p) for p in flat.positive]
-        for formula in (*flat.states, *later, *flat.inputs):
-            values.of(formula)
+        whole: Values | None = None
         for state, a, b in zip(system.states, reached, later, strict=True):
-            if not _agree(values, values.of(a), values.of(b), state in flat.angles):
+            if state not in flat.angles and _equal_whatever_parts_are(flat, later, a, b):
+                continue
+            whole = whole or _values(flat, later)
+            if not _agree(whole, whole.of(a), whole.of(b), state in flat.angles):
                 return f"flat: f does not lead {state} to its formula one step later, or is not shown to"
     except (TooLongError, ZeroDivisionError) as error:
         return f"flat: the formulas are not shown to be those of f: {error}"
     return None
+
+
+def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
+    """Return where all formulas are written out: their roots are known before products of them are met."""
+    values = Values()
+    values.positive = [values.of(p) for p in flat.positive]
+    for formula in (*flat.states, *later, *flat.inputs):
+        values.of(formula)
+    return values
+
+
+def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formula, b: Formula) -> bool:
+    """Return whether a = b whatever values states and inputs have but for one, which alone is written out."""
+    shapes = Shapes()
+    hidden = {shapes.of(x) for x in (*flat.states, *flat.inputs, *later) if not isinstance(x, Name | Number)}
+    for shown in {shapes.of(x) for x in (*flat.states, *flat.inputs)} & hidden or {-1}:
+        p, q, *positive = shapes.without([a, b, *flat.positive], hidden - {shown})
+        values = Values()
+        try:
+            values.positive = [values.of(formula) for formula in positive]
+            if values.is_zero(values.of(p) - values.of(q)):
+                return True
+        except (TooLongError, ZeroDivisionError):
+            continue
+    return False
 
 
 def _agree(values: Values, a: Quotient, b: Quotient, up_to_turns: bool) -> bool:
@@ -82,15 +109,14 @@ def turns(formula: Formula, angle: str) -> int | None:
 
 def needs(system: NonlinearSystem, flat: FlatForm) -> list[Need]:
     """Return what must hold where X, U, X one step later and f(X, U) are defined, and where the rules are true."""
-    found: dict[tuple[object, bool], Need] = {}
-    told: dict[Formula, object] = {}
-    seen: dict[object, int] = {}
+    found: dict[tuple[int, bool], Need] = {}
+    shapes = Shapes()
     for formula in (*flat.states, *flat.inputs, *_later(flat), *_reached(system, flat), *flat.positive):
         for node in parts(formula):
             for need in _of_node(node):
-                found.setdefault((_structure(need.formula, told, seen), need.may_be_negative), need)
+                found.setdefault((shapes.of(need.formula), need.may_be_negative), need)
     for p in flat.positive:
-        found.setdefault((_structure(p, told, seen), False), Need(p, False))
+        found.setdefault((shapes.of(p), False), Need(p, False))
     return [need for need in found.values() if not _is_clear(need)]
 
 
@@ -115,57 +141,14 @@ def _is_clear(need: Need) -> bool:
     return number > 0 or (need.may_be_negative and number != 0)
 
 
-def _structure(formula: Formula, told: dict[Formula, object], seen: dict[object, int]) -> object:
-    """Return the same number for formulas that are written alike."""
-    for node in parts(formula):
-        if node not in told:
-            inner = tuple(told[part] for part in operands(node))
-            match node:
-                case Number(value):
-                    what: object = value
-                case Name(name):
-                    what = name
-                case Operation(symbol):
-                    what = symbol
-                case Power(_, exponent):
-                    what = ("power", exponent)
-                case Function(function):
-                    what = ("function", function)
-                case Angle():
-                    what = "atan2"
-            told[node] = seen.setdefault((type(node), what, inner), len(seen))
-    return told[formula]
-
-
 def _reached(system: NonlinearSystem, flat: FlatForm) -> list[Formula]:
     """Return f(X, U)."""
     of = dict(zip((*system.states, *system.inputs), (*flat.states, *flat.inputs), strict=True))
-    return _replaced(system.f, of)
+    return replaced(system.f, of)
 
 
 def _later(flat: FlatForm) -> list[Formula]:
     """Return X one step later."""
     every = {name for formula in flat.states for name in names(formula)}
     later = {name: Name(shifted_name(s, j + 1)) for name in every for s, j in [indices(name)]}
-    return _replaced(flat.states, later)
-
-
-def _replaced(formulas: Sequence[Formula], by: Mapping[str, Formula]) -> list[Formula]:
-    """Return formulas with formulas in the place of names."""
-    found: dict[Formula, Formula] = {}
-    for formula in formulas:
-        for node in parts(formula):
-            match node:
-                case Name(name):
-                    found[node] = by.get(name, node)
-                case Operation(symbol, left, right):
-                    found[node] = Operation(symbol, found[left], found[right])
-                case Power(base, exponent):
-                    found[node] = Power(found[base], exponent)
-                case Function(function, argument):
-                    found[node] = Function(function, found[argument])
-                case Angle(y, x):
-                    found[node] = Angle(found[y], found[x])
-                case _:
-                    found[node] = node
-    return [found[formula] for formula in formulas]
+    return replaced(flat.states, later)

@@ -1,6 +1,7 @@
 """Verify that a flat form is one of x⁺ = f(x, u): f(X(z), U(z)) = X(z one step later), as an identity.
 
-Both sides are compared by normal forms (`formulas.normal`): so the identity holds wherever all parts are defined. For a
+Both sides are compared by normal forms (`formulas.normal`): so the identity holds wherever all parts are defined. Most
+states and inputs are not written out where the identity holds whatever their values are (`formulas.hiding`). For a
 state that is an angle, both sides have the same sine and cosine; then f must turn with its angles: if a state in
 `angles` is turned by 2π, f changes by whole turns of the angles, and by nothing else. So there are whole turns which,
 added to the angles of X at each step, give states that f follows exactly.
@@ -24,6 +25,7 @@ from trackable.systems.formulas.expression import (
     operands,
     variables,
 )
+from trackable.systems.formulas.hiding import Shapes, hideable
 from trackable.systems.formulas.normal import NormalForms
 from trackable.systems.formulas.ratios import TooLongError
 from trackable.systems.formulas.substitution import substituted
@@ -61,13 +63,15 @@ def why_not_flat(f: Sequence[Expression], form: FlatForm, states: Sequence[str],
                 return f"calls {angle} an angle, but the formula of {state} changes if it is turned by 2π"
     later = [one_step_later(formula) for formula in form.states]
     reached = with_flat_form(f, form, (*states, *inputs))
+    if (why := _unequal(form, later, reached, states)) is None:
+        return None
     for state, a, b in zip(states, reached, later, strict=True):
         off: Expression = Difference(a, b)
         if state in form.angles:  # zero for whole turns
             off = Function("sin", Product(Constant(0.5), off))
         if found := _not_zero(off, form.positive):
             return f"is not one of f: one step later {state} is off{found}"
-    return _unequal(form, later, reached, states)
+    return why
 
 
 def turns(formula: Expression, angle: str) -> int | None:
@@ -108,17 +112,40 @@ def _not_zero(error: Expression, positive: Sequence[Expression]) -> str | None:
 def _unequal(
     form: FlatForm, later: Sequence[Expression], reached: Sequence[Expression], states: Sequence[str]
 ) -> str | None:
+    """Return why the identity is not shown; None if it is."""
     try:
-        normal = NormalForms(_names((*form.states, *form.inputs, *form.positive, *later)), form.positive)
-        for formula in (*form.states, *later, *form.inputs):
-            normal.of(formula)  # their roots are known before products of them are met
+        whole: NormalForms | None = None
         for state, a, b in zip(states, reached, later, strict=True):
-            same = normal.point_alike(a, b) if state in form.angles else normal.are_equal(a, b)
-            if not same:
+            if state not in form.angles and _equal_whatever_parts_are(form, later, a, b):
+                continue
+            whole = whole or _normal_forms(form, later)
+            if not (whole.point_alike(a, b) if state in form.angles else whole.are_equal(a, b)):
                 return f"is not shown to be one of f: {state} may differ from that one step later"
     except (TooLongError, ZeroDivisionError) as error:
         return f"is not shown to be one of f: {error}"
     return None
+
+
+def _normal_forms(form: FlatForm, later: Sequence[Expression]) -> NormalForms:
+    every = (*form.states, *later, *form.inputs)
+    found = NormalForms(_names((*every, *form.positive)), form.positive)
+    for formula in every:
+        found.of(formula)  # their roots are known before products of them are met
+    return found
+
+
+def _equal_whatever_parts_are(form: FlatForm, later: Sequence[Expression], a: Expression, b: Expression) -> bool:
+    """Whether a = b for all values of states and inputs but one, which is written out: as chains solve for them."""
+    shapes = Shapes()
+    hidden = hideable((*form.states, *form.inputs, *later), shapes)
+    for shown in sorted(hideable((*form.states, *form.inputs), shapes)) or [-1]:
+        p, q, *positive = (shapes.without(formula, hidden - {shown}) for formula in (a, b, *form.positive))
+        try:
+            if NormalForms(_names((p, q, *positive)), positive).are_equal(p, q):
+                return True
+        except (TooLongError, ZeroDivisionError):
+            continue
+    return False
 
 
 def _names(formulas: Sequence[Expression]) -> Iterator[str]:

@@ -29,9 +29,12 @@ def substituted(
 
 
 def _rebuilt(node: Expression, inner: list[Expression], formulas: Mapping[str, Expression]) -> Expression:
+    return formulas.get(node.name, node) if isinstance(node, Variable) else rebuilt(node, inner)
+
+
+def rebuilt(node: Expression, inner: list[Expression]) -> Expression:
+    """Return a node with other operands."""
     match node:
-        case Variable(name):
-            return formulas.get(name, node)
         case Binary():
             return type(node)(*inner)
         case Power(_, exponent):
