@@ -16,7 +16,8 @@ class Status(StrEnum):
     WIDENED = "widened"
     """Feasible only if all sets are widened, by less than the tolerance: the plan touches bounds, up to rounding."""
     KEPT = "kept"
-    """For a nonlinear system: the initial guess of the search, because the search found no plan that costs less."""
+    """The initial guess: for a nonlinear system because the search found no plan that costs less, for a tube controller
+    because its solver found none."""
     ADMISSIBLE = "admissible"
     """For a nonlinear system: an admissible plan at which the search for lower costs ended. Full steps do not converge
     there, so that it is a minimum up to the accuracy of the search only."""

@@ -84,28 +84,53 @@ class TubeController:
         The `states` and `inputs` of a `Plan` are nominal, and so are its cost and slack; its `input` is the one to
         apply, inside the given input set. `Infeasible` tells by how much the tightened sets would have to be widened,
         and how close a plan comes to the reference that keeps them; its fallback begins that plan.
-        The optimum needs no `initial_guess`. Raises ValueError as `Controller.step`.
+
+        The optimum needs no `initial_guess` (N, m). Where the solver fails, the plan with these nominal inputs is taken
+        if it is one, with the status `KEPT`. On a robust reference the last plan, shifted by a step (`shifted_inputs`),
+        is one; its start is found again where Aᴺ can be inverted in float64. Raises ValueError as `Controller.step`.
         """
         k, state = whole("controller: k", k), numbers("controller: state", state)
         if state.shape != (n := len(self.Q),) or not np.all(np.isfinite(state)):
             raise ValueError(f"controller: a state is {n} finite numbers, got {state.tolist()} at step {k}")
+        if initial_guess is not None:
+            initial_guess = numbers("controller: initial_guess", initial_guess)
+            if initial_guess.shape != (shape := (self.horizon, len(self.R))):
+                raise ValueError(f"controller: initial_guess must have shape {shape}, got {initial_guess.shape}")
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
                 window = reference.window(k, self.horizon)
                 if not all(np.all(np.isfinite(values)) for values in window):
                     raise ArithmeticError("the reference is not defined")
-                return self._solved(k, state, window)
+                return self._solved(k, state, window, initial_guess)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             return Unsolved(k, str(error), self._admissible.first_finite(()))
 
-    def _solved(self, k: int, state: Array, window: Window) -> Plan | Infeasible:
+    def _solved(self, k: int, state: Array, window: Window, guess: Array | None) -> Plan | Infeasible:
         off = state - window.states[0]
         if self.errors.contains(off) and (plan := self._on_reference(k, state, window)):
             return plan
         problem = self._problem(k, window.states[0], window)
         found = self._optimum(self._tracking, problem, off)
         solved = None if found is None else self._plan(problem, state, *found, Status.SOLVED)
-        return solved if solved is not None and solved.slack >= -TOLERANCE else self._widened(problem, state, off)
+        if solved is not None and solved.slack >= -TOLERANCE:
+            return solved
+        kept = None if guess is None else self._kept(problem, state, off, guess)
+        return kept or self._widened(problem, state, off)
+
+    def _kept(self, problem: StepProblem, state: Array, off: Array, inputs: Array) -> Plan | None:
+        """Return the plan with these nominal inputs (N, m); None where it is none.
+
+        Its nominal start is that from which they end on the reference: Aᴺ e(0) = −(what they do to e(N) alone).
+        """
+        model, v = problem.model, inputs - problem.window.inputs
+        n = len(off)
+        forced = model.error_model.errors(np.zeros(n), v, model.defects)[-1]
+        start, *_ = np.linalg.lstsq(model.error_model.free[-n:], -forced, rcond=None)
+        if not self.errors.contains((1 - TOLERANCE) * (off - start)):  # as accurate as the solver is
+            return None
+        plan = self._plan(problem, state, start, v, Status.KEPT)
+        ends = self._problem(problem.k, plan.states[0], problem.window).ends_on_reference(plan)
+        return plan if ends and plan.slack >= -TOLERANCE else None
 
     @cached_property
     def _admissible(self) -> AdmissiblePoints:

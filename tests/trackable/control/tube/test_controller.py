@@ -1,5 +1,7 @@
 """The tube controller: its optimum against a naive program, what is kept, and what it says where there is no plan."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from trackable.control.simulation import simulate
 from trackable.control.step.result import Infeasible, Plan, Status, Unsolved
 from trackable.control.tube.controller import TubeController
 from trackable.control.tube.disturbances import Constant, Drawn, Greedy
+from trackable.control.tube.program import TubeProgram
 from trackable.systems.disturbance.tightening import tightening
 from trackable.systems.disturbance.zonotope import Zonotope
 
@@ -119,6 +122,37 @@ def test_where_there_is_no_plan_it_says_how_close_one_comes_to_the_reference(nam
         return
     assert np.linalg.norm(result.terminal_error / scales) == pytest.approx(missed, rel=1e-2, abs=1e-5)
     assert "a plan that keeps them misses the reference by" in result.explanation
+
+
+@pytest.mark.parametrize("name", ["example1", "pushed cart", "triangle"])
+def test_where_the_solver_fails_the_last_plan_is_kept(name, monkeypatch):
+    """It finds the first plan only: the others are that plan, shifted, which is one whatever the disturbances are."""
+    loop = LOOPS[name]
+    part = 0.3
+    while not isinstance(first := loop.controller.step(0, off(loop, part), loop.reference), Plan):
+        part /= 2
+    assert first.status is Status.SOLVED
+    solve, calls = TubeProgram.solve, iter([True])
+    monkeypatch.setattr(TubeProgram, "solve", lambda *given: solve(*given) if next(calls, False) else None)
+    statuses = []
+    of = loop.controller.step
+    told = lambda *given: statuses.append(result := of(*given)) or result  # noqa: E731
+    controller = SimpleNamespace(step=told, plant=loop.plant, horizon=loop.controller.horizon)
+    run = simulate(controller, loop.reference, off(loop, part), STEPS, disturbances=kinds(loop)["greedy"])
+    assert not run.without_plan
+    assert {result.status for result in statuses[1:4]} == {Status.KEPT}
+    assert np.min(loop.plant.state_set.margin(run.states[1:])) >= 0
+    assert np.min(loop.plant.input_set.margin(run.inputs)) >= 0
+    assert np.max(run.cost_increases) <= 1e-6 * (1e-3 + run.costs[0])
+
+
+def test_a_guess_that_is_no_plan_is_not_kept(monkeypatch):
+    loop = LOOPS["pushed cart"]
+    monkeypatch.setattr(TubeProgram, "solve", lambda *given: None)
+    result = loop.controller.step(0, off(loop, 0.1), loop.reference, np.full((12, 1), 1.9))
+    assert isinstance(result, Unsolved)
+    with pytest.raises(ValueError, match=r"initial_guess must have shape \(12, 1\)"):
+        loop.controller.step(0, off(loop, 0.1), loop.reference, np.zeros(3))
 
 
 def test_numbers_beyond_floating_point_have_no_answer():
