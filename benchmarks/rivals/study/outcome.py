@@ -60,7 +60,7 @@ def outcomes(index: int) -> list[Outcome]:
     for name, solve in SOLVERS.items():
         try:
             answer = solve(problem)
-        except ArithmeticError as why:
+        except (ArithmeticError, np.linalg.LinAlgError) as why:
             found.append(Outcome(index, name, f"failed: {why}"))
             continue
         least = found[0].misfit if found else None

@@ -3,12 +3,13 @@ from functools import partial
 
 from distributed import LocalCluster
 
+from benchmarks.rivals.page import STUDY
 from benchmarks.rivals.study import outcome
 from benchmarks.rivals.study.__main__ import main
 from benchmarks.rivals.study.draws import CASES, COMBINATIONS, Run, combinations
 from benchmarks.rivals.study.outcome import Outcome, outcomes
 from benchmarks.rivals.study.run import collected, run
-from benchmarks.rivals.study.summary import page, summary
+from benchmarks.rivals.study.summary import page, read, summary
 
 
 def fake(index):
@@ -82,3 +83,10 @@ def test_a_failure_is_counted_and_leaves_the_comparison_to_the_others():
     first, second = summary(found)[:2]
     assert (first.none, first.compared) == (1, 8)
     assert (second.violated, second.worst, second.collapsed) == (1, 0.01, 1)
+
+
+def test_the_committed_summary_is_of_these_rivals_and_ours_broke_nothing():
+    entries = read(STUDY)
+    assert {(entry.system, entry.rival) for entry in entries} == {(c.name, r) for c in CASES for r in outcome.SOLVERS}
+    assert all(entry.violated == 0 for entry in entries if entry.rival.startswith("ours"))
+    assert any(entry.violated for entry in entries)
