@@ -36,7 +36,7 @@ class Case:
 
 CASES = (
     Case("example 1", "setpoint_change", "state", 1.0, 60, (10, 6, 4), (0.05, 0.01, 0.003)),
-    Case("example 2", "two_harmonics", "state", 2.8, 400, (40, 20, 10), (1.2, 1.06, 1.03)),
+    Case("example 2", "two_harmonics", "state", 2.8, 400, (40, 20, 10), (2.0, 1.4, 1.2)),
     Case("two states", "docking_x", "position", 3.0, 120, (20, 12, 8), (0.95, 0.85, 0.75)),
 )
 COMBINATIONS = len(CASES) * len(_RELATIVE_NOISE) * 3 * 3
