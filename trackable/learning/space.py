@@ -62,17 +62,18 @@ class SearchSpace:
         return np.log([interval.upper for interval in self.bounds.values()])
 
     def start_points(self) -> Array:
-        """Return ln θ of the starts, shape (starts, p): an additive recurrence in their intervals."""
+        """Return ln θ of the starts, shape (starts, p): an additive recurrence in their intervals. One if p is 0."""
         low, high = np.array([self._log_sought(name) for name in self.bounds]).reshape(-1, 2).T
         return np.asarray(low + (high - low) * self._spread(self.starts))
 
     def points(self, count: int) -> Array:
-        """Return ln θ of `count` points, shape (count, p): an additive recurrence in the whole box."""
+        """Return ln θ of `count` points, shape (count, p): an additive recurrence in the whole box. One if p is 0."""
         return np.asarray(self.log_lower + (self.log_upper - self.log_lower) * self._spread(count))
 
     def _spread(self, count: int) -> Array:
         # Steps of the recurrence in p dimensions: powers of the root of x^(p+1) = x + 1 (the golden ratio for p = 1).
         p = len(self.bounds)
+        count = count if p else 1
         root = 2.0
         for _ in range(60):
             root = (1 + root) ** (1 / (p + 1))

@@ -42,6 +42,11 @@ def test_starts_lie_inside_and_repeat(kernel, starts):
     assert points.tobytes() == space.start_points().tobytes()
 
 
+def test_where_nothing_is_sought_there_is_one_start():
+    space = SearchSpace.around((SAMPLES,), JointPrior((Prior(SquaredExponential(1.0, 0.5), 0.1),)), starts=8)
+    assert space.start_points().shape == space.points(256).shape == (1, 0)
+
+
 def test_more_starts_only_add():
     prior = joint(SquaredExponential(1.0, 1.0), 0.1)
     few, many = (SearchSpace.around((SAMPLES,), prior, starts=n).start_points() for n in (4, 9))
