@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pipeline.experiments import Experiment
-from pipeline.methods import AS_PUBLISHED, HYPERPARAMETERS, SOUND, methods_in_figures
+from pipeline.methods import AS_PUBLISHED, HYPERPARAMETERS, JOINT, SOUND, methods_in_figures
 from pipeline.storage.archive import Fitted
 from pipeline.storage.tables import read_columns
 from trackable import plots
@@ -21,6 +21,7 @@ from trackable.systems.reference import Reference
 
 _STEPS_OF_TUBE = 12
 _GRID_POINTS = 56
+_SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # until this multiple of the last sample's time
 # The landscape spans these factors around the learned hyperparameters: an overview, and a closer view.
 _OVERVIEW, _CLOSER = 8.0, 1.25
 
@@ -40,6 +41,7 @@ def drawings(experiment: Experiment, fitted: Fitted) -> dict[str, Callable[[], F
     (prior,) = sound.prior.parts
     last_sample = round(float(fitted.sampled.only.times[-1]) / plant.sampling_time)
     by_name: dict[str, Callable[[], Figure]] = {
+        "scheme": lambda: _scheme(experiment, fitted),
         "tube": lambda: plots.tube(sound.reference, np.arange(_STEPS_OF_TUBE, dtype=float)),
         "asymptotic": lambda: plots.asymptotic(
             sound.reference, fitted.sampled.only, last_sample, final_step, round(1.5 * final_step)
@@ -54,6 +56,13 @@ def drawings(experiment: Experiment, fitted: Fitted) -> dict[str, Callable[[], F
             landscapes(experiment, fitted), fitted.traces[SOUND.name], references
         )
     return by_name
+
+
+def _scheme(experiment: Experiment, fitted: Fitted) -> Figure:
+    (name,) = fitted.sampled.names
+    times = np.linspace(0, _SCHEME * float(fitted.sampled.only.times[-1]), _POINTS_OF_SCHEME)
+    truth = experiment.truths[name](times) if name in experiment.truths else None
+    return plots.scheme(fitted.learned[JOINT.name].reference, fitted.sampled.only, times, truth)
 
 
 def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:

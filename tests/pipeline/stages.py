@@ -66,6 +66,11 @@ def run_all_here(folder: Path, experiment: str, text: str, stages: tuple[str, ..
     return folder
 
 
+def is_shown(name: str) -> bool:
+    """Whether a file is one that the last stage writes, from what the others left."""
+    return "/figures/" in name or name.endswith(("/scene.mcap", "/layout.json"))
+
+
 def written(folder: Path) -> dict[str, bytes]:
     """Every file of the results but wall clocks, which differ from run to run."""
     results = folder / "results"

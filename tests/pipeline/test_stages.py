@@ -16,7 +16,7 @@ from pipeline.storage.methods import table_of_methods
 from pipeline.storage.results import Results
 from pipeline.storage.tables import read_columns
 from tests.pipeline.params import EXAMPLE1, PARAMS, changed, undisturbed, written_to
-from tests.pipeline.stages import STAGES, drawn_here, moved, run, run_all, run_all_here, run_here, written
+from tests.pipeline.stages import STAGES, drawn_here, is_shown, moved, run, run_all, run_all_here, run_here, written
 from tests.project import ROOT
 from trackable import __main__ as library
 
@@ -31,12 +31,12 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_stages_leave_what_they_promise(finished: Path) -> None:
-    figures = ["tube", "asymptotic", "convergence", "prediction", "landscape", "margins", "tightness"]
+    figures = ["scheme", "tube", "asymptotic", "convergence", "prediction", "landscape", "margins", "tightness"]
     figures += ["closed-loop", "cost", "infeasibility", "feasible-set", "relearning"]
     files = ["samples.mcap", "fit.mcap", "iterations.csv", "environment.json", "verification.mcap", "metrics.json"]
     files += ["summary.json", "margins.csv", "control.mcap", "control.json", *(f"figures/{f}.svg" for f in figures)]
     files += [f"certificates/{name}.json" for name in METHODS[1:]]
-    files += ["certificates/unconstrained.counterexample.json"]
+    files += ["certificates/unconstrained.counterexample.json", "scene.mcap", "layout.json"]
     assert written(finished).keys() == {f"example1/{name}" for name in files}
 
 
@@ -137,7 +137,7 @@ def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> 
         done = run(stage, tmp_path, PYTHONHASHSEED="7", OPENBLAS_NUM_THREADS="2")
         assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
     before = written(finished)
-    assert written(tmp_path) == {name: content for name, content in before.items() if "/figures/" not in name}
+    assert written(tmp_path) == {name: content for name, content in before.items() if not is_shown(name)}
     again = drawn_here(
         tmp_path, "example1", "closed-loop", "cost", "infeasibility", "feasible-set", "relearning", "prediction"
     )

@@ -12,7 +12,7 @@ from pipeline.experiments import load_experiment
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
 from tests.pipeline.params import changed, undisturbed, written_to
-from tests.pipeline.stages import STAGES, moved, refusal_of_fit, run_all_here, written
+from tests.pipeline.stages import STAGES, is_shown, moved, refusal_of_fit, run_all_here, written
 from tests.pipeline.stages import run_all as run_all_stages
 from tests.pipeline.stages import run_here as run_stage_here
 from tests.project import ROOT
@@ -51,6 +51,8 @@ def test_stages_leave_what_they_promise(finished: Path) -> None:
         "environment.json",
         "margins.csv",
         "summary.json",
+        "scene.mcap",
+        "layout.json",
     }
     files |= {f"certificates/{method}.json" for method in ("intervals", "exact", "hyperparameters", "joint")}
     files |= {f"certificates/{method}.counterexample.json" for method in ("unconstrained", "grid")}
@@ -67,7 +69,7 @@ def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> 
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
     again, before = written(tmp_path), written(finished)
     assert again == {name: before[name] for name in again}
-    assert before.keys() - again.keys() == {name for name in before if "/figures/" in name or "/control." in name}
+    assert before.keys() - again.keys() == {name for name in before if is_shown(name) or "/control." in name}
 
 
 def test_rounding_moves_results_within_tolerance_only(finished: Path, tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from trackable.plots.periodic import GrowthIntervals, conservatism, growth_inter
 from trackable.plots.plane.loops import loops_in_plane
 from trackable.plots.plane.path import path
 from trackable.plots.prediction import Published, prediction
+from trackable.plots.scheme import scheme
 from trackable.plots.style import save, svg
 from trackable.plots.tightness import tightness
 from trackable.plots.tracking import Observed, tracking
@@ -39,6 +40,7 @@ __all__ = [
     "price_of_room",
     "relearned",
     "save",
+    "scheme",
     "svg",
     "tightness",
     "tracking",
