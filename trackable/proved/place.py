@@ -6,10 +6,11 @@ from trackable.systems.reference import Reference
 
 
 def where_it_is(reference: Reference) -> str:
-    """Return where a reference's kernels of weights other than zero are, or its pieces, and its states at time zero."""
+    """Return where a reference's kernels of weights other than zero are, or its pieces, and its first states."""
     span = _pieces(reference) if reference.pieces else _kernels(reference)
-    states = zip(reference.plant.system.states, reference.state_at(np.zeros(())), strict=True)
-    return f"{span}, {', '.join(f'{name} = {value:.6g}' for name, value in states)} at t = 0 s"
+    begun = max((float(z.breakpoints[0]) for z in reference.pieces if z.beyond == "end"), default=0.0)
+    states = zip(reference.plant.system.states, reference.state_at(np.asarray(begun)), strict=True)
+    return f"{span}, {', '.join(f'{name} = {value:.6g}' for name, value in states)} at t = {begun:g} s"
 
 
 def _kernels(reference: Reference) -> str:

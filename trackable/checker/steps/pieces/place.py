@@ -11,7 +11,7 @@ def where_pieces_are(subject: Subject) -> str:
     """Return how many pieces there are, from when to when, and the states at time zero, or where all have begun."""
     ends = [t for z in subject.pieces for t in z.breakpoints]
     count = sum(len(z.coefficients) for z in subject.pieces)
-    begun = max(z.breakpoints[0] if z.beyond == "end" else 0.0 for z in subject.pieces)
+    begun = max((z.breakpoints[0] for z in subject.pieces if z.beyond == "end"), default=0.0)
     states = zip(subject.system.states, functionals(subject, "state"), strict=True)
     values = ((name, value_at(subject, (Fraction(1),), (part,), Fraction(begun))) for name, part in states)
     said = ", ".join(f'"{name}" = {float(value):.6g}' for name, value in values)
