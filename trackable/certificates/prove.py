@@ -213,11 +213,20 @@ class _ProofProblem:
             by = float_below(-margin)
             return Counterexample(quantity.name, quantity.bounds, time, by, self.reference, self.span, step)
         if margin >= arb(reserve):
-            return None
+            return self._rounding_failure(quantity, time, step)
         if not np.isfinite(reserve):
             return self._unbounded_error(quantity)
         reason = f"the margin is smaller than the error of float64 evaluation, up to {reserve:.3g}"
         return Unproved(quantity.name, quantity.bounds, (time, time), reserve - float_below(margin), reason)
+
+    def _rounding_failure(self, quantity: ExactQuantity, time: float, step: int | None) -> Unproved | None:
+        """Return that a flat form's rounding may exceed what is stated at this time; None if it does not."""
+        rounding, reserve = self.roundings.get(quantity.name), self.errors[quantity.name]
+        error = rounding.error_at(quantity, self._exact_time(time, step)) if rounding else 0.0
+        if error <= reserve:
+            return None
+        reason = f"the error of float64 evaluation, up to {error:.3g}, exceeds what is stated"
+        return Unproved(quantity.name, quantity.bounds, (time, time), error - reserve, reason)
 
     def _exact_time(self, time: float, step: int | None) -> arb:
         with ball_arithmetic():

@@ -16,7 +16,7 @@ from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above
 from trackable.certificates.balls.formulas import UndefinedError
 from trackable.certificates.balls.models import Enclosure
-from trackable.certificates.exact import rational
+from trackable.certificates.exact import ExactQuantity, rational
 from trackable.certificates.rounding.rows import SLACK, Row, SignalErrors, absolute_weights, rows
 from trackable.certificates.rounding.tracked import Tracked, TrackedModels
 from trackable.gp.period import common_period
@@ -63,6 +63,14 @@ class FormulaRounding:
             total += rational(abs(weight)) * found.error
             size += rational(abs(weight)) * abs(found.computed)
         return SLACK * (total + self.roundings * arb(2) ** -53 * size) + arb(2) ** -300
+
+    def error_at(self, quantity: ExactQuantity, t: arb) -> float:
+        """Bound the error at a time; infinite where there is no bound."""
+        with ball_arithmetic(1):
+            try:
+                return float_above(self.error({name: point(q.at(t)) for name, q in quantity.arguments.items()}))
+            except UndefinedError:
+                return math.inf
 
 
 def formula_roundings(reference: Reference, until: float) -> dict[str, FormulaRounding]:

@@ -6,7 +6,7 @@ And step 5 of the proof for its formulas: their rounding errors depend on where 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from trackable.checker.arithmetic.domains import UndefinedError, required
+from trackable.checker.arithmetic.domains import UndefinedError
 from trackable.checker.arithmetic.intervals import UNIT, ZERO, Real, at_most, exactly, ratio
 from trackable.checker.arithmetic.models import Model, Models
 from trackable.checker.certificate import Certificate
@@ -38,10 +38,9 @@ class FlatNeeds:
         """Raise UndefinedError where a need of a quantity may fail, or its rounding may exceed what is stated."""
         for need in q.needs:
             span = evaluate(need.formula, arguments, Models(terms)).span
-            required(
-                bool(span.a > 0) or (need.may_be_negative and bool(span.b < 0)),
-                f"{text(need.formula)[:_LONGEST]} {'may be zero' if need.may_be_negative else 'may not be positive'}",
-            )
+            if not (span.a > 0 or (need.may_be_negative and span.b < 0)):
+                what = "may be zero" if need.may_be_negative else "may not be positive"
+                raise UndefinedError(f"{text(need.formula)[:_LONGEST]} {what}")
         if q.is_flat and not at_most(self._error(q, arguments, terms), self.stated[q.name]):
             raise UndefinedError(f"it can be off by more than {self.stated[q.name]!r} in float64")
 

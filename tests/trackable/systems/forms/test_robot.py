@@ -54,10 +54,6 @@ def test_what_is_missing_is_said():
     assert "needs" in found.reason or "zero" in found.reason
 
 
-def test_a_bound_of_the_heading_does_not_hold_across_a_jump():
-    assert not isinstance(prove(eight(heading=4.0)), Certificate)
-
-
 def forms():
     def of(change):
         return lambda z: change(z, *along(z))

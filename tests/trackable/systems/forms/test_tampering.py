@@ -67,3 +67,21 @@ def test_errors_that_are_too_small_are_refused(name):
     verdict = check(changed(certificate(), f"evaluation.errors.{name}", 1e-12))
     assert isinstance(verdict, Failed)
     assert "float64" in verdict.reason
+
+
+def test_a_robot_that_turns_back_is_refused_though_nothing_bounds_its_speed():
+    """On a line there and back it stands still twice: nothing but the formulas' own needs says so."""
+    still = changed(certificate(), "reference.signals.1.weights", [0.0] * 24)
+    for side, row, low in (("input_set", 0, -1.0), ("input_set", 1, -40.0)):
+        still = changed(still, f"reference.plant.{side}.lower.{row}", low)
+    still = changed(still, "reference.plant.input_set.upper.1", 40.0)
+    verdict = check(still)
+    assert isinstance(verdict, Failed)
+    assert "turn is not shown to be defined" in verdict.reason or "speed is not shown to be defined" in verdict.reason
+
+
+def test_a_claimed_positive_formula_that_is_negative_somewhere_is_refused():
+    system = "reference.plant.system.flat"
+    verdict = check(changed(certificate(), system, {**flat(), "positive": ["z1[0]"]}))
+    assert isinstance(verdict, Failed)
+    assert "may not be positive" in verdict.reason
