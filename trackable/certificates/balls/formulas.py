@@ -21,7 +21,10 @@ def at_balls(formula: Expression, values: Mapping[str, arb]) -> arb:
     return found
 
 
-ANGLE = "its formula takes the angle of a vector that may be zero, or may cross the direction of ±π"
+ANGLE = (
+    "its formula takes the angle of a vector that may be zero, or may cross the direction of ±π; a vehicle has a heading "
+    "only where it moves: a lower bound of its speed above zero keeps it so"
+)
 
 
 def require(needs: Iterable[Requirement], values: Mapping[str, arb]) -> None:

@@ -51,7 +51,7 @@ def test_a_robot_that_stands_still_has_no_proof_even_without_a_bound_of_its_spee
 def test_what_is_missing_is_said():
     found = prove(eight(1.5, 0.0, slowest=-1.0))
     assert isinstance(found, Unproved)
-    assert "needs" in found.reason or "zero" in found.reason
+    assert "a lower bound of its speed above zero" in found.reason
 
 
 def forms():
