@@ -22,8 +22,8 @@ def at_balls(formula: Expression, values: Mapping[str, arb]) -> arb:
 
 
 ANGLE = (
-    "its formula takes the angle of a vector that may be zero, or may cross the direction of ±π; a vehicle has a heading "
-    "only where it moves: a lower bound of its speed above zero keeps it so"
+    "its formula takes the angle of a vector that may be zero, or may cross the direction of ±π; a vehicle has a "
+    "heading only where it moves: a lower bound of its speed above zero keeps it so"
 )
 
 
