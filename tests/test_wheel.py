@@ -23,9 +23,9 @@ CALLED = {  # names of distributions, where modules are called otherwise
     "PIL": "pillow",
     "ruamel": "ruamel.yaml",
 }
-PARTS = {"pydantic_core": "pydantic", "traitlets": "nbclient"}  # of a package that is named
-# cvxpy loads its solver; Jupyter and Sphinx are commands, and Sphinx's configuration names its extensions and theme.
-BY_NAME_ONLY = {"clarabel", "jupyter", "sphinx", "myst-nb", "furo"}
+PARTS = {"docutils": "sphinx", "pydantic_core": "pydantic", "traitlets": "nbclient"}  # of a package that is named
+# cvxpy loads its solver; Jupyter is a command, and Sphinx's configuration names its extensions and theme.
+BY_NAME_ONLY = {"clarabel", "jupyter", "myst-nb", "furo"}
 # what the library imports only where it is asked for
 OF_EXTRAS = {"distributed": "cluster", "pyarrow": "parquet", "ruamel.yaml": "pipeline"}
 
