@@ -83,7 +83,7 @@ def _mark_broken(axes: Axes, label: str, reference: Reference, course: Array, ti
 def _draw_direction(axes: Axes, course: Array) -> None:
     """Draw arrows along a course, at equal distances."""
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(course, axis=0), axis=1))])
-    style = {"arrowstyle": "-|>", "color": INK, "mutation_scale": 13, "linewidth": 0, "shrinkA": 0, "shrinkB": 0}
+    style = {"arrowstyle": "-|>", "color": INK, "mutation_scale": 20, "linewidth": 0, "shrinkA": 0, "shrinkB": 0}
     for at in (np.arange(_ARROWS) + 0.5) / _ARROWS * lengths[-1]:
         tail, head = (_point(course, lengths, at + side * _ARROW * lengths[-1]) for side in (-0.5, 0.5))
         axes.annotate("", head, tail, arrowprops=style, zorder=6)
