@@ -15,7 +15,7 @@ from pipeline.generate import sampled_by
 from pipeline.published.record import record
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.results import Results
-from tests.pipeline.params import PARAMS, undisturbed
+from tests.pipeline.params import PARAMS, changed, undisturbed
 from tests.pipeline.stages import run_all_here
 from tests.project import ROOT
 from trackable.checker import Proved, check
@@ -26,10 +26,14 @@ from trackable.systems.reference import Reference
 
 # Short loops: `make repro` runs them for as long as they are committed.
 SHORT = (
-    undisturbed("vehicle")
-    .replace(
-        "    verification: {last_step: 240, instants_per_step: 20}\n",
-        "    verification: {last_step: 240, instants_per_step: 20}\n    control: {steps: 15, logged: 15, shown: 15}\n",
+    changed(
+        "vehicle",
+        (
+            "    verification: {last_step: 240, instants_per_step: 20}\n",
+            "    verification: {last_step: 240, instants_per_step: 20}\n"
+            "    control: {steps: 15, logged: 15, shown: 15}\n",
+        ),
+        text=undisturbed("vehicle"),
     )
     .replace("      horizon: 6\n      shown: 100\n", "      horizon: 6\n      steps: 40\n      shown: 40\n")
     .replace("online: {first: 12, window: 8, every: 6}", "online: {first: 12, window: 8, every: 24}")
