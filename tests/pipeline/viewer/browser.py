@@ -20,7 +20,7 @@ REQUIRED = "BROWSER_TESTS"
 """Environment variable: where it says `required`, a missing browser or viewer is a failure and not a reason to skip."""
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
 PATIENCE = 60.0  # s; a machine under load draws slowly
-_PAUSE = 0.3  # s
+_PAUSE, _CHANGE = 0.3, 1.0  # s
 _COLOURFUL = 40  # difference of channels: where a single value is drawn, few pixels have it
 
 
@@ -109,6 +109,7 @@ def empty_canvases(page: Any) -> list[int]:
 def wait_until_drawn(page: Any, title: str) -> None:
     """Return when something is drawn in each plot of a tab. Fails when patience is at its end."""
     open_tab(page, title)
+    time.sleep(_CHANGE)  # until then the plots of the tab before may still be seen
     until = time.monotonic() + PATIENCE
     while empty := empty_canvases(page):
         assert time.monotonic() < until, f"{title}: nothing is drawn in the plots {empty}"
