@@ -31,7 +31,7 @@ def test_no_address_is_committed() -> None:
     assert not any("resolved" in about for about in PACKAGES.values())
     for path in install.LOCKED.rglob("*"):
         if path.is_file() and path.suffix != ".pyc":
-            assert not re.search(r"https?://(?!\{)", path.read_text(encoding="utf-8")), path
+            assert not re.search(rb"https?://(?!\{)", path.read_bytes()), path
 
 
 def test_what_is_fetched_is_not_committed() -> None:

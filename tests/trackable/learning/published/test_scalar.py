@@ -39,7 +39,7 @@ TWO_STATES = ConstrainedSystem(
 def input_between(plant: ConstrainedSystem, x, successor):
     """The reference's input, asked about any state and any successor instead of a signal's."""
     _, entry = state_and_input(plant)
-    return entry((lambda _: np.stack([x, successor]),), np.zeros(x.shape))
+    return entry((lambda t: np.where(t == 0, x, successor),), np.zeros(x.shape))
 
 
 def scalar_of(a: float, b: float, state_set: Interval, input_set: Interval, sampling_time: float) -> ConstrainedSystem:
