@@ -52,8 +52,8 @@ def test_no_change_makes_it_prove_what_is_false(kind):
     data = encode_certificate(VALID[kind]())
     assert isinstance(check(data), Proved)
     verdicts, proved = [], 0
-    for what, other in tampered(data):
-        verdict = check(other)
+    for i, (what, other) in enumerate(tampered(data)):
+        verdict = check(other, exact=i % 4 > 0)  # most in mpmath: what it has enclosed is remembered
         verdicts.append(type(verdict))
         if isinstance(verdict, Proved):
             proved += 1
