@@ -1,12 +1,14 @@
 """Convert rows to a recording: apply the chosen repairs, refuse what is still wrong, report everything."""
 
+import warnings
 from collections.abc import Sequence
 from decimal import ROUND_FLOOR, Decimal
 
 import numpy as np
 
-from trackable.errors import InputError
+from trackable.errors import DoubtfulInputWarning, InputError
 from trackable.recordings.cleaning import Cleaning, Finding
+from trackable.recordings.clocks import Clock, first_doubt
 from trackable.recordings.decimals import EXACT, NANOSECOND, plain
 from trackable.recordings.order import out_of_order
 from trackable.recordings.origin import Origin
@@ -14,6 +16,13 @@ from trackable.recordings.recording import Recording
 from trackable.recordings.repairs import Repair
 from trackable.recordings.rows import Rows
 from trackable.recordings.signal import Signal
+
+
+def recording_of_table(rows: Rows, clock: Clock, repairs: Sequence[Repair], origin: Origin) -> Recording:
+    """Return the signals of one table as `recording_from_rows` does; warn of stamps that are hardly in their unit."""
+    if origin is None and (question := first_doubt(clock, rows.stamps)):
+        warnings.warn(f"{rows.source}: {question}", DoubtfulInputWarning, stacklevel=4)
+    return recording_from_rows([rows], clock.absolute, repairs, origin)
 
 
 def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:

@@ -1,6 +1,5 @@
 """Read recordings from Parquet files."""
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -10,13 +9,13 @@ from typing import Any, Self, TypeVar
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.errors import DoubtfulInputWarning, InputError
+from trackable.errors import InputError
 from trackable.recordings.chosen import check_mapping, path_given
-from trackable.recordings.clocks import Clock, clock_named, first_doubt
+from trackable.recordings.clocks import Clock, clock_named
 from trackable.recordings.csv_files.reading import Column, column_given
 from trackable.recordings.dates import DateTimes
 from trackable.recordings.decimals import EXACT, NANOSECOND, exact, scaled
-from trackable.recordings.from_rows import recording_from_rows
+from trackable.recordings.from_rows import recording_of_table
 from trackable.recordings.origin import Origin, checked_origin
 from trackable.recordings.recording import Recording
 from trackable.recordings.repairs import Repair, chosen_repairs
@@ -143,9 +142,7 @@ class ParquetReading:
                 if column.noise_std is not None
             },
         )
-        if self.origin is None and (question := first_doubt(self.clock, rows.stamps)):
-            warnings.warn(f"{self.path}: {question}", DoubtfulInputWarning, stacklevel=3)
-        return recording_from_rows([rows], self.clock.absolute, self.repairs, self.origin)
+        return recording_of_table(rows, self.clock, self.repairs, self.origin)
 
     def _stamps(self, cells: Cells) -> list[Decimal | None]:
         clock = self.clock
