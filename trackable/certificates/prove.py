@@ -10,6 +10,7 @@ from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
 from trackable.certificates.balls.formulas import UndefinedError
 from trackable.certificates.boxes.decision import Bounded
+from trackable.certificates.boxes.jumps import jump_of
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
 from trackable.certificates.cover import TERMS, Hole, covers
@@ -141,6 +142,8 @@ class _ProofProblem:
         for quantity, drawn in zip(self.quantities, sketches, strict=True):
             if failure := self._failure_at(quantity, drawn.worst_time):
                 return failure
+        if jump := jump_of(self.reference, sketches):
+            return jump
         bounded = [
             Bounded(q, drawn, self.errors[q.name], self.roundings.get(q.name))
             for q, drawn in zip(self.quantities, sketches, strict=True)

@@ -7,6 +7,8 @@ from functools import cached_property
 from itertools import chain
 from typing import Literal, NamedTuple
 
+import numpy as np
+
 from trackable.arguments import instance
 from trackable.systems.allocation import Allocation
 from trackable.systems.flat.flatness import Flatness
@@ -63,6 +65,8 @@ class ConstrainedSystem:
                 f"system: every input of a nonlinear system must be bounded, as nothing else proves that an input "
                 f"exists, but {', '.join(free)} is free; a bound that is never reached will do"
             )
+        if isinstance(self.system, Nonlinear) and self.system.angles:
+            object.__setattr__(self, "system", self.system.heading_in(_bounds_of_states(self)))
         _ = self.flatness, self.constraints  # computed now, to raise their errors
 
     @property
@@ -143,6 +147,15 @@ class ConstrainedSystem:
 
 def _rows(side: Side, bounded: Polytope) -> list[LinearConstraint]:
     return [LinearConstraint("", side, tuple(map(Fraction, row.tolist())), bounds) for row, bounds in bounded.intervals]
+
+
+def _bounds_of_states(plant: ConstrainedSystem) -> dict[str, Interval]:
+    """Return what bounds single states, by name."""
+    found = {}
+    for row, bounds in plant.state_set.intervals:
+        if np.count_nonzero(row) == 1 and row.sum() == 1.0:
+            found[plant.system.states[int(np.argmax(row))]] = bounds
+    return found
 
 
 def _free(names: tuple[str, ...], bounded: Polytope) -> list[str]:

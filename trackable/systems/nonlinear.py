@@ -1,7 +1,7 @@
 """Nonlinear systems: solved for as many inputs as states, which are then flat outputs, or with a flat form."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Self
@@ -14,6 +14,7 @@ from trackable.systems.flat.chains import found_form
 from trackable.systems.flat.flatness import Flatness
 from trackable.systems.flat.form import FlatForm
 from trackable.systems.flat.functional import Functional
+from trackable.systems.flat.headings import with_heading_in, without_jumps
 from trackable.systems.flat.requirements import Requirement
 from trackable.systems.flat.shifted import one_of, shifted
 from trackable.systems.flat.trajectory import Coordinate, Trajectory
@@ -26,6 +27,7 @@ from trackable.systems.formulas.nested_lists import MAX_DEPTH
 from trackable.systems.formulas.tracing import Dynamics, traced
 from trackable.systems.linear import positive_sampling_time
 from trackable.systems.naming import require_names
+from trackable.systems.sets.interval import Interval
 
 MAX_SIZE = 1000
 """How many operations, names and numbers one formula may have when it is written out."""
@@ -55,8 +57,7 @@ class Nonlinear:
         if self.flat is None and len(self.inputs) != n:
             object.__setattr__(self, "flat", found_form(self.f, self.states, self.inputs))
         if self.flat is not None:
-            if why := why_not_flat(self.f, self.flat, self.states, self.inputs):
-                raise ValueError(f"system: the flat form {why}")
+            object.__setattr__(self, "flat", self._verified(self.flat))
             return
         if len(self.inputs) != n:
             raise ValueError(
@@ -67,6 +68,25 @@ class Nonlinear:
         for pivot in self.solution.pivots:
             if not variables(pivot) and not 0 < abs(float(evaluate_floats(pivot, {}))) < np.inf:
                 raise ValueError(f"system: f must be solvable for its inputs, but that would divide by {pivot}")
+
+    def _verified(self, form: FlatForm) -> FlatForm:
+        """Return the flat form, where it can be without jumps of its headings. ValueError: it is not one of f."""
+        smooth = without_jumps(form) if form.angles else form
+        if smooth is not form and why_not_flat(self.f, smooth, self.states, self.inputs) is None:
+            return smooth
+        if why := why_not_flat(self.f, form, self.states, self.inputs):
+            raise ValueError(f"system: the flat form {why}")
+        return form
+
+    def heading_in(self, bounds: Mapping[str, Interval]) -> Self:
+        """Return the system with headings, by name, that do not jump inside of their `bounds` [rad] where possible."""
+        if self.flat is None:
+            return self
+        form = self.flat
+        for name in form.angles:
+            if name in bounds:
+                form = with_heading_in(form, self.states.index(name), bounds[name])
+        return self if form is self.flat else replace(self, flat=form)
 
     def _require_formulas(self) -> None:
         n = len(self.states)

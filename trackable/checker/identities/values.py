@@ -1,6 +1,7 @@
 """Formulas as quotients of polynomials in names and atoms: values of functions, with what is known about them.
 
-  √a: its square is a. It is q √b for a = q² b with a number q > 0, √b √c for a = b c, and p for a = p² with p > 0.
+  √a: its square is a. It is q √b for a = q² b with a number q > 0, q for a = q², √b √c for a = b c, and p for a = p²
+    with p > 0.
   sin, cos: of a sum they follow from those of its terms. Of a term α, sin² α = 1 − cos² α. With v = (x, y) and
     |v| = √(x² + y²), sin(atan2(y, x)) = y/|v|, cos(atan2(y, x)) = x/|v|; sin(atan w) = w/√(1 + w²), cos(atan w) =
     1/√(1 + w²).
@@ -116,6 +117,8 @@ class Values:
         for p in self.positive:
             if self.is_zero(a - p * p):
                 return p
+        if (q := _rational_root(a.constant)) is not None:
+            return Quotient.number(q)
         roots = [atom for atom in self.atoms if atom.function == "sqrt"]
         for root in roots:
             (b,) = root.arguments

@@ -2,8 +2,8 @@
 
 Each value of a function that is no polynomial is a new variable, an atom, with what is known about it:
 
-- √a has the square a; it is √b · √c if a = b c for known roots, q √b if a = q² b for a number q, and p if a = p² for
-  a formula p that is known to be positive;
+- √a has the square a; it is √b · √c if a = b c for known roots, q √b if a = q² b for a number q, q if a = q², and p if
+  a = p² for a formula p that is known to be positive;
 - sin² a is 1 − cos² a; sines and cosines of sums of terms are those of the terms; with v = (x, y), sin(atan2(y, x)) is
   y/|v| and cos(atan2(y, x)) is x/|v|, where |v| = √(x² + y²); sin(atan w) is w/√(1 + w²) and cos(atan w) 1/√(1 + w²).
 
@@ -124,6 +124,9 @@ class NormalForms:
         for p in self._roots:
             if self._same(of, self._reduced(p * p)):
                 return p
+        number = None if of.constant is None else square_root(of.constant)
+        if number is not None:
+            return self._ratio(self._ring.constant(number))
         known = [atom for atom in self._atoms if atom.function == "sqrt"]
         for atom in known:
             factor = (of / atom.arguments[0]).constant if atom.arguments[0].numerator else None
