@@ -14,7 +14,6 @@ _HEAD = (
     "certificates",
     "counterexamples",
     "too close",
-    "within rounding",
     "undecided",
     "false",
     "longest proof and check",
@@ -39,7 +38,7 @@ def main(arguments: list[str]) -> int:
 def table(counts: dict[str, Counts]) -> str:
     rows = [_HEAD, ("---", *["--:"] * (len(_HEAD) - 1))]
     for family, found in counts.items():
-        numbers = (found.tried, found.certificates, found.counterexamples, found.close, found.rounding)
+        numbers = (found.tried, found.certificates, found.counterexamples, found.close)
         lists = (len(found.undecided), len(found.false))
         rows.append((family, *map(str, (*numbers, *lists)), f"{found.longest:.2f} s"))
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)

@@ -13,7 +13,6 @@ from tests.splines.naive import extremes
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove, prove_on_window
-from trackable.certificates.rounding.references import evaluated_until, evaluation_errors
 from trackable.checker import Proved, Refuted, check
 from trackable.codec.certificates import encode_certificate
 from trackable.codec.counterexamples import encode_counterexample
@@ -24,7 +23,7 @@ MARGINS = (1e-15, 1e-13, 1e-11, 1e-9, 1e-7, 1e-4)
 """Of the distance between the extremes."""
 
 DECIDED = 1e-9
-"""From this margin on, every trial has to be decided, unless float64 evaluation is off by more."""
+"""From this margin on, every trial has to be decided."""
 
 
 @dataclass
@@ -33,7 +32,6 @@ class Counts:
     certificates: int = 0
     counterexamples: int = 0
     close: int = 0
-    rounding: int = 0
     longest: float = 0.0
     false: list[str] = field(default_factory=list)
     undecided: list[str] = field(default_factory=list)
@@ -75,14 +73,10 @@ def _judge(
         verdict = check(json.loads(json.dumps(encode_counterexample(outcome))))
         if not (broken and isinstance(verdict, Refuted)):
             counts.false.append(f"{what}: counterexample, {broken}, {verdict}")
+    elif margin < DECIDED:
+        counts.close += 1
     else:
-        error = evaluation_errors(bounded, evaluated_until(bounded.signals, _last(bounded)))[outcome.quantity]
-        if margin < DECIDED:
-            counts.close += 1
-        elif margin * bounded.quantities[0].bounds.width <= 4 * error:
-            counts.rounding += 1
-        else:
-            counts.undecided.append(f"{what}: {outcome.explanation}")
+        counts.undecided.append(f"{what}: {outcome.explanation}")
     counts.longest = max(counts.longest, time.process_time() - begun)
 
 

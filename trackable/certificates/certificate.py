@@ -16,8 +16,9 @@ from trackable.systems.reference import Reference
 class Certificate:
     """States and inputs of `reference` keep their bounds at the times of `claim`, in float64 evaluation too.
 
-    Each quantity stays at least `evaluation_error` away from its bounds. So its float64 value by sums of products (as
-    `Reference.state`, `input` and `window` give it) at a float64 time |t| ≤ `evaluated_until` [s] stays inside too.
+    Each quantity stays at least `evaluation_error` away from its bounds. So its float64 value, as `Reference.state`,
+    `input` and `window` give it (by sums of products, of polynomial pieces in twice the precision), at a float64 time
+    |t| ≤ `evaluated_until` [s] stays inside too.
     `covers` holds the boxes of the proof by quantity (none for instants). `terms` is the number of Taylor coefficients
     of each enclosure (0 without boxes). `robust` says what follows for the disturbed system.
     """

@@ -22,9 +22,9 @@ from trackable.certificates.rounding.references import (
     claimed_windows,
     evaluated_until,
     evaluation_errors,
-    has_sane_numbers,
     why_unbounded,
 )
+from trackable.certificates.rounding.sizes import has_sane_numbers
 from trackable.certificates.settled import earliest_settled, settled_margins
 from trackable.certificates.sketch import Sketch, sketch
 from trackable.gp.period import common_period

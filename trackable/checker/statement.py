@@ -21,10 +21,13 @@ def statement(certificate: Certificate) -> str:
     if subject.attainable is not None:
         rows = ", ".join(bound_text(row, subject.system.inputs) for row in subject.input_set.rows)
         inputs = f"inputs that push alike (they differ by v with B v = 0) and keep {rows}"
+    how = "float64 evaluation, by sums of products"
+    if subject.pieces:
+        how = "evaluation in double-double arithmetic, rounded to float64"
     return (
         f"For {_times(certificate.claim)} the reference keeps {kept}, and the system {_dynamics(subject.system)} "
         f"follows it with {inputs} (T = {subject.system.sampling_time!r} s). The bounds hold with room for the error "
-        f"of float64 evaluation, by sums of products, at times up to {certificate.until:g} s. {identity(subject)}"
+        f"of {how}, at times up to {certificate.until:g} s. {identity(subject)}"
     )
 
 

@@ -14,7 +14,7 @@ from trackable.systems.allocation import Allocation
 from trackable.systems.flat.flatness import Flatness
 from trackable.systems.flat.form import FlatForm
 from trackable.systems.flat.requirements import Requirement
-from trackable.systems.flat.trajectory import combined
+from trackable.systems.flat.trajectory import Coordinate, combined
 from trackable.systems.formulas.wording import shortened, weighted_sum_text
 from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
@@ -80,6 +80,11 @@ class ConstrainedSystem:
         return self.system.flatness()
 
     @property
+    def coordinates(self) -> dict[Side, tuple[Coordinate, ...]]:
+        """States and inputs as functions of the flat outputs, by the side of their bounds."""
+        return {"state": self.flatness.states, "input": self.flatness.inputs}
+
+    @property
     def flat_form(self) -> FlatForm | None:
         """The flat form of a nonlinear system that has one."""
         return self.system.flat if isinstance(self.system, Nonlinear) else None
@@ -128,9 +133,9 @@ class ConstrainedSystem:
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:
         """All bounded quantities: a reference is trackable if each is in its bounds at t = k T_s for all k ≥ 0."""
-        coordinates = {"state": self.flatness.states, "input": self.flatness.inputs}
         return tuple(
-            Quantity(name, combined(row, coordinates[side]), bounds) for name, side, row, bounds in self.constraints
+            Quantity(name, combined(row, self.coordinates[side]), bounds)
+            for name, side, row, bounds in self.constraints
         )
 
     def _with_names(self, *sides: list[LinearConstraint]) -> tuple[LinearConstraint, ...]:

@@ -1,16 +1,20 @@
 """A reference: signals, learned or given, and the states and inputs that they determine."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.signal import KernelSum
-from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.constrained import ConstrainedSystem, Side
+from trackable.systems.flat.precise import PreciseCoordinates
 from trackable.systems.flat.trajectory import Coordinate, combined
 from trackable.systems.quantity import Quantity
+from trackable.systems.signals.double_double import two_product
 from trackable.systems.signals.pieces import PolynomialPieces
 from trackable.systems.signals.signal import Signal
 
@@ -28,6 +32,7 @@ class Reference:
 
     By construction x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and likewise from any time t to t + T_s. States and
     inputs are evaluated by sums of products, never by fast transforms: a certificate bounds the rounding of these sums.
+    Those of polynomial pieces are evaluated in twice the precision, and at the exact k T_s.
     ValueError: not as many signals as flat outputs, or some of them sums of kernels and others polynomial pieces.
     """
 
@@ -63,11 +68,11 @@ class Reference:
 
     def state(self, k: Array | int) -> Array:
         """Return x_r(k) at steps k (any shape, fractions allowed): shape (*k.shape, n)."""
-        return self.state_at(self.instants(k))
+        return self._values("state", self._exact_instants(k))
 
     def input(self, k: Array | int) -> Array:
         """Return u_r(k), which leads from x_r(k) to x_r(k + 1): shape (*k.shape, m)."""
-        return self.input_at(self.instants(k))
+        return self._smallest(self._values("input", self._exact_instants(k)))
 
     def window(self, k: int, horizon: int) -> Window:
         """Return states k … k + `horizon` and the inputs between them, for a predictive controller at step k.
@@ -83,28 +88,45 @@ class Reference:
 
     def state_at(self, t: Array) -> Array:
         """Return x_r at t [s]: shape (*t.shape, n)."""
-        return self._values(self.plant.flatness.states, t)
+        return self._values("state", [np.asarray(t, dtype=float)])
 
     def input_at(self, t: Array) -> Array:
         """Return u_r at t [s], which leads from x_r(t) to x_r(t + T_s): shape (*t.shape, m).
 
         Of redundant inputs it is the smallest in U.
         """
-        u, allocation = self._values(self.plant.flatness.inputs, t), self.plant.allocation
-        return allocation.smallest(u) if allocation else u
+        return self._smallest(self._values("input", [np.asarray(t, dtype=float)]))
 
     def inputs_near(self, t: float) -> tuple[Coordinate, ...]:
         """Return u_r near t [s] up to constants: for redundant inputs, the linear law that is active there."""
         inputs, allocation = self.plant.flatness.inputs, self.plant.allocation
         if allocation is None:
             return inputs
-        slopes = allocation.slopes(self._values(inputs, np.asarray(t)))
+        slopes = allocation.slopes(self._values("input", [np.asarray(t)]))
         return tuple(combined([Fraction(s) for s in row], inputs) for row in slopes.tolist())
 
     def instants(self, steps: Array | int) -> Array:
         """Return the times k T_s [s] of steps k."""
         return np.asarray(steps) * self.plant.sampling_time
 
-    def _values(self, coordinates: tuple[Coordinate, ...], t: Array) -> Array:
-        signals = [signal.summed for signal in self.signals]
-        return np.stack([q(signals, t) for q in coordinates], axis=-1)
+    def _exact_instants(self, steps: Array | int) -> Sequence[Array]:
+        """Return the times k T_s [s]: of polynomial pieces, which may jump there, as sums that are exact."""
+        if not self.pieces:
+            return [self.instants(steps)]
+        return two_product(np.asarray(steps, dtype=float), np.asarray(self.plant.sampling_time))
+
+    def _values(self, side: Side, time: Sequence[Array]) -> Array:
+        """Return all states or inputs at times that are sums of float64: of one, where signals are sums of kernels."""
+        if self.pieces:
+            return self._precise[side](self.pieces, time)
+        (t,) = time
+        signals = [signal.summed for signal in self.kernel_sums]
+        return np.stack([q(signals, t) for q in self.plant.coordinates[side]], axis=-1)
+
+    @cached_property
+    def _precise(self) -> dict[Side, PreciseCoordinates]:
+        return {side: PreciseCoordinates(coordinates) for side, coordinates in self.plant.coordinates.items()}
+
+    def _smallest(self, u: Array) -> Array:
+        """Return inputs of the same effect: of redundant ones the smallest in U."""
+        return self.plant.allocation.smallest(u) if self.plant.allocation else u

@@ -30,10 +30,12 @@ from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AtInstants, OnWindow
 from trackable.certificates.exact import exact_quantities
+from trackable.certificates.pieces.rounding import evaluation_errors as errors_of_pieces
 from trackable.certificates.rounding.references import evaluation_errors
 from trackable.exports.c99.header import header
 from trackable.exports.proved import Proved
 from trackable.gp.signal import KernelSum
+from trackable.systems.flat.functional import Functional
 from trackable.systems.reference import Reference
 from trackable.systems.signals.pieces import PolynomialPieces
 
@@ -54,7 +56,7 @@ KERNELS: dict[str, Kernel] = {
 
 def stub(reference: Reference, claim: OnWindow | AtInstants = OnWindow(-2.0, 6.0)) -> Proved:  # noqa: B008
     """A reference with the bounds of its rounding, as certificates have them; nothing else is of interest here."""
-    errors = evaluation_errors(reference, 100.0)
+    errors = errors_of_pieces(reference, -2.0, 6.0) if reference.pieces else evaluation_errors(reference, 100.0)
     certificate = Certificate(reference, claim, 0, {}, errors, 100.0)
     found: Proved = SimpleNamespace(  # type: ignore[assignment]
         reference=reference, certificate=certificate, explanation="", sampled={}
@@ -104,23 +106,46 @@ def exact_piece(pieces: PolynomialPieces, t: Fraction) -> Fraction:
     return sum((Fraction(c) * (t - ends[i]) ** j for j, c in enumerate(pieces.coefficients[i].tolist())), Fraction(0))
 
 
+def random_pieces(kind: str, beyond: str) -> PolynomialPieces:
+    """Cubic pieces that meet, or steps; breakpoints are near to multiples of the sampling time."""
+    times = np.linspace(0.0, 4.0, 9) if kind == "spline" else np.array([0.0, 0.35, 0.6000000000000001, 1.45, 4.0])
+    spline = CubicSpline(times, np.append(RNG.standard_normal(len(times) - 1), 0.0), bc_type="natural")
+    coefficients = spline.c[::-1].T if kind == "spline" else RNG.standard_normal((len(times) - 1, 2))
+    return PolynomialPieces(times, coefficients, beyond)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("beyond", ["rest", "period", "end"])
-def test_values_of_polynomial_pieces_are_within_the_certified_error(beyond: str, tmp_path: Path) -> None:
-    times = np.linspace(0.0, 4.0, 9)
-    spline = CubicSpline(times, np.append(RNG.standard_normal(8), 0.0) * (np.arange(9) > 0), bc_type="periodic")
-    pieces = PolynomialPieces(times, spline.c[::-1].T, beyond)  # type: ignore[arg-type]
-    proved = stub(Reference((pieces,), AXIS))
-    chosen = TIMES if beyond != "end" else TIMES[(TIMES >= 0) & (TIMES < 3.85)]
-    refused, values = run(compiled(proved, tmp_path), chosen)
+@pytest.mark.parametrize("kind", ["spline", "steps"])
+def test_values_of_polynomial_pieces_are_within_the_certified_error(kind: str, beyond: str, tmp_path: Path) -> None:
+    pieces, wide = random_pieces(kind, beyond), [1e4, 1e4]
+    plant = ConstrainedSystem(AXIS.system, Polytope.box([-1e4, -1e4], wide), Polytope.box([-1e4], [1e4]))
+    proved = stub(Reference((pieces,), plant))
+    ends = pieces.breakpoints[:-1]
+    times = np.concatenate([TIMES, ends, np.nextafter(ends, 9), np.nextafter(ends, 0)])
+    times = times if beyond != "end" else times[(times >= 0) & (times < 3.85)]
+    refused, values = run(compiled(proved, tmp_path), times)
     assert not refused.any()
-    step, plant = Fraction(AXIS.sampling_time), AXIS
+    require_nearest(proved, [Fraction(t) for t in times.tolist()], values)
+    k = np.arange(76)
+    refused, values = run(compiled(proved, tmp_path, "reference_step((long)t, x, u)"), k.astype(float))
+    assert not refused.any()
+    require_nearest(proved, [i * Fraction(plant.sampling_time) for i in k.tolist()], values)
+    reference = proved.reference
+    np.testing.assert_allclose(values, np.hstack([reference.state(k), reference.input(k)]), rtol=3e-16, atol=1e-25)
+
+
+def require_nearest(proved: Proved, times: list[Fraction], values: Array) -> None:
+    """Values are those of rational arithmetic, rounded once, and within the bound of the certificate."""
+    (pieces,), plant = proved.reference.pieces, proved.reference.plant
+    step = Fraction(plant.sampling_time)
     for i, coordinate in enumerate((*plant.flatness.states, *plant.flatness.inputs)):
-        (weights,) = coordinate.weights  # type: ignore[union-attr]
-        error = proved.certificate.evaluation_error[("position", "velocity", "force")[i]]
-        assert error < 1e-8
-        for t, value in zip(chosen.tolist(), values[:, i].tolist(), strict=True):
-            exact = sum(w * exact_piece(pieces, Fraction(t) + j * step) for j, w in enumerate(weights))
-            assert abs(exact + coordinate.offset - Fraction(value)) <= error  # type: ignore[union-attr]
+        assert isinstance(coordinate, Functional)
+        error = Fraction(proved.certificate.evaluation_error[("position", "velocity", "force")[i]])
+        for t, value in zip(times, values[:, i].tolist(), strict=True):
+            exact = sum(w * exact_piece(pieces, t + j * step) for j, w in enumerate(coordinate.weights[0]))
+            assert abs(exact + coordinate.offset - Fraction(value)) <= min(
+                error, abs(exact) / 2**52 + Fraction(1, 10**25)
+            )
 
 
 @pytest.mark.parametrize("name", EVERY)

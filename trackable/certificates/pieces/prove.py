@@ -12,7 +12,8 @@ from trackable.certificates.claim import AllPhases, AllTimes, Claim, OnWindow
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.pieces.cells import ExactPieces, cells, exactly
 from trackable.certificates.pieces.extremes import Extreme, Search
-from trackable.certificates.rounding.references import evaluated_until, evaluation_errors, has_sane_numbers
+from trackable.certificates.pieces.rounding import evaluated_until, evaluation_errors
+from trackable.certificates.rounding.sizes import has_sane_numbers
 from trackable.systems.flat.functional import Functional
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
@@ -91,11 +92,11 @@ class _ProofProblem:
 
     @cached_property
     def until(self) -> float:
-        return evaluated_until(self.reference.signals, max(map(abs, self.window)))
+        return evaluated_until(self.reference)
 
     @cached_property
     def errors(self) -> dict[str, float]:
-        return evaluation_errors(self.reference, self.until)
+        return evaluation_errors(self.reference, *self.window)
 
     @cached_property
     def exact(self) -> tuple[ExactPieces, ...]:
@@ -104,8 +105,6 @@ class _ProofProblem:
     def failure(self, quantity: Quantity) -> Counterexample | Unproved | None:
         """Return why a quantity is not proved to stay in its bounds; None where it is."""
         assert quantity.functional is not None, "refused before"
-        if not math.isfinite(self.errors[quantity.name]):
-            return self.unproved(quantity, "a piece is so short that rounding a time leads across it")
         start, end = map(exactly, self.window)
         found = list(cells(quantity.functional, self.exact, start, end))
         worst: Counterexample | Unproved | None = None

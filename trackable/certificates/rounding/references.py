@@ -20,20 +20,15 @@ from trackable.certificates.exact import rational
 from trackable.certificates.kernels.table import balls_of
 from trackable.certificates.rounding.flat import has_flat_form, nearby_error
 from trackable.certificates.rounding.formulas import Rounded, RoundedArithmetic
-from trackable.certificates.rounding.pieces import are_sane
 from trackable.certificates.rounding.rows import SLACK, Row, SignalErrors, absolute_weights, rows
+from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.formulas.evaluation import evaluate
-from trackable.systems.formulas.expression import Constant, Power, all_nodes
 from trackable.systems.reference import Reference
-from trackable.systems.signals.pieces import PolynomialPieces
-from trackable.systems.signals.signal import Signal
 
 LATEST = 1e60
 """Times up to which decaying kernels can be evaluated without overflow [s]."""
-
-_LARGEST, _SMALLEST, _LARGEST_KERNEL = 1e30, 1e-30, 1e100
 
 
 def evaluation_errors(reference: Reference, until: float, times: Array | None = None) -> dict[str, float]:
@@ -106,7 +101,7 @@ def _within(plant: ConstrainedSystem, i: int, exact: arb) -> arb:
     return low.union(high)
 
 
-def evaluated_until(signals: Iterable[Signal], window: float, windows: float = 1e3) -> float:
+def evaluated_until(signals: Iterable[KernelSum], window: float, windows: float = 1e3) -> float:
     """Return the time [s] up to which evaluation is claimed: so many windows if errors grow with time."""
     return windows * window if any(map(_repeats, signals)) else LATEST
 
@@ -119,38 +114,5 @@ def claimed_windows(plant: ConstrainedSystem) -> float:
     return 1e2 if has_flat_form(plant) else 1e3
 
 
-def _repeats(signal: Signal) -> bool:
-    if isinstance(signal, PolynomialPieces):
-        return signal.beyond == "period"
+def _repeats(signal: KernelSum) -> bool:
     return balls_of(signal.kernel).has_periodic_part
-
-
-def has_sane_numbers(reference: Reference) -> bool:
-    """Whether all stored numbers have sizes for which the analysis above holds (no overflow, no underflow)."""
-    plant = reference.plant
-    every = rows(plant)
-    gross = [absolute_weights([w for w, _ in row.used], row.functionals) for row in every if not row.formulas]
-    weights = [w for of_signals, offset in gross for w in (*of_signals, offset) if w]
-    weights += [abs(w) for row in every if row.formulas for w, _ in row.used]
-    weights += [abs(Fraction(c)) for row in every for part in row.formulas for c in _constants(part) if c]
-    if not (plant.sampling_time >= _SMALLEST and all(_SMALLEST <= w <= _LARGEST for w in weights)):
-        return False
-    return all(_is_sane(signal) for signal in reference.signals)
-
-
-def _constants(trajectory: Trajectory) -> list[float]:
-    nodes = list(all_nodes(trajectory.formula))
-    powers = [node.exponent for node in nodes if isinstance(node, Power)]
-    return [node.value for node in nodes if isinstance(node, Constant)] + powers
-
-
-def _is_sane(signal: Signal) -> bool:
-    if isinstance(signal, PolynomialPieces):
-        return are_sane(signal)
-    hyperparameters = list(signal.kernel.hyperparameters.values())
-    numbers = np.concatenate([[signal.mean], hyperparameters, signal.weights, signal.centres])
-    with ball_arithmetic(2):
-        size = balls_of(signal.kernel).beyond(arb(0)).size
-        return bool(
-            np.all(np.abs(numbers) <= _LARGEST) and min(hyperparameters) >= _SMALLEST and size <= _LARGEST_KERNEL
-        )

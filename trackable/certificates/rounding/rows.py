@@ -8,14 +8,11 @@ from flint import arb
 
 from trackable.certificates.exact import rational
 from trackable.certificates.rounding.formulas import Rounded
-from trackable.certificates.rounding.pieces import pieces_error
 from trackable.certificates.rounding.signals import signal_error
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Coordinate, Trajectory
 from trackable.systems.reference import Reference
-from trackable.systems.signals.pieces import PolynomialPieces
-from trackable.systems.signals.signal import Signal
 
 SLACK = 1.02
 
@@ -61,7 +58,7 @@ class SignalErrors:
         plant = reference.plant
         ahead = max(plant.flatness.orders) * arb(plant.sampling_time)
         roundings = 8 + sum(plant.flatness.orders) + len(plant.system.states) + len(plant.system.inputs)
-        return cls([_signal_error(signal, arb(until) + ahead, ahead) for signal in reference.signals], roundings)
+        return cls([signal_error(signal, arb(until) + ahead, ahead) for signal in reference.kernel_sums], roundings)
 
     def of_sum(self, weights: list[Fraction], offset: Fraction) -> Rounded:
         """Bound the error of Σ_c w_c z_c + offset, and its size, as if no terms cancelled."""
@@ -84,9 +81,3 @@ def absolute_weights(row: Sequence[Fraction], functionals: Sequence[Functional])
         for c in range(len(functionals[0].weights))
     ]
     return weights, sum((s * abs(q.offset) for s, q in zip(sizes, functionals, strict=True)), Fraction(0))
-
-
-def _signal_error(signal: Signal, latest: arb, ahead: arb) -> tuple[arb, arb]:
-    if isinstance(signal, PolynomialPieces):
-        return pieces_error(signal, latest, ahead)
-    return signal_error(signal, latest, ahead)

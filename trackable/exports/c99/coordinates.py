@@ -1,6 +1,6 @@
 """States and inputs in C: weighted sums of signals at shifted times, and formulas of such sums."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from trackable.exports.c99.numerals import number
 from trackable.systems.flat.functional import Functional
@@ -19,15 +19,15 @@ _FUNCTIONS = frozenset({"exp", "log", "sqrt", "sin", "cos", "atan"})
 """Those that the C library has under the same name."""
 
 
-def assigned(coordinate: Coordinate, target: str) -> list[str]:
-    """Return the lines that put a coordinate's value into `target`, from z_c[j] = signal c at t + j T_s.
+def assigned(coordinate: Coordinate, target: str, written: Callable[[Functional], str]) -> list[str]:
+    """Return the lines that put a coordinate's value into `target`; functionals are `written` as expressions.
 
     ValueError: a function that has no counterpart in C.
     """
     if isinstance(coordinate, Functional):
-        return [f"{target} = {_sum(coordinate)};"]
+        return [f"{target} = {written(coordinate)};"]
     lines, names = ["{"], {name: f"a{i}" for i, (name, _) in enumerate(coordinate.arguments)}
-    lines += [f"    const double {names[name]} = {_sum(functional)};" for name, functional in coordinate.arguments]
+    lines += [f"    const double {names[name]} = {written(functional)};" for name, functional in coordinate.arguments]
     steps = coordinate.formula.steps
     lines += [
         f"    const double v{i} = {_computed(node, [f'v{place}' for place in places], names)};"
@@ -46,8 +46,8 @@ def counts(coordinates: Iterable[Coordinate], signals: int) -> list[int]:
     return needed
 
 
-def _sum(functional: Functional) -> str:
-    """Return offset + Σ_c Σ_j w_cj z_c[j]: signal by signal, as Python does it, without weights that are zero."""
+def plain_sum(functional: Functional) -> str:
+    """Return offset + Σ_c Σ_j w_cj z_c[j], with z_c[j] = signal c at t + j T_s, without weights that are zero."""
     found = number(float(functional.offset))
     for c, weights in functional.rounded:
         terms = " + ".join(f"{number(w)} * z{c}[{j}]" for j, w in enumerate(weights.tolist()) if w)

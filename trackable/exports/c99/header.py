@@ -2,14 +2,16 @@
 
 import math
 import re
+from functools import partial
 from pathlib import Path
 
 from trackable.arguments import text
 from trackable.certificates.claim import AtInstants
 from trackable.control.angles import angles_of
-from trackable.exports.c99.coordinates import assigned, counts
+from trackable.exports.c99.coordinates import assigned, counts, plain_sum
 from trackable.exports.c99.numerals import number
-from trackable.exports.c99.signals import signal_function
+from trackable.exports.c99.precise import arithmetic, pieces_function, precise_sum
+from trackable.exports.c99.signals import kernel_sum_function
 from trackable.exports.proved import Proved
 from trackable.files import path_of, write_text
 from trackable.systems.reference import Reference
@@ -39,7 +41,6 @@ def header(proved: Proved, name: str) -> str:
     if reference.plant.allocation is not None:
         raise ValueError("to_c: which of several inputs that act alike is smallest is not written in C")
     guard = f"TRACKABLE_{name.upper()}_H"
-    functions = [line for c, signal in enumerate(reference.signals) for line in signal_function(signal, f"{name}_z{c}")]
     parts = [
         *_story(proved, name),
         f"#ifndef {guard}",
@@ -54,7 +55,7 @@ def header(proved: Proved, name: str) -> str:
         f"#define {name.upper()}_INPUTS {len(reference.plant.system.inputs)}",
         f"#define {name.upper()}_SAMPLING_TIME {number(reference.plant.sampling_time)}",
         "",
-        *functions,
+        *_signals(reference, name),
         *_values(reference, name),
         *_guarded(proved, name),
         f"#endif // {guard}",
@@ -89,18 +90,33 @@ def _turning(reference: Reference, state: int) -> str:
     return ", an angle in (-pi, pi]: add whole turns" if state in angles_of(reference.plant) else ""
 
 
+def _signals(reference: Reference, name: str) -> list[str]:
+    """The functions name_z0, name_z1, … of the signals: of a double, or of a time that is not rounded."""
+    found = arithmetic(name) if reference.pieces else []
+    for c, pieces in enumerate(reference.pieces):
+        found += pieces_function(pieces, name, f"{name}_z{c}")
+    if not reference.pieces:
+        for c, signal in enumerate(reference.kernel_sums):
+            found += kernel_sum_function(signal, f"{name}_z{c}")
+    return found
+
+
 def _values(reference: Reference, name: str) -> list[str]:
     """The function that evaluates everywhere, proved or not: for the two below only."""
-    flatness = reference.plant.flatness
-    step = number(reference.plant.sampling_time)
-    needed = counts((*flatness.states, *flatness.inputs), len(reference.signals))
-    body = [f"double z{c}[{count}];" for c, count in enumerate(needed)]
+    step, coordinates = number(reference.plant.sampling_time), reference.plant.coordinates
+    needed = counts((*coordinates["state"], *coordinates["input"]), len(reference.signals))
+    kind, ahead, written = "double", f"t + j * {step}", plain_sum
+    if reference.pieces:
+        kind, ahead = f"{name}_dd", f"{name}_plus_product(t, j, {step})"
+        written = partial(precise_sum, prefix=name)
+    body = [f"{kind} z{c}[{count}];" for c, count in enumerate(needed)]
     for c, count in enumerate(needed):
-        body += [f"for (int j = 0; j < {count}; ++j)", f"    z{c}[j] = {name}_z{c}(t + j * {step});"]
-    for symbol, coordinates in (("x", flatness.states), ("u", flatness.inputs)):
-        for i, coordinate in enumerate(coordinates):
-            body += assigned(coordinate, f"{symbol}[{i}]")
-    return [f"static inline void {name}_values(double t, double *x, double *u)", *_block(body)]
+        body += [f"for (int j = 0; j < {count}; ++j)", f"    z{c}[j] = {name}_z{c}({ahead});"]
+    for symbol, side in (("x", coordinates["state"]), ("u", coordinates["input"])):
+        for i, coordinate in enumerate(side):
+            body += assigned(coordinate, f"{symbol}[{i}]", written)
+    time = f"{name}_time" if reference.pieces else "double"
+    return [f"static inline void {name}_values({time} t, double *x, double *u)", *_block(body)]
 
 
 def _guarded(proved: Proved, name: str) -> list[str]:
@@ -114,16 +130,18 @@ def _guarded(proved: Proved, name: str) -> list[str]:
     ]
     if not ends:
         refused = refused[1:]
-    called = [f"{name}_values(t, x, u);", "return 0;"]
-    at = [f"static inline int {name}_at(double t, double *x, double *u)", *_block([*refused, *called])]
-    by_step = [f"const double t = (double)k * {number(proved.reference.plant.sampling_time)};"]
+    step = number(proved.reference.plant.sampling_time)
+    at_t, at_step, by_step = "t", "t", f"const double t = (double)k * {step};"
+    if proved.reference.pieces:
+        at_t, at_step = (
+            f"({name}_time){{{{t}}, 1}}",
+            f"{name}_plus_product(({name}_time){{{{0.0}}, 1}}, (double)k, {step})",
+        )
+    at, by = (_block([*refused, f"{name}_values({time}, x, u);", "return 0;"]) for time in (at_t, at_step))
+    found = [f"static inline int {name}_at(double t, double *x, double *u)", *at]
     if isinstance(proved.certificate.claim, AtInstants):  # between instants nothing is proved
-        return [
-            f"static inline int {name}_step(long k, double *x, double *u)",
-            *_block([*by_step, *refused, *called]),
-        ]
-    step = [f"static inline int {name}_step(long k, double *x, double *u)"]
-    return [*at, *step, *_block([*by_step, f"return {name}_at(t, x, u);"])]
+        found = []
+    return [*found, f"static inline int {name}_step(long k, double *x, double *u)", by[0], f"    {by_step}", *by[1:]]
 
 
 def _block(body: list[str]) -> list[str]:

@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 from trackable.arguments import numbers
 from trackable.arrays import Array, ArrayLike
+from trackable.systems.signals.double_double import DoubleDouble
+from trackable.systems.signals.exact_sum import ExactSum
 
 Beyond = Literal["rest", "period", "end"]
 """What a signal is beyond its pieces: at rest at its first and its last value, repeated, or nothing to claim."""
@@ -81,8 +83,46 @@ class PolynomialPieces:
         return np.asarray(self.jet(t, 0)[0])
 
     def summed(self, t: ArrayLike) -> Array:
-        """Return z at t [s] by Horner's rule, the rounding of which certificates bound."""
-        return self(t)
+        """Return z at t [s], rounded once: `precise` in float64."""
+        return self.precise([np.asarray(t, dtype=float)]).high
+
+    def precise(self, time: Sequence[Array]) -> DoubleDouble:
+        """Return z by Horner's rule in twice the precision, at times that are sums of a few float64 [s].
+
+        The piece that holds there is found without any rounding. With n = `degree` and u = 2⁻⁵³, the error is less than
+        100 (n + 1) u² Σ_j |c_ij| (t_(i+1) − t_i)^j, for times of less than 2⁵⁰ periods.
+        """
+        piece, local = self._place_exactly(ExactSum.of(np.broadcast_arrays(*time)))
+        since, zero = local.double_double, np.zeros(piece.shape)
+        value = DoubleDouble(self.coefficients[piece, -1], zero)
+        for j in range(self.degree - 1, -1, -1):
+            value = value * since + DoubleDouble(self.coefficients[piece, j], zero)
+        return value
+
+    def _place_exactly(self, t: ExactSum) -> tuple[npt.NDArray[np.intp], ExactSum]:
+        """Return which piece holds at t, and t − t_i [s]. At rest, the time is that at which it begins."""
+        ends = self.breakpoints
+        if self.beyond == "rest":
+            t = t.replaced((t + -ends[0]).rounded < 0, ends[0])
+            t = t.replaced((t + -ends[-1]).rounded > 0, ends[-1])
+        elif self.beyond == "period":
+            t = self._in_first_period(t)
+        last = len(self.coefficients) - 1
+        piece = np.clip(np.searchsorted(ends, t.rounded, side="right") - 1, 0, last)
+        while True:  # rounded times are next to a breakpoint at most
+            early, late = (t + -ends[piece]).rounded < 0, (t + -ends[piece + 1]).rounded >= 0
+            moved = np.clip(piece - early + late, 0, last)
+            if np.array_equal(moved, piece):
+                return piece, t + -ends[piece]
+            piece = moved
+
+    def _in_first_period(self, t: ExactSum) -> ExactSum:
+        """Return times from the first breakpoint to before the last one, moved by whole periods."""
+        first, period = self.breakpoints[0], np.asarray(self.period)
+        turns = np.floor((t + -first).rounded / period)
+        since = (t + -first).turned_back(turns, period)
+        turns = turns - (since.rounded < 0) + ((since + -period).rounded >= 0)
+        return t.turned_back(turns, period)
 
     def derivative(self, t: ArrayLike) -> Array:
         return np.asarray(self.jet(t, 1)[1])

@@ -1,9 +1,10 @@
-"""The rounding errors of evaluating polynomial pieces in float64 are at most the stated errors."""
+"""The rounding errors of evaluating polynomial pieces are at most the stated errors."""
 
+from collections.abc import Sequence
 from fractions import Fraction
 
-from trackable.checker.certificate import Certificate
-from trackable.checker.pieces import Pieces
+from trackable.checker.certificate import Certificate, Instants
+from trackable.checker.steps.pieces.cells import whole_sum
 from trackable.checker.steps.quantities import functionals
 from trackable.checker.subject import Bound, Subject
 
@@ -31,29 +32,37 @@ def check_sizes(certificate: Certificate) -> str | None:
 def check_rounding(certificate: Certificate) -> str | None:
     """Return the first bound whose quantity can be off by more than the stated error.
 
-    To first order in u, enlarged by 1 %. k T, j T, t + j T, the phase of a period and the time since the breakpoint are
-    rounded: all of this moves the time by 9 u times the sizes of the times at most. So z changes by its slope times
-    this, and by a jump where it leads across a breakpoint, which can be one at most. Horner's rule of degree n takes
-    2 n roundings of sums that are no larger than that of the absolute terms.
+    States and inputs are evaluated in double-double arithmetic, at times that are not rounded, and rounded to float64
+    once. So Σ_i r_i x_i with p weights r_i ≠ 0 takes one rounding of each x_i, p products and p − 1 sums, of numbers
+    that are no larger than Σ_i |r_i x_i| together, and one of each r_i. Operations of double-double arithmetic are off
+    by 8 u² of the sum of the absolute terms, as if none cancelled: two for each power of the time since a breakpoint,
+    which is off by 80 u² itself, and two for each shifted signal, whose weight is off by u². All of this is to first
+    order, and enlarged by 1 %.
     """
-    subject, found = certificate.subject, []
-    shifts = max(len(weights) for part in functionals(subject, "input") for weights in part.weights)
-    for z in subject.pieces:
-        of_signal = _signal_error(z, Fraction(certificate.until), shifts * Fraction(subject.system.sampling_time))
-        if isinstance(of_signal, str):
-            return of_signal
-        found.append(of_signal)
-    roundings = 5 + sum(map(len, functionals(subject, "input")[0].weights)) + len(subject.system.states)
-    roundings += len(subject.system.inputs)
+    subject = certificate.subject
+    if reason := _why_uncounted(certificate):
+        return reason
+    largest = [max(map(_absolute_terms, z.lengths, z.coefficients)) for z in subject.pieces]
+    shifted = sum(map(len, functionals(subject, "input")[0].weights))
+    operations = 96 * (max(z.degree for z in subject.pieces) + 1) + 17 * (shifted + 1)
     for bound in subject.bounds:
         weights, offset = _gross(subject, bound)
-        pairs = list(zip(weights, found, strict=True))
-        error = sum((w * e for w, (e, _) in pairs), Fraction(0))
-        size = sum((w * s for w, (_, s) in pairs), offset)
-        total = Fraction(101, 100) * (error + roundings * UNIT * size) + _TINY * (1 + sum(weights))
-        if total > Fraction(certificate.errors[bound.name]):
+        gross = sum((w * size for w, size in zip(weights, largest, strict=True)), offset)
+        used = sum(1 for r in bound.row if r)
+        error = (used + 2) * UNIT * _size(certificate, bound) + operations * UNIT**2 * gross
+        if Fraction(101, 100) * error + _TINY * (1 + sum(weights)) > Fraction(certificate.errors[bound.name]):
             stated = certificate.errors[bound.name]
             return f"evaluation: the {bound.name} can be off by more than {stated!r} in float64"
+    return None
+
+
+def _why_uncounted(certificate: Certificate) -> str | None:
+    """Return why periods may not be counted in float64 until the last time that is claimed; None where they are."""
+    shifts = max(len(weights) for part in functionals(certificate.subject, "input") for weights in part.weights)
+    ahead = shifts * Fraction(certificate.subject.system.sampling_time)
+    for z in certificate.subject.pieces:
+        if z.beyond == "period" and not Fraction(certificate.until) + ahead + abs(z.ends[0]) <= 2**50 * z.period:
+            return "evaluation: there are more periods than float64 can count"
     return None
 
 
@@ -66,24 +75,24 @@ def _gross(subject: Subject, bound: Bound) -> tuple[list[Fraction], Fraction]:
     return weights, sum((abs(r * part.offset) for r, part in pairs), Fraction(0))
 
 
-def _signal_error(z: Pieces, until: Fraction, ahead: Fraction) -> tuple[Fraction, Fraction] | str:
-    """Over-estimate |float64 − exact| and |z|. A sentence, where rounding can lead further than beyond a piece."""
-    farthest = max(abs(z.ends[0]), abs(z.ends[-1]))
-    if z.beyond == "period":
-        farthest = until + ahead + 2 * farthest + z.period
-    moved = 9 * UNIT * (farthest + ahead)
-    if 400 * (z.degree + 1) * moved > min(z.lengths):
-        return "evaluation: a piece is so short that rounding a time can lead far beyond it"
-    value, slope = Fraction(0), Fraction(0)
-    for h, piece in zip(z.lengths, z.coefficients, strict=True):
-        sizes = [abs(Fraction(c)) * h**j for j, c in enumerate(piece)]
-        value = max(value, sum(sizes, Fraction(0)))
-        slope = max(slope, sum((j * size for j, size in enumerate(sizes)), Fraction(0)) / h)
-    lasts = [
-        sum((Fraction(c) * h**j for j, c in enumerate(p)), Fraction(0))
-        for h, p in zip(z.lengths, z.coefficients, strict=True)
-    ]
-    firsts = [Fraction(piece[0]) for piece in z.coefficients]
-    met = zip(lasts, firsts[1:] + (firsts[:1] if z.beyond == "period" else []), strict=False)
-    jump = max((abs(last - first) for last, first in met), default=Fraction(0))
-    return (2 * z.degree + 4) * UNIT * value + moved * slope + jump, value
+def _absolute_terms(length: Fraction, coefficients: Sequence[float]) -> Fraction:
+    """Return Σ_j |c_j| hʲ, which no value in a piece of this length h exceeds."""
+    return sum((abs(Fraction(c)) * length**j for j, c in enumerate(coefficients)), Fraction(0))
+
+
+def _size(certificate: Certificate, bound: Bound) -> Fraction:
+    """Over-estimate Σ_i |r_i x_i| at all times of the claim: by the absolute coefficients in each cell.
+
+    Of a single state or input, it is inside the bounds: a later step proves this without any use of errors.
+    """
+    subject, total = certificate.subject, Fraction(0)
+    if sum(1 for r in bound.row if r) == 1:
+        return max(abs(Fraction(end)) for end in (bound.lower, bound.upper))
+    assert not isinstance(certificate.claim, Instants), "refused before"
+    start, end = map(Fraction, certificate.claim.span)
+    for r, part in zip(bound.row, functionals(subject, bound.of), strict=True):
+        if r:
+            q = whole_sum(subject, (r,), (part,), [start, end])
+            cells = q.cells(int(start * (1 << q.bits)), int(end * (1 << q.bits)))
+            total += Fraction(max(sum(map(abs, cell)) for cell in cells), q.unit)
+    return total
