@@ -46,7 +46,16 @@ class Model:
     def __sub__(self, other: "Model") -> "Model":
         return Model([a - b for a, b in self._beside(other)], self.missed + other.missed)
 
+    @property
+    def is_number(self) -> bool:
+        """Whether nothing but the first coefficient was ever set."""
+        return self.missed is ZERO and all(c is ZERO for c in self.coefficients[1:])
+
     def __mul__(self, other: "Model") -> "Model":
+        if other.is_number:
+            return self.times(other.coefficients[0])
+        if self.is_number:
+            return other.times(self.coefficients[0])
         a, b = self.coefficients, other.coefficients
         n = len(a)
         kept = [total(a[j] * b[k - j] for j in range(k + 1)) for k in range(n)]
@@ -107,11 +116,20 @@ class Models:
         require_positive(name, span)
         if name == "reciprocal":
             require_nonzero(span)
-        found = self.number(ZERO)
-        for k in reversed(range(self.terms)):
-            found = found * d + self.number(_derivative(name, centre, k, exponent))
+        found = Model([_derivative(name, centre, self.terms - 1, exponent)], ZERO)
+        for k in reversed(range(self.terms - 1)):  # the rest of d^k begins with x^k: few terms of the factor matter
+            found = _times_powers(found, d)
+            found = Model([_derivative(name, centre, k, exponent), *found.coefficients[1:]], found.missed)
         rest = abs(_derivative(name, span, self.terms, exponent)) * reach**self.terms
         return Model(found.coefficients, bounded(found.missed + rest))
+
+
+def _times_powers(a: Model, d: Model) -> Model:
+    """Return a d, with one term more than a has, where the first coefficient of d is zero."""
+    n = len(a.coefficients)
+    kept, dropped = d.coefficients[1 : n + 1], d.coefficients[n + 1 :]
+    by_x = a * Model(kept, total(abs(c) for c in dropped) + d.missed)  # a d/x, and |x| ≤ 1
+    return Model([ZERO, *by_x.coefficients], by_x.missed)
 
 
 def _derivative(name: str, x: Real, k: int, exponent: float) -> Real:

@@ -86,11 +86,18 @@ class Arithmetic(Protocol[T]):
     def angle(self, y: T, x: T, /) -> T: ...
 
 
-def evaluate(formula: Formula, values: Mapping[str, T], arithmetic: Arithmetic[T]) -> T:
-    """Return the value where names have these values. Raise UndefinedError where there may be none."""
-    known: dict[Formula, T] = {}
+def evaluate(
+    formula: Formula, values: Mapping[str, T], arithmetic: Arithmetic[T], known: dict[Formula, T] | None = None
+) -> T:
+    """Return the value where names have these values. Raise UndefinedError where there may be none.
+
+    Parts that are `known` for these values are not computed again; those that are computed are added to them.
+    """
+    known = {} if known is None else known
     for node in parts(formula):
         tick()
+        if node in known:
+            continue
         match node:
             case Number(value):
                 known[node] = arithmetic.constant(value)

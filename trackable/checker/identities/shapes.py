@@ -31,6 +31,18 @@ class Shapes:
                 self.known[node] = self.numbers.setdefault(key, len(self.numbers))
         return self.known[formula]
 
+    def shared(self, formulas: Sequence[Formula]) -> list[Formula]:
+        """Return the same formulas, in which all parts that are written alike are one object."""
+        done: dict[Formula, Formula] = {}
+        by_number: dict[int, Formula] = {}
+        for formula in formulas:
+            self.of(formula)
+            for node in parts(formula):
+                number = self.known[node]
+                done[node] = by_number[number] if number in by_number else remade(node, done)
+                by_number[number] = done[node]
+        return [done[formula] for formula in formulas]
+
     def without(self, formulas: Sequence[Formula], hidden: Collection[int]) -> list[Formula]:
         """Return formulas with new names for their largest parts with these numbers, the same for the same number.
 

@@ -8,7 +8,7 @@ from trackable.checker.arithmetic.models import Model
 from trackable.checker.arithmetic.polynomials import is_positive
 from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.steps.enclosures import Box, Enclosures
-from trackable.checker.steps.flat import FlatNeeds
+from trackable.checker.steps.flat import FlatNeeds, FlatValues
 from trackable.checker.steps.quantities import Quantity
 from trackable.checker.subject import Subject
 from trackable.checker.watch import progress
@@ -52,11 +52,10 @@ def check_boxes(certificate: Certificate, quantities: list[Quantity], first_pass
 
 def _why_not(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> tuple[str, str] | None:
     """Return which quantity is not shown to stay inside its bounds in a box, and why; None where all do."""
+    values = FlatValues(needs, enclosures.terms)
     for q in quantities:
         try:
-            arguments = enclosures.arguments(q)
-            needs.require(q, arguments, enclosures.terms)
-            model = enclosures.enclose(q, arguments)
+            model = values.enclose(q, enclosures.arguments(q))
         except UndefinedError as undefined:
             return f"box: the {q.name} is not shown to be defined", f": {undefined}"
         if not stays_inside(model, q):

@@ -1,12 +1,10 @@
 """Step 2 of the proof, first half: Taylor models of the signals, and of the bounded quantities, in a box of time."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from trackable.checker.arithmetic.intervals import ZERO, Real, exactly, ratio
 from trackable.checker.arithmetic.models import Model, Models
-from trackable.checker.formulas.formula import evaluate
 from trackable.checker.steps.quantities import LinearCombination, Quantity
 from trackable.checker.subject import Signal, Subject, is_far
 from trackable.checker.watch import tick
@@ -32,10 +30,6 @@ class Enclosures:
     def arguments(self, q: Quantity) -> dict[str, Model]:
         """Enclose the arguments of a quantity."""
         return {name: self._combination(argument) for name, argument in q.arguments.items()}
-
-    def enclose(self, q: Quantity, arguments: Mapping[str, Model]) -> Model:
-        """Enclose a quantity. Raise UndefinedError where it may not be defined somewhere in the box."""
-        return evaluate(q.formula, arguments, Models(self.terms))
 
     def _combination(self, argument: LinearCombination) -> Model:
         found = Models(self.terms).number(argument.offset)

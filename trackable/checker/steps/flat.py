@@ -4,15 +4,15 @@ And step 5 of the proof for its formulas: their rounding errors depend on where 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from trackable.checker.arithmetic.domains import UndefinedError
-from trackable.checker.arithmetic.intervals import UNIT, ZERO, Real, at_most, exactly, ratio
+from trackable.checker.arithmetic.intervals import UNIT, ZERO, Real, at_most, exactly, ratio, total
 from trackable.checker.arithmetic.models import Model, Models
 from trackable.checker.certificate import Certificate
-from trackable.checker.formulas.formula import evaluate, text
+from trackable.checker.formulas.formula import Formula, evaluate, text
 from trackable.checker.formulas.tracked import Tracked, TrackedFormulas
-from trackable.checker.steps.quantities import Quantity
+from trackable.checker.steps.quantities import ITSELF, Quantity
 from trackable.checker.steps.rounding import TINY, errors_of_arguments
 
 _LONGEST = 200
@@ -20,37 +20,64 @@ _LONGEST = 200
 
 @dataclass(frozen=True)
 class FlatNeeds:
-    """What the quantities of a certificate need: errors of their arguments by name, and the roundings of a row."""
+    """What the quantities of a certificate need: rounding errors of shifted signals by name, and roundings of a row."""
 
     stated: Mapping[str, float]
-    of_arguments: Mapping[str, Mapping[str, Real]]
+    of_arguments: Mapping[str, Real]
     roundings: int
 
     @classmethod
     def of(cls, certificate: Certificate, quantities: list[Quantity]) -> "FlatNeeds":
         """Return what these quantities need; nothing where none is of a flat form."""
         system = certificate.subject.system
-        flat = [q for q in quantities if q.is_flat]
-        errors = {q.name: found for q, found in zip(flat, errors_of_arguments(certificate, flat), strict=True)}
+        arguments = {
+            name: argument
+            for q in quantities
+            if q.is_flat or q.needs
+            for name, argument in q.arguments.items()
+            if name != ITSELF
+        }
+        errors = errors_of_arguments(certificate, arguments)
         return cls(certificate.errors, errors, len(system.states) + len(system.inputs) + 2)
 
-    def require(self, q: Quantity, arguments: Mapping[str, Model], terms: int) -> None:
-        """Raise UndefinedError where a need of a quantity may fail, or its rounding may exceed what is stated."""
+
+@dataclass(frozen=True)
+class FlatValues:
+    """Values of the formulas of a flat form for some values of the shifted signals: each part is computed once."""
+
+    needs: FlatNeeds
+    terms: int
+    known: dict[Formula, Tracked] = field(default_factory=dict)
+
+    def enclose(self, q: Quantity, arguments: Mapping[str, Model]) -> Model:
+        """Enclose a quantity. `arguments` are the same for all quantities that have them.
+
+        Raise UndefinedError where a need of the quantity may fail, or its rounding may exceed what is stated.
+        """
+        errors = self.needs.of_arguments
+        tracked = {name: Tracked(model, errors[name]) for name, model in arguments.items() if name in errors}
         for need in q.needs:
-            span = evaluate(need.formula, arguments, Models(terms)).span
+            span = self._of(need.formula, tracked).model.span
             if not (span.a > 0 or (need.may_be_negative and span.b < 0)):
                 what = "may be zero" if need.may_be_negative else "may not be positive"
                 raise UndefinedError(f"{text(need.formula)[:_LONGEST]} {what}")
-        if q.is_flat and not at_most(self._error(q, arguments, terms), self.stated[q.name]):
-            raise UndefinedError(f"it can be off by more than {self.stated[q.name]!r} in float64")
+        if not q.is_flat:
+            return evaluate(q.formula, arguments, Models(self.terms))
+        parts = [(ratio(r), self._of(part, tracked)) for r, part in q.parts]
+        if not at_most(self._error(parts), stated := self.needs.stated[q.name]):
+            raise UndefinedError(f"it can be off by more than {stated!r} in float64")
+        found = Models(self.terms).number(ZERO)
+        for r, part in parts:
+            found += part.model.times(r)
+        return found
 
-    def _error(self, q: Quantity, arguments: Mapping[str, Model], terms: int) -> Real:
-        values = {name: Tracked(model, self.of_arguments[q.name][name]) for name, model in arguments.items()}
-        error, size = ZERO, ZERO
-        for r, part in q.parts:
-            found = evaluate(part, values, TrackedFormulas(terms))
-            error, size = error + abs(ratio(r)) * found.error, size + abs(ratio(r)) * abs(found.computed)
-        return exactly(1.01) * (error + self.roundings * UNIT * size) + TINY
+    def _of(self, formula: Formula, values: Mapping[str, Tracked]) -> Tracked:
+        return evaluate(formula, values, TrackedFormulas(self.terms), self.known)
+
+    def _error(self, parts: list[tuple[Real, Tracked]]) -> Real:
+        error = total(abs(r) * part.error for r, part in parts)
+        size = total(abs(r) * abs(part.computed) for r, part in parts)
+        return exactly(1.01) * (error + self.needs.roundings * UNIT * size) + TINY
 
 
 def constants(values: Mapping[str, Real], terms: int) -> dict[str, Model]:

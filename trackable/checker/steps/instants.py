@@ -5,7 +5,7 @@ from trackable.checker.arithmetic.intervals import SIGN, Real, at_most, ratio
 from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.values import Intervals
-from trackable.checker.steps.flat import FlatNeeds, constants
+from trackable.checker.steps.flat import FlatNeeds, FlatValues, constants
 from trackable.checker.steps.quantities import LinearCombination, Quantity
 from trackable.checker.subject import Signal, Subject, is_far
 from trackable.checker.watch import progress, tick
@@ -19,10 +19,11 @@ def check_instants(certificate: Certificate, quantities: list[Quantity]) -> str 
     needs = FlatNeeds.of(certificate, quantities)
     for k in range(claim.last_step + 1):
         progress(k, claim.last_step + 1)
+        values = FlatValues(needs, 1)
         for q in quantities:
             try:
                 arguments = arguments_at(subject, q, k * subject.step)
-                needs.require(q, constants(arguments, 1), 1)
+                _ = values.enclose(q, constants(arguments, 1))
                 value = evaluate(q.formula, arguments, Intervals())
             except UndefinedError as undefined:
                 return f"instants: the {q.name} is not shown to be defined at step {k}: {undefined}"

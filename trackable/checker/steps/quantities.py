@@ -8,6 +8,7 @@ from trackable.checker.arithmetic.intervals import Real, exact_sum, exactly, rat
 from trackable.checker.formulas.affine import inputs_of
 from trackable.checker.formulas.formula import Formula, Name, Number, Operation, names
 from trackable.checker.identities.flatness import Need, needs
+from trackable.checker.identities.shapes import Shapes
 from trackable.checker.subject import (
     Bound,
     FlatForm,
@@ -93,7 +94,11 @@ def _of_flat_form(
         for s in range(len(subject.signals))
         for j in range(flat.last_shift + 2)
     }
-    formulas = dict(zip((*system.states, *system.inputs), (*flat.states, *flat.inputs), strict=True))
+    needed = needs(system, flat)
+    own = (*flat.states, *flat.inputs)
+    shared = Shapes().shared([*own, *(need.formula for need in needed)])
+    needed = [replace(need, formula=formula) for need, formula in zip(needed, shared[len(own) :], strict=True)]
+    formulas = dict(zip((*system.states, *system.inputs), shared[: len(own)], strict=True))
     found: list[Quantity] = []
     for bound in subject.bounds:
         names_of = system.states if bound.of == "state" else system.inputs
@@ -108,10 +113,13 @@ def _of_flat_form(
         else:
             made = _of_formulas(subject, bound, errors[bound.name], formulas, known)
             found.append(replace(made, is_flat=True))
-    needed = tuple(needs(system, flat))
     held = {name for need in needed for name in names(need.formula)}
     more = {name: argument for name, argument in known.items() if name in held}
-    return [*found[:-1], replace(found[-1], needs=needed, arguments={**more, **found[-1].arguments})] if found else []
+    return (
+        [*found[:-1], replace(found[-1], needs=tuple(needed), arguments={**more, **found[-1].arguments})]
+        if found
+        else []
+    )
 
 
 def _shifted(subject: Subject, flat: FlatForm, s: int, j: int) -> Functional:

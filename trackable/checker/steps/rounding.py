@@ -1,5 +1,7 @@
 """Step 5 of the proof: the rounding errors of float64 evaluation are at most the stated errors."""
 
+from collections.abc import Mapping
+
 from trackable.checker.arithmetic.domains import UndefinedError
 from trackable.checker.arithmetic.intervals import (
     SIGN,
@@ -41,14 +43,11 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     return None
 
 
-def errors_of_arguments(certificate: Certificate, quantities: list[Quantity]) -> list[dict[str, Real]]:
-    """Return the rounding error of each argument of each quantity, by name."""
-    of_signals = [_signal_error(certificate, signal) for signal in certificate.subject.signals if quantities]
+def errors_of_arguments(certificate: Certificate, arguments: Mapping[str, LinearCombination]) -> dict[str, Real]:
+    """Return the rounding error of each argument, by name."""
     subject = certificate.subject
-    return [
-        {name: _combination(subject, argument, of_signals).error for name, argument in q.arguments.items()}
-        for q in quantities
-    ]
+    of_signals = [_signal_error(certificate, signal) for signal in subject.signals if arguments]
+    return {name: _combination(subject, argument, of_signals).error for name, argument in arguments.items()}
 
 
 def _error(subject: Subject, q: Quantity, of_signals: list[Rounded]) -> Real:

@@ -21,7 +21,7 @@ from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.slopes import Sloped, SlopedFormulas
 from trackable.checker.formulas.values import Intervals
 from trackable.checker.kernels.base import Decay
-from trackable.checker.steps.flat import FlatNeeds, constants
+from trackable.checker.steps.flat import FlatNeeds, FlatValues, constants
 from trackable.checker.steps.quantities import ITSELF, LinearCombination, Quantity
 from trackable.checker.subject import Signal, is_far
 
@@ -66,7 +66,7 @@ def _limits(needs: FlatNeeds, q: Quantity, envelopes: list[Decay], step: Real) -
     }
     at_rest = {name: argument.offset for name, argument in q.arguments.items()}
     inside = {name: around(value, reaches[name]) for name, value in at_rest.items()}
-    needs.require(q, constants(inside, 1), 1)
+    _ = FlatValues(needs, 1).enclose(q, constants(inside, 1))
     if q.combination is not None:
         return q.combination.offset, reaches[ITSELF]
     slopes = _slopes(q, inside, len(envelopes))
