@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from pipeline.experiments import Experiment
@@ -12,6 +12,8 @@ from pipeline.published.ground_truth import GroundTruth
 from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
 from trackable.gp.joint import JointPrior
+from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackable.learning.search import best_solution
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,11 +21,13 @@ class Problem:
     """Samples, a system, its sets and a claim, as an experiment has them.
 
     `continuous` are A and B of ẋ = A x + B u where the system is one that is sampled: rivals that know no sampled
-    systems take it. A problem of a `family` has its place there on the abscissa `tightness`.
+    systems take it. Likelihoods are maximised by `search`. A problem of a `family` has its place there on the abscissa
+    `tightness`.
     """
 
     experiment: Experiment
     continuous: tuple[Array, Array] | None = None
+    search: Callable[[ConstrainedProblem], Solution | NoSolution] = best_solution
     family: str = ""
     tightness: float | None = None
 
@@ -41,6 +45,23 @@ class Problem:
     def task(self) -> Task:
         """What the methods of this project learn from."""
         return self.experiment.task(self.sampled.samples)
+
+    @cached_property
+    def likeliest(self) -> Solution:
+        """The minima of the negative log likelihood, without bounds: what a user has before there are any.
+
+        ArithmeticError: no minimum is found.
+        """
+        found = self.search(ConstrainedProblem(self.task.samples, self.task.prior, self.task.space))
+        if not isinstance(found, Solution):
+            raise ArithmeticError(found.explanation)
+        return found
+
+    def forgotten(self) -> "Problem":
+        """Return the same problem with nothing learned: each rival's time contains what it needs."""
+        fresh = replace(self)
+        fresh.__dict__.update(sampled=self.sampled, task=self.task)
+        return fresh
 
     @property
     def window(self) -> tuple[float, float]:
@@ -84,6 +105,13 @@ class Curve(ABC):
     @abstractmethod
     def violation(self, window: tuple[float, float]) -> Violation:
         """Return the largest violation in the window [s]."""
+
+    @abstractmethod
+    def violation_seen(self, window: tuple[float, float]) -> Violation:
+        """Return the largest violation at the times that float64 finds worst: `least` is certain, `most` is not sought.
+
+        It takes a small part of the time that `violation` takes, and is never larger.
+        """
 
 
 @dataclass(frozen=True)

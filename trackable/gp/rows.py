@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 import numpy.typing as npt
-import scipy
 
 from trackable.arrays import Array
 
@@ -44,8 +44,20 @@ class Terms:
 
     def summed(self, values: Array, count: int) -> Array:
         """Return L_a v for each of `count` rows, from values v (P, …) at the `times`: shape (count, …)."""
-        entries = self.weights, (self.of_row, np.arange(len(self.times)))
-        return np.asarray(scipy.sparse.csr_array(entries, shape=(count, len(self.times))) @ values)
+        values = np.asarray(values, dtype=float)
+        total = np.zeros((count, *values.shape[1:]))
+        for terms in self._turns:
+            weights = self.weights[terms].reshape(-1, *[1] * (values.ndim - 1))
+            total[self.of_row[terms]] += weights * values[terms]
+        return total
+
+    @cached_property
+    def _turns(self) -> tuple[npt.NDArray[np.intp], ...]:
+        """The indices of the first term of each row, of the second, and so on: rows have few, and there are many."""
+        order = np.argsort(self.of_row, kind="stable")
+        rows = self.of_row[order]
+        turn = np.arange(len(rows)) - np.searchsorted(rows, rows)
+        return tuple(order[turn == k] for k in range(int(np.max(turn, initial=-1)) + 1))
 
     def first_times(self, count: int) -> Array:
         """Return the earliest time [s] of each row, shape (count,); zero for rows without terms."""

@@ -48,7 +48,7 @@ def solve(problem: Problem, count: int | None = None) -> Answer:
     trajectory = planned.ReconstructTrajectory(result)
     breaks = np.unique(np.clip(np.array(basis.knots()) * (end - start), start, end))
     positions = [interpolated(lambda t, c=c: float(trajectory.value(t)[c, 0]), breaks, _ORDER - 1) for c in range(m)]
-    curve = moving(positions, problem, start, end)
+    curve = moving(positions, problem)
     objective = float(result.get_optimal_cost())
     says = f"{count} control points of order {_ORDER}, solved by {result.get_solver_id().name()}"
     return Found(curve, objective, "Σ (y − q)², scaled", None, says=says, last=end)

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
-from benchmarks.rivals.adapters.rows import POINTS, Grid, likeliest
+from benchmarks.rivals.adapters.rows import POINTS, Grid
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackable.gp.bounded.root import root
@@ -21,7 +21,7 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     grid = Grid.of(problem, points)
     if grid is None:
         return NotFound("does not apply", "the program is not convex: an input is no weighted sum of the signal")
-    posterior = likeliest(problem)
+    posterior = problem.likeliest.posterior
     given = RowPosterior(posterior, grid.rows)
     F = scipy.sparse.csr_array(root(given.covariance))
     r = F.shape[1]

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals.adapters.rows import POINTS, likeliest
+from benchmarks.rivals.adapters.rows import POINTS
 from benchmarks.rivals.judge.moving import interpolated, is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackable.arrays import Array
@@ -45,7 +45,7 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
     breaks = np.linspace(start, end, _PIECES + 1)
     positions = [interpolated(_position(trajectory, c, start), breaks, _DEGREE) for c in range(m)]
     says = "from the first state to rest; it takes no samples"
-    curve = moving(positions, problem, start, end)
+    curve = moving(positions, problem)
     return Found(curve, None, "", points, says=says, ignores_samples=True, last=end)
 
 
@@ -81,7 +81,7 @@ def _ends(problem: Problem) -> tuple[float, float]:
 def _state(problem: Problem, t: float) -> Array:
     """Return the state of the likeliest mean, or the same at rest where it is out of bounds."""
     task = problem.task
-    found = Reference(likeliest(problem).signals, task.plant).state_at(np.array(t))
+    found = Reference(problem.likeliest.posterior.signals, task.plant).state_at(np.array(t))
     H, h = task.plant.state_set.inequalities
     return found if np.all(H @ found < h) else found * (np.arange(len(found)) < task.plant.signal_count)
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from benchmarks.rivals.adapters.rows import likeliest
 from benchmarks.rivals.judge.steps import StepCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackable.arrays import Array
@@ -19,7 +18,8 @@ from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
-_AHEAD = 300  # steps: loops settle before
+_AHEAD = 300  # steps at most
+_SETTLED = 1e-12  # of an error: later steps bound the command alone
 _INSIDE = 1e-9  # of each width: for rounding
 _UNSEEN = 1e-6
 _EFFORTS = (1e-6, 1e-3, 1e-2, 1e-1)  # weights of the input
@@ -57,10 +57,13 @@ class _Loop:
         inside = _INSIDE * np.concatenate([np.tile(w, 2) for w in widths])
         closed, rows, commands, power = system.A + system.B @ gain, [], [], np.eye(n)
         for _ in range(_AHEAD):
+            power = power * (np.max(np.abs(power)) > _SETTLED)
             rows += [H @ power, G @ gain @ power]
             commands += [H @ rest, G @ input_rest]
+            if not np.any(power):
+                break
             power = closed @ power
-        limits = np.tile(np.concatenate([h, g]) - inside, _AHEAD)
+        limits = np.tile(np.concatenate([h, g]) - inside, len(rows) // 2)
         return cls(plant, gain, rest, input_rest, np.vstack(rows), np.vstack(commands), limits)
 
     def share(self, x: Array, v: Array, wanted: Array) -> float:
@@ -89,7 +92,7 @@ def solve(problem: Problem) -> Answer:
     names = problem.sampled.names
     if any(name not in plant.system.states for name in names):
         return NotFound("does not apply", "samples show no state")
-    reference = Reference(likeliest(problem).signals, plant)
+    reference = Reference(problem.likeliest.posterior.signals, plant)
     steps = np.arange(round(problem.window[1] / plant.sampling_time) + 1)
     wanted = np.stack([signal(steps * plant.sampling_time) for signal in reference.signals], axis=1)
     shown = tuple(plant.system.states.index(name) for name in names)

@@ -1,7 +1,6 @@
 """Bounded quantities at many times, as rows of one finite program: what rivals (b), (c) and (d) have in common."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -10,8 +9,6 @@ from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.row_kernel import row_kernel
 from trackable.gp.rows import Rows, Terms
-from trackable.learning.problem import ConstrainedProblem, Solution
-from trackable.learning.search import best_solution
 from trackable.systems.flat.functional import Functional
 
 POINTS = 200
@@ -70,16 +67,3 @@ def prior_covariance(posterior: JointPosterior, rows: Rows) -> Array:
     pairs = zip(posterior.prior.parts, rows.terms, strict=True)
     each = (row_kernel(part.kernel, terms, len(rows)).among() for part, terms in pairs)
     return np.asarray(sum(each, np.zeros((len(rows), len(rows)))))
-
-
-@lru_cache(4)
-def likeliest(problem: Problem) -> JointPosterior:
-    """Return the posterior at the hyperparameters of the largest likelihood: what a user has before there are bounds.
-
-    It is remembered for the last problems; whoever measures times forgets it first. ArithmeticError: there is none.
-    """
-    task = problem.task
-    found = best_solution(ConstrainedProblem(task.samples, task.prior, task.space))
-    if not isinstance(found, Solution):
-        raise ArithmeticError(found.explanation)
-    return found.posterior

@@ -62,7 +62,7 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     if isinstance(found, Unsolved):
         return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
     signals = [_pieces(knots, c) for c in np.split(found.x, plant.signal_count)]
-    curve = of_flat_outputs(signals, [s.stencil for s in task.samples], plant, problem.window[1])
+    curve = of_flat_outputs(signals, [s.stencil for s in task.samples], plant)
     objective = found.objective + sum(float(np.sum((s.values - s.stencil.offset) ** 2)) for s in task.samples)
     says = f"λ = {', '.join(f'{smoothing:.2g}' for smoothing in smoothings)} by cross-validation"
     return Found(curve, objective, "Σ (y − s)² + λ ∫ s″²", points, says=says)
@@ -89,15 +89,24 @@ def _bending(knots: Array, inner: Array) -> Array:
 
 
 def _cross_validated(S: Array, y: Array, bending: Array, smoothings: Array) -> float:
-    """Return the λ of the least n RSS/(n − tr)²; a tiny ridge makes the influence matrix unique."""
-    n, best = len(y), (np.inf, float(smoothings[0]))
-    ridge = 1e-12 * np.trace(S.T @ S) / S.shape[1] * np.eye(S.shape[1])
-    for smoothing in smoothings:
-        influence = S @ np.linalg.lstsq(S.T @ S + smoothing * bending + ridge, S.T)[0]
-        free = n - float(np.trace(influence))
+    """Return the λ of the least n RSS/(n − tr)².
+
+    One factorisation serves all λ: with A = SᵀS + μB and SᵀS v = d A v, SᵀS + λB has the eigenvalues
+    (1 − λ/μ) d + λ/μ. A tiny ridge makes A definite.
+    """
+    n, best, middle = len(y), (np.inf, float(smoothings[0])), float(np.sqrt(smoothings[0] * smoothings[-1]))
+    seen = S.T @ S
+    ridge = 1e-12 * np.trace(seen) / len(seen) * np.eye(len(seen))
+    d, V = scipy.linalg.eigh(seen, seen + middle * bending + ridge)
+    shown = S @ V
+    along, d = shown.T @ y, np.clip(d, 0.0, 1.0)
+    for smoothing in smoothings.tolist():
+        part = smoothing / middle
+        kept = 1 / ((1 - part) * d + part)
+        free = n - float(kept @ d)
         if free > 1e-6 * n:
-            score = n * float(np.sum((y - influence @ y) ** 2)) / free**2
-            best = min(best, (score, float(smoothing)))
+            score = n * float(np.sum((y - shown @ (kept * along)) ** 2)) / free**2
+            best = min(best, (score, smoothing))
     return best[1]
 
 

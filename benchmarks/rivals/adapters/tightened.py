@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
-from benchmarks.rivals.adapters.rows import POINTS, Grid, likeliest, prior_covariance, rows_of, sample_rows
+from benchmarks.rivals.adapters.rows import POINTS, Grid, prior_covariance, rows_of, sample_rows
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackable.arrays import Array
@@ -32,7 +32,7 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     grid = Grid.of(problem, points)
     if grid is None:
         return NotFound("does not apply", "is for weighted sums of the signal; an input is none")
-    posterior, seen = likeliest(problem), sample_rows(problem)
+    posterior, seen = problem.likeliest.posterior, sample_rows(problem)
     rows = Rows.joined([seen, grid.rows], problem.task.plant.signal_count)
     F = root(prior_covariance(posterior, rows))
     n, r = len(seen), F.shape[1]

@@ -4,7 +4,6 @@ import logging
 
 import numpy as np
 
-from benchmarks.rivals.adapters.rows import likeliest
 from benchmarks.rivals.judge.moving import interpolated, is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackable.arrays import Array
@@ -26,7 +25,7 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
     first = max(float(samples.times[0]) for samples in task.samples)
     last = max(float(samples.times[-1]) for samples in task.samples)
     at = np.linspace(first, last, points + 1)
-    posterior = likeliest(problem)
+    posterior = problem.likeliest.posterior
     learned = [
         samples.stencil.measured(signal, at) for signal, samples in zip(posterior.signals, task.samples, strict=True)
     ]
@@ -46,7 +45,7 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
         for c in range(task.plant.signal_count)
     ]
     took = float(times[-1])
-    curve = moving(positions, problem, 0.0, took)
+    curve = moving(positions, problem)
     says = f"the same path at other times: {took:.3g} s instead of {last - first:.3g} s"
     return Found(curve, took, "duration [s]", points, says=says, ignores_samples=True, last=took)
 

@@ -16,7 +16,6 @@ import numpy as np
 import scipy
 
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
-from benchmarks.rivals.adapters.rows import likeliest
 from benchmarks.rivals.judge.curves import of_flat_outputs
 from benchmarks.rivals.judge.polynomials import Pieces
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
@@ -89,7 +88,7 @@ def solve(problem: Problem, of: str) -> Answer:
         return NotFound("does not apply", "is for weighted sums of the signal; an input is none")
     if len(knots) > _MOST_KNOTS:
         return NotFound("does not apply", f"{len(knots)} knots, one for each sampling instant, are too many here")
-    posterior = likeliest(problem)
+    posterior = problem.likeliest.posterior
     parts = []
     for part in posterior.parts:
         seen, noise = _seen(part.samples, knots), float(part.prior.noise_std) * part.samples.relative_noise
@@ -113,7 +112,7 @@ def solve(problem: Problem, of: str) -> Answer:
     if isinstance(found, Unsolved):
         return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
     signals = [_hats(knots, values) for values in np.split(found, len(parts))]
-    curve = of_flat_outputs(signals, [s.stencil for s in task.samples], task.plant, problem.window[1])
+    curve = of_flat_outputs(signals, [s.stencil for s in task.samples], task.plant)
     says = f"{len(knots)} knots" + ("" if of == "mode" else f", {_DRAWS} draws")
     return Found(curve, None, "", len(knots), says=says)
 

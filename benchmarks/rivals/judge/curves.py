@@ -4,7 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from benchmarks.rivals.judge.polynomials import Pieces, combined, largest
+import numpy as np
+
+from benchmarks.rivals.judge.polynomials import Combination, Pieces, largest
 from benchmarks.rivals.model import Curve, Violation
 from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import float_above, float_below
@@ -24,7 +26,7 @@ class PolynomialCurve(Curve):
     """
 
     seen: tuple[Pieces, ...]
-    bounded: tuple[tuple[str, Interval, Pieces], ...]
+    bounded: tuple[tuple[str, Interval, Pieces | Combination], ...]
     stencils: tuple[Stencil, ...] = ()
 
     def sampled(self, signal: int, t: Array) -> Array:
@@ -38,6 +40,26 @@ class PolynomialCurve(Curve):
         mosts = [found.most for found in each]
         known = max(most for most in mosts if most is not None) if None not in mosts else None
         return Violation(worst.least, known, worst.quantity, worst.time)
+
+    def violation_seen(self, window: tuple[float, float]) -> Violation:
+        return max((_seen(name, bounds, p, window) for name, bounds, p in self.bounded), key=lambda found: found.least)
+
+
+def _seen(name: str, bounds: Interval, values: Pieces | Combination, window: tuple[float, float]) -> Violation:
+    """Return by how much the exact value at the worst of some times breaks its bounds, as a part of their width."""
+    time = _worst_time(bounds, values, window)
+    value = values.at(Fraction(time))
+    outside = max(value - Fraction(bounds.upper), Fraction(bounds.lower) - value, Fraction(0))
+    part = outside / (Fraction(bounds.upper) - Fraction(bounds.lower))
+    return Violation(float_below(rational(part)) if part else 0.0, None, name, time)
+
+
+def _worst_time(bounds: Interval, values: Pieces | Combination, window: tuple[float, float]) -> float:
+    """Return where the margin is smallest in float64: at breaks, or where a derivative is zero between them."""
+    inside = [t for t in values.as_scipy.derivative().roots(discontinuity=False, extrapolate=False) if np.isfinite(t)]
+    times = np.concatenate([window, values.as_scipy.x, inside])
+    times = times[(times >= window[0]) & (times <= window[1])]
+    return float(times[np.argmin(bounds.margin(values(times)))])
 
 
 def _violation(name: str, bounds: Interval, values: Pieces) -> Violation:
@@ -65,22 +87,22 @@ def _negative(values: Pieces) -> Pieces:
 
 
 def of_flat_outputs(
-    signals: Sequence[Pieces], stencils: Sequence[Stencil], plant: ConstrainedSystem, end: float
+    signals: Sequence[Pieces], stencils: Sequence[Stencil], plant: ConstrainedSystem
 ) -> PolynomialCurve:
-    """Return the curve of flat outputs that are piecewise polynomials, for a linear sampled system, from 0 to `end`.
+    """Return the curve of flat outputs that are piecewise polynomials, for a linear sampled system.
 
     ValueError: a quantity is no weighted sum of them.
     """
-    bounded = tuple((q.name, q.bounds, _quantity(q, signals, Fraction(end))) for q in plant.quantities)
+    bounded = tuple((q.name, q.bounds, _quantity(q, signals)) for q in plant.quantities)
     return PolynomialCurve(tuple(signals), bounded, tuple(stencils))
 
 
-def _quantity(quantity: Quantity, signals: Sequence[Pieces], end: Fraction) -> Pieces:
+def _quantity(quantity: Quantity, signals: Sequence[Pieces]) -> Combination:
     functional = quantity.functional
     if functional is None:
         raise ValueError(f"{quantity.name} is no weighted sum of flat outputs")
     step = Fraction(functional.sampling_time)
-    terms = [
+    shifted = tuple(
         (w, signals[c].shifted(j * step)) for c, row in enumerate(functional.weights) for j, w in enumerate(row) if w
-    ]
-    return combined(terms, functional.offset, Fraction(0), end)
+    )
+    return Combination(shifted, functional.offset)

@@ -48,6 +48,9 @@ class KernelCurve(Curve):
                 return Violation(found.least, most, found.quantity, found.time)
         return found
 
+    def violation_seen(self, window: tuple[float, float]) -> Violation:
+        return _worst(self.reference, window)
+
 
 def _worst(reference: Reference, window: tuple[float, float]) -> Violation:
     """Return the violation at the worst times that are seen in float64."""

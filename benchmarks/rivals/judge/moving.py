@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from benchmarks.rivals.judge.curves import PolynomialCurve
-from benchmarks.rivals.judge.polynomials import Pieces, combined
+from benchmarks.rivals.judge.polynomials import Combination, Pieces
 from benchmarks.rivals.model import Problem
 from trackable.arrays import Array
 
@@ -24,17 +24,16 @@ def is_driven_by_accelerations(problem: Problem) -> bool:
     return np.array_equal(A, np.block([[zero, one], [zero, zero]])) and np.array_equal(B, np.vstack([zero, one]))
 
 
-def moving(positions: Sequence[Pieces], problem: Problem, start: float, end: float) -> PolynomialCurve:
+def moving(positions: Sequence[Pieces], problem: Problem) -> PolynomialCurve:
     """Return the curve of these positions, with everything that is bounded."""
     speeds = [p.derivative() for p in positions]
     accelerations = [v.derivative() for v in speeds]
     of = {"state": [*positions, *speeds], "input": accelerations}
-    first, last = Fraction(start), Fraction(end)
     bounded = tuple(
         (
             limit.name,
             limit.bounds,
-            combined([(w, p) for w, p in zip(limit.row, of[limit.side], strict=True) if w], Fraction(0), first, last),
+            Combination(tuple((w, p) for w, p in zip(limit.row, of[limit.side], strict=True) if w)),
         )
         for limit in problem.task.plant.given_constraints
     )

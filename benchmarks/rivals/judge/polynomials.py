@@ -6,7 +6,7 @@ from fractions import Fraction
 from functools import cached_property
 from heapq import heappop, heappush
 from itertools import pairwise
-from math import comb
+from math import comb, factorial
 from typing import Self
 
 import numpy as np
@@ -55,6 +55,10 @@ class Pieces:
         breaks = (start, *inside, end)
         return type(self)(breaks, tuple(self._around(t) for t in breaks[:-1]))
 
+    def at(self, t: Fraction) -> Fraction:
+        """Return the exact value at t [s]."""
+        return self._around(t)[0]
+
     def _around(self, t: Fraction) -> Polynomial:
         """Return the polynomial that begins at t, about t."""
         i = int(np.clip(_place(self.breaks, t), 0, len(self.parts) - 1))
@@ -70,6 +74,36 @@ class Pieces:
         longest = max(map(len, self.parts))
         columns = [[float(a) for a in (*part, *[Fraction(0)] * (longest - len(part)))][::-1] for part in self.parts]
         return PPoly(np.array(columns).T, np.array([float(t) for t in self.breaks]))
+
+
+@dataclass(frozen=True, eq=False)
+class Combination:
+    """offset + Σ w p for the `terms` (w, p): its pieces, with all breaks of all p, are made where they are needed."""
+
+    terms: tuple[tuple[Fraction, Pieces], ...]
+    offset: Fraction = Fraction(0)
+
+    def within(self, start: Fraction, end: Fraction) -> Pieces:
+        """Return the pieces between two times [s], exactly."""
+        return combined(self.terms, self.offset, start, end)
+
+    def at(self, t: Fraction) -> Fraction:
+        """Return the exact value at t [s]."""
+        return sum((w * p.at(t) for w, p in self.terms), self.offset)
+
+    def __call__(self, t: Array) -> Array:
+        """Return values at t [s] in float64, shape of t."""
+        return np.asarray(sum((float(w) * p(t) for w, p in self.terms), np.full(np.shape(t), float(self.offset))))
+
+    @cached_property
+    def as_scipy(self) -> PPoly:
+        """The same between the first and the last break, up to rounding."""
+        given = [(float(w), p.as_scipy) for w, p in self.terms]
+        breaks = np.unique(np.concatenate([p.x for _, p in given]))
+        degree = max(len(p.c) for _, p in given) - 1
+        # Taylor coefficients at the breaks; at its own break a piece begins.
+        rows = [sum(w * p(breaks[:-1], k) / factorial(k) for w, p in given) for k in range(degree, -1, -1)]
+        return PPoly(np.array(rows) + float(self.offset) * (np.arange(degree, -1, -1) == 0)[:, None], breaks)
 
 
 def combined(terms: Iterable[tuple[Fraction, Pieces]], offset: Fraction, start: Fraction, end: Fraction) -> Pieces:

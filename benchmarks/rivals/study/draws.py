@@ -1,5 +1,6 @@
 """The runs: seeds × noise × tightness × samples for three systems, numbered from zero."""
 
+import math
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.rivals.model import Problem
+from benchmarks.rivals.study.learners import from_starts
 from pipeline.experiments import Experiment
 from pipeline.storage.yaml_file import validated
 
@@ -36,7 +38,7 @@ class Case:
 
 CASES = (
     Case("example 1", "setpoint_change", "state", 1.0, 60, (10, 6, 4), (0.05, 0.01, 0.003)),
-    Case("example 2", "two_harmonics", "state", 2.8, 400, (40, 20, 10), (2.0, 1.4, 1.2)),
+    Case("example 2", "two_harmonics", "state", 2.8, 320, (40, 20, 10), (2.0, 1.4, 1.2)),
     Case("two states", "docking_x", "position", 3.0, 120, (20, 12, 8), (0.95, 0.85, 0.75)),
 )
 COMBINATIONS = len(CASES) * len(_RELATIVE_NOISE) * 3 * 3
@@ -69,10 +71,7 @@ class Run:
     @property
     def problem(self) -> Problem:
         """The problem that every rival is given."""
-        return Problem(_experiment(self), continuous=_DOUBLE if self.case is CASES[2] else None)
-
-
-_DOUBLE = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])
+        return Problem(_experiment(self), search=from_starts)
 
 
 def _experiment(run: Run) -> Experiment:
@@ -104,9 +103,9 @@ def _example1(upper: float) -> dict[str, object]:
         "state_set": {"lower": [-2.0], "upper": [upper]},
         "input_set": {"lower": [-0.5], "upper": [0.5]},
         "kernel": {"type": "squared_exponential"},
-        "claim": "all_times",
+        "claim": {"window": [0.0, 1.2]},
         "search": {"starts": 4},
-        "verification": {"last_step": 200},
+        "verification": {"last_step": 120},
     }
 
 
@@ -115,10 +114,10 @@ def _example2(upper: float) -> dict[str, object]:
         "system": {"A": [[0.9]], "B": [[0.1]], "states": ["state"], "inputs": ["input"], "sampling_time": 0.01},
         "state_set": {"lower": [-2.0], "upper": [2.0]},
         "input_set": {"lower": [-3.0], "upper": [upper]},
-        "kernel": {"type": "periodic"},
+        "kernel": {"type": "periodic", "period": math.pi},
         "claim": "all_phases",
-        "search": {"starts": 8},
-        "verification": {"last_step": 400},
+        "search": {"starts": 4},
+        "verification": {"last_step": 320},
     }
 
 
@@ -135,9 +134,9 @@ def _two_states(upper: float) -> dict[str, object]:
         "state_set": {"lower": [-4.0, -upper], "upper": [0.05, upper]},
         "input_set": {"lower": [-1.0], "upper": [1.0]},
         "kernel": {"type": "squared_exponential"},
-        "claim": "all_times",
+        "claim": {"window": [0.0, 8.0]},
         "search": {"starts": 4},
-        "verification": {"last_step": 200},
+        "verification": {"last_step": 160},
     }
 
 

@@ -6,10 +6,10 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.rivals.adapters import fine_grid, governor, ours, splines, tightened, truncated
-from benchmarks.rivals.adapters.rows import likeliest
+from benchmarks.rivals.adapters import fine_grid, governor, splines, tightened, truncated
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, Problem
+from benchmarks.rivals.study import learners
 from benchmarks.rivals.study.draws import Run
 from trackable.systems.reference import Reference
 
@@ -19,7 +19,7 @@ _TIMES = 201
 
 
 def _unconstrained(problem: Problem) -> Answer:
-    posterior = likeliest(problem)
+    posterior = problem.likeliest.posterior
     return Found(KernelCurve(Reference(posterior.signals, problem.task.plant), problem.task.samples))
 
 
@@ -30,8 +30,8 @@ SOLVERS: dict[str, Callable[[Problem], Answer]] = {
     "hat functions, mode": partial(truncated.solve, of="mode"),
     "spline on 100": partial(splines.solve, points=_POINTS),
     "governor": governor.solve,
-    "ours, θ alone": ours.HYPERPARAMETERS.solve,
-    "ours, joint": ours.JOINT.solve,
+    "ours, θ alone": learners.solve_alone,
+    "ours, joint": learners.solve_jointly,
 }
 
 
@@ -77,7 +77,7 @@ def _outcome(run: Run, problem: Problem, name: str, answer: Answer, least: float
     times = np.linspace(0.0, float(samples.times[-1]), _TIMES)
     misfit = _rms(answer.curve.sampled(0, samples.times) - samples.values) / spread
     error = _rms(answer.curve.sampled(0, times) - truth(times)) / spread
-    violation = answer.curve.violation(problem.window).least
+    violation = answer.curve.violation_seen(problem.window).least
     limit = max(3 * (least if least is not None else misfit), run.noise * run.case.spread / spread, 0.1)
     collapsed = least is not None and misfit > limit
     return Outcome(run.index, name, "found", misfit, error, violation if violation > _SOLVED else 0.0, collapsed)

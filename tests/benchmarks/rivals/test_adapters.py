@@ -89,6 +89,28 @@ def test_the_bending_energy_is_that_of_quadrature():
     assert c @ splines._bending(knots, inner) @ c == pytest.approx(dense, rel=1e-6)
 
 
+def by_least_squares(S, y, bending, smoothings):
+    """The λ of the least generalised cross-validation, with a factorisation for each."""
+    scores = []
+    for smoothing in smoothings:
+        influence = S @ np.linalg.lstsq(S.T @ S + smoothing * bending, S.T)[0]
+        free = len(y) - np.trace(influence)
+        scores.append(np.sum((y - influence @ y) ** 2) / free**2 if free > 1e-6 * len(y) else np.inf)
+    return smoothings[np.argmin(scores)]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_one_factorisation_finds_the_smoothing_that_many_find(seed):
+    inner = np.linspace(0, 2, 9)
+    knots, rng = np.concatenate([[0.0] * 3, inner, [2.0] * 3]), np.random.default_rng(seed)
+    t = np.sort(rng.uniform(0, 2, 30))
+    S, y = splines._values(t, knots), np.sin(4 * t) + 0.1 * rng.standard_normal(30)
+    smoothings, bending = np.logspace(-8, 2, 41), splines._bending(knots, inner)
+    assert splines._cross_validated(S, y, bending, smoothings) == pytest.approx(
+        by_least_squares(S, y, bending, smoothings)
+    )
+
+
 def test_a_spline_with_bounds_on_a_grid_leaves_them_between_its_times():
     answer = splines.solve(problem("axis"), 50)
     assert isinstance(answer, Found)
@@ -109,6 +131,16 @@ def test_the_library_refutes_and_certifies_the_same_curves():
             assert isinstance(outcome, Counterexample)
             assert outcome.quantity == violation.quantity
             assert outcome.violation / 0.18 == pytest.approx(violation.least, rel=1e-3)
+
+
+@pytest.mark.parametrize("points", [30, 50])
+def test_the_violation_that_is_seen_is_the_largest_up_to_rounding(points):
+    of = problem("axis")
+    curve = splines.solve(of, points).curve
+    seen, largest = curve.violation_seen(of.window), curve.violation(of.window)
+    assert 0 < seen.least <= largest.most
+    assert seen.least == pytest.approx(largest.least, rel=1e-6)
+    assert seen.quantity == largest.quantity
 
 
 def test_a_governor_keeps_the_bounds_at_every_step_and_holds_the_command_back():

@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import PPoly
 
 from benchmarks.rivals.judge.curves import PolynomialCurve, of_flat_outputs
-from benchmarks.rivals.judge.polynomials import Pieces, bernstein, combined, halved, largest
+from benchmarks.rivals.judge.polynomials import Combination, Pieces, bernstein, combined, halved, largest
 from benchmarks.rivals.problems import problem
 from trackable.gp.stencil import POINT
 from trackable.systems.sets.interval import Interval
@@ -63,6 +63,16 @@ def test_combinations_of_shifted_pieces_have_the_values_of_their_terms():
     assert p.derivative()(t) == pytest.approx((p(t + 1e-6) - p(t - 1e-6)) / 2e-6, abs=1e-3)
 
 
+def test_a_combination_is_the_same_exactly_and_in_float64():
+    p, q = pieces(1), pieces(2)
+    of = Combination(((Fraction(2), p), (Fraction(-1, 3), q.shifted(Fraction(1, 8)))), Fraction(1))
+    exact = of.within(Fraction(1, 4), Fraction(3, 2))
+    for t in np.linspace(0.26, 1.49, 20).tolist():
+        assert of.at(Fraction(t)) == exact.at(Fraction(t))
+        assert float(of.at(Fraction(t))) == pytest.approx(of(np.array(t)), abs=1e-12)
+        assert of.as_scipy(t) == pytest.approx(of(np.array(t)), abs=1e-12)
+
+
 def test_a_curve_says_by_how_much_and_where_a_bound_is_broken():
     half = Pieces((Fraction(0), Fraction(1)), ((Fraction(0), Fraction(1), Fraction(-1)),))
     broken = PolynomialCurve((half,), (("x", Interval(-1.0, 0.125), half),)).violation((0.0, 1.0))
@@ -76,7 +86,7 @@ def test_a_curve_says_by_how_much_and_where_a_bound_is_broken():
 def test_flat_outputs_give_the_inputs_of_the_sampled_system():
     plant = problem("example1").task.plant
     ramp = Pieces((Fraction(0), Fraction(4)), ((Fraction(0), Fraction(1)),))
-    curve = of_flat_outputs([ramp], [POINT], plant, 3.0)
+    curve = of_flat_outputs([ramp], [POINT], plant)
     name, _, values = curve.bounded[1]
     t = np.linspace(0, 3, 7)
     assert name == "input"

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.rivals import figures, page, table
 from benchmarks.rivals.adapters import fine_grid, ours, tightened
-from benchmarks.rivals.adapters.rows import Grid, likeliest
+from benchmarks.rivals.adapters.rows import Grid
 from benchmarks.rivals.entries import RIVALS
 from benchmarks.rivals.judge.kernels import KernelCurve, widened
 from benchmarks.rivals.model import Found, NotFound, Promise, Rival
@@ -32,7 +32,7 @@ def on_a_dense_grid(curve, window):
 
 def test_the_violation_of_an_unconstrained_mean_is_what_dense_times_show():
     of = problem("example1")
-    posterior = likeliest(of)
+    posterior = of.likeliest.posterior
     curve = KernelCurve(Reference(posterior.signals, of.task.plant), of.task.samples)
     violation = curve.violation(of.window)
     dense = on_a_dense_grid(curve, of.window)
@@ -52,7 +52,7 @@ def test_a_fine_grid_leaves_a_violation_between_its_times_and_the_joint_referenc
 
 def test_the_fine_grid_has_the_minimum_that_the_dual_program_has():
     of = problem("example1")
-    answer, posterior, grid = found(fine_grid.solve), likeliest(of), Grid.of(of, 200)
+    answer, posterior, grid = found(fine_grid.solve), of.likeliest.posterior, Grid.of(of, 200)
     given = RowPosterior(posterior, grid.rows)
     rows = np.vstack([np.eye(len(grid.rows)), -np.eye(len(grid.rows))])
     demand = np.concatenate([grid.lower - given.mean, given.mean - grid.upper])
@@ -71,7 +71,7 @@ def test_cones_keep_the_bounds_between_their_times_and_cost_more_than_a_fine_gri
 
 def test_the_steepness_of_a_stationary_kernel_is_that_of_its_definition():
     of = problem("example1")
-    posterior, functional = likeliest(of), of.task.plant.quantities[0].functional
+    posterior, functional = of.likeliest.posterior, of.task.plant.quantities[0].functional
     kernel, half = posterior.prior.parts[0].kernel, 0.05
     assert tightened.steepness(posterior, functional, half) == pytest.approx(
         np.sqrt(2 * (kernel(np.zeros(())) - kernel(np.array(half)))), rel=1e-6
@@ -122,7 +122,7 @@ def test_figures_show_every_rival_that_was_measured():
 
 def test_wider_bounds_are_wider_by_the_part_that_was_asked_for():
     of = problem("vehicle")
-    reference = Reference(likeliest(of).signals, of.task.plant)
+    reference = Reference(of.likeliest.posterior.signals, of.task.plant)
     for before, after in zip(reference.quantities, widened(reference, 0.25).quantities, strict=True):
         assert after.bounds.lower == pytest.approx(before.bounds.lower - 0.25 * before.bounds.width)
         assert after.bounds.upper == pytest.approx(before.bounds.upper + 0.25 * before.bounds.width)

@@ -1,15 +1,18 @@
 import json
 from functools import partial
 
+import pytest
 from distributed import LocalCluster
 
 from benchmarks.rivals.page import STUDY
-from benchmarks.rivals.study import outcome
+from benchmarks.rivals.study import learners, outcome
 from benchmarks.rivals.study.__main__ import main
 from benchmarks.rivals.study.draws import CASES, COMBINATIONS, Run, combinations
 from benchmarks.rivals.study.outcome import Outcome, outcomes
 from benchmarks.rivals.study.run import collected, run
 from benchmarks.rivals.study.summary import page, read, summary
+from trackable.certificates.certified import learn_certified
+from trackable.learning.learner import HYPERPARAMETERS, JOINT
 
 
 def fake(index):
@@ -43,6 +46,14 @@ def test_a_run_asks_every_rival_and_ours_is_never_violated():
     assert 0 < found["grid of 100"].violation < 1e-3
     for name in ("cones around 100", "ours, θ alone", "ours, joint"):
         assert (found[name].answer, found[name].violation) == ("found", 0.0)
+
+
+def test_both_learners_find_what_the_library_finds_from_nothing():
+    of = Run.of(4).problem
+    task = of.task
+    for solve, learner in ((learners.solve_alone, HYPERPARAMETERS), (learners.solve_jointly, JOINT)):
+        whole = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, learner=learner)
+        assert solve(of).objective == pytest.approx(whole.solution.objective, rel=1e-6)
 
 
 def test_a_study_that_was_stopped_goes_on_where_it_was(tmp_path):

@@ -1,0 +1,88 @@
+"""Our two learners in a study: they start from what the other rivals of the run have found already.
+
+The likelihood's minima are known to all rivals of a run, and the joint search begins with the minimum over θ alone,
+which is a rival too. Nothing is sought twice; all else is the library's.
+"""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.model import Answer, Found, NotFound, Problem
+from trackable.certificates.certified import Certified, learn_certified
+from trackable.certificates.outcome import Counterexample, Unproved
+from trackable.gp.joint import JointPrior
+from trackable.learning.exchange import Exchange
+from trackable.learning.joint import learn as joint
+from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner
+from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackable.learning.screening import can_screen
+from trackable.learning.search import best_solution, better_solution
+
+Learned = Certified | NoSolution | Counterexample | Unproved
+
+
+def from_starts(problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Minimise from the starts of the search space together: where the period is known, there is one basin."""
+    exchange = Exchange(problem)
+    exchange.together(problem.space.start_points())
+    return exchange.outcome
+
+
+def solve_alone(problem: Problem) -> Answer:
+    """Learn θ, with a proof; the reference is a posterior mean."""
+    return _answer(problem, _alone(problem), "l(θ)")
+
+
+def solve_jointly(problem: Problem) -> Answer:
+    """Learn θ and the function, with a proof."""
+    alone = _alone(problem)
+    return _answer(problem, _learned(problem, jointly(problem.likeliest, alone)), "J = l + D")
+
+
+@lru_cache(2)
+def _alone(problem: Problem) -> Learned:
+    """Both learners of a run need it."""
+    return _learned(problem, hyperparameters(problem.task.prior, problem.likeliest))
+
+
+def hyperparameters(prior: JointPrior, free: Solution) -> Learner:
+    """Return the learner of hyperparameters; for a periodic prior it starts from the likelihood's minima."""
+    if not can_screen(prior):
+        return HYPERPARAMETERS
+
+    def solve(problem: ConstrainedProblem) -> Solution | NoSolution:
+        return better_solution(problem, free, np.inf) or best_solution(problem)
+
+    return replace(HYPERPARAMETERS, solve=solve, extended=lambda _, problem: solve(problem))
+
+
+def jointly(free: Solution, alone: Learned) -> Learner:
+    """Return the joint learner that starts from the likelihood's minimum and, where there is one, that over θ alone."""
+    known = alone.solution if isinstance(alone, Certified) else None
+    starts = [found.posterior.prior.log_hyperparameters for found in (free, known) if found is not None]
+
+    def solve(problem: ConstrainedProblem) -> Solution | NoSolution:
+        found = joint.learn_from(starts, problem)
+        if known is not None and not (isinstance(found, Solution) and found.objective <= known.objective):
+            return known
+        return found
+
+    return replace(JOINT, solve=solve, second_choice=None)
+
+
+def _learned(problem: Problem, learner: Learner) -> Learned:
+    task = problem.task
+    return learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, learner=learner)
+
+
+def _answer(problem: Problem, found: Learned, minimises: str) -> Answer:
+    if isinstance(found, NoSolution):
+        return NotFound("infeasible", found.explanation)
+    if not isinstance(found, Certified):
+        return NotFound("unproved", found.explanation)
+    curve, solution = KernelCurve(found.reference, problem.task.samples), found.solution
+    says = f"proved for {found.certificate.claim}"
+    return Found(curve, solution.objective, minimises, prior=solution.posterior.prior, says=says)
