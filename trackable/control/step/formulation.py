@@ -50,7 +50,7 @@ class Formulation:
         """Return the model of the errors from a reference's `window`, linearised along the `nominal` trajectory."""
         if self.is_linear:
             defects = reference_defects(self.plant.system, window)
-            return LocalModel(self._model, self._linear, defects)
+            return LocalModel(self._model, self.linear_optimum, defects)
         model = ErrorModel.along(self.plant.system, nominal)
         defects = linearisation_defects(model, self.plant.system, window, nominal)
         return LocalModel(model, self._without_bounds(model), defects)
@@ -98,7 +98,8 @@ class Formulation:
         return ErrorModel.along(self.plant.system, Window(np.zeros((N + 1, n)), np.zeros((N, m))))
 
     @cached_property
-    def _linear(self) -> LinearQuadratic:
+    def linear_optimum(self) -> LinearQuadratic:
+        """The optimum without bounds of a linear system, the same along every trajectory."""
         return self._without_bounds(self._model)
 
     def _without_bounds(self, model: ErrorModel) -> LinearQuadratic:

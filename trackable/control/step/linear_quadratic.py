@@ -27,10 +27,10 @@ class LinearQuadratic:
     def input_errors(self, unforced_errors: Array) -> Array:
         """Return the optimal v(0), …, v(N−1), shape (N, m), given the errors for v = 0, shape (N, n)."""
         N, _, m = self.model.B.shape
-        return np.asarray((self._gain @ unforced_errors.ravel()).reshape(N, m))
+        return np.asarray((self.gain @ unforced_errors.ravel()).reshape(N, m))
 
     @cached_property
-    def _gain(self) -> Array:
+    def gain(self) -> Array:
         """K in V = K f with f = Φ e(0) + Ψ d: the null-space method for the terminal constraint f(N) + Γ_N V = 0.
 
         V = −Γ_N⁺ f(N) + Z w with Γ_N Z = 0, and w minimises Vᵀ S V + 2 Vᵀ Γᵀ Q̄ f for S = Γᵀ Q̄ Γ + R̄.

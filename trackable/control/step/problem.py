@@ -20,7 +20,7 @@ rounding and by the solver's accuracy: without a tolerance feasibility would be 
 reference itself keeps its bounds without any tolerance.
 """
 
-_ROUNDING = 1e-12
+ROUNDING = 1e-12
 """A plan that violates a bound by no more than this part of a width counts as on it, as at rest on a bound."""
 
 _ULPS = 64 * np.finfo(float).eps
@@ -61,7 +61,7 @@ class StepProblem:
         unforced = self.model.error_model.unforced_errors(self.initial_error, self.model.defects)
         v = self.model.without_bounds.input_errors(unforced / scales.states) * scales.inputs
         plan = self.plan(v, Status.NO_ACTIVE_BOUND)
-        return plan if plan.slack >= -_ROUNDING else None
+        return plan if plan.slack >= -ROUNDING else None
 
     def solved(self) -> Plan | None:
         """Return the optimum with bounds, if the solver finds it."""

@@ -1,4 +1,4 @@
-"""The invariant set of the error in float64: half-spaces for one or two states, its summands for more."""
+"""The invariant set of the error in float64: half-spaces where it is a product of polygons, its summands elsewhere."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -36,28 +36,75 @@ class ErrorSet:
 
     def contains(self, e: Array) -> bool:
         """Whether an error (n,) is in Z, up to rounding."""
-        described = self.halfspaces if self.dimension <= 2 else self._facets
+        described = self.halfspaces or self._facets
         if described is None:
             return self._weights(e) is not None
         rows, sides = described
         return bool(np.all(rows @ e <= sides + _ROUNDING * np.max(sides, initial=0.0)))
 
     @cached_property
-    def halfspaces(self) -> tuple[Array, Array]:
-        """H (f, n) and h (f,) with Z = {e : H e ≤ h}, for one or two states. Rows have unit length."""
-        if self.dimension == 1:
-            rows = np.array([[1.0], [-1.0]])
-        else:
-            edges = np.array(list(self._edges())).reshape(-1, 2)
-            found = edges[:, ::-1] * [-1.0, 1.0] / np.linalg.norm(edges, axis=1, keepdims=True)
-            rows = np.vstack([found, -found]) if len(found) else np.vstack([np.eye(2), -np.eye(2)])
-            if len(found) and np.linalg.matrix_rank(found, tol=1e-9) < 2:  # a flat set has ends, too
-                rows = np.vstack([rows, rows[:1, ::-1] * [1, -1], rows[:1, ::-1] * [-1, 1]])
+    def blocks(self) -> tuple[list[int], ...]:
+        """Sets of coordinates that have nothing to do with each other: Z is the product of its projections on them."""
+        if len(self.hulls):
+            return (list(range(self.dimension)),)
+        used = (self.generators != 0).astype(int)
+        count, labels = scipy.sparse.csgraph.connected_components(used.T @ used, directed=False)
+        return tuple(np.flatnonzero(labels == block).tolist() for block in range(count))
+
+    @cached_property
+    def halfspaces(self) -> tuple[Array, Array] | None:
+        """H (f, n) and h (f,) with Z = {e : H e ≤ h}, where no block has more than two coordinates; None elsewhere.
+
+        Rows have unit length.
+        """
+        if max(map(len, self.blocks)) > 2:
+            return None
+        rows = np.vstack([self.normals(block) for block in self.blocks])
         return rows, self.support(rows)
 
+    def normals(self, block: list[int]) -> Array:
+        """Return the outward normals (f, n) of the sides of Z in one or two coordinates."""
+        sides = np.array([[1.0], [-1.0]])
+        if len(block) == 2:
+            edges = np.array([edge for edge in self._edges(block) if edge.any()]).reshape(-1, 2)
+            found = edges[:, ::-1] * [-1.0, 1.0] / np.linalg.norm(edges, axis=1, keepdims=True)
+            sides = np.vstack([found, -found]) if len(found) else np.vstack([np.eye(2), -np.eye(2)])
+            if len(found) and np.linalg.matrix_rank(found, tol=1e-9) < 2:  # a flat set has ends, too
+                sides = np.vstack([sides, sides[:1, ::-1] * [1, -1], sides[:1, ::-1] * [-1, 1]])
+        rows = np.zeros((len(sides), self.dimension))
+        rows[:, block] = sides
+        return rows
+
     def support(self, rows: Array) -> Array:
-        """Return h_Z(row) for rows (r, n): shape (r,)."""
-        return self.invariant.approximate_support(rows)
+        """Return h_Z(row) for rows (…, n): shape (…)."""
+        found = rows @ self.centre + np.abs(rows @ self.generators.T).sum(axis=-1)
+        for hull in self.hulls:
+            found = found + np.max(rows @ hull.T, axis=-1)
+        return np.asarray(found)
+
+    def farthest(self, row: Array) -> Array:
+        """Return a point (n,) of Z at which row · e is largest, up to rounding."""
+        found = self.centre + np.where(self.generators @ row >= 0, 1.0, -1.0) @ self.generators
+        if len(self.hulls):
+            found = found + self.hulls[np.arange(len(self.hulls)), np.argmax(self.hulls @ row, axis=1)].sum(axis=0)
+        return np.asarray(found)
+
+    def corners(self, block: list[int]) -> Array:
+        """Return all vertices (v, 1 or 2) of Z in one or two coordinates, in turn: each is between two normals."""
+        rows = self.normals(block)
+        if len(block) == 2:
+            angles = np.unique(np.arctan2(rows[:, block[1]], rows[:, block[0]]))
+            between = (angles + np.append(angles[1:], angles[0] + 2 * np.pi)) / 2
+            rows = np.zeros((len(between), self.dimension))
+            rows[:, block] = np.column_stack([np.cos(between), np.sin(between)])
+        return np.array([self.farthest(row)[block] for row in rows])
+
+    @cached_property
+    def extents(self) -> Array:
+        """How far Z reaches along each axis (n,), none of them zero."""
+        axes = np.eye(self.dimension)
+        reach = self.support(axes) + self.support(-axes)
+        return np.where(reach > 0, reach, 1.0)
 
     @cached_property
     def centre(self) -> Array:
@@ -95,7 +142,7 @@ class ErrorSet:
 
     @cached_property
     def _facets(self) -> tuple[Array, Array] | None:
-        """The same for more states: a facet of a zonotope is spanned by n − 1 of its generators. None for too many.
+        """The same for others: a facet of a zonotope is spanned by n − 1 of its generators. None for too many.
 
         None also for a flat set, which has no facets.
         """
@@ -111,16 +158,16 @@ class ErrorSet:
         rows = np.vstack([rows, -rows])
         return rows, self.support(rows)
 
-    def _edges(self) -> Iterator[Array]:
-        """Yield the directions of all edges of a polygon Z, which are those of its summands."""
+    def _edges(self, block: list[int]) -> Iterator[Array]:
+        """Yield the directions (2,) of all edges in two coordinates, which are those of the summands."""
         Z = self.invariant
         if isinstance(Z.disturbance, Zonotope):
-            yield from self.generators
+            yield from self.generators[:, block]
             return
         W, tail = Z.disturbance.vertex_matrix, np.diag(Z.box)
         edges = np.array([q - p for i, p in enumerate(W) for q in W[i + 1 :] if _is_edge(p, q, W)]).reshape(-1, 2)
         for i in range(Z.head + Z.terms):
-            yield from (edge for edge in (edges if i < Z.head else tail) if edge.any())
+            yield from edges if i < Z.head else tail
             edges, tail = edges @ Z.closed_loop.T, tail @ Z.closed_loop.T
 
     def _weights(self, e: Array) -> Array | None:

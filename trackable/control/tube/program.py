@@ -25,14 +25,14 @@ class Membership:
 
     @classmethod
     def of(cls, errors: ErrorSet, scales: Array) -> "Membership":
-        size = len(errors.halfspaces[0]) if errors.dimension <= 2 else errors.dimension
-        return cls(errors, scales, cp.Parameter(size))
+        sides = _sides(errors)
+        return cls(errors, scales, cp.Parameter(errors.dimension if sides is None else len(sides[0])))
 
     def constraints(self, start: cp.Expression) -> list[cp.Constraint]:
         """Return the constraints on the scaled e(0) (n,)."""
-        if self.errors.dimension <= 2:
-            rows = self.errors.halfspaces[0] * self.scales / self._units[:, None]
-            return [-rows @ start <= self.parameter]
+        if (sides := _sides(self.errors)) is not None:
+            rows = sides[0] * self.scales
+            return [-(rows / np.linalg.norm(rows, axis=1, keepdims=True)) @ start <= self.parameter]
         G = self.errors.generators.T / self.scales[:, None]
         weights = cp.Variable(G.shape[1])
         total, constraints = start + G @ weights, [weights <= 1, weights >= -1]
@@ -46,15 +46,11 @@ class Membership:
 
     def assign(self, off: Array) -> None:
         """Give the parameter its value for x − x_r = `off` (n,)."""
-        if self.errors.dimension <= 2:
-            rows, sides = self.errors.halfspaces
-            self.parameter.value = (sides - rows @ off) / self._units
+        if (sides := _sides(self.errors)) is not None:
+            rows, limits = sides
+            self.parameter.value = (limits - rows @ off) / np.linalg.norm(rows * self.scales, axis=1)
         else:
             self.parameter.value = (off - self.errors.centre) / self.scales
-
-    @property
-    def _units(self) -> Array:
-        return np.asarray(np.linalg.norm(self.errors.halfspaces[0] * self.scales, axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,3 +118,8 @@ class TubeProgram:
         if found is None:
             return None
         return np.asarray(found[self.variables.e.id])[0], np.asarray(found[self.variables.v.id])
+
+
+def _sides(errors: ErrorSet) -> tuple[Array, Array] | None:
+    """Return the half-spaces of a polygon or an interval; of more states its parts make a smaller program."""
+    return errors.halfspaces if errors.dimension <= 2 else None

@@ -1,0 +1,101 @@
+"""The point of the error set that is nearest to another one, for a quadratic distance."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from trackable.arrays import Array
+from trackable.control.tube.error_set import ErrorSet
+from trackable.control.tube.polygon import Polygon
+
+_GAP = 1e-9
+"""A point is nearest if no other is nearer by more than twice this part of the squared distance."""
+
+_DIRECTIONS, _BEGUN = 1000, 8
+_MOST_ROUNDS = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Nearest:
+    """argmin ‖root (e − d)‖ over d ∈ Z, for an invertible `root` (n, n): e itself where e ∈ Z.
+
+    Any other point found is a convex combination of vertices of Z, and so it is in Z, up to the rounding of a few sums.
+    """
+
+    errors: ErrorSet
+    root: Array
+
+    def __call__(self, e: Array) -> Array | None:
+        """Return d (n,); None where it is not found up to `_GAP`."""
+        return self._combined(e) if self.errors.halfspaces is None else self._by_blocks(e)
+
+    def normal(self, e: Array, nearest: Array) -> Array:
+        """Return rootᵀ root (e − d), shape (n,): no other point of Z is farther in this direction than d."""
+        return np.asarray(self.root.T @ (self.root @ (e - nearest)))
+
+    def _by_blocks(self, e: Array) -> Array | None:
+        """Return the nearest point of a product of polygons: in turn in the coordinates of each, the others held."""
+        d = e.copy()
+        for _ in range(_MOST_ROUNDS):
+            for polygon in self._polygons:
+                d[polygon.block] = polygon.nearest(e, d)
+            if len(self._polygons) == 1:
+                return d
+            normal = self.normal(e, d)
+            if self.errors.support(normal) - normal @ d <= _GAP * (normal @ (e - d)):
+                return d
+        return None
+
+    def _combined(self, e: Array) -> Array | None:
+        """Return the nearest point by the method of Wolfe, from those of many vertices that are nearest to e.
+
+        The nearest point of the convex hull of a few vertices is found; then the vertex that is farthest in the
+        direction from there to e joins them (Wolfe 1976: Finding the nearest point in a polytope, Mathematical
+        Programming 11). No point is nearer than the found one by more than that vertex tells.
+        """
+        if self.errors.contains(e):
+            return e
+        points, images, squares = self._vertices
+        aim = self.root @ e
+        begun = np.argpartition(squares - images @ (2 * aim), _BEGUN)[:_BEGUN]
+        points, off = points[begun], images[begun] - aim
+        unit = float(np.max(np.abs(off)))
+        for _ in range(_MOST_ROUNDS):
+            weights = _nearest_to_zero(off / unit)
+            used = weights > 0
+            points, off, weights = points[used], off[used], weights[used]
+            towards = -weights @ off
+            farthest = self.errors.farthest(self.root.T @ towards)
+            image = self.root @ farthest - aim
+            distance = towards @ towards
+            if towards @ image + distance <= _GAP * distance:
+                return np.asarray(weights @ points)
+            points, off = np.vstack([points, farthest]), np.vstack([off, image])
+        return None
+
+    @cached_property
+    def _polygons(self) -> tuple["Polygon", ...]:
+        return tuple(Polygon(self.errors, block, self.root) for block in self.errors.blocks)
+
+    @cached_property
+    def _vertices(self) -> tuple[Array, Array, Array]:
+        """Vertices of Z in many directions (the same for the same Z), their images, and the squares of these."""
+        rng = np.random.default_rng(0)
+        directions = rng.standard_normal((_DIRECTIONS, self.errors.dimension)) / self.errors.extents
+        points = np.array([self.errors.farthest(direction) for direction in directions])
+        images = points @ self.root.T
+        return points, images, np.einsum("ij,ij->i", images, images)
+
+
+def _nearest_to_zero(points: Array) -> Array:
+    """Return the weights (p,) of the point of a convex hull that is nearest to zero.
+
+    They are a multiple of the w ≥ 0 that minimise ‖Σ_i w_i points_i‖² + (1 − Σ_i w_i)².
+    """
+    rows = np.vstack([points.T, np.ones(len(points))])
+    aim = np.zeros(len(rows))
+    aim[-1] = 1.0
+    weights, _ = scipy.optimize.nnls(rows, aim)
+    return np.asarray(weights / np.sum(weights))
