@@ -9,7 +9,7 @@ import pytest
 from tests.trackable.checker.redundant import PLANE, in_the_plane
 from tests.trackable.control import instances, naive
 from trackable.control.controller import TOLERANCE, Controller
-from trackable.control.step.program import Program
+from trackable.control.convex.compiled import CompiledProgram
 from trackable.control.step.result import Infeasible, Plan, Status
 from trackable.control.step.variables import StepVariables
 from trackable.systems.constrained import ConstrainedSystem
@@ -176,7 +176,7 @@ def test_a_program_that_is_not_affine_in_its_parameters_is_refused():
     variables = StepVariables.of(PLANT, 3)
     twice = cp.sum_squares(variables.initial_error[0] * variables.defects[0, 0] * variables.v)
     with pytest.raises(ValueError, match="affine in its parameters"):
-        Program(variables, cp.Problem(cp.Minimize(twice)))
+        CompiledProgram(cp.Problem(cp.Minimize(twice)))
 
 
 def test_with_redundant_inputs_every_step_is_feasible_and_admissible():

@@ -6,8 +6,9 @@ import cvxpy as cp
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.control.convex.compiled import CompiledProgram
 from trackable.control.step.error_model import ErrorModel
-from trackable.control.step.program import optimal_values, squared
+from trackable.control.step.program import squared
 from trackable.control.step.scales import Scales
 from trackable.control.step.slack import Inequalities, Slack
 from trackable.control.step.variables import StepVariables
@@ -60,7 +61,7 @@ class TubeProgram:
     variables: StepVariables
     membership: Membership
     start_slack: cp.Parameter
-    problem: cp.Problem
+    compiled: CompiledProgram
 
     @classmethod
     def tracking(
@@ -102,7 +103,8 @@ class TubeProgram:
             given = Inequalities.of(plant.state_set)
             rows = given.rows * scales.states / given.widths[:, None]
             constraints.append(rows @ s.e[0] <= start_slack + widening * np.ones(start_slack.shape))
-        return cls(s, membership, start_slack, cp.Problem(cp.Minimize(cost), constraints))
+        problem = cp.Problem(cp.Minimize(cost), constraints)
+        return cls(s, membership, start_slack, CompiledProgram(problem))
 
     def solve(
         self, model: ErrorModel, off: Array, defects: Array, start_slack: Array, slack: Slack, end: Array
@@ -114,7 +116,7 @@ class TubeProgram:
         self.variables.assign(model, np.zeros_like(off), defects, slack, end)
         self.start_slack.value = start_slack
         self.membership.assign(off)
-        found = optimal_values(self.problem)
+        found = self.compiled.solve()
         if found is None:
             return None
         return np.asarray(found[self.variables.e.id])[0], np.asarray(found[self.variables.v.id])
