@@ -28,6 +28,11 @@ def kept_free(tightening: Tightening | None) -> str | None:
     return f"{tightening.margin:g} of each width is kept free at either bound"
 
 
+def condensed(fit: Fit) -> str | None:
+    """Return how many samples are learned from by fewer centres, and what that costs; None where all are used."""
+    return f"learned {'; '.join(map(str, fit.condensed))}" if fit.condensed else None
+
+
 def distances(fit: Fit) -> str:
     """Return how far the reference is from its samples, beside their noise and the unconstrained fit."""
     return "; ".join(_distance(misfit) for misfit in fit.misfits)

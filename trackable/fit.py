@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Self
 
@@ -10,6 +10,8 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.certificates.pinned import Pinned
+from trackable.condensed.cost import Condensation
+from trackable.files import LEFT_OUT
 from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPosterior, JointPrior
 from trackable.gp.prior import NOISE
@@ -34,7 +36,8 @@ _AT_EDGE = 1e-4  # of ln θ: an optimiser stops there where its bound holds it b
 class Misfit:
     """The samples called `name`, minus the reference (`off`) and minus the `unconstrained` fit, each of shape (n,).
 
-    `noise_std` is σ_n of the unconstrained fit, learned from the samples if `is_learned` holds.
+    `noise_std` is σ_n of the unconstrained fit, learned from the samples if `is_learned` holds. Where the samples stand
+    for more of them, sizes are those of all, each weighted by its relative noise.
     """
 
     name: str
@@ -47,12 +50,12 @@ class Misfit:
     @property
     def size(self) -> float:
         """The root mean square of `off`, in the unit of the samples."""
-        return _root_mean_square(self.off)
+        return self._size(self.off)
 
     @property
     def size_unconstrained(self) -> float:
         """The same of the unconstrained fit."""
-        return _root_mean_square(self.unconstrained)
+        return self._size(self.unconstrained)
 
     @property
     def in_noise(self) -> float:
@@ -76,8 +79,16 @@ class Misfit:
             _OF_SPREAD * self._weighted(about),
         )
 
+    def _size(self, values: Array) -> float:
+        if not self.samples.scatters:
+            return _root_mean_square(values)
+        w = self.samples.relative_noise**-2
+        return float(np.sqrt((w @ values**2 + self.samples.scatter.squares) / np.sum(w)))
+
     def _weighted(self, values: Array) -> float:
-        return _root_mean_square(values / self.samples.relative_noise)
+        scatter = self.samples.scatter
+        squares = float(np.sum((values / self.samples.relative_noise) ** 2)) + scatter.squares
+        return float(np.sqrt(squares / (len(values) + scatter.count)))
 
 
 @dataclass(frozen=True)
@@ -115,7 +126,7 @@ class Fit:
     `prior` has the learned hyperparameters, `unconstrained_prior` those of the least l that was found without bounds.
     `objective` is J = l + D; `moved` says whether the function was learned or its hyperparameters alone (then D = 0).
     `active_bounds` are those that hold the function back, with multipliers and prices. At some times the values of
-    states or inputs are `pinned`.
+    states or inputs are `pinned`. Of samples that stand for more of them, `condensed` says what that costs.
     """
 
     reference: Reference
@@ -126,10 +137,16 @@ class Fit:
     moved: Moved
     active_bounds: tuple[ActiveBound, ...]
     pinned: tuple[Pinned, ...]
+    condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
 
     @classmethod
     def of(
-        cls, reference: Reference, solution: Solution, unconstrained: JointPosterior, pinned: tuple[Pinned, ...]
+        cls,
+        reference: Reference,
+        solution: Solution,
+        unconstrained: JointPosterior,
+        pinned: tuple[Pinned, ...],
+        condensed: tuple[Condensation, ...] = (),
     ) -> Self:
         """Return the fit of a solution; of it and the `unconstrained` posterior, the one with smaller l is compared."""
         learned = solution.posterior
@@ -143,6 +160,7 @@ class Fit:
             solution.moved,
             solution.active_bounds,
             pinned,
+            condensed,
         )
 
     @cached_property

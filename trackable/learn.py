@@ -10,6 +10,8 @@ from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import Pinned, prove_pinned
 from trackable.certificates.robust import robust_of
+from trackable.condensed.asked import Centres, checked_centres, condensed_by_name, cost_of
+from trackable.condensed.cost import Condensation
 from trackable.doubts import doubts
 from trackable.errors import DoubtfulInputWarning
 from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored
@@ -56,6 +58,7 @@ def learn_reference(
     mean: Mean | Mapping[str, Mean] = 0.0,
     learn_from: Given | None = None,
     method: Moved = "joint",
+    centres: Centres = "auto",
     at: Waypoints | None = None,
     at_tolerance: float | Mapping[str, float] | None = None,
     disturbance: DisturbanceSet | None = None,
@@ -96,6 +99,12 @@ def learn_reference(
         the samples, and D is what the bounds cost. "hyperparameters": these alone, so that the posterior mean keeps the
         bounds, as in the paper. The `method` of what is returned says which was taken: the second also where "joint"
         finds no function with a smaller J.
+    centres
+        At most how many centres the reference has for the samples of each name. None: each sample is one. A whole
+        number: the time of the samples is divided into bins, and the samples in each are replaced by four that say the
+        same of every signal that is a cubic polynomial in each bin, noise included. "auto": of more than 2000 samples,
+        as few as lose nothing that all of them show. What is proved is the reference that is handed out; its
+        `explanation` says how many samples are learned by how many centres, and what that changes in l and in the mean.
     at
         Values of states and inputs, by name, that the reference has at times [s]: {0.0: {"position": -0.08, "velocity":
         0.0}} begins at a plant's present state, at rest. Only function and hyperparameters together can meet them.
@@ -147,19 +156,24 @@ def learn_reference(
     drawn_in = tightened(plant, disturbance, feedback, margin, measurement_noise)
     plant = drawn_in.plant if drawn_in else plant
     claim = claimed(claim)
-    learner, given = _learner(method), samples_by_name(samples, plant)
+    learner, given, centres = _learner(method), samples_by_name(samples, plant), checked_centres(centres)
     if at and method != "joint":
         raise ValueError('at: values at given times need method="joint": hyperparameters alone cannot meet them')
     if learn_from is not None and method != "joint":
         raise ValueError('learn_from: needs method="joint": with known hyperparameters, they alone cannot be learned')
     kinds = [tuple(shown) for shown in kinds_by_name(plant, given)]
-    names, seen = sampled_signals(plant, with_noise(given, kinds, noise_std))
+    every = with_noise(given, kinds, noise_std)
+    fewer = condensed_by_name(every, kinds, centres, noise_std)
+    names, seen = sampled_signals(plant, fewer)
     level, between = split_means(mean, names)
     believed = priors_by_name(names, kernel, noise_of_first(noise_std, kinds), level)
     shared = frozenset({"period"}) if claim == "all_phases" and len(names) > 1 else frozenset[str]()
     prior = prior_for(plant, believed, shared)
     if between or learn_from is not None:
-        of = seen if learn_from is None else same_states(learn_from, plant, kinds, noise_std)
+        of = seen
+        if learn_from is not None:
+            other = same_states(learn_from, plant, kinds, noise_std)
+            _, of = sampled_signals(plant, condensed_by_name(other, kinds, centres, noise_std))
         first = learned_beforehand(of, prior, levels(between, names, of), starts, keep=learn_from is not None)
         if not isinstance(first, Beforehand):
             raise NotTrackableError(first)
@@ -179,7 +193,8 @@ def learn_reference(
         proofs = prove_pinned(found.reference, pinned)
         if not isinstance(proofs, tuple):
             raise NotTrackableError(proofs)
-        fit = _fit(found, ConstrainedProblem(seen, prior, space), pinned)
+        cost = cost_of(plant, every, fewer, found.solution.posterior.prior)
+        fit = _fit(found, ConstrainedProblem(seen, prior, space), pinned, cost)
     certificate = replace(found.certificate, robust=robust_of(drawn_in))
     learned = TrackableReference(fit, certificate, proofs, drawn_in)
     if sentence := ignored(learned.fit):
@@ -195,11 +210,16 @@ def _learner(method: object) -> Learner:
     return _LEARNERS[method]
 
 
-def _fit(found: Certified, unconstrained: ConstrainedProblem, pinned: tuple[Pinned, ...]) -> Fit:
+def _fit(
+    found: Certified,
+    unconstrained: ConstrainedProblem,
+    pinned: tuple[Pinned, ...],
+    cost: tuple[Condensation, ...],
+) -> Fit:
     """Return the fit, beside the solution of the unconstrained problem, which most learners know already."""
     solution = found.solution
     if solution.unconstrained is not None:
-        return Fit.of(found.reference, solution, solution.unconstrained, pinned)
+        return Fit.of(found.reference, solution, solution.unconstrained, pinned, cost)
     free = best_solution(unconstrained)
     least = free.posterior if isinstance(free, Solution) else solution.posterior
-    return Fit.of(found.reference, solution, least, pinned)
+    return Fit.of(found.reference, solution, least, pinned, cost)

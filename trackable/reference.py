@@ -10,7 +10,7 @@ from trackable.arguments import real, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.rounding.references import LATEST
-from trackable.explanation import at_edges, costs, distances, ignored, kept_free
+from trackable.explanation import at_edges, condensed, costs, distances, ignored, kept_free
 from trackable.files import path_of
 from trackable.fit import Fit
 from trackable.gp.joint import JointPrior
@@ -46,7 +46,7 @@ class TrackableReference(ProvedReference):
 
     @property
     def samples(self) -> tuple[Samples, ...]:
-        """The samples of the flat outputs."""
+        """The samples of the flat outputs: where they were too many, the fewer ones that stand for them."""
         return self.fit.samples
 
     @property
@@ -149,6 +149,7 @@ class TrackableReference(ProvedReference):
             proved,
             kept_free(self.tightening),
             *map(str, fit.pinned),
+            condensed(fit),
             distances(fit),
             costs(fit),
             at_edges(fit),

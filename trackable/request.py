@@ -19,7 +19,7 @@ from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.disturbance.tightening import Tightening, tightening
 from trackable.systems.frames import Column, Frame, is_column, is_frame, samples_of_column, samples_of_frame
 from trackable.systems.quantity import Quantity
-from trackable.systems.sampling import default_sample, kinds_by_name, sampled_signals
+from trackable.systems.sampling import default_sample, kinds_by_name
 
 T = TypeVar("T")
 
@@ -102,13 +102,15 @@ def same_states(
     plant: ConstrainedSystem,
     kinds: list[tuple[str, ...]],
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None,
-) -> tuple[Samples, ...]:
-    """Return the samples `learn_from` of each flat output. ValueError: they are not of the states of `samples`."""
+) -> dict[str, Samples]:
+    """Return the samples `learn_from` by name, with their relative noise. ValueError: they are not
+    of the states of `samples`.
+    """
     given = samples_by_name(samples, plant, "learn_from")
     if [tuple(shown) for shown in kinds_by_name(plant, given)] != kinds:
         expected = ", ".join(name for shown in kinds for name in shown)
         raise ValueError(f"learn_from: expected samples of {expected}, as of `samples`, got {', '.join(given)}")
-    return sampled_signals(plant, with_noise(given, kinds, noise_std))[1]
+    return with_noise(given, kinds, noise_std)
 
 
 def noise_of_first(noise_std: T | Mapping[str, T], kinds: Iterable[Iterable[str]]) -> T | dict[str, T]:

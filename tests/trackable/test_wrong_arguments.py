@@ -132,6 +132,9 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
         ValueError,
         "method: expected 'joint' or 'hyperparameters', got ['joint",
     ),
+    "centres, three": (lambda: learn(centres=3), ValueError, "centres must be at least 4, got 3"),
+    "centres, a part": (lambda: learn(centres=0.5), TypeError, "centres: expected a whole number, got 0.5"),
+    "centres, a word": (lambda: learn(centres="few"), ValueError, "expected a whole number, 'auto' or None, got 'few'"),
     "values in a list": (lambda: learn(at=[1]), TypeError, "at: expected a mapping from times [s] to values by name"),
     "values alone": (
         lambda: learn(at={0.0: 0.1}),

@@ -38,7 +38,7 @@ from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.signals.pieces import PolynomialPieces
 from trackable.systems.signals.signal import Signal
 
-_MAY_BE_MISSING = {"flat", "angles", "positive"}  # fields of the systems, which know no files
+_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters"}  # fields of systems and samples, which know no files
 
 T = TypeVar("T")
 Hook = Callable[[Any, Any], Any]

@@ -83,12 +83,14 @@ class Posterior:
         """Return l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ of shape (p,).
 
         This is twice the usual negative logarithm, as in the paper, so that printed values can be compared. The
-        gradient is tr((A⁻¹ − c cᵀ) ∂A).
+        gradient is tr((A⁻¹ − c cᵀ) ∂A). Where the samples stand for more of them, l is that of all.
         """
         n, c = len(self.samples), self.weights
         value = self._factored.log_determinant + c @ self._residual
         by_kernel, by_noise = self._factored.likelihood_traces(c)
-        return float(value + n * _LOG_TAU), np.array([*by_kernel.tolist(), 2 * by_noise])[self.prior.places]
+        beside, by_log_noise = self.samples.scatter.negative_log_likelihood(self.prior.noise_std)
+        gradient = np.array([*by_kernel.tolist(), 2 * by_noise + by_log_noise])[self.prior.places]
+        return float(value + n * _LOG_TAU + beside), gradient
 
     def covariance_with(self, rows: RowKernel) -> Array:
         """Return the covariance of rows and the n samples: shape (rows, n)."""

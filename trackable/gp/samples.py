@@ -16,12 +16,45 @@ _UNIFORM = np.empty(0)
 
 
 @dataclass(frozen=True)
+class Scatter:
+    """`count` residuals that do not depend on the signal, each normal with standard deviation σ_n.
+
+    These are what many samples say of their noise alone, beside the fewer ones that stand for them. `squares` is the
+    sum of their squares, in the unit of the samples squared. `log_scale` is what relative noise adds to −2 ln p: the
+    logarithms of the variances that changed with the samples. ValueError: no such numbers.
+    """
+
+    count: int = 0
+    squares: float = 0.0
+    log_scale: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.count < 0 or not 0 <= self.squares < np.inf or not np.isfinite(self.log_scale):
+            raise ValueError(
+                f"scatter: expected a count and squares ≥ 0, and finite numbers, got {self.count}, {self.squares:g} "
+                f"and {self.log_scale:g}"
+            )
+
+    def __add__(self, other: "Scatter") -> "Scatter":
+        return Scatter(self.count + other.count, self.squares + other.squares, self.log_scale + other.log_scale)
+
+    def negative_log_likelihood(self, noise_std: float) -> tuple[float, float]:
+        """Return −2 ln p of the residuals for σ_n = `noise_std`, and its ∂/∂ln σ_n."""
+        if not self.count:
+            return 0.0, 0.0
+        in_noise = self.squares / noise_std**2
+        value = self.count * np.log(2 * np.pi * noise_std**2) + in_noise + self.log_scale
+        return float(value), 2 * self.count - 2 * in_noise
+
+
+@dataclass(frozen=True)
 class Samples:
     """`values` y_i observed at strictly increasing `times` t_i [s], both of shape (n,).
 
     Sample i has noise of standard deviation σ_n · `relative_noise`_i; by default it is σ_n. With σ_n = 1 the relative
     noise is the standard deviation itself. `stencil` says how samples depend on the process that is learned;
-    with `Stencils`, samples of different kinds may share a time.
+    with `Stencils`, samples of different kinds may share a time. Where samples stand for more of them, `scatters` is
+    what these say of the noise alone, one for each kind.
 
     Raises ValueError, which names the first wrong entry: not finite, times not increasing, or arrays of unequal length;
     TypeError where they are no real numbers, as dates are not.
@@ -31,6 +64,7 @@ class Samples:
     values: Array
     relative_noise: Array = field(default_factory=lambda: _UNIFORM)
     stencil: Stencil | Stencils = POINT
+    scatters: tuple[Scatter, ...] = ()
 
     if TYPE_CHECKING:  # sequences are accepted and converted to arrays
 
@@ -40,6 +74,7 @@ class Samples:
             values: ArrayLike,
             relative_noise: ArrayLike = ...,
             stencil: Stencil | Stencils = ...,
+            scatters: tuple[Scatter, ...] = ...,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -62,6 +97,9 @@ class Samples:
                 )
         if bad := np.flatnonzero(self.relative_noise <= 0).tolist():
             raise ValueError(f"samples: relative_noise[{bad[0]}] must be positive, got {self.relative_noise[bad[0]]:g}")
+        kinds = len(self.stencil.parts) if isinstance(self.stencil, Stencils) else 1
+        if self.scatters and len(self.scatters) != kinds:
+            raise ValueError(f"samples: one scatter for each of {kinds} kinds is needed, got {len(self.scatters)}")
         if isinstance(self.stencil, Stencils):
             self._refuse_disorder_of_parts(self.stencil)
         elif bad := np.flatnonzero(np.diff(self.times) <= 0).tolist():
@@ -84,8 +122,8 @@ class Samples:
             return {name: self}
         found = {}
         for i, (kind, stencil) in enumerate(zip(self.stencil.names, self.stencil.parts, strict=True)):
-            at = self.stencil.places == i
-            found[kind] = Samples(self.times[at], self.values[at], self.relative_noise[at], stencil)
+            at, scatters = self.stencil.places == i, self.scatters[i : i + 1]
+            found[kind] = Samples(self.times[at], self.values[at], self.relative_noise[at], stencil, scatters)
         return found
 
     @property
@@ -98,6 +136,11 @@ class Samples:
     def bases(self) -> Bases:
         """Bases for interpolation to the sample times; kept here, as they do not depend on hyperparameters."""
         return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
+
+    @cached_property
+    def scatter(self) -> Scatter:
+        """What more samples, for which these stand, say of the noise alone; nothing where these are all."""
+        return sum(self.scatters, Scatter())
 
     def __len__(self) -> int:
         return self.times.size

@@ -85,6 +85,7 @@ def _best_amplitude(problem: ConstrainedProblem, amplitudes: Array, log_theta: A
     spectrum = amplitudes[:, None] ** 2 * np.maximum(c.power, 0) + noise
     objective = np.sum(np.log(spectrum) + c.along**2 / spectrum, axis=1)
     objective += beside * np.log(noise) + c.rest / noise + len(samples) * np.log(2 * np.pi)
+    objective += samples.scatter.negative_log_likelihood(prior.noise_std)[0]
     weights = (c.lift @ (amplitudes**2 * c.along[:, None] / spectrum.T)).T
     centres, weights = samples.stencil.centres(c.instants), samples.stencil.spread(weights).T
     phases = np.arange(_PHASES) / _PHASES * kernel.period

@@ -86,6 +86,7 @@ def _joined(kinds: Mapping[str, tuple[Samples, Stencil]]) -> Samples:
         np.concatenate([part.values for part in parts])[order],
         np.concatenate([part.relative_noise for part in parts])[order],
         Stencils(stencils, tuple(kinds), tuple(of[order].tolist())),
+        tuple(part.scatter for part in parts) if any(part.scatters for part in parts) else (),
     )
 
 

@@ -1,0 +1,1 @@
+"""Many samples as fewer ones that say the same of every signal which is a polynomial between their centres."""
