@@ -77,7 +77,7 @@ def _algorithm1() -> Iterator[Row]:
     of = example("example1")
     run = algorithm1((of.samples,), of.prior, of.system, of.space, AS_PUBLISHED, _FIRST_STEP, 300)
     final, wanted = _kept(run.final_step, int), _kept(run.outcome, Solution).objective
-    for rival, every_start, target in (("8 starts each", True, 20.0), ("warm starts", False, 20.0)):
+    for rival, every_start, target in (("8 starts each", True, 20.0), ("warm starts", False, 10.0)):
 
         def same(every_start: bool = every_start) -> None:
             last, found = _slsqp_algorithm1(of, every_start)
@@ -151,6 +151,6 @@ def _example2() -> Iterator[Row]:
             lambda: _certified(of),
             lambda several=several: by_ipopt(plain, several),
             rounds=3 if len(several) == 1 else 2,
-            target=3.0,
+            target=5.0 if len(several) == 1 else 3.0,
             note=f"for all phases: l larger by {proved - wanted:.1g}; {_GIFT}",
         )

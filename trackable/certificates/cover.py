@@ -1,6 +1,6 @@
 """Cover a window with boxes of time: in each box enclosures of the quantities lie inside their bounds."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,12 +13,13 @@ from trackable.certificates.boxes.decision import Bounded, Decision, decide
 from trackable.certificates.boxes.enclosures import Enclosures
 from trackable.certificates.boxes.nearby import Summands
 from trackable.certificates.enclosure import Box
-from trackable.certificates.exact import ExactQuantity
+from trackable.certificates.exact import ExactQuantity, ShiftedSignal
 from trackable.certificates.floats.balls import Mask
 from trackable.progress.work import done
 
 TERMS = 16
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
+_HOPELESS = 2.5  # correlation times: in a wider box with a centre, Taylor polynomials err by more than the signal
 _TOO_WIDE = "no enclosure found in this box is narrow enough"
 
 
@@ -48,7 +49,8 @@ def covers(quantities: Sequence[Bounded], start: float, end: float) -> list[Cove
     summands = {shifted: Summands.of(shifted) for q in quantities for shifted in q.quantity.shifted_signals}
     choice = Choice(tuple(summands.values()), TERMS)
     most = _MOST_BOXES + _MOST_BY_CENTRE * max((len(each.centres) for each in summands.values()), default=0)
-    waiting = _Waiting(np.array([start]), np.array([end]), np.ones((len(quantities), 1), dtype=bool))
+    edges = _first_edges(summands, start, end)
+    waiting = _Waiting(edges[:-1], edges[1:], np.ones((len(quantities), len(edges) - 1), dtype=bool))
     proved: list[list[Boxes]] = [[] for _ in quantities]
     while waiting.starts.size:
         boxes = choice.boxes(waiting.starts, waiting.ends)
@@ -65,6 +67,23 @@ def covers(quantities: Sequence[Bounded], start: float, end: float) -> list[Cove
                 return hole
         waiting = _halves(boxes, missing)
     return [_joined(start, boxes) for boxes in proved]
+
+
+def _first_edges(summands: Mapping[ShiftedSignal, Summands], start: float, end: float) -> Array:
+    """Return the ends of the boxes [s] that are tried first: halves of halves, as far as trying them would be in vain.
+
+    Boxes without a centre are not halved, however wide they are: far from all centres little happens.
+    """
+    edges = np.array([start, end])
+    widest = _HOPELESS * min(shifted.signal.kernel.correlation_time for shifted in summands)
+    centres = np.sort(np.concatenate([each.centres - each.shift.high for each in summands.values()]))
+    while True:
+        inside = np.diff(np.searchsorted(centres, edges)) > 0
+        split = inside & (np.diff(edges) > widest)
+        if not np.any(split):
+            return edges
+        starts, ends = edges[:-1][split], edges[1:][split]
+        edges = np.sort(np.concatenate([edges, starts + (ends - starts) / 2]))
 
 
 def _hole(bounded: Bounded, boxes: Boxes, missing: Mask, decision: Decision, is_last: bool) -> Hole | None:

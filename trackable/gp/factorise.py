@@ -53,7 +53,7 @@ class Candidate(NamedTuple):
 def factorise(prior: Prior, samples: Samples, covariance: Covariance) -> Factorisation | None:
     """Factorise K + V, K being the `covariance` of the samples; None if it is not positive definite in float64."""
     if len(samples) < _FEWEST:
-        return Dense.of(samples.times, covariance, noise_variance(prior, samples))
+        return Dense.of_blocks(lambda *block: covariance(samples.apart[block]), noise_variance(prior, samples))
     found = (each.compute() for each in sorted(candidates(prior, samples, covariance), key=lambda each: each.cost))
     return next((factor for factor in found if factor is not None), None)
 

@@ -129,6 +129,8 @@ class JointPosterior:
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
         """Return the sum of l over the processes, and ∂/∂ln θ of the learned hyperparameters, shape (p,)."""
+        if len(self.parts) == 1:
+            return self.parts[0].negative_log_marginal_likelihood()
         total, gradient = 0.0, np.zeros(len(self.prior.learned))
         for part, places in zip(self.parts, self.prior.places, strict=True):
             value, by_own = part.negative_log_marginal_likelihood()

@@ -89,8 +89,8 @@ class Posterior:
         value = self._factored.log_determinant + c @ self._residual
         by_kernel, by_noise = self._factored.likelihood_traces(c)
         beside, by_log_noise = self.samples.scatter.negative_log_likelihood(self.prior.noise_std)
-        gradient = np.array([*by_kernel.tolist(), 2 * by_noise + by_log_noise])[self.prior.places]
-        return float(value + n * _LOG_TAU + beside), gradient
+        of_all = [*by_kernel.tolist(), 2 * by_noise + by_log_noise]
+        return float(value + n * _LOG_TAU + beside), np.array([of_all[place] for place in self.prior.places])
 
     def covariance_with(self, rows: RowKernel) -> Array:
         """Return the covariance of rows and the n samples: shape (rows, n)."""

@@ -142,5 +142,10 @@ class Samples:
         """What more samples, for which these stand, say of the noise alone; nothing where these are all."""
         return sum(self.scatters, Scatter())
 
+    @cached_property
+    def apart(self) -> Array:
+        """t_i − t_j [s], shape (n, n): for few samples, kept here, as they do not depend on hyperparameters."""
+        return np.asarray(self.times[:, None] - self.times)
+
     def __len__(self) -> int:
         return self.times.size

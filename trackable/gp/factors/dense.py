@@ -55,5 +55,5 @@ class Dense(Factorisation):
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         self.workspace[...] = self.factor
         inverse, _ = scipy.linalg.lapack.dpotri(self.workspace, lower=True, overwrite_c=True)
-        by_kernel = self.gradient.traces(inverse.T) - self.gradient.times(c) @ c
-        return by_kernel, float((inverse.diagonal() - c**2) @ self.noise_variance)
+        difference = scipy.linalg.blas.dsyr(-1.0, c, a=inverse, lower=True, overwrite_a=True)  # A⁻¹ − c cᵀ
+        return self.gradient.traces(difference.T), float(difference.diagonal() @ self.noise_variance)

@@ -36,6 +36,9 @@ class Strips:
 
     def traces(self, upper: Array) -> Array:
         """Return tr(M D_j), shape (p,), for a symmetric M; entries of `upper` below the diagonal are ignored."""
+        if len(self.strips) == 1:
+            (strip,), n = self.strips, len(upper)
+            return np.asarray(strip.reshape(len(strip), -1) @ (upper * _MULTIPLICITY[:n, :n]).reshape(-1))
         trace = np.zeros(len(self.strips[0]))
         for rows, strip in zip(_rows(len(upper)), self.strips, strict=True):
             height = rows.stop - rows.start

@@ -23,6 +23,16 @@ class SquaredExponential(Radial):
                 phi[n + 1] -= n * phi[n - 1]
         return phi
 
+    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
+        """Return κ, and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = s² κ, with s = r/θ₂."""
+        s = r / self.lengthscale
+        square = s * s
+        value = np.exp(square * -0.5) * self.signal_std**2
+        gradient = np.empty((2, *square.shape))
+        np.multiply(value, 2, out=gradient[0, ...])
+        np.multiply(value, square, out=gradient[1, ...])
+        return np.asarray(value), gradient
+
     @property
     def decay_distance(self) -> float:
         return self.lengthscale

@@ -70,6 +70,15 @@ def test_no_correlation_exceeds_the_variance(kernel):
     assert np.all(np.abs(kernel(r)) <= float(kernel(np.zeros(()))) * (1 + 1e-15))
 
 
+@over(KERNELS)
+def test_value_and_gradient_are_those_of_the_jet(kernel):
+    r = np.linspace(-3, 3, 61) * time_scale(kernel)
+    value, gradient = kernel.value_and_gradient(r)
+    jet, by_theta = kernel.jet_and_gradient(r, 0)
+    np.testing.assert_allclose(value, jet[0], rtol=1e-13, atol=1e-300)
+    np.testing.assert_allclose(gradient, by_theta[:, 0], rtol=1e-12, atol=1e-13 * variance_at_zero(kernel))
+
+
 @over(FAMILIES)
 @pytest.mark.parametrize("shape", [(), (3,), (2, 3), (0,)])
 def test_shapes(kernel, shape):

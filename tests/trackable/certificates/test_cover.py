@@ -1,0 +1,28 @@
+"""Which boxes a proof consists of: no narrower than needed far from all centres, halves of halves everywhere."""
+
+import numpy as np
+
+from tests.trackable.certificates.test_prove import reference
+from trackable.certificates.certificate import Certificate
+from trackable.certificates.prove import prove_on_window
+from trackable.gp.kernels.squared_exponential import SquaredExponential
+
+
+def covered(end: float) -> list[np.ndarray]:
+    found = prove_on_window(reference(SquaredExponential(1.0, 0.7)), 0.0, end)
+    assert isinstance(found, Certificate), found.explanation
+    return [np.array(cover.ends) for cover in found.covers.values()]
+
+
+def test_boxes_far_from_all_centres_stay_wide():
+    for ends in covered(1e6):
+        assert len(ends) < 100
+        assert np.max(np.diff(ends)) > 1e5
+
+
+def test_boxes_are_halves_of_halves():
+    end = 16.0
+    for ends in covered(end):
+        parts = end / np.diff(ends)
+        np.testing.assert_array_equal(parts, 2.0 ** np.round(np.log2(parts)))
+        np.testing.assert_array_equal(ends[:-1] % np.diff(ends), 0)
