@@ -28,18 +28,27 @@ def drawings(experiment: Experiment, results: Results, fitted: Fitted) -> dict[s
     metrics = read_loop_metrics(results)
     price = metrics["price_of_room"]
     return {
-        "tube-of-runs": lambda: _tube(drawn_in, fitted, disturbed, metrics),
+        "tube-of-runs": lambda: _tube(experiment, drawn_in, fitted, disturbed, metrics),
         "disturbed-loops": lambda: _loops(experiment, disturbed, metrics),
         "price-of-room": lambda: plots.price_of_room(
-            price["sizes"], price["price"], price["misfit"], {0.0: JOINT.name, 1.0: ROBUST.name}
+            price["sizes"], price["price"], price["misfit"], {0.0: JOINT.name, 1.0: ROBUST.name}, _unit(experiment)
         ),
     }
 
 
-def _tube(drawn_in: Tightening, fitted: Fitted, disturbed: Disturbed, metrics: dict[str, Any]) -> Figure:
+def _unit(experiment: Experiment) -> str | None:
+    """Return the unit of all that is sampled, if it is the same one and known."""
+    units = {experiment.units.get(name) for name in experiment.samples}
+    return units.pop() if len(units) == 1 else None
+
+
+def _tube(
+    experiment: Experiment, drawn_in: Tightening, fitted: Fitted, disturbed: Disturbed, metrics: dict[str, Any]
+) -> Figure:
     runs = disturbed.runs
     window = fitted.learned[ROBUST.name].reference.window(int(runs.steps[0]), len(runs.steps))
-    return plots.tube_runs(runs, metrics["disturbed"]["tube"]["runs"], window, room(drawn_in), drawn_in.given)
+    count = metrics["disturbed"]["tube"]["runs"]
+    return plots.tube_runs(runs, count, window, room(drawn_in), drawn_in.given, experiment.units)
 
 
 def room(drawn_in: Tightening) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ _POINTS = 1501
 
 def drawings(experiment: Experiment, results: Results, fitted: Fitted) -> dict[str, Callable[[], Figure]]:
     """Return the figures by name: margins, and states and inputs over time where no figure of the paper shows them."""
-    by_name: dict[str, Callable[[], Figure]] = {"margins": lambda: _margins(results, fitted)}
+    by_name: dict[str, Callable[[], Figure]] = {"margins": lambda: _margins(experiment, results, fitted)}
     if not (algorithm1.applies_to(fitted) or periodic.applies_to(fitted)):
         by_name["tracking"] = lambda: _tracking(experiment, fitted)
     if experiment.plane is not None:
@@ -28,9 +28,10 @@ def drawings(experiment: Experiment, results: Results, fitted: Fitted) -> dict[s
     return by_name
 
 
-def _margins(results: Results, fitted: Fitted) -> Figure:
+def _margins(experiment: Experiment, results: Results, fitted: Fitted) -> Figure:
     by_method = read_margins(results, fitted.learned)
-    return plots.margins({method.name: by_method[method.name] for method in methods_in_figures(by_method)})
+    shown = {method.name: by_method[method.name] for method in methods_in_figures(by_method)}
+    return plots.margins(shown, experiment.units)
 
 
 def _tightness(fitted: Fitted) -> Figure:
@@ -50,7 +51,7 @@ def _path(experiment: Experiment, fitted: Fitted) -> Figure:
     first, second = experiment.plane
     known = (truths[first](times), truths[second](times)) if {first, second} <= truths.keys() else None
     sampled = [samples[name] for name in experiment.plane if name in samples]
-    return plots.path(shown, experiment.plane, times, sampled, known)
+    return plots.path(shown, experiment.plane, times, sampled, known, experiment.units)
 
 
 def _tracking(experiment: Experiment, fitted: Fitted) -> Figure:
@@ -61,4 +62,4 @@ def _tracking(experiment: Experiment, fitted: Fitted) -> Figure:
         for name, samples in fitted.sampled.by_name.items()
     }
     shown = {method.name: fitted.learned[method.name].reference for method in methods_in_figures(fitted.learned)}
-    return plots.tracking(shown, observed, times)
+    return plots.tracking(shown, observed, times, experiment.units)

@@ -1,6 +1,7 @@
 """Small parts of an experiment as written in params.yaml."""
 
 import math
+import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,8 +28,15 @@ def _known_truth(name: str) -> str:
     return name
 
 
+def _plain_unit(unit: str) -> str:
+    if not re.fullmatch(r"[^\W_][\w·/*^°%²³⁻¹–-]{0,19}|[–%°]", unit):
+        raise ValueError(f"expected a unit such as mm, m/s² or –, got {unit!r:.60}")
+    return unit
+
+
 ProjectPath = Annotated[Path, BeforeValidator(lambda written: Path(written) if isinstance(written, str) else written)]
 GroundTruthName = Annotated[str, AfterValidator(_known_truth)]
+UnitField = Annotated[str, AfterValidator(_plain_unit)]
 Counts = Annotated[tuple[PositiveInt, ...], BeforeValidator(as_tuple)]
 
 

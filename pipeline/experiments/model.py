@@ -9,7 +9,16 @@ from pydantic import BeforeValidator, Field, model_validator
 from pipeline.experiments.claim import ClaimField
 from pipeline.experiments.control import Control
 from pipeline.experiments.disturbances import Disturbance, tightened
-from pipeline.experiments.fields import PriorFields, ProjectPath, Published, Search, StudyFields, Verification, as_tuple
+from pipeline.experiments.fields import (
+    PriorFields,
+    ProjectPath,
+    Published,
+    Search,
+    StudyFields,
+    UnitField,
+    Verification,
+    as_tuple,
+)
 from pipeline.experiments.plants import ModelField, SetField
 from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Parameters, Periodic, Task
@@ -54,10 +63,10 @@ class Experiment(Fields):
 
     `samples_from` is the file that the samples come from, or a folder above all their files: when it changes, DVC runs
     the stages again. `samples` and `prior` are by the names of sampled states, one for each flat output; what `shared`
-    names is the same for all of them. Figures show the two states of `plane`, if given, in their plane. All references
-    keep the part `margin` of each width free at either bound. Robust methods also leave room for every error that a
-    `disturbance` may cause; the other methods know nothing of it. `algorithm1` and `periodic` are for the methods that
-    need them.
+    names is the same for all of them. Figures name the `units` of states and inputs, and show the two states of
+    `plane`, if given, in their plane. All references keep the part `margin` of each width free at either bound. Robust
+    methods also leave room for every error that a `disturbance` may cause; the other methods know nothing of it.
+    `algorithm1` and `periodic` are for the methods that need them.
     """
 
     name: str
@@ -66,6 +75,7 @@ class Experiment(Fields):
     system: ModelField
     state_set: SetField
     input_set: SetField
+    units: dict[str, UnitField] = Field(default_factory=dict)
     disturbance: Disturbance | None = None
     margin: Annotated[float, Field(ge=0, lt=0.5)] = 0.0
     samples: Annotated[dict[str, SourceField], BeforeValidator(_by_name)]
@@ -101,6 +111,9 @@ class Experiment(Fields):
             return
         if unknown := {*(self.plane or ())} - {*plant.system.states}:
             yield f"plane: expected two of the states {', '.join(plant.system.states)}, got {min(unknown)}"
+        if misnamed := self.units.keys() - {*plant.system.states, *plant.system.inputs}:
+            known = ", ".join((*plant.system.states, *plant.system.inputs))
+            yield f"units: expected states and inputs among {known}, got {min(misnamed)}"
         yield from self._mistakes_of_origin()
         if reason := refusal(self.claim, prior):
             yield f"claim: {reason}"

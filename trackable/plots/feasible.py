@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from trackable.arrays import Array
 from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.plots.panels import INITIAL_STATE_STYLES
+from trackable.plots.panels import INITIAL_STATE_STYLES, UNKNOWN_UNITS, Units, axis_label
 from trackable.plots.style import BLUE, COLUMN, GREEN, INK, NAVY, ORANGE, PAGE, PURPLE, step_label, styled
 from trackable.systems.constrained import ConstrainedSystem
 
@@ -27,7 +27,9 @@ _FILL: Final = 0.12
 
 
 @styled
-def feasible_intervals(feasible: Mapping[int, Columns], trajectory: LoopTrajectory, plant: ConstrainedSystem) -> Figure:
+def feasible_intervals(
+    feasible: Mapping[int, Columns], trajectory: LoopTrajectory, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
+) -> Figure:
     """Draw the feasible interval of each horizon over the steps, for systems of one state, and the reference."""
     figure = Figure(figsize=(PAGE, 2.9))
     axes = figure.subplots()
@@ -41,14 +43,18 @@ def feasible_intervals(feasible: Mapping[int, Columns], trajectory: LoopTrajecto
     axes.plot(part.steps, part.reference_states[:, 0], color=INK, linewidth=0.7, zorder=4, label="reference")
     for bound in (plant.state_set.lower[0], plant.state_set.upper[0]):
         axes.axhline(bound / plant.state_set.rows[0, 0], color=INK, linewidth=0.8, zorder=2.5)
-    axes.set(xlabel=step_label(plant.sampling_time), ylabel=plant.system.states[0], xlim=(0, last))
+    name = axis_label(plant.system.states[0], units)
+    axes.set(xlabel=step_label(plant.sampling_time), ylabel=name, xlim=(0, last))
     _legend(figure, axes)
     return figure
 
 
 @styled
 def feasible_polygons(
-    feasible: Mapping[int, Columns], by_initial_state: Mapping[str, LoopTrajectory], plant: ConstrainedSystem
+    feasible: Mapping[int, Columns],
+    by_initial_state: Mapping[str, LoopTrajectory],
+    plant: ConstrainedSystem,
+    units: Units = UNKNOWN_UNITS,
 ) -> Figure:
     """Draw the feasible polygon of each horizon at step 0, for systems of two states, and the loops' first steps."""
     first, second = plant.system.states
@@ -65,7 +71,8 @@ def feasible_polygons(
         axes.plot(*x[0], "o", color=INK, zorder=5)
     padding = 0.06 * np.ptp(everything, axis=0)
     (left, bottom), (right, top) = everything.min(axis=0) - padding, everything.max(axis=0) + padding
-    axes.set(xlabel=first, ylabel=second, xlim=(left, right), ylim=(bottom, top))
+    axes.set(xlabel=axis_label(first, units), ylabel=axis_label(second, units))
+    axes.set(xlim=(left, right), ylim=(bottom, top))
     _legend(figure, axes, 3)
     return figure
 

@@ -7,6 +7,7 @@ from typing import Any, Final
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from trackable.plots.panels import UNKNOWN_UNITS, Units, axis_label
 from trackable.plots.style import FAINT, INK, PAGE, reference_styles, styled
 from trackable.systems.margins import MarginProfile
 
@@ -16,7 +17,7 @@ _LINEAR_BELOW: Final = 1e-4
 
 
 @styled
-def margins(profiles: Mapping[str, Sequence[MarginProfile]]) -> Figure:
+def margins(profiles: Mapping[str, Sequence[MarginProfile]], units: Units = UNKNOWN_UNITS) -> Figure:
     """Draw the margins of each reference by its label, one panel for each bounded quantity, and mark the worst ones."""
     styles = reference_styles(profiles)
     quantities = [profile.quantity for profile in next(iter(profiles.values()))]
@@ -33,7 +34,7 @@ def margins(profiles: Mapping[str, Sequence[MarginProfile]]) -> Figure:
             shown_below = 10 ** floor(log10(max(closest, _LINEAR_BELOW * quantity.bounds.width)))
             axes.set_yscale("symlog", linthresh=shown_below)
         _shade_violations(axes, shown_below)
-        axes.set_ylabel(f"margin of the {quantity.name} [–]")
+        axes.set_ylabel(f"margin of {axis_label(quantity.name, units)}")
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0, labelspacing=1)
     panels[-1].set_xlabel("time $t$ [s]")
     figure.align_ylabels()

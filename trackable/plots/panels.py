@@ -1,7 +1,9 @@
-"""What panels over time have in common: coordinates, bounds, and steps without a plan."""
+"""What panels over time have in common: coordinates with their units, bounds, and steps without a plan."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -14,6 +16,11 @@ from trackable.control.loop_trajectory import LoopTrajectory
 from trackable.plots.style import BLUE, FAINT, GREEN, INK, ORANGE, PAGE, PALE
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.interval import Interval
+
+Units = Mapping[str, str]
+"""Units by the names of states and inputs."""
+
+UNKNOWN_UNITS: Final[Units] = MappingProxyType({})
 
 INITIAL_STATE_STYLES: Final[dict[str, dict[str, Any]]] = {
     "on": {"color": GREEN, "linestyle": "-", "linewidth": 2.2, "zorder": 3.0, "label": "from the reference"},
@@ -39,12 +46,24 @@ def coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
     return (*plant.system.states, *plant.system.inputs)
 
 
-def stacked_panels(names: Sequence[str], base_height: float) -> tuple[Figure, NDArray[Any]]:
+def axis_label(name: str, units: Units) -> str:
+    """Return the label of an axis: the name of a state, an input or a sum of some, with its unit where it is known.
+
+    A sum has a unit if all of its terms have the same one.
+    """
+    summed = re.sub(r" \(\d+\)$", "", name)  # equal names are numbered
+    terms = [summed] if summed in units else [term for term in re.split("[+*-]", summed) if not term[:1].isdigit()]
+    found = {units.get(term) for term in terms if term}
+    unit = found.pop() if len(found) == 1 else None
+    return name.replace("_", " ") + (f" [{unit}]" if unit else "")
+
+
+def stacked_panels(names: Sequence[str], base_height: float, units: Units) -> tuple[Figure, NDArray[Any]]:
     """Return a figure with one labelled panel below the other for each name."""
     figure = Figure(figsize=(PAGE, base_height + 1.35 * len(names)))
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for axes, name in zip(panels, names, strict=True):
-        axes.set_ylabel(name)
+        axes.set_ylabel(axis_label(name, units))
     return figure, panels
 
 

@@ -10,7 +10,15 @@ from matplotlib.figure import Figure
 from trackable.arrays import Array
 from trackable.control.angles import angles_of
 from trackable.gp.samples import Samples
-from trackable.plots.panels import bounds_of, coordinates, pad_limits, shade_outside
+from trackable.plots.panels import (
+    UNKNOWN_UNITS,
+    Units,
+    axis_label,
+    bounds_of,
+    coordinates,
+    pad_limits,
+    shade_outside,
+)
 from trackable.plots.style import GREY, INK, PAGE, SAMPLE, legend_above, reference_styles, styled
 from trackable.systems.reference import Reference
 
@@ -25,7 +33,12 @@ class Observed:
 
 
 @styled
-def tracking(references: Mapping[str, Reference], observed: Mapping[str, Observed], times: Array) -> Figure:
+def tracking(
+    references: Mapping[str, Reference],
+    observed: Mapping[str, Observed],
+    times: Array,
+    units: Units = UNKNOWN_UNITS,
+) -> Figure:
     """Draw each state and input at `times` [s], what is `observed` of it, and its own bounds.
 
     Values far outside the bounds are cut off, and angles do not jump by whole turns. Bounds of sums of several states
@@ -44,7 +57,7 @@ def tracking(references: Mapping[str, Reference], observed: Mapping[str, Observe
         if name in bounds:
             pad_limits(axes, bounds[name])
             shade_outside(axes, bounds[name])
-        axes.set_ylabel(name)
+        axes.set_ylabel(axis_label(name, units))
         axes.yaxis.set_label_coords(-0.075, 0.5)  # aligned, whatever the width of the tick labels
     panels[-1].set(xlabel="time $t$ [s]", xlim=(times[0], times[-1]))
     legend_above(figure, columns=5)

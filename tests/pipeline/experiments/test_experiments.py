@@ -182,3 +182,9 @@ def test_a_coordinate_may_be_free_and_two_states_are_a_plane(tmp_path: Path) -> 
     assert experiment.plane == ("y", "x")
     names = [constraint.name for constraint in experiment.plant.given_constraints]
     assert names[:4] == ["x", "y", "vy", "vx+vy"]
+
+
+def test_every_state_and_input_of_the_projects_experiments_has_a_unit() -> None:
+    for experiment in load_experiments().values():
+        system = experiment.plant.system
+        assert experiment.units.keys() == {*system.states, *system.inputs}, experiment.name

@@ -38,6 +38,8 @@ WRONG = [
         "{lower: [-0.5], upper: [null]}",
         r"input_set: coordinate 1 has the bounds \[-0\.5, inf\]: give both or none",
     ),
+    ("example1", "{state: –, input: –}", "{speed: m}", r"units: .*state, input, got speed"),
+    ("example1", "{state: –, input: –}", "{state: $}", r"units\.state: .*such as mm, m/s² or –, got '\$'"),
     ("example1", "claim: all_times", "claim: all_times\n    plane: [state, time]", r"plane: .*states state, got time"),
     (
         "tank",

@@ -30,6 +30,7 @@ SYSTEM = scalar(0.9, 0.5, state_set=Interval(-2, 0.05), input_set=Interval(-0.5,
 STATE, INPUT = state_and_input(SYSTEM)
 SAMPLES = Samples(np.arange(7) / 10, np.array([-0.99306, -0.40789, -0.05, 0.0, 0.0, 0.0, 0.0]))
 OPTIMA = {"unconstrained": (0.659325, 0.203472), "as_published": (0.701178, 0.219672), "sound": (0.702, 0.21990)}
+UNITS = {"state": "m", "input": "m/s"}
 STEPS = np.arange(151, dtype=float)
 CONSTANT = np.minimum(np.sin(np.pi * np.minimum(STEPS, 25) / 50) - 1, 0)
 
@@ -101,7 +102,9 @@ def draw_landscape() -> Figure:
 
 
 def draw_margins() -> Figure:
-    return plots.margins({name: [margin_profile(r, q, 150, 5) for q in r.quantities] for name, r in REFERENCES.items()})
+    return plots.margins(
+        {name: [margin_profile(r, q, 150, 5) for q in r.quantities] for name, r in REFERENCES.items()}, UNITS
+    )
 
 
 PERIODIC_PLANT = scalar(0.9, 0.1, state_set=Interval(-2, 2), input_set=Interval(-3, 1.4), sampling_time=0.01)

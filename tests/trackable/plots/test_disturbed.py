@@ -63,15 +63,22 @@ def test_the_tube_holds_the_range_of_the_runs_and_every_coordinate_has_its_row()
 
 def test_the_first_failure_is_named_and_what_never_fails_too():
     figure = draw_disturbed_loops()
-    said = [text.get_text().strip() for axes in figure.axes for text in axes.texts]
-    assert said == ["fails at 7", "never fails"]
+    titles = [axes.get_title(loc="left") for axes in figure.axes[:2]]
+    assert titles == ["nominal:\nfails at step 7", "tube:\nnever fails"]
     assert [axes.get_ylabel() for axes in figure.axes[::2]] == [
-        "smallest margin\nof the states", "smallest margin\nof the inputs"
+        "smallest margin\nof states / width [–]", "smallest margin\nof inputs / width [–]"
     ]  # fmt: skip
     greedy = next(line for line in figure.axes[0].lines if line.get_label() == "greedy ones")
     assert greedy.get_ydata() == pytest.approx(np.full(30, (1 - 1.01) / 2))
 
 
-def test_named_sizes_stand_at_their_points():
+def test_named_sizes_stand_at_their_points_and_in_the_legend():
     figure = draw_price_of_room()
-    assert [text.get_text() for text in figure.axes[1].texts] == ["joint", "robust"]
+    joint, robust = figure.axes[1].lines[1:]
+    assert [*joint.get_xydata()[0], *robust.get_xydata()[0]] == [0.0, 0.1, 1.0, 0.4]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["joint", "robust"]
+
+
+def test_a_misfit_has_the_unit_of_what_is_sampled():
+    drawn = plots.price_of_room([0.0, 1.0], [1.0, 5.0], [0.1, 0.4], {0.0: "joint"}, "mm")
+    assert [axes.get_ylabel() for axes in drawn.axes] == [r"price $J - \min l$ [–]", "misfit of the samples [mm]"]

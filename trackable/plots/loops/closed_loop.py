@@ -10,6 +10,9 @@ from matplotlib.figure import Figure
 from trackable.control.loop_trajectory import LoopTrajectory
 from trackable.plots.panels import (
     INITIAL_STATE_STYLES,
+    UNKNOWN_UNITS,
+    Units,
+    axis_label,
     bounds_of,
     coordinate_values,
     coordinates,
@@ -26,7 +29,9 @@ _ROUNDING: Final = 1e-16
 
 
 @styled
-def closed_loop(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int) -> Figure:
+def closed_loop(
+    loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int, units: Units = UNKNOWN_UNITS
+) -> Figure:
     """Draw states and inputs up to `last_step`, one column for each reference by its label.
 
     Steps are shaded where no initial state leaves the controller with a plan.
@@ -42,7 +47,7 @@ def closed_loop(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, l
                 draw_coordinate(axes, trajectory.until(last_step), i, INITIAL_STATE_STYLES[initial_state])
             _shade_where_none_has_a_plan(axes, by_state, last_step, named=axes is column[0])
     for i, (name, row) in enumerate(zip(names, panels, strict=True)):
-        row[0].set_ylabel(name)
+        row[0].set_ylabel(axis_label(name, units))
         values = [coordinate_values(t.until(last_step), i)[0] for by_state in loops.values() for t in by_state.values()]
         fit_limits(row[0], bounds_of(plant).get(name), np.concatenate(values))
         for axes in row[1:]:

@@ -1,6 +1,7 @@
 """Disturbed loops: the tube around a reference, controllers side by side, and what room for disturbances costs."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any, Final
 
 import numpy as np
@@ -10,17 +11,23 @@ from matplotlib.figure import Figure
 from trackable.arrays import Array
 from trackable.control.loop_trajectory import LoopTrajectory
 from trackable.control.tube.runs import Runs
-from trackable.plots.panels import bounds_of, coordinates, shade_no_plan, shade_outside
+from trackable.plots.panels import (
+    UNKNOWN_UNITS,
+    Units,
+    axis_label,
+    bounds_of,
+    coordinates,
+    shade_no_plan,
+    shade_outside,
+)
 from trackable.plots.style import (
     BLUE,
     FAINT,
     GREEN,
-    GREY,
     INK,
     NAVY,
     ORANGE,
     PAGE,
-    direct_label,
     legend_above,
     step_label,
     styled,
@@ -39,12 +46,23 @@ _TUBE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.16, "edgecolor": "
 _RANGE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.34, "edgecolor": "none", "zorder": 1.6}
 _REFERENCE: Final[dict[str, Any]] = {"color": ORANGE, "linewidth": 1.3, "zorder": 3.4, "label": "reference"}
 _SINGLE: Final[dict[str, Any]] = {"color": NAVY, "linewidth": 0.4, "zorder": 3}
+_NAMED: Final[tuple[dict[str, Any], ...]] = (
+    {"color": ORANGE, "marker": "D", "markersize": 6, "linestyle": "none", "zorder": 4},
+    {"color": NAVY, "marker": "s", "markersize": 6, "linestyle": "none", "zorder": 4},
+)
 _SHOWN: Final = (-0.03, 0.12)
 """Margins between these parts of a width are shown, and larger ones where no loop comes so near."""
 
 
 @styled
-def tube_runs(runs: Runs, count: int, window: Window, room: tuple[Array, Array], plant: ConstrainedSystem) -> Figure:
+def tube_runs(
+    runs: Runs,
+    count: int,
+    window: Window,
+    room: tuple[Array, Array],
+    plant: ConstrainedSystem,
+    units: Units = UNKNOWN_UNITS,
+) -> Figure:
     """Draw the tube around a reference, and runs of the disturbed system inside of it.
 
     On the left over time, on the right as differences from the reference, between the distances of the bounds. `room`
@@ -71,8 +89,8 @@ def tube_runs(runs: Runs, count: int, window: Window, room: tuple[Array, Array],
         shade_outside(left, bounds.get(name))
         _limit(right, np.array([-below[i], above[i]]), 0.25)
         _shade_beyond(right, runs.steps, reference, bounds.get(name))
-        left.set_ylabel(name)
-    panels[0, 1].set_title("minus the reference", fontsize=8)
+        left.set_ylabel(axis_label(name, units))
+    panels[0, 1].set_title("minus the reference")
     for axes in panels[-1]:
         axes.set(xlabel=step_label(plant.sampling_time), xlim=(runs.steps[0], runs.steps[-1]))
     figure.align_ylabels(panels[:, 0])
@@ -94,8 +112,8 @@ def disturbed_loops(
     panels = figure.subplots(2, len(loops), sharex=True, sharey="row", squeeze=False)
     last = max(course.steps[-1] for by_kind in loops.values() for course in by_kind.values())
     for column, (label, by_kind) in zip(panels.T, loops.items(), strict=True):
-        column[0].set_title(label, fontsize=8)
-        column[-1].set_xlabel("step $k$")
+        column[0].set_title(f"{label}:\n{_verdict(failures[label])}")
+        column[-1].set_xlabel(step_label(plant.sampling_time))
         lost = set.intersection(*(set(course.infeasible.tolist()) for course in by_kind.values()))
         for kind, course in by_kind.items():
             for axes, values in zip(column, _margins(course, plant), strict=True):
@@ -106,11 +124,10 @@ def disturbed_loops(
             axes.axhline(0, color=INK, linewidth=0.8, zorder=2.5)
             if (first := failures[label]) is not None:
                 axes.axvline(first, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
-        _name_failure(column[0], failures[label], last)
     every = [_margins(course, plant) for by_kind in loops.values() for course in by_kind.values()]
     for axes, name, of_all in zip(panels[:, 0], ("states", "inputs"), zip(*every, strict=True), strict=True):
         most = max(float(np.nanmin(of)) for of in of_all)
-        axes.set(ylabel=f"smallest margin\nof the {name}", ylim=(_SHOWN[0], max(_SHOWN[1], 1.25 * most)))
+        axes.set(ylabel=f"smallest margin\nof {name} / width [–]", ylim=(_SHOWN[0], max(_SHOWN[1], 1.25 * most)))
     panels[0, 0].set_xlim(0, last)
     legend_above(figure)
     return figure
@@ -118,22 +135,27 @@ def disturbed_loops(
 
 @styled
 def price_of_room(
-    sizes: Sequence[float], price: Sequence[float], misfit: Sequence[float], named: Mapping[float, str]
+    sizes: Sequence[float],
+    price: Sequence[float],
+    misfit: Sequence[float],
+    named: Mapping[float, str],
+    misfit_unit: str | None = None,
 ) -> Figure:
-    """Draw price and misfit of robust references over the size of the disturbance sets; some sizes are `named`."""
-    figure = Figure(figsize=(PAGE, 2.6))
-    panels = figure.subplots(1, 2)
-    for axes, values, label in zip(
-        panels, (price, misfit), (r"price $J - \min l$ [–]", "misfit of the samples"), strict=True
-    ):
+    """Draw price and misfit of robust references over the size of the disturbance sets; some sizes are `named`.
+
+    Sizes are relative to the sets that are given. A misfit may have a unit, if `misfit_unit` names one.
+    """
+    figure = Figure(figsize=(PAGE, 2.8))
+    unit = f" [{misfit_unit}]" if misfit_unit else ""
+    labels = (r"price $J - \min l$ [–]", f"misfit of the samples{unit}")
+    for axes, values, label in zip(figure.subplots(1, 2), (price, misfit), labels, strict=True):
         axes.plot(sizes, values, color=GREEN, marker="o", markersize=3.5, linewidth=1.4)
-        for size, name in named.items():
-            value = values[list(sizes).index(size)]
-            axes.plot(size, value, "o", color=ORANGE, markersize=6, zorder=4)
-            axes.annotate(name, (size, value), (4, 7), textcoords="offset points", fontsize=7, zorder=5)
+        for (size, name), style in zip(named.items(), cycle(_NAMED)):
+            axes.plot(size, values[list(sizes).index(size)], **style, label=name)
         axes.margins(x=0.1, y=0.12)
-        axes.set(xlabel="disturbance sets, as parts of the given ones [–]", ylabel=label)
+        axes.set(xlabel="disturbance sets / those given [–]", ylabel=label)
         axes.set_ylim(0)
+    legend_above(figure)
     return figure
 
 
@@ -165,8 +187,6 @@ def _margin(bounded: Polytope, points: Array) -> Array:
     return np.asarray(np.min(np.minimum(values - bounded.lower, bounded.upper - values) / widths, axis=1))
 
 
-def _name_failure(axes: Axes, first: float | None, last: float) -> None:
-    text = "never fails" if first is None else f" fails at {first:.0f} "
-    x, side = (0.5 * last, "center") if first is None else (first, "left" if first < 0.6 * last else "right")
-    where = axes.get_xaxis_transform()
-    direct_label(axes, x, 0.88, text, transform=where, va="bottom", ha=side, color=GREY if first is None else INK)
+def _verdict(first_failure: float | None) -> str:
+    """Return what becomes of loops, for a title: inside the panel it would hide curves."""
+    return "never fails" if first_failure is None else f"fails at step {first_failure:.0f}"

@@ -10,6 +10,8 @@ from trackable.arrays import Array
 from trackable.control.loop_trajectory import LoopTrajectory
 from trackable.plots.panels import (
     CLOSED_LOOP,
+    UNKNOWN_UNITS,
+    Units,
     bounds_of,
     coordinate_values,
     coordinates,
@@ -32,14 +34,16 @@ _UPDATES: Final[dict[float, dict[str, Any]]] = {
 
 
 @styled
-def infeasibility(trajectory: LoopTrajectory, plant: ConstrainedSystem, horizon: int) -> Figure:
+def infeasibility(
+    trajectory: LoopTrajectory, plant: ConstrainedSystem, horizon: int, units: Units = UNKNOWN_UNITS
+) -> Figure:
     """Draw the loop around its first infeasible step, and mark the `horizon` steps over which a plan would reach.
 
     Steps at which there is no plan are shaded.
     """
     names, first = coordinates(plant), float(trajectory.infeasible[0])
     begin, end = max(0.0, first - horizon), first + 3 * horizon
-    figure, panels = stacked_panels(names, 0.8)
+    figure, panels = stacked_panels(names, 0.8, units)
     part = trajectory.until(int(end))
     for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
         draw_coordinate(axes, part, i, CLOSED_LOOP)
@@ -63,13 +67,18 @@ def infeasibility(trajectory: LoopTrajectory, plant: ConstrainedSystem, horizon:
 
 
 @styled
-def relearned(trajectory: LoopTrajectory, updates: Mapping[str, Array], plant: ConstrainedSystem) -> Figure:
+def relearned(
+    trajectory: LoopTrajectory,
+    updates: Mapping[str, Array],
+    plant: ConstrainedSystem,
+    units: Units = UNKNOWN_UNITS,
+) -> Figure:
     """Draw a loop whose reference is learned again, and mark each update as taken or not.
 
     `updates` has the columns `step` and `taken` (1 or 0).
     """
     names = coordinates(plant)
-    figure, panels = stacked_panels(names, 0.8)
+    figure, panels = stacked_panels(names, 0.8, units)
     for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
         draw_coordinate(axes, trajectory, i, CLOSED_LOOP)
         fit_limits(axes, bounds_of(plant).get(name), coordinate_values(trajectory, i)[0])

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.plots.panels import INITIAL_STATE_STYLES
+from trackable.plots.panels import INITIAL_STATE_STYLES, UNKNOWN_UNITS, Units
 from trackable.plots.plane.path import label_plane
 from trackable.plots.style import GREY, INK, PAGE, legend_above, styled
 from trackable.systems.constrained import ConstrainedSystem
@@ -19,7 +19,11 @@ _CLOSE: Final = 0.01
 
 @styled
 def loops_in_plane(
-    loops: Mapping[str, LoopTrajectory], plant: ConstrainedSystem, plane: tuple[str, str], last_step: int
+    loops: Mapping[str, LoopTrajectory],
+    plant: ConstrainedSystem,
+    plane: tuple[str, str],
+    last_step: int,
+    units: Units = UNKNOWN_UNITS,
 ) -> Figure:
     """Draw loops by their initial states up to `last_step`, and the reference that they follow.
 
@@ -38,6 +42,6 @@ def loops_in_plane(
                 axes.plot(*np.array([here, there]).T, color=GREY, linewidth=0.5, zorder=2.0)
     reference = max(loops.values(), key=lambda loop: len(loop.steps)).until(last_step).reference_states[:, columns]
     axes.plot(*reference.T, color=INK, linewidth=0.7, zorder=3.6, label="reference")
-    label_plane(axes, plane)
+    label_plane(axes, plane, units)
     legend_above(figure)
     return figure

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from trackable.arrays import Array
 from trackable.gp.samples import Samples
+from trackable.plots.panels import UNKNOWN_UNITS, Units, axis_label
 from trackable.plots.style import BLUE, INK, NAVY, PAGE, PALE, PURPLE, SAMPLE, legend_above, reference_styles, styled
 from trackable.systems.reference import Reference
 
@@ -32,6 +33,7 @@ def path(
     times: Array,
     samples: Sequence[Samples] = (),
     truth: tuple[Array, Array] | None = None,
+    units: Units = UNKNOWN_UNITS,
 ) -> Figure:
     """Draw references at `times` [s] in the `plane` of two states, with arrows that show where they lead.
 
@@ -50,14 +52,15 @@ def path(
     _draw_direction(axes, list(courses.values())[-1])
     if len(samples) == 2 and np.array_equal(samples[0].times, samples[1].times):
         axes.plot(samples[0].values, samples[1].values, **SAMPLE | {"markersize": 4})
-    label_plane(axes, plane)
+    label_plane(axes, plane, units)
     legend_above(figure, columns=3)
     return figure
 
 
-def label_plane(axes: Axes, plane: tuple[str, str]) -> None:
+def label_plane(axes: Axes, plane: tuple[str, str], units: Units) -> None:
     """Name both axes, and give them one scale."""
-    axes.set(xlabel=plane[0], ylabel=plane[1])
+    first, second = (axis_label(name, units) for name in plane)
+    axes.set(xlabel=first, ylabel=second)
     axes.set_aspect("equal", adjustable="datalim")
 
 

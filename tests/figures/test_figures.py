@@ -1,0 +1,62 @@
+"""Every committed figure: no text touches another one or a curve, and none leaves the canvas."""
+
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+
+from tests.figures.texts import collisions, texts
+from tests.project import ROOT
+from trackable.plots import svg
+from trackable.plots.style import styled
+
+FIGURES = sorted(
+    path
+    for folder in ("data/results", "benchmarks")
+    for path in (ROOT / folder).rglob("*.svg")
+    if path.parent.name == "figures"
+)
+_GAP = 1.0
+"""Texts that are nearer to each other [pt] look like one."""
+
+
+@pytest.mark.parametrize("path", FIGURES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_text_is_hidden(path: Path) -> None:
+    drawn = path.read_bytes()
+    assert len(texts(drawn)) >= 9, "axes, ticks and a legend"
+    assert collisions(drawn, _GAP) == []
+
+
+@styled
+def labelled(*labels: tuple[float, float, str], line: tuple[float, float] = (0.1, 0.1), title: str = "") -> Figure:
+    """Draw labels at places of a panel from 0 to 1, and a line over it."""
+    figure = Figure(figsize=(3, 2))
+    axes = figure.subplots()
+    axes.set(xlim=(0, 1), ylim=(0, 1), xlabel="time $t$ [s]", title=title)
+    axes.plot([0, 1], line)
+    for x, y, text in labels:
+        axes.text(x, y, text, in_layout=False)
+    return figure
+
+
+def test_texts_apart_from_each_other_pass() -> None:
+    drawn = svg(labelled((0.2, 0.5, r"$\bar{k}$ = 7"), (0.6, 0.5, "held out"), (0.2, 0.8, "two\nlines")))
+    assert collisions(drawn, _GAP) == []
+    assert {"held out", "time $t$ [s]"} <= {text.content for text in texts(drawn)}
+
+
+@pytest.mark.parametrize(
+    ("labels", "line", "said"),
+    [
+        ([(0.2, 0.5, "joint"), (0.25, 0.52, "robust")], (0.1, 0.1), "'joint' touches 'robust'"),
+        ([(0.9, 0.5, "a word that is long")], (0.1, 0.1), "'a word that is long' leaves the canvas"),
+        ([(0.4, 0.5, "fails at 10")], (0.45, 0.6), "a curve crosses 'fails at 10'"),
+    ],
+    ids=["overlap", "outside", "curve"],
+)
+def test_planted_faults_are_named(labels: list[tuple[float, float, str]], line: tuple[float, float], said: str) -> None:
+    assert collisions(svg(labelled(*labels, line=line)), _GAP) == [said]
+
+
+def test_a_curve_that_is_cut_off_hides_no_title() -> None:
+    assert collisions(svg(labelled(line=(0.5, 3.0), title="fails at step 10")), _GAP) == []
