@@ -51,7 +51,8 @@ transforms), and for nonlinear systems the formulas of u found in step 0, or tho
 step 2 assumes the same of NumPy's arithmetic, exp, log and cos. A check that is `exact`, or without NumPy, leaves it
 out: then nothing but the errors of evaluation (step 5) rests on these assumptions.
 
-For polynomial pieces, Horner's rule is assumed.
+Polynomial pieces are evaluated in double-double arithmetic, at times that are not rounded; each state or
+input is rounded to float64 once.
 
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 100,000 centres of a
 signal, 10,000 rows of a set, 100,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
@@ -128,8 +129,8 @@ step 2 first in arrays of float64 intervals, and in mpmath where these do not de
      degree n becomes (1 + y)⁻ⁿ Σ b_k y^k, and 0 ≤ x ≤ 1 becomes y ≥ 0: where all b_k ≥ 0, p is nowhere negative; where
      some are not, the cell is halved (`steps.pieces.positivity`). For all_times the cells reach from 0 to `tail_start`,
      where all signals are at rest; for all_phases over one period; for a window from start to end, where a signal that
-     ends must be known until the last t + j T. The rounding errors of Horner's rule, and of times, are at most the
-     stated ones (`steps.pieces.rounding`). Steps 0, 6 and 7 are the same.
+     ends must be known until the last t + j T. The rounding errors are at most the stated ones
+     (`steps.pieces.rounding`). Steps 0, 6 and 7 are the same.
   Of a table of states and inputs at steps: at each step, the rows of X and U are kept, and |x(k + 1) − f(x(k), u(k))|
   is at most the tolerance for each state, in rational arithmetic for linear systems (`steps.tables`). Nothing is said
   about times between the steps.

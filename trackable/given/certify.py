@@ -32,7 +32,8 @@ def certify(
         By name of a state, or of a flat output (z1, z2, …): one curve for each flat output of the plant. A plant with
         one flat output takes the curve of its first state without a name. Curves are splines of SciPy,
         PolynomialPieces, or samples with the name of an interpolation: an array (one value a step, from step 0), or
-        Samples. A flat trajectory of python-control gives all states.
+        Samples. A flat trajectory of python-control gives all states; where its basis does not say when it ends (T is
+        left out), a claim from start to end has to.
     plant
         The system with its sets.
     claim
@@ -88,7 +89,7 @@ class Given:
         instance("certify: plant", plant, ConstrainedSystem, "a ConstrainedSystem")
         if not isinstance(plant.system, LinearSystem):
             raise ValueError("certify: given trajectories are proved for linear systems only; this one is nonlinear")
-        named = _named(trajectory, plant)
+        named = _named(trajectory, plant, None if claim is None or isinstance(claim, str) else claim)
         if claim is None and all(map(repeats, named.values())):
             claim = "all_phases"
         beyond = _beyond(claim, named)
@@ -131,9 +132,9 @@ class Given:
         }
 
 
-def _named(trajectory: Any, plant: ConstrainedSystem) -> dict[str, Any]:
+def _named(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float] | None) -> dict[str, Any]:
     if is_flat_trajectory(trajectory):
-        states = dict(zip(plant.system.states, states_as_pieces(trajectory, "end"), strict=True))
+        states = dict(zip(plant.system.states, states_as_pieces(trajectory, "end", span), strict=True))
         alone = [functional.stencil for functional in plant.flatness.states]
         names: dict[int, str] = {}
         for name, seen in zip(plant.system.states, alone, strict=True):

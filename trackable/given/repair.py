@@ -1,6 +1,6 @@
 """Repair a trajectory that breaks its bounds: the nearest spline that is proved, by quadratic programs."""
 
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from trackable.given.splines import Splines
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 
+Start = Literal["given", "free"]
+"""Whether a repaired trajectory begins with the states that were given, or may begin with others."""
+
 _BACKOFFS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 """Parts of the widths of bounds by which they are drawn in, for the solver's tolerance and times between instants."""
 
@@ -24,28 +27,39 @@ _FINER, _EXCHANGES = 8, 3
 
 
 def repair(
-    trajectory: Any, plant: ConstrainedSystem, claim: Claim | None = None, interpolation: Interpolation | None = None
+    trajectory: Any,
+    plant: ConstrainedSystem,
+    claim: Claim | None = None,
+    interpolation: Interpolation | None = None,
+    start: Start = "given",
 ) -> CertifiedReference | Counterexample | Unproved:
     """Return the trajectory itself where it is proved, and otherwise the nearest spline that is.
 
     Arguments and exceptions are those of `certify`. The spline has degree 5, or one more than the system looks ahead,
     and up to 400 pieces. It is nearest in the root mean square of all curves, each as a part of its own range.
+    It begins with the states of what is given, to the precision of the solver, as a system that is there cannot begin
+    elsewhere. With a `start` that is "free" it may begin with others, and so it does where curves repeat, or where the
+    given states break a bound at the start.
     Quadratic programs find it, with bounds at many times, which are drawn in by a small part of their width until the
     proof succeeds. `CertifiedReference.moved` says how far each curve was moved, at most and in the root mean square.
 
     Returns Unproved where no such spline was found within the bounds: another one may exist. A Counterexample is what
     still broke a bound after the last attempt.
+
+    ValueError: `start` is neither "given" nor "free".
     """
+    if start not in get_args(Start):
+        raise ValueError(f"repair: start must be one of {', '.join(get_args(Start))}, got {start!r}")
     given = Given.of(trajectory, plant, claim, interpolation)
     outcome = given.prove()
     if isinstance(outcome, Certificate):
         nowhere = {name: Moved(0.0, 0.0) for name in given.curves}
         return CertifiedReference(given.reference, outcome, given.off(outcome), nowhere)
-    splines = Splines.of(given)
+    splines = Splines.of(given, _held(given) if start == "given" else None)
     for backoff in _BACKOFFS:
         coefficients = _solved(splines, backoff)
         if coefficients is None:
-            return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff)
+            return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, splines)
         reference = Reference(splines.signals(coefficients), plant)
         found = prove_on_window(reference, *given.window) if given.window else prove(reference)
         if isinstance(found, Certificate):
@@ -68,8 +82,22 @@ def _solved(splines: Splines, backoff: float) -> Array | None:
     return found
 
 
-def _not_found(broken: Counterexample, backoff: float) -> Unproved:
+def _held(given: Given) -> Array | None:
+    """Return the states at the start, shape (n,), if they can be kept; None where all repeats, or a bound is broken."""
+    if given.beyond == "period":
+        return None
+    at_start = given.reference.state_at(np.asarray(given.span[0]))
+    limits = (limit for limit in given.plant.given_constraints if limit.side == "state")
+    margins = (
+        limit.bounds.margin(np.array(limit.row, dtype=float) @ at_start) / limit.bounds.width for limit in limits
+    )
+    return at_start if all(margin > _BACKOFFS[0] for margin in margins) else None
+
+
+def _not_found(broken: Counterexample, backoff: float, splines: Splines) -> Unproved:
     reason = f"no spline was found within the bounds, drawn in by {backoff:.0e} of their width"
+    if splines.held is not None:
+        reason += ', that begins with the given states; one may exist that does not (start="free")'
     return Unproved(broken.quantity, broken.bounds, (broken.time, broken.time), broken.violation, reason)
 
 

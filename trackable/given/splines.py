@@ -14,6 +14,7 @@ from trackable.arrays import Array
 from trackable.given.certify import Given
 from trackable.given.conversion import as_pieces
 from trackable.systems.flat.functional import Functional
+from trackable.systems.flat.trajectory import Coordinate
 from trackable.systems.signals.pieces import PolynomialPieces
 
 _FEWEST, _MOST, _PER_PIECE = 64, 400, 4
@@ -22,14 +23,18 @@ _INSTANTS = 6  # for each interval between knots
 
 @dataclass(frozen=True, eq=False)
 class Splines:
-    """One spline of a `degree` for each flat output, with the same `knots` [s]: those of its ends are not repeated."""
+    """One spline of a `degree` for each flat output, with the same `knots` [s]: those of its ends are not repeated.
+
+    States at the first knot are `held`, shape (n,), or free if it is None.
+    """
 
     given: Given
     knots: Array
     degree: int
+    held: Array | None
 
     @classmethod
-    def of(cls, given: Given) -> "Splines":
+    def of(cls, given: Given, held: Array | None) -> "Splines":
         """Choose knots: four in each piece of the curves, 64 to 400, and not closer than the steps."""
         step, orders = given.plant.sampling_time, given.plant.flatness.orders
         first, last = given.span
@@ -37,7 +42,7 @@ class Splines:
             last += (max(orders) + 1e-6) * step
         pieces = max(len(curve.coefficients) for curve in given.curves.values())
         count = min(max(_FEWEST, _PER_PIECE * pieces), _MOST, max(int((last - first) / step), 8))
-        return cls(given, np.linspace(first, last, count + 1), max(5, max(orders) + 1))
+        return cls(given, np.linspace(first, last, count + 1), max(5, max(orders) + 1), held)
 
     @property
     def count(self) -> int:
@@ -90,7 +95,7 @@ class Splines:
         None: there are none.
         """
         unknown, plant = cp.Variable(len(self.given.curves) * self.count), self.given.plant
-        constraints = []
+        constraints = self._begun(unknown)
         for q in plant.quantities:
             functional = _required(q.functional)
             row, width = self.rows(functional, times) / q.bounds.width, q.bounds.width
@@ -106,6 +111,17 @@ class Splines:
         if program.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) or unknown.value is None:
             return None
         return np.asarray(unknown.value).reshape(-1, self.count)
+
+    def _begun(self, unknown: cp.Variable) -> list[cp.Constraint]:
+        """Return that the states at the start are those that are held."""
+        if self.held is None:
+            return []
+        states, found = [_required(trajectory) for trajectory in self.given.plant.flatness.states], []
+        for functional, value in zip(states, self.held.tolist(), strict=True):
+            row = self.rows(functional, self.knots[:1])
+            scale = float(np.max(np.abs(row.data)))
+            found.append(row / scale @ unknown == (value - float(functional.offset)) / scale)
+        return found
 
     def _apart(self, unknown: cp.Variable) -> Sequence[cp.Expression]:
         """Return what the flat outputs show, minus the curves, each as a part of its range."""
@@ -133,6 +149,6 @@ class Splines:
         return np.unique(np.concatenate(found))
 
 
-def _required(functional: Functional | None) -> Functional:
-    assert functional is not None, "plants are linear here"
+def _required(functional: Coordinate | None) -> Functional:
+    assert isinstance(functional, Functional), "plants are linear here"
     return functional

@@ -72,3 +72,31 @@ def test_what_cannot_be_repaired_is_told():
     found = repair({"x": CubicSpline(X, [1.5, 1.2, 1.4, 1.3])}, plant)
     assert isinstance(found, Unproved)
     assert "no spline was found within the bounds" in found.explanation
+
+
+@pytest.mark.parametrize("case", ["stops at once", "has kinks"])
+def test_a_repaired_trajectory_begins_where_the_given_one_does(case):
+    """A system that is there cannot begin elsewhere; where it may, the result is nearer."""
+    curve, claim, _ = CASES[case]
+    given = certify(curve, ConstrainedSystem(AXIS.system, *(Polytope.box([-99] * n, [99] * n) for n in (2, 1))), claim)
+    kept, free = (repair(curve, AXIS, claim, start=start) for start in ("given", "free"))
+    assert kept.state(0) == pytest.approx(given.state(0), abs=1e-6)
+    assert free.state(0) != pytest.approx(given.state(0), abs=1e-3)
+    assert free.moved["position"].rms < kept.moved["position"].rms
+
+
+def test_a_start_that_breaks_a_bound_is_moved():
+    curve = CubicSpline(X, [-1.3, -0.6, -0.5, -0.3], bc_type="clamped")
+    found = repair(curve, AXIS, "all_times")
+    assert isinstance(found, CertifiedReference)
+    assert -1.1 < found.state(0)[0] < -1.09
+    with pytest.raises(ValueError, match="start must be one of given, free"):
+        repair(curve, AXIS, "all_times", start="anywhere")
+
+
+def test_a_start_from_which_nothing_is_found_is_named():
+    hasty = CubicSpline(X, [0.15, 0.6, 0.3, 0.0], bc_type=((1, 0.9), (1, 0.0)))  # too fast to stop before the bound
+    found = repair(hasty, AXIS, "all_times")
+    assert isinstance(found, Unproved)
+    assert 'one may exist that does not (start="free")' in found.explanation
+    assert isinstance(repair(hasty, AXIS, "all_times", start="free"), CertifiedReference)
