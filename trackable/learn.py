@@ -74,8 +74,9 @@ def learn_reference(
     ----------
     samples
         By name of the sampled state (or of a flat output, z1, z2, …): one at least for each flat output of the system.
-        Several that show one flat output, such as position and velocity, are learned from together. A system with one
-        flat output takes samples of its first state without a name. A pandas Series or DataFrame will do, with times
+        Several that show one flat output, such as position and velocity, are learned from together. "rate of x" is the
+        velocity of a state x that has none among the states: its change in one step, per second. A system with one flat
+        output takes samples of its first state without a name. A pandas Series or DataFrame will do, with times
         in seconds as its index; NaN is no sample.
     kernel
         One for all flat outputs, or by the same names; of several that show one flat output, by the first of them. Each

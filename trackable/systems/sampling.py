@@ -10,7 +10,9 @@ from trackable.gp.stencil import POINT, Stencil
 from trackable.gp.stencils import Stencils
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.functional import Functional
-from trackable.systems.flat.trajectory import Trajectory
+
+RATE_OF = "rate of "
+"""Before the name of a state or flat output: its change in one step, divided by the sampling time, in unit/s."""
 
 _ROUNDING = 1e-12  # relative to the weights
 
@@ -18,8 +20,8 @@ _ROUNDING = 1e-12  # relative to the weights
 def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str, Stencil]:
     """Return, in the order of the flat outputs, the one sampled name for each and its stencil.
 
-    Names are those of states, or of flat outputs (z1, z2, …). ValueError: as `kinds_by_name`, and where two names show
-    the same flat output.
+    Names are those of states, of flat outputs (z1, z2, …), or of their rates (`RATE_OF`). ValueError: as
+    `kinds_by_name`, and where two names show the same flat output.
     """
     found: dict[str, Stencil] = {}
     for kinds in kinds_by_name(plant, names):
@@ -33,8 +35,8 @@ def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str
 def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[str, Stencil], ...]:
     """Return, for each flat output, the names that show it with their stencils; a name that shows its level is first.
 
-    ValueError: an unknown name, a state that depends on several flat outputs, or a flat output whose level is not
-    sampled.
+    ValueError: an unknown name, a state that is no weighted sum of one flat output and its shifts, or a flat output
+    whose level is not sampled.
     """
     found: list[dict[str, Stencil]] = [{} for _ in range(plant.signal_count)]
     moving: dict[str, int] = {}
@@ -108,33 +110,43 @@ def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
     flat = [f"z{signal + 1}" for signal in range(plant.signal_count)]
     states = plant.system.states
     if name in states:
-        seen = plant.flatness.states[states.index(name)].stencil
-        if seen is None and isinstance(plant.flatness.states[states.index(name)], Trajectory):
-            raise ValueError(
-                f"samples: {name} follows from flat outputs by a formula; give samples of {', '.join(flat)}, or of "
-                "states that show one each"
-            )
+        coordinate = plant.flatness.states[states.index(name)]
+        seen = coordinate.stencil
         if seen is None:
-            raise ValueError(
-                f"samples: {name} shows several flat outputs at once; give samples of {', '.join(flat)}, or of states "
-                "that show one each"
+            why = (
+                "shows several flat outputs at once"
+                if isinstance(coordinate, Functional)
+                else "is no weighted sum of shifts of one flat output"
             )
-        return *seen, _depends_on_level(plant, states.index(name), seen[0])
+            raise ValueError(
+                f"samples: {name} {why}; give samples of {', '.join(flat)}, or of states that show one each"
+            )
+        return *seen, _shows_level(seen[1])
     if name in flat:
         return flat.index(name), POINT, True
-    raise ValueError(f"samples: {name} is neither a state ({', '.join(states)}) nor a flat output ({', '.join(flat)})")
+    if name.startswith(RATE_OF):
+        signal, stencil, _ = _seen(plant, name.removeprefix(RATE_OF))
+        return signal, _rate(stencil, plant.sampling_time), False
+    raise ValueError(
+        f"samples: {name} is neither a state ({', '.join(states)}) nor a flat output ({', '.join(flat)}), nor the rate "
+        f"of one, as {RATE_OF}{states[0]}"
+    )
+
+
+def _rate(stencil: Stencil, sampling_time: float) -> Stencil:
+    """Return the stencil of (s(t + T_s) − s(t))/T_s of a signal s that has a stencil."""
+    weights = np.array(stencil.weights)
+    change = np.append(0.0, weights) - np.append(weights, 0.0)
+    return Stencil(tuple((change / sampling_time).tolist()), sampling_time)
 
 
 def _sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
     """Return the names that a flat output can be sampled by: states that determine it, and its own name."""
-    stencils = [functional.stencil for functional in plant.flatness.states]
-    alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and _depends_on_level(plant, i, signal)]
+    stencils = [coordinate.stencil for coordinate in plant.flatness.states]
+    alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and _shows_level(seen[1])]
     return [*(plant.system.states[i] for i in alone), f"z{signal + 1}"]
 
 
-def _depends_on_level(plant: ConstrainedSystem, state: int, signal: int) -> bool:
-    """Whether a state depends on the flat output at rest, by more than rounding of A and B can cause."""
-    shown = plant.flatness.states[state]
-    assert isinstance(shown, Functional), "formulas show no flat output"
-    weights = shown.weights[signal]
-    return float(abs(sum(weights))) > _ROUNDING * float(max(map(abs, weights)))
+def _shows_level(stencil: Stencil) -> bool:
+    """Whether samples depend on a flat output at rest, by more than rounding of A and B can cause."""
+    return abs(sum(stencil.weights)) > _ROUNDING * max(map(abs, stencil.weights))

@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 
 from tests.trackable.plants import AXIS, SAMPLES, TIMES
-from trackable import Proved, Samples, SquaredExponential, TrackableReference, check, learn_reference
+from trackable import (
+    ConstrainedSystem,
+    Periodic,
+    Polytope,
+    Proved,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    check,
+    learn_reference,
+    mobile_robot,
+)
 from trackable.control.online import receding_window
 from trackable.control.references import InterpolatedReference
 from trackable.gp.joint import JointPosterior
@@ -120,3 +131,30 @@ def test_the_last_samples_keep_their_kinds() -> None:
     assert kinds["velocity"].values.tolist() == VELOCITY.values[-3:].tolist()
     (one,) = receding_window(together, 3.0, 1)
     assert not isinstance(one.stencil, Stencils)
+
+
+def test_a_robot_learns_from_positions_and_velocities() -> None:
+    step, period, std = 0.1, 12.0, 0.03
+    rng, phase = np.random.default_rng(0), 2 * np.pi / period
+    paths = {"x": lambda t: 1.5 * np.sin(phase * t), "y": lambda t: 0.8 * np.sin(2 * phase * t)}
+    plant = ConstrainedSystem(
+        mobile_robot(step),
+        Polytope.box([-3.0, -3.0, -np.inf], [3.0, 3.0, np.inf]),
+        Polytope.box([0.1, -2.5], [1.6, 2.5]),
+    )
+    few, many, steps = np.arange(0.0, period, 1.5), np.arange(0.0, period, 0.5), np.arange(120.0)
+    given = {name: Samples(few, path(few) + std * rng.standard_normal(few.size)) for name, path in paths.items()}
+    rates = {name: (path(many + step) - path(many)) / step for name, path in paths.items()}
+    both = given | {
+        f"rate of {name}": Samples(many, rate + std * rng.standard_normal(many.size)) for name, rate in rates.items()
+    }
+    kernel = Periodic(1.0, 1.0, period)
+
+    def error(samples: dict[str, Samples]) -> float:
+        noise = dict.fromkeys(samples, std)
+        found = learn_reference(samples, plant, kernel, "all_phases", noise_std=noise, starts=1)
+        assert [*found.misfit] == [name for path in paths for name in samples if name.endswith(path)]
+        true = np.diff([path(steps * step) for path in paths.values()])
+        return float(np.sqrt(np.mean((np.diff(found.state(steps)[:, :2], axis=0).T - true) ** 2)))
+
+    assert error(both) < 0.8 * error(given)

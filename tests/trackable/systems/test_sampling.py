@@ -8,10 +8,16 @@ import pytest
 from tests.trackable.systems.instances import random_signal, unbounded
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import POINT
+from trackable.systems.library import mobile_robot, pendulum
 from trackable.systems.linear import LinearSystem
-from trackable.systems.sampling import default_sample, sampled_signals, stencils_by_name
+from trackable.systems.sampling import default_sample, kinds_by_name, sampled_signals, stencils_by_name
 
 T_S = 0.1
+BOTH = "(learn_reference takes both)"
+NEITHER = (
+    "is neither a state (position, velocity, acceleration) nor a flat output (z1), nor the rate of one, as rate of "
+    "position"
+)
 NO_LEVEL = "says how its flat output moves, but not where it is"
 AXIS = unbounded(
     LinearSystem.discretised(np.eye(3, k=1), np.eye(3)[:, 2:], T_S, states=("position", "velocity", "acceleration"))
@@ -27,6 +33,7 @@ PLANE = unbounded(
 MIXED = unbounded(
     LinearSystem(np.array([[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.3, 0.2, 0.9]]), np.eye(3)[:, :2] * 2, sampling_time=T_S)
 )
+PENDULUM, ROBOT = unbounded(pendulum(T_S)), unbounded(mobile_robot(T_S))
 
 
 @pytest.mark.parametrize(
@@ -60,17 +67,58 @@ def test_samples_without_a_name_are_those_of_the_first_state_that_shows_the_flat
         default_sample(PLANE)
 
 
+SHOWN = {
+    "linear": (AXIS, ["position", "velocity", "rate of velocity", "rate of z1"]),
+    "pendulum": (PENDULUM, ["angle", "rate", "rate of angle", "rate of rate"]),
+    "robot": (ROBOT, ["x", "y", "rate of x", "rate of z2"]),
+}
+
+
+@pytest.mark.parametrize("which", SHOWN)
+def test_a_stencil_measures_what_its_name_says(which: str):
+    """Of states that are formulas too; a rate is the change of a state in one step, per second."""
+    plant, names = SHOWN[which]
+    signals, t, step = (
+        [random_signal(np.random.default_rng(c)) for c in range(plant.signal_count)],
+        np.linspace(-1.0, 1.0, 7),
+        0.1,
+    )
+    coordinates = dict(zip(plant.system.states, plant.flatness.states, strict=True)) | {
+        f"z{c + 1}": (lambda signals, t, c=c: signals[c](t)) for c in range(plant.signal_count)
+    }
+    for c, kinds in enumerate(kinds_by_name(plant, names)):
+        for name, stencil in kinds.items():
+            of = coordinates[name.removeprefix("rate of ") if name not in coordinates else name]
+            now, later = (of(signals, at) for at in (t, t + step))
+            expected = now if name in coordinates else (later - now) / step
+            np.testing.assert_allclose(stencil.measured(signals[c], t), expected, rtol=1e-9, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("plant", "names", "message"),
     [
-        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead (learn_reference takes both)"),
+        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead {BOTH}"),
         (
             AXIS,
             ["acceleration"],
-            f"acceleration {NO_LEVEL}; give samples of position, z1 instead (learn_reference takes both)",
+            f"acceleration {NO_LEVEL}; give samples of position, z1 instead {BOTH}",
         ),
-        (AXIS, ["speed"], "speed is neither a state (position, velocity, acceleration) nor a flat output (z1)"),
-        (AXIS, ["z2"], "z2 is neither a state (position, velocity, acceleration) nor a flat output (z1)"),
+        (AXIS, ["speed"], f"speed {NEITHER}"),
+        (AXIS, ["z2"], f"z2 {NEITHER}"),
+        (AXIS, ["rate of z2"], f"z2 {NEITHER}"),
+        (AXIS, ["rate of position"], f"rate of position {NO_LEVEL}; give samples of position, z1 instead {BOTH}"),
+        (
+            ROBOT,
+            ["heading"],
+            "heading is no weighted sum of shifts of one flat output; give samples of z1, z2, or of "
+            "states that show one each",
+        ),
+        (
+            ROBOT,
+            ["x", "y", "rate of heading"],
+            "heading is no weighted sum of shifts of one flat output; give samples "
+            "of z1, z2, or of states that show one each",
+        ),
         (
             MIXED,
             ["x1"],

@@ -9,9 +9,11 @@ from typing import Self
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.stencil import Stencil
 from trackable.systems.flat.form import named
 from trackable.systems.flat.functional import Functional, Signals
 from trackable.systems.flat.functional import combined as combined_functional
+from trackable.systems.formulas.affine import affine_parts
 from trackable.systems.formulas.algebra import Term, derivative, plus, times
 from trackable.systems.formulas.evaluation import evaluate_floats
 from trackable.systems.formulas.expression import Constant, Expression, Variable, variables
@@ -45,9 +47,20 @@ class Trajectory:
         """The functional, if the trajectory is one itself; otherwise None."""
         return self.arguments[0][1] if isinstance(self.formula, Variable) else None
 
-    @property
-    def stencil(self) -> None:
-        """The signal and its weights that samples see: of a formula there are none."""
+    @cached_property
+    def stencil(self) -> tuple[int, Stencil] | None:
+        """The signal c and its weights, if q is an affine function of exactly one signal; otherwise None."""
+        try:
+            parts = affine_parts(self.formula, frozenset(name for name, _ in self.arguments))
+        except ValueError:
+            return None
+        gains = {name: float(evaluate_floats(gain, {})) for name, gain in parts.gains.items()}
+        signals = self._weights(gains)
+        if len(signals) != 1:
+            return None
+        ((signal, weights),) = signals
+        offset = 0.0 if parts.drift is None else float(evaluate_floats(parts.drift, {}))
+        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, offset)
 
     @property
     def sampling_time(self) -> float:
@@ -76,11 +89,15 @@ class Trajectory:
     def weights_at(self, signals: Signals, t: Array) -> list[tuple[int, Array]]:
         """Linearise at one t [s]: pairs (c, w_c) such that δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small changes δz."""
         slopes = self.slopes({name: functional(signals, t) for name, functional in self.arguments})
+        return self._weights({name: slope.item() for name, slope in slopes.items()})
+
+    def _weights(self, gains: Mapping[str, float]) -> list[tuple[int, Array]]:
+        """Return the weights of all signals in Σ_i gains[i] q_i that are not zero."""
         longest = max(len(w) for _, functional in self.arguments for w in functional.weights)
         weights = np.zeros((len(self.arguments[0][1].weights), longest))
         for name, functional in self.arguments:
             for c, rounded in functional.rounded:
-                weights[c, : len(rounded)] += slopes[name].item() * rounded
+                weights[c, : len(rounded)] += gains.get(name, 0.0) * rounded
         return [(c, w) for c, w in enumerate(weights) if w.any()]
 
     @cached_property
