@@ -131,6 +131,10 @@ class StepProblem:
 
     def plan(self, v: Array, status: Status) -> Plan:
         """Return the plan with input errors v (N, m)."""
+        return self.applying(self.formulation.admissible.pull_inside(self.window.inputs[0] + v[0]), v, status)
+
+    def applying(self, u: Array, v: Array, status: Status, slack: float = np.inf) -> Plan:
+        """Return the plan with input errors v (N, m), of which u (m,) is applied; `slack` is that of e(0), if any."""
         f = self.formulation
         errors = self.model.error_model.errors(self.initial_error, v, self.model.defects)
         e = np.vstack([self.initial_error, errors])
@@ -139,12 +143,12 @@ class StepProblem:
             raise ArithmeticError("a prediction overflows")
         return Plan(
             k=self.k,
-            input=f.admissible.pull_inside(self.window.inputs[0] + v[0]),
+            input=u,
             cost=float(np.sum(stage_costs)),
             stage_cost=float(stage_costs[0]),
             states=self.window.states + e,
             inputs=self.window.inputs + v,
-            slack=self.slack.remaining(f.inequalities, errors, v).smallest,
+            slack=min(slack, self.slack.remaining(f.inequalities, errors, v).smallest),
             terminal_residual=float(np.max(np.abs(errors[-1]))),
             status=status,
         )

@@ -95,7 +95,7 @@ class TubeController:
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
                 window = reference.window(k, self.horizon)
-                if not all(np.all(np.isfinite(values)) for values in window):
+                if not all(np.isfinite(values).all() for values in window):
                     raise ArithmeticError("the reference is not defined")
                 return self._solved(k, state, window, initial_guess)
         except (ArithmeticError, np.linalg.LinAlgError) as error:

@@ -36,11 +36,18 @@ class ErrorSet:
 
     def contains(self, e: Array) -> bool:
         """Whether an error (n,) is in Z, up to rounding."""
-        described = self.halfspaces or self._facets
-        if described is None:
+        if self._sides is None:
             return self._weights(e) is not None
+        rows, sides = self._sides
+        return bool((rows @ e <= sides).all())
+
+    @cached_property
+    def _sides(self) -> tuple[Array, Array] | None:
+        """Half-spaces with the rounding that counts as inside; None where there are none."""
+        if (described := self.halfspaces or self._facets) is None:
+            return None
         rows, sides = described
-        return bool(np.all(rows @ e <= sides + _ROUNDING * np.max(sides, initial=0.0)))
+        return rows, sides + _ROUNDING * np.max(sides, initial=0.0)
 
     @cached_property
     def blocks(self) -> tuple[list[int], ...]:
@@ -198,7 +205,11 @@ class ErrorSet:
 
 
 def _is_edge(p: Array, q: Array, points: Array) -> bool:
-    """Whether all points lie on one side of the line through p and q, which differ."""
+    """Whether all points lie on one side of the line through p and q, which differ, up to rounding.
+
+    A line beside the points does no harm: it is one more direction in which the set is bounded.
+    """
     along = q - p
     sides = (points - p) @ np.array([-along[1], along[0]])
-    return bool(along.any() and (np.all(sides <= 0) or np.all(sides >= 0)))
+    least = _ROUNDING * np.max(np.abs(sides), initial=0.0)
+    return bool(along.any() and (np.all(sides <= least) or np.all(sides >= -least)))

@@ -37,15 +37,16 @@ class Nearest:
 
     def _by_blocks(self, e: Array) -> Array | None:
         """Return the nearest point of a product of polygons: in turn in the coordinates of each, the others held."""
-        d = e.copy()
-        for _ in range(_MOST_ROUNDS):
-            for polygon in self._polygons:
-                d[polygon.block] = polygon.nearest(e, d)
-            if len(self._polygons) == 1:
+        d, edges = e.copy(), list[int | None]([None]) * len(self._polygons)
+        for turn in range(_MOST_ROUNDS):
+            for i, polygon in enumerate(self._polygons):
+                d[polygon.block], edges[i] = polygon.nearest(e, d, edges[i])
+            if len(edges) == 1:
                 return d
-            normal = self.normal(e, d)
-            if self.errors.support(normal) - normal @ d <= _GAP * (normal @ (e - d)):
-                return d
+            if turn:  # the first one is hardly ever enough
+                normal = self.normal(e, d)
+                if self.errors.support(normal) - normal @ d <= _GAP * (normal @ (e - d)):
+                    return d
         return None
 
     def _combined(self, e: Array) -> Array | None:

@@ -20,20 +20,42 @@ class Polygon:
     block: list[int]
     root: Array
 
-    def nearest(self, e: Array, d: Array) -> Array:
-        """Return the best d in these coordinates, (1,) or (2,), for an error e (n,), with the others of d (n,) held."""
+    def nearest(self, e: Array, d: Array, likely: int | None = None) -> tuple[Array, int | None]:
+        """Return the best d in these coordinates, (1,) or (2,), for an error e (n,), with the others of d (n,) held.
+
+        Beside it comes the edge on which it lies, None inside; the edge that is `likely` is tried first.
+        """
         aim = e[self.block] + self._coupling @ (e - d)
+        if likely is not None and (part := self._part(likely, aim)) is not None:
+            return np.asarray(self._corners[likely] + part * self._edges[likely]), likely
         rows, sides = self._halfspaces
-        if np.all(rows @ aim <= sides):
-            return np.asarray(aim)
+        if (rows @ aim <= sides).all():
+            return np.asarray(aim), None
         (x, y), (dx, dy), (along_x, along_y) = self._image
         a, b = self._embedding @ aim
         off_x, off_y = a - x, b - y
         part = np.minimum(np.maximum(off_x * along_x + off_y * along_y, 0.0), 1.0)
         off_x -= part * dx
         off_y -= part * dy
-        at = np.argmin(off_x * off_x + off_y * off_y)
-        return np.asarray(self._corners[at] + part[at] * self._edges[at])
+        at = int((off_x * off_x + off_y * off_y).argmin())
+        return np.asarray(self._corners[at] + part[at] * self._edges[at]), at
+
+    def _part(self, at: int, aim: Array) -> float | None:
+        """Return how far along an edge the nearest point lies, if it lies inside of the edge; None elsewhere.
+
+        It does where the point of the edge's line that is nearest lies on the edge, and `aim` outside of the line: then
+        all of the polygon is on the other side.
+        """
+        corners, edges, along = self._image
+        x, y = self._embedding @ aim - corners[:, at]
+        part = float(x * along[0, at] + y * along[1, at])
+        outside = (x * edges[1, at] - y * edges[0, at]) * self._turn
+        return part if 0 < part < 1 and outside > 0 else None
+
+    @cached_property
+    def _turn(self) -> float:
+        """1 where the image has its corners in positive sense, as the polygon; −1 where not, and 0 for intervals."""
+        return float(np.sign(np.linalg.det(self._embedding))) if len(self.block) == 2 else 0.0
 
     @cached_property
     def _embedding(self) -> Array:

@@ -1,6 +1,6 @@
 """The problem of one step of a tube controller: its optimal plan, or how far the tightened sets are from one."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +13,7 @@ from trackable.control.tube.program import TubeProgram
 from trackable.systems.reference import Window
 
 _FOLLOWED = 1e-12
-"""Of the scales: a reference that the system misses by less in each step is a plan."""
+"""Of the scales: a plan that would leave the reference by less is the reference."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,11 +32,11 @@ class TubeProblem:
     def optimum(self) -> Plan | None:
         """The optimal plan; None where none is found.
 
-        Most steps need no program: inside of the tube the reference is the plan, and off the tube the start of least
-        cost in x ⊖ Z will do, if no bound is active then.
+        Most steps need no program: inside of the tube the reference is the plan, and off the tube the one from the
+        start of least cost in x ⊖ Z will do, if no bound is active then.
         """
         try:
-            return self.on_reference() or self.without_bounds() or self.with_active_bounds()
+            return self.without_bounds() or self.with_active_bounds()
         except np.linalg.LinAlgError:  # beyond its numbers
             return self.solved()
 
@@ -48,15 +48,40 @@ class TubeProblem:
     @cached_property
     def nominal(self) -> StepProblem:
         """The problem of the nominal system from x_r on."""
-        f = self.formulation.nominal
-        return StepProblem(f, self.k, self.window.states[0], self.window, f.local_model(self.window, self.window))
+        f, window = self.formulation.nominal, self.window
+        return StepProblem(f, self.k, window.states[0], window, f.local_model(window, window))
 
-    def on_reference(self) -> Plan | None:
-        """Return the plan that stays on the reference, of cost 0, if it is one: the optimum wherever x ∈ x_r ⊕ Z."""
-        f, window = self.formulation, self.window
-        if not f.errors.contains(self.off) or not np.max(np.abs(self._defects)) <= _FOLLOWED:
+    def without_bounds(self) -> Plan | None:
+        """Return the optimum with no bound but x − z(0) ∈ Z, if it keeps them all: the reference for x ∈ x_r ⊕ Z."""
+        start = self._free_start
+        if start is None:
             return None
-        slack = min(self.nominal.slack.smallest, self._start_slack)
+        model, scales = self.nominal.model, self.formulation.nominal.scales
+        unforced = model.error_model.unforced_errors(start, model.defects) / scales.states
+        if np.abs(unforced).max() <= _FOLLOWED:
+            return self._reference
+        plan = self.plan(start, model.without_bounds.input_errors(unforced) * scales.inputs, Status.NO_ACTIVE_BOUND)
+        return plan if plan.slack >= -ROUNDING else None
+
+    @property
+    def _free_start(self) -> Array | None:
+        """The z(0) − x_r of least cost in x ⊖ Z where no bound is active; None where it is not found, or not unique.
+
+        Its cost is a quadratic distance from the cheapest start of all, and so x − z(0) is the point of Z that is
+        nearest to x less that start (`Nearest` says how nearly).
+        """
+        f = self.formulation
+        if not f.start_cost.is_strict:
+            return np.zeros(len(self.off)) if f.errors.contains(self.off) else None
+        free = self.off - f.start_cost.cheapest(self._defects) * f.nominal.scales.states
+        nearest = f.nearest(free)
+        return None if nearest is None else self.off - nearest
+
+    @property
+    def _reference(self) -> Plan | None:
+        """The plan that stays on the reference, of cost 0; None where that breaks a bound."""
+        f, window = self.formulation, self.window
+        slack = min(self.nominal.slack.smallest, float(np.min(f.start_slack(window.states[0]), initial=np.inf)))
         if slack < -TOLERANCE:
             return None
         return Plan(
@@ -70,25 +95,6 @@ class TubeProblem:
             terminal_residual=0.0,
             status=Status.NO_ACTIVE_BOUND,
         )
-
-    def without_bounds(self) -> Plan | None:
-        """Return the optimum with no bound but x − z(0) ∈ Z, if it keeps them all.
-
-        Its cost is a quadratic distance of z(0) from the cheapest start, and so x − z(0) is the point of Z that is
-        nearest to what is left of x − x_r (`Nearest` says how nearly).
-        """
-        f, scales = self.formulation, self.formulation.nominal.scales
-        if not f.start_cost.is_strict:
-            return None
-        cheapest = f.start_cost.cheapest(self._defects) * scales.states
-        nearest = f.nearest(self.off - cheapest)
-        if nearest is None:
-            return None
-        start = self.off - nearest
-        model = self.nominal.model
-        unforced = model.error_model.unforced_errors(start, model.defects) / scales.states
-        plan = self.plan(start, model.without_bounds.input_errors(unforced) * scales.inputs, Status.NO_ACTIVE_BOUND)
-        return plan if plan.slack >= -ROUNDING else None
 
     def with_active_bounds(self) -> Plan | None:
         """Return the optimum by an active-set method; None where there is no plan. Raises LinAlgError if that fails."""
@@ -120,7 +126,7 @@ class TubeProblem:
         if not self.formulation.errors.contains((1 - TOLERANCE) * (self.off - start)):  # as accurate as the solver is
             return None
         plan = self.plan(start, v, Status.KEPT)
-        ends = replace(self.nominal, state=plan.states[0]).ends_on_reference(plan)
+        ends = self.nominal.ends_on_reference(plan)
         return _admissible(plan) if ends else None
 
     @property
@@ -159,10 +165,9 @@ class TubeProblem:
     def plan(self, start: Array, v: Array, status: Status) -> Plan:
         """Return the plan whose nominal start is x_r + `start`: its slack counts from there, its input is u."""
         f, z = self.formulation, self.window.states[0] + start
-        plan = replace(self.nominal, state=z).plan(v, status)
-        u = plan.inputs[0] + f.invariant.feedback @ (self.state - z)
-        slack = min(plan.slack, float(np.min(f.start_slack(z), initial=np.inf)))
-        return replace(plan, input=f.admissible.pull_inside(u), slack=slack)
+        u = f.admissible.pull_inside(self.window.inputs[0] + v[0] + f.invariant.feedback @ (self.state - z))
+        problem = StepProblem(f.nominal, self.k, z, self.window, self.nominal.model)
+        return problem.applying(u, v, status, float(f.start_slack(z).min(initial=np.inf)))
 
     def _solved(
         self,
@@ -186,10 +191,6 @@ class TubeProblem:
     @cached_property
     def _defects(self) -> Array:
         return np.asarray(self.nominal.model.defects / self.formulation.nominal.scales.states)
-
-    @property
-    def _start_slack(self) -> float:
-        return float(np.min(self.formulation.start_slack(self.window.states[0]), initial=np.inf))
 
 
 def _admissible(plan: Plan) -> Plan | None:

@@ -17,6 +17,7 @@ RATES = (1.0, 0.95, 0.9, 0.8)
 _SPARED = 0.05
 _FREE = 1e-6
 _BITS = 20
+_NOTHING = 1e-10  # of the largest entry, in units of the sets
 
 
 def given_feedback(feedback: ArrayLike, system: LinearSystem) -> Array:
@@ -56,7 +57,8 @@ def regulator(
     """Return K of min Σ_k rate⁻²ᵏ (‖x(k)‖²_Q + `input_weight` ‖u(k)‖²_R), with Q and R in units of the sets.
 
     All eigenvalues of A + B K are smaller than `rate` ≤ 1. K has few binary digits, so that it is exact in short
-    rational numbers. Raises NumPy's LinAlgError where it is not found.
+    rational numbers, and zeros where there is nothing but rounding, so that what is decoupled stays decoupled. Raises
+    NumPy's LinAlgError where it is not found.
     """
     Q, R = set_weight(state_set), input_weight * set_weight(input_set)
     A, B = system.A / rate, system.B / rate
@@ -64,7 +66,8 @@ def regulator(
     K = -np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
     if not np.all(np.isfinite(K)):
         raise np.linalg.LinAlgError("the regulator is not finite")
-    mantissas, exponents = np.frexp(K)
+    sizes = np.abs(K) * unit_scales(state_set) / unit_scales(input_set)[:, None]
+    mantissas, exponents = np.frexp(np.where(sizes > _NOTHING * np.max(sizes), K, 0.0))
     return np.asarray(np.ldexp(np.round(np.ldexp(mantissas, _BITS)), exponents - _BITS))
 
 

@@ -15,7 +15,9 @@ from trackable.systems.disturbance.hull import ConvexHull
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.disturbance.tightening import Tightening, tightening
 from trackable.systems.disturbance.zonotope import Zonotope
+from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
+from trackable.systems.sets.polytope import Polytope
 
 STEPS = 60
 
@@ -62,11 +64,19 @@ class Loop:
 HULL = ConvexHull([side * g for g in random_disturbed(7).disturbance.generator_matrix for side in (1, -0.5)])
 """Of points in three dimensions; the pushes in one direction are smaller."""
 
+TWO_CARTS = ConstrainedSystem(
+    LinearSystem(np.kron(np.eye(2), CART.system.A), np.kron(np.eye(2), CART.system.B), sampling_time=0.1),
+    Polytope.box([-1.0, -1.0, -2.0, -1.5], [1.0, 1.0, 1.0, 1.0]),
+    Polytope.box([-2.0, -3.0], [2.0, 2.0]),
+)
+"""Of errors that have nothing to do with each other: Z is a product of two polygons."""
+
 LOOPS: dict[str, Loop] = {
     "example1": Loop(EXAMPLE1, Zonotope.box([-0.01], [0.01])),
     "pushed cart": Loop(CART, Zonotope.box([0.0, -0.05], [0.0, 0.05])),
     "triangle": Loop(CART, ConvexHull([[0.01, 0.0], [-0.01, 0.02], [0.0, -0.03]])),
     "three states": Loop(random_disturbed(7).plant, random_disturbed(7).disturbance),
     "three states, a hull": Loop(random_disturbed(7).plant, HULL),
+    "two carts": Loop(TWO_CARTS, Zonotope.box([0.0, -0.02, 0.0, -0.03], [0.0, 0.02, 0.0, 0.03])),
     "another": Loop(random_disturbed(4).plant, random_disturbed(4).disturbance),
 }

@@ -48,7 +48,7 @@ def test_the_optimum_is_that_of_the_naive_program(name, part):
         naive.optimum(loop.controller, 0, state, loop.reference),
     )
     if isinstance(plan, Plan):
-        assert plan.cost == pytest.approx(cost, rel=1e-4, abs=1e-9)
+        assert plan.cost == pytest.approx(cost, rel=1e-6, abs=1e-8)
         assert loop.controller.errors.contains((1 - 1e-6) * (state - plan.states[0]))
     else:
         assert isinstance(plan, Infeasible)

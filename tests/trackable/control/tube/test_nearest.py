@@ -1,0 +1,92 @@
+"""Nearest errors of Z against the convex program of its definition, and what proves them nearest."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+from tests.trackable.control.tube.instances import HULL, LOOPS
+from tests.trackable.control.tube.naive import in_error_set
+from trackable.control.tube.least_distance import nearest_in
+from trackable.control.tube.nearest import Nearest
+from trackable.control.tube.polygon import Polygon
+
+
+def roots(loop) -> list[np.ndarray]:
+    """Distances in units of Z, one of which couples all coordinates."""
+    n, rng = len(loop.controller.Q), np.random.default_rng(5)
+    units = loop.controller.errors.extents
+    return [np.eye(n) / units, (np.eye(n) + 0.4 * rng.standard_normal((n, n))) / units]
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_the_nearest_error_is_that_of_the_definition(name):
+    loop, rng = LOOPS[name], np.random.default_rng(0)
+    errors, Z = loop.controller.errors, loop.tightening.invariant
+    for root in roots(loop):
+        nearest = Nearest(errors, root)
+        for part in (0.7, 3.0):
+            e = part * errors.extents * rng.uniform(-1, 1, len(root))
+            if errors.contains(e):
+                continue
+            found, d = nearest(e), cp.Variable(len(e))
+            program = cp.Problem(cp.Minimize(cp.sum_squares(root @ (e - d))), in_error_set(Z, d))
+            program.solve(solver=cp.CLARABEL)
+            assert np.sum((root @ (e - found)) ** 2) == pytest.approx(program.value, rel=1e-6)
+            assert errors.contains(found)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_no_error_is_farther_in_the_direction_from_the_nearest_one(name):
+    """The condition of optimality, with the support of Z; and an error of Z is its own nearest one."""
+    loop, rng = LOOPS[name], np.random.default_rng(1)
+    errors = loop.controller.errors
+    for root in roots(loop):
+        nearest = Nearest(errors, root)
+        for e in 2 * errors.extents * rng.uniform(-1, 1, (10, len(root))):
+            found = nearest(e)
+            normal = nearest.normal(e, found)
+            assert errors.support(normal) - normal @ found <= 1e-8 * (1e-12 + normal @ (e - found))
+            assert nearest(0.9 * found) == pytest.approx(0.9 * found, rel=1e-9, abs=1e-12)
+
+
+def test_an_edge_that_is_likely_is_taken_only_where_the_nearest_point_lies_on_it():
+    errors = LOOPS["pushed cart"].controller.errors
+    polygon, rng = Polygon(errors, [0, 1], roots(LOOPS["pushed cart"])[1]), np.random.default_rng(2)
+    for e in 2 * errors.extents * rng.uniform(-1, 1, (20, 2)):
+        found, at = polygon.nearest(e, e)
+        for likely in range(len(errors.corners([0, 1]))):
+            again, edge = polygon.nearest(e, e, likely)
+            assert again == pytest.approx(found, abs=1e-12)
+            assert edge == at or likely != at
+
+
+def test_products_of_polygons_are_seen_as_such():
+    assert LOOPS["two carts"].controller.errors.blocks == ([0, 1], [2, 3])
+    assert LOOPS["three states"].controller.errors.blocks == ([0, 1, 2],)
+    assert LOOPS["three states, a hull"].controller.errors.halfspaces is None
+    assert isinstance(LOOPS["three states, a hull"].disturbance, type(HULL))
+
+
+def test_half_spaces_of_a_product_hold_the_points_that_its_parts_add_up_to():
+    errors, rng = LOOPS["two carts"].controller.errors, np.random.default_rng(3)
+    points = 0.6 * errors.extents * rng.uniform(-1, 1, (60, 4))
+    inside = [errors.contains(e) for e in points]
+    assert inside == [errors._weights(e) is not None for e in points]
+    assert 3 < sum(inside) < 57
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_nearest_point_of_a_polyhedron_is_that_of_a_convex_program(seed):
+    rng = np.random.default_rng(seed)
+    rows, aim = rng.standard_normal((12, 5)), rng.standard_normal(5)
+    limits = rows @ rng.standard_normal(5) + rng.uniform(0, 0.3, 12)
+    q = cp.Variable(5)
+    program = cp.Problem(cp.Minimize(cp.sum_squares(q - aim)), [rows @ q <= limits])
+    program.solve(solver=cp.CLARABEL)
+    found = nearest_in(rows, limits, aim)
+    assert np.max(rows @ found - limits) <= 1e-9
+    assert np.sum((found - aim) ** 2) == pytest.approx(program.value, rel=1e-6, abs=1e-12)
+
+
+def test_a_polyhedron_without_points_has_no_nearest_one():
+    assert nearest_in(np.array([[1.0, 0.0], [-1.0, 0.0]]), np.array([-1.0, 0.5]), np.zeros(2)) is None
