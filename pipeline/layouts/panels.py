@@ -12,6 +12,8 @@ from typing import Any
 _PLAIN_TOPIC, _PLAIN_FIELD = re.compile(r"[A-Za-z0-9_/-]+"), re.compile(r"[A-Za-z0-9_-]+")
 _MANY = 3  # panels that still lie below each other
 
+_TITLES = "foxglovePanelTitle", "lichtblickPanelTitle"  # the same setting, as either viewer calls it
+
 _NO_LEGEND = {"showLegend": False, "legendDisplay": "floating"}
 
 Tree = str | dict[str, Any]
@@ -19,7 +21,7 @@ Tree = str | dict[str, Any]
 
 @dataclass(frozen=True)
 class Panel:
-    """A panel: its kind, and the settings that the viewer has for this kind."""
+    """A panel: its kind, its title if it has one, and the settings that viewers have for this kind."""
 
     kind: str
     title: str
@@ -57,7 +59,6 @@ def plot(title: str, lines: Iterable[Line], levels: Mapping[str, float] | None =
         "showYAxisLabels": True,
         "isSynced": not over,
         "sidebarDimension": 170,
-        "foxglovePanelTitle": title,
     }
     return Panel("Plot", title, config)
 
@@ -102,7 +103,8 @@ def _series(path: str, label: str, color: str, joined: bool = True) -> dict[str,
 
 def _add(configs: dict[str, Any], panel: Panel) -> str:
     name = f"{panel.kind}!{len(configs)}"
-    configs[name] = dict(panel.config)
+    titles = dict.fromkeys(_TITLES, panel.title) if panel.title else {}
+    configs[name] = {**panel.config, **titles}
     return name
 
 

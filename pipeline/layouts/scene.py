@@ -32,6 +32,5 @@ def scene_panel(topics: Topics, middle: tuple[float, float], size: float) -> Ite
                 "scene": {"enableStats": False, "transforms": {"showLabel": False, "axisScale": 0, "lineWidth": 0}},
                 "topics": {name: {"visible": True} for name in (*scenes, *frames)},
                 "layers": {},
-                "foxglovePanelTitle": "Scene",
             },
         )

@@ -4,6 +4,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 
 from pipeline.experiments import load_experiment
@@ -13,7 +14,9 @@ from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
 from pipeline.storage.topics import Topic, topics_of
 from tests.pipeline.layouts.paths import leaves, levels, panels, paths, topics
+from tests.pipeline.layouts.schema import LAYOUT
 from tests.project import ROOT
+from trackable.files import from_json, to_json
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.polytope import Polytope
@@ -55,6 +58,40 @@ def test_every_panel_has_one_place(name: str) -> None:
     (tab,) = panels(layout, "Tab")
     placed = [*leaves(layout["layout"]), *chain.from_iterable(leaves(page["layout"]) for page in tab["tabs"])]
     assert sorted(placed) == sorted(layout["configById"])
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_a_layout_is_what_lichtblick_imports(name: str) -> None:
+    _, _, layout = made_for(name)
+    jsonschema.validate(from_json(to_json(layout)), LAYOUT)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"playbackConfig": {}},
+        {"configById": []},
+        {"layout": {"direction": "diagonal", "first": "Tab!0", "second": "Tab!0", "splitPercentage": 50}},
+        {"configById": {"Chart!0": {}}},
+        {"configById": {"RosOut!0": {"topicToRender": "/log", "searchTerms": [], "minLogLevel": 1, "title": "log"}}},
+    ],
+    ids=["no speed", "no configurations", "no direction", "no panel", "unknown setting"],
+)
+def test_what_lichtblick_would_refuse_or_ignore_is_refused(change: dict[str, Any]) -> None:
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(small(Topic("/other", "y", ("y",), 1)) | change, LAYOUT)
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_either_viewer_reads_the_same_titles(name: str) -> None:
+    _, _, layout = made_for(name)
+    titles = [
+        (config["foxglovePanelTitle"], config["lichtblickPanelTitle"])
+        for kind in ("Plot", "3D", "RosOut")
+        for config in panels(layout, kind)
+    ]
+    assert titles
+    assert all(one and one == other for one, other in titles)
 
 
 def small(*found: Topic) -> dict[str, Any]:
