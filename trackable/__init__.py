@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from trackable.given.table import CertifiedTable as CertifiedTable
     from trackable.given.table import RefutedTable as RefutedTable
     from trackable.given.table import Table as Table
-    from trackable.given.table import certify_table as certify_table
+    from trackable.given.table_proof import certify_table as certify_table
     from trackable.gp.kernels.base import Kernel as Kernel
     from trackable.gp.kernels.base import Product as Product
     from trackable.gp.kernels.base import Sum as Sum
@@ -119,7 +119,7 @@ _MODULES = {
     "Unsolved": "control.step.result",
     "Zonotope": "systems.disturbance.zonotope",
     "certify": "given.certify",
-    "certify_table": "given.table",
+    "certify_table": "given.table_proof",
     "check": "checking",
     "learn_many": "fleet.learn_many",
     "mobile_robot": "systems.library",

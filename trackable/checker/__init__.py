@@ -133,21 +133,23 @@ step 2 first in arrays of float64 intervals, and in mpmath where these do not de
      (`steps.pieces.rounding`). Steps 0, 6 and 7 are the same.
   Of a table of states and inputs at steps: at each step, the rows of X and U are kept, and |x(k + 1) − f(x(k), u(k))|
   is at most the tolerance for each state, in rational arithmetic for linear systems (`steps.tables`). Nothing is said
-  about times between the steps.
+  about times between the steps. Of a refuted table: at the step that it names, one of these is broken by at least what
+  it names, as a number.
   Of a counterexample: step 0; the time is one of the claim; and the value of the bound's row at this time, a number, is
   outside (`steps.violation`). Of redundant inputs it must be outside of what step 6 demands for one λ: that this is
   necessary needs no lemma.
 """
 
-from trackable.checker.answers import of_table, proved, refuted
+from trackable.checker.answers import of_refuted_table, of_table, proved, refuted
 from trackable.checker.certificate import FORMAT
 from trackable.checker.counterexample import FORMAT as COUNTEREXAMPLE
 from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.reading.counterexamples import read_counterexample
-from trackable.checker.reading.tables import read_table
+from trackable.checker.reading.tables import read_refuted_table, read_table
 from trackable.checker.reading.values import UnreadableError
 from trackable.checker.steps.boxes import FirstPass, in_mpmath
 from trackable.checker.table import FORMAT as TABLE
+from trackable.checker.table import REFUTED as REFUTED_TABLE
 from trackable.checker.verdicts import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
 from trackable.checker.watch import OutOfTimeError, Report, watched
 
@@ -179,6 +181,8 @@ def _check(data: object, first_pass: FirstPass) -> Verdict:
             return refuted(read_counterexample(data))
         if isinstance(data, dict) and kind == TABLE:
             return of_table(read_table(data))
+        if isinstance(data, dict) and kind == REFUTED_TABLE:
+            return of_refuted_table(read_refuted_table(data))
         if isinstance(data, dict) and kind == FORMAT:
             return proved(read_certificate(data), first_pass)
     except UnreadableError as error:

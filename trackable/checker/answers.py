@@ -7,7 +7,7 @@ from trackable.checker.certificate import Certificate
 from trackable.checker.counterexample import Counterexample
 from trackable.checker.formulas.affine import UnsolvableError
 from trackable.checker.robust_statement import robust_statement
-from trackable.checker.statement import refutation, statement, table_statement
+from trackable.checker.statement import refutation, statement, table_refutation, table_statement
 from trackable.checker.steps.boxes import FirstPass, check_boxes
 from trackable.checker.steps.cover import check_cover
 from trackable.checker.steps.instants import check_instants
@@ -19,12 +19,12 @@ from trackable.checker.steps.robust import check_robust
 from trackable.checker.steps.rounding import check_rounding
 from trackable.checker.steps.shapes import check_names, check_shapes
 from trackable.checker.steps.sizes import check_sizes
-from trackable.checker.steps.tables import check_table
+from trackable.checker.steps.tables import check_refuted_table, check_table
 from trackable.checker.steps.tail import check_tail
 from trackable.checker.steps.trajectories import check_trajectories
 from trackable.checker.steps.violation import check_violation
 from trackable.checker.subject import Subject
-from trackable.checker.table import Table
+from trackable.checker.table import RefutedTable, Table
 from trackable.checker.verdicts import Failed, Proved, Refuted
 
 
@@ -32,6 +32,12 @@ def of_table(table: Table) -> Proved | Failed:
     """Return what is shown of a table."""
     reason = check_table(table)
     return Failed(reason) if reason else Proved(table_statement(table))
+
+
+def of_refuted_table(refuted: RefutedTable) -> Refuted | Failed:
+    """Return what is shown of a table that breaks something."""
+    reason = check_refuted_table(refuted)
+    return Failed(reason, "counterexample") if reason else Refuted(table_refutation(refuted))
 
 
 def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:

@@ -10,7 +10,7 @@ from trackable.checker.steps.instants import combination_at
 from trackable.checker.steps.pieces.place import where_pieces_are
 from trackable.checker.steps.quantities import states_of
 from trackable.checker.subject import Bound, FlatForm, NonlinearSystem, Row, Subject, System, as_float
-from trackable.checker.table import Table
+from trackable.checker.table import RefutedTable, Table
 
 
 def statement(certificate: Certificate) -> str:
@@ -59,6 +59,25 @@ def table_statement(table: Table) -> str:
         f"For the steps k = {table.first_step} … {last} the table keeps {kept}, and each of its states is within "
         f"{table.tolerance!r} of what the system {_dynamics(system)} makes of the state and the input before "
         f"(T = {system.sampling_time!r} s). Nothing is said about times between the steps."
+    )
+
+
+def table_refutation(refuted: RefutedTable) -> str:
+    """Return what a refuted table shows."""
+    table, system = refuted.table, refuted.table.system
+    match refuted.part:
+        case "states" | "inputs":
+            bounded = table.state_set if refuted.part == "states" else table.input_set
+            names = system.states if refuted.part == "states" else system.inputs
+            broken = f"breaks {bound_text(bounded.rows[refuted.index], names)}"
+        case "dynamics":
+            broken = (
+                f'has a next "{system.states[refuted.index]}" that is beyond the tolerance {table.tolerance!r} of what '
+                f"the system {_dynamics(system)} makes of the state and the input"
+            )
+    return (
+        f"REFUTED: at the step k = {refuted.step} (T = {system.sampling_time!r} s) the table {broken}, by at least "
+        f"{refuted.violation!r}."
     )
 
 

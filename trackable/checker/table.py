@@ -1,10 +1,13 @@
 """A table of states and inputs at the steps, as a file says it."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from trackable.checker.subject import Polytope, System
 
-FORMAT, VERSION = "trackable table", 1
+FORMAT, REFUTED, VERSION = "trackable table", "trackable refuted table", 1
+
+Part = Literal["states", "inputs", "dynamics"]
 
 
 @dataclass(frozen=True)
@@ -18,3 +21,17 @@ class Table:
     state_set: Polytope
     input_set: Polytope
     tolerance: float
+
+
+@dataclass(frozen=True)
+class RefutedTable:
+    """At a `step`, a table breaks a row of its state or input set, or the dynamics of a state, by `violation` at least.
+
+    `index` counts the rows of the set, or the states, from 0 on.
+    """
+
+    table: Table
+    step: int
+    part: Part
+    index: int
+    violation: float

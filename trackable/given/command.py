@@ -11,8 +11,9 @@ from trackable.files import write_json
 from trackable.given.certified import CertifiedReference
 from trackable.given.certify import certify
 from trackable.given.plant_file import read_plant
-from trackable.given.table import CertifiedTable, RefutedTable, certify_table
+from trackable.given.table import CertifiedTable, RefutedTable
 from trackable.given.table_file import read_columns
+from trackable.given.table_proof import certify_table
 from trackable.systems.constrained import ConstrainedSystem
 
 PROVED, REFUTED, UNUSABLE, UNDECIDED = 0, 1, 2, 3
@@ -37,7 +38,11 @@ def _of_rows(given: Namespace, plant: ConstrainedSystem) -> int:
         if given.save:
             found.save_certificate(given.save)
         return PROVED
-    return REFUTED if isinstance(found, RefutedTable) else UNDECIDED
+    if not isinstance(found, RefutedTable):
+        return UNDECIDED
+    if given.save:
+        found.save_counterexample(given.save)
+    return REFUTED
 
 
 def _of_curves(given: Namespace, plant: ConstrainedSystem) -> int:

@@ -63,8 +63,10 @@ def test_what_is_proved(folder, capsys, system):
 
 
 def test_what_is_refuted(folder, capsys):
-    code, text = said(capsys, "bumped.csv", "--system", "system.yaml")
+    code, text = said(capsys, "bumped.csv", "--system", "system.yaml", "--save", "table.json")
     assert code == 1
+    assert main(["check", "table.json"]) == 4
+    assert "REFUTED: at the step k = 14 " in capsys.readouterr().out
     assert "at step 14 (t = 0.7 s) the system leads to another position" in text
     code, text = said(capsys, "bumped.csv", "--system", "system.json", "--interpolation", "cubic", "--save", "no.json")
     assert code == 1

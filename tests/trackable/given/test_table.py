@@ -15,6 +15,7 @@ from trackable import (
     NotACertificate,
     Polytope,
     Proved,
+    Refuted,
     RefutedTable,
     Table,
     Unproved,
@@ -53,26 +54,33 @@ def test_what_a_plant_did_is_certified(plant, tmp_path):
 
 
 @pytest.mark.parametrize("plant", [AXIS, CART, TANK], ids=["axis", "cart", "tank"])
-def test_dynamics_beyond_the_tolerance_are_refuted_where_they_are_worst(plant):
+def test_dynamics_beyond_the_tolerance_are_refuted_where_they_are_worst(plant, tmp_path):
     table = followed(plant)
     states = table.states.copy()
     states[11, 0] += 1e-3
     states[20, 0] += 4e-3
     found = certify_table(Table(states, table.inputs, 4), plant, 1e-6)
     assert isinstance(found, RefutedTable)
+    verdict = check(found.save_counterexample(tmp_path / "no.json"))
+    assert isinstance(verdict, Refuted)
+    assert f"at the step k = {found.step} " in verdict.statement
+    assert f'has a next "{plant.system.states[0]}" that is beyond the tolerance 1e-06' in verdict.statement
     assert found.step in (4 + 19, 4 + 20)
     assert found.time == found.step * plant.sampling_time
     assert 3e-3 < found.violation < 5e-3
     assert isinstance(certify_table(Table(states, table.inputs, 4), plant, 1e-2), CertifiedTable)
 
 
-def test_a_bound_that_is_broken_by_a_hair():
+def test_a_bound_that_is_broken_by_a_hair(tmp_path):
     table = followed(AXIS)
     states = table.states.copy()
     states[7, 0] = np.nextafter(0.2, 1)
     found = certify_table(Table(states, table.inputs[:-1], 4), AXIS, 1.0)
     assert isinstance(found, RefutedTable)
     assert (found.step, found.violation) == (11, pytest.approx(2.8e-17, rel=0.1))
+    verdict = check(found.save_counterexample(tmp_path / "no.json"))
+    assert isinstance(verdict, Refuted)
+    assert 'at the step k = 11 (T = 0.05 s) the table breaks -1.1 ≤ "position" ≤ 0.2, by at least' in verdict.statement
     states[7, 0] = 0.2
     assert isinstance(certify_table(Table(states, table.inputs[:-1], 4), AXIS, 1.0), CertifiedTable)
 
@@ -102,6 +110,37 @@ def test_formulas_that_may_not_be_defined():
 def test_what_is_changed_is_refused(part, value, reason, tmp_path):
     found = certify_table(followed(AXIS), AXIS, 1e-12)
     data = json.loads(found.save_certificate(tmp_path / "table.json").read_text())
+    at = data
+    for key in part[:-1]:
+        at = at[key]
+    at[part[-1]] = value
+    verdict = check(data)
+    assert isinstance(verdict, Failed | NotACertificate)
+    assert reason in verdict.reason
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "reason"),
+    [
+        (("at", "violation"), 1e-2, "nothing is shown to be broken by 0.01 there"),
+        (("at", "step"), 10, "nothing is shown to be broken"),
+        (("at", "step"), 99, "the table has no step 99"),
+        (("at", "index"), 2, "no index 2 of the dynamics"),
+        (("at", "part"), "states", "nothing is shown to be broken"),
+        (("at", "part"), "both", "must be one of states, inputs, dynamics"),
+        (("at", "violation"), -1.0, "must be"),
+        (("tolerance",), 1.0, "nothing is shown to be broken"),
+        (("version",), 2, "refuted table of version 2"),
+        (("format",), "trackable table", "exactly the fields"),
+    ],
+)
+@pytest.mark.parametrize("plant", [AXIS, TANK], ids=["axis", "tank"])
+def test_what_is_changed_refutes_nothing(plant, part, value, reason, tmp_path):
+    table = followed(plant)
+    table.states[11, 0] += 1e-3
+    found = certify_table(table, plant, 1e-6)
+    data = json.loads(found.save_counterexample(tmp_path / "no.json").read_text())
+    assert isinstance(check(data), Refuted)
     at = data
     for key in part[:-1]:
         at = at[key]

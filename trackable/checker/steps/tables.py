@@ -1,13 +1,14 @@
 """The steps for a table: at each instant bounds are kept, and the dynamics within the tolerance."""
 
+from collections.abc import Sequence
 from fractions import Fraction
 
 from trackable.checker.arithmetic.domains import UndefinedError
-from trackable.checker.arithmetic.intervals import at_most, exactly
+from trackable.checker.arithmetic.intervals import Real, at_most, exactly, ratio
 from trackable.checker.formulas.formula import evaluate, names
 from trackable.checker.formulas.values import Intervals
 from trackable.checker.subject import LinearSystem, Row, System
-from trackable.checker.table import Table
+from trackable.checker.table import RefutedTable, Table
 from trackable.checker.watch import progress, tick
 
 
@@ -54,28 +55,72 @@ def _fits(system: System, n: int, m: int) -> bool:
     return len(system.f) == n and all(names(formula) <= known for formula in system.f)
 
 
+def check_refuted_table(refuted: RefutedTable) -> str | None:
+    """Return why nothing is shown to be broken at the step that is named; None where it is."""
+    table, row = refuted.table, refuted.step - refuted.table.first_step
+    if reason := _misfit(table):
+        return reason
+    values, rows = table.states, table.state_set.rows
+    if refuted.part == "inputs":
+        values, rows = table.inputs, table.input_set.rows
+    last, count = len(values), len(rows)
+    if refuted.part == "dynamics":
+        last, count = len(table.states) - 1, len(table.system.states)
+    if not (0 <= row < last and 0 <= refuted.index < count):
+        return f"at: the table has no step {refuted.step}, or no index {refuted.index} of the {refuted.part}"
+    by, index = Fraction(refuted.violation), refuted.index
+    if refuted.part != "dynamics":
+        value, bound = _value(rows[index], values[row]), rows[index]
+        broken = value + by <= Fraction(bound.lower) or Fraction(bound.upper) + by <= value
+    else:
+        found = _differences(table, row)
+        if isinstance(found, str):
+            return found
+        broken = _is_at_least(found[index], Fraction(table.tolerance) + by)
+    return None if broken else f"value: nothing is shown to be broken by {refuted.violation!r} there"
+
+
 def _kept(bound: Row, values: tuple[float, ...]) -> bool:
-    value = sum((r * Fraction(v) for r, v in zip(bound.row, values, strict=True)), Fraction(0))
-    return Fraction(bound.lower) <= value <= Fraction(bound.upper)
+    return Fraction(bound.lower) <= _value(bound, values) <= Fraction(bound.upper)
 
 
-def _why_not_obeyed(table: Table, step: int) -> str | None:
-    system, x, u, successor = table.system, table.states[step], table.inputs[step], table.states[step + 1]
-    where = f"step {table.first_step + step}"
+def _value(bound: Row, values: tuple[float, ...]) -> Fraction:
+    return sum((r * Fraction(v) for r, v in zip(bound.row, values, strict=True)), Fraction(0))
+
+
+def _why_not_obeyed(table: Table, row: int) -> str | None:
+    found = _differences(table, row)
+    if isinstance(found, str):
+        return found
+    if all(_is_at_most(difference, table.tolerance) for difference in found):
+        return None
+    where = f"step {table.first_step + row}"
+    return f"table: the system does not lead to within the tolerance of the state after {where}"
+
+
+def _is_at_most(difference: Fraction | Real, by: float) -> bool:
+    return difference <= by if isinstance(difference, Fraction) else at_most(difference, by)
+
+
+def _is_at_least(difference: Fraction | Real, by: Fraction) -> bool:
+    return difference >= by if isinstance(difference, Fraction) else bool(difference.a >= ratio(by).b)
+
+
+def _differences(table: Table, row: int) -> Sequence[Fraction | Real] | str:
+    """Return |x(k + 1) − f(x(k), u(k))| for each state: exactly, or enclosed where f is no linear system's.
+
+    A sentence, where f may not be defined.
+    """
+    system, x, u, successor = table.system, table.states[row], table.inputs[row], table.states[row + 1]
     if isinstance(system, LinearSystem):
-        made = [
+        exact = [
             sum((Fraction(a) * Fraction(v) for a, v in zip((*a_row, *b_row), (*x, *u), strict=True)), Fraction(c))
             for a_row, b_row, c in zip(system.A, system.B, system.c, strict=True)
         ]
-        apart = [abs(m - Fraction(s)) for m, s in zip(made, successor, strict=True)]
-        obeyed = all(d <= Fraction(table.tolerance) for d in apart)
-    else:
-        values = dict(zip((*system.states, *system.inputs), map(exactly, (*x, *u)), strict=True))
-        try:
-            found = [evaluate(formula, values, Intervals()) for formula in system.f]
-        except UndefinedError as undefined:
-            return f"table: f is not shown to be defined at {where}: {undefined}"
-        obeyed = all(
-            at_most(abs(value - exactly(s)), table.tolerance) for value, s in zip(found, successor, strict=True)
-        )
-    return None if obeyed else f"table: the system does not lead to within the tolerance of the state after {where}"
+        return [abs(m - Fraction(s)) for m, s in zip(exact, successor, strict=True)]
+    values = dict(zip((*system.states, *system.inputs), map(exactly, (*x, *u)), strict=True))
+    try:
+        made = [evaluate(formula, values, Intervals()) for formula in system.f]
+    except UndefinedError as undefined:
+        return f"table: f is not shown to be defined at step {table.first_step + row}: {undefined}"
+    return [abs(value - exactly(s)) for value, s in zip(made, successor, strict=True)]
