@@ -20,6 +20,7 @@ from trackable.learning.learned import LearnedReference
 from trackable.progress.bar import progress_bar
 
 _INSTANTS_PER_STEP = 2
+_INTERVALS = 1000  # of a curve: a viewer shows no more, and every instant can be computed from what is logged
 
 
 def fit(experiment: Experiment, results: Results) -> None:
@@ -34,7 +35,8 @@ def fit(experiment: Experiment, results: Results) -> None:
         for name, found in fits.items()
     }
     traces = {name: found.trace for name, found in fits.items() if found.trace}
-    steps = np.arange(_INSTANTS_PER_STEP * experiment.verification.last_step + 1) / _INSTANTS_PER_STEP
+    last = experiment.verification.last_step
+    steps = np.linspace(0, last, min(_INSTANTS_PER_STEP * last, _INTERVALS) + 1)
     fitted = Fitted(sampled, learned, traces, study(experiment, sampled.samples))
     write_fit(results, fitted, steps * experiment.plant.sampling_time)
     write_text(results.iterations, to_csv(_iterations(fits)))

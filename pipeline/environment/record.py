@@ -8,7 +8,7 @@ import numpy as np
 import scipy.linalg  # noqa: F401  its BLAS is one of those that are asked about
 from threadpoolctl import threadpool_info
 
-PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "python-flint", "mpmath", "matplotlib", "mcap")
+PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "python-flint", "mpmath", "matplotlib", "mcap", "zstandard")
 PYTHON, BLAS, SIMD = "python", "BLAS", "NumPy's instructions"
 NAMES = (PYTHON, *PACKAGES, BLAS, SIMD)
 

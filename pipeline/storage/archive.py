@@ -24,6 +24,7 @@ from trackable.systems.margins import MarginProfile
 
 _SAMPLES = "samples.json"
 _STUDY = "study.json"
+_ROWS = 1001  # of margins: a viewer shows no more
 _SIDES = {"lower": -1.0, "equal": 0.0, "upper": 1.0}
 _SIDES_MEAN = "-1 lower, 0 equal, 1 upper"
 
@@ -91,13 +92,12 @@ def write_margins(
     metrics: object,
     certificates: Mapping[str, Certificate],
 ) -> None:
-    """Write margins of each method and quantity by sampling interval; metrics and certificates are attachments."""
+    """Write margins of each method and quantity; metrics and certificates are attachments.
+
+    A row is the smallest of as many sampling intervals as it takes to have at most 1001 rows.
+    """
     series = [
-        Series(
-            f"/margins/{method}/{profile.quantity.name}",
-            np.arange(len(profile.margins), dtype=float) * profile.quantity.trajectory.sampling_time,
-            {"margin": profile.margins, "at_time": profile.times, "margin_at_step": profile.at_steps},
-        )
+        _margins(f"/margins/{method}/{profile.quantity.name}", profile)
         for method, profiles in margins.items()
         for profile in profiles
     ]
@@ -108,7 +108,7 @@ def write_margins(
 
 
 def read_margins(results: Results, learned: Mapping[str, LearnedReference]) -> dict[str, list[MarginProfile]]:
-    """Read what `write_margins` wrote, for the same references. Raises as `read_fit`."""
+    """Read what `write_margins` wrote, row by row, for the same references. Raises as `read_fit`."""
     topics = {series.topic: series.fields for series in read_stage(results, "verification").series}
     return {
         method: [
@@ -118,6 +118,19 @@ def read_margins(results: Results, learned: Mapping[str, LearnedReference]) -> d
         ]
         for method, reference in learned.items()
     }
+
+
+def _margins(topic: str, profile: MarginProfile) -> Series:
+    count = len(profile.margins)
+    together = -(-count // _ROWS)
+    first = np.arange(0, count, together)
+    smallest = [k + int(np.argmin(profile.margins[k : k + together])) for k in first]
+    columns = {
+        "margin": profile.margins[smallest],
+        "at_time": profile.times[smallest],
+        "margin_at_step": np.minimum.reduceat(profile.at_steps, first),
+    }
+    return Series(topic, first.astype(float) * profile.quantity.trajectory.sampling_time, columns)
 
 
 def _trace(name: str, trace: Trace, sampling_time: float) -> Series:

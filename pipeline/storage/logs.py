@@ -4,13 +4,17 @@ import struct
 from pathlib import Path
 
 from mcap.exceptions import EndOfFile, McapError
+from zstandard import ZstdError
 
 from pipeline.storage.documents import Documents
-from pipeline.storage.mcap_format import decode, encode
+from pipeline.storage.mcap_format import compression_of, decode, encode
 from pipeline.storage.series import TIME, Log, Series
 from trackable.files import write_atomically
 
-__all__ = ["TIME", "Documents", "Log", "LogError", "Series", "read_log", "write_log"]
+__all__ = ["DAMAGES", "TIME", "Documents", "Log", "LogError", "Series", "read_log", "write_log"]
+
+DAMAGES = (McapError, ZstdError, struct.error, ValueError, LookupError, OverflowError)
+"""What the MCAP library and the compressor raise for a file that is none, or is damaged."""
 
 
 class LogError(Exception):
@@ -27,15 +31,15 @@ def read_log(path: Path) -> Log:
 
     Checksums cover only parts of an MCAP file: nobody would see damage of an index or a header. So what was read is
     written again, and the bytes are compared. One bit that differs is a LogError that names the file. Files of another
-    program, or of a release of the MCAP library with another layout, are refused likewise: they may be sound, but this
-    pipeline did not write them.
+    program, or of a release of the MCAP library or the compressor with another output, are refused likewise: they may
+    be sound, but this pipeline did not write them. Files without compression are read, too.
     """
     data = path.read_bytes()
     try:
         log = decode(data)
-    except (McapError, struct.error, ValueError, LookupError, OverflowError) as error:
+        again = encode(log, compression_of(data))
+    except DAMAGES as error:
         raise LogError(f"{path}: not a log of this project, or damaged: {_reason(error)}") from error
-    again = encode(log)
     if again != data:
         pairs = enumerate(zip(again, data, strict=False))
         at = next((i for i, (expected, found) in pairs if expected != found), min(len(again), len(data)))

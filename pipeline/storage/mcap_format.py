@@ -13,6 +13,7 @@ import numpy as np
 from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import CompressionType, Writer
+from zstandard import frame_content_size
 
 from pipeline.storage.documents import KNOWN, Documents
 from pipeline.storage.series import LIBRARY, TIME, Log, Series
@@ -20,14 +21,17 @@ from trackable.files import from_json
 
 _FORMAT = "1"
 _JSON = "application/json"
+_COMPRESSIONS = {"": CompressionType.NONE, "zstd": CompressionType.ZSTD}
 _COMPACT = json.JSONEncoder(allow_nan=False, separators=(",", ":"))
 
 
-def encode(log: Log) -> bytes:
-    """Return the bytes of an MCAP file; equal logs give equal bytes."""
+def encode(log: Log, compression: CompressionType = CompressionType.ZSTD) -> bytes:
+    """Return the bytes of an MCAP file; equal logs give equal bytes with the same version of the compressor.
+
+    Names of fields and digits of times fill most of a message: compressed, a log has less than half of its size.
+    """
     buffer = BytesIO()
-    # A compressor may change its output with its version; without one the bytes depend on the log alone.
-    writer = Writer(buffer, compression=CompressionType.NONE, enable_data_crcs=True)
+    writer = Writer(buffer, compression=compression, enable_data_crcs=True)
     writer.start(library=LIBRARY)
     for record, content in {LIBRARY: {"format": _FORMAT}, **log.metadata}.items():
         writer.add_metadata(record, dict(content))
@@ -116,10 +120,18 @@ def _records(data: bytes) -> Iterator[McapRecord]:
     for record in StreamReader(BytesIO(data), emit_chunks=True, validate_crcs=True).records:
         if not isinstance(record, Chunk):
             yield record
-        elif record.compression:
-            raise ValueError(f"a chunk is compressed ({record.compression!r}), and this project compresses none")
-        else:
-            yield from breakup_chunk(record, validate_crc=True)
+            continue
+        if record.compression not in _COMPRESSIONS:
+            raise ValueError(f"a chunk is compressed with {record.compression!r}, and this project uses zstd")
+        if record.compression and frame_content_size(record.data) != record.uncompressed_size:
+            raise ValueError("a chunk has another size than it says")  # before memory is taken for it
+        yield from breakup_chunk(record, validate_crc=True)
+
+
+def compression_of(data: bytes) -> CompressionType:
+    """Return how the chunks of a file are compressed. Raises as `decode`."""
+    chunks = (record for record in StreamReader(BytesIO(data), emit_chunks=True).records if isinstance(record, Chunk))
+    return next((_COMPRESSIONS[chunk.compression] for chunk in chunks), CompressionType.ZSTD)
 
 
 def _schema(channel: Channel, schemas: Mapping[int, Schema]) -> Schema:

@@ -47,10 +47,10 @@ def told_of_unconstrained(margins: Mapping[str, list[MarginProfile]]) -> Told:
     ]
     if not broken:
         return Told("The unconstrained mean keeps all bounds at all times that were looked at: no constraint is felt.")
-    steps = len({k for profile in profiles for k in profile.violated_steps})
+    rows = len({row for profile in profiles for row in profile.violated_steps})
     return Told(
-        f"The system cannot follow the unconstrained mean: {_listed(broken)}. A bound is broken at {steps} of "
-        f"{len(profiles[0].at_steps)} steps."
+        f"The system cannot follow the unconstrained mean: {_listed(broken)}. In {rows} of "
+        f"{len(profiles[0].at_steps)} equal parts of the time a bound is broken at a step."
     )
 
 

@@ -1,14 +1,12 @@
 """What topics the logs of an experiment hold, from the summaries of the files."""
 
-import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
-from pipeline.storage.logs import TIME, LogError
+from pipeline.storage.logs import DAMAGES, TIME, LogError
 from pipeline.storage.results import Results
 from trackable.errors import InputError
 from trackable.files import from_json
@@ -41,7 +39,7 @@ def _topics(path: Path) -> Iterator[Topic]:
     try:
         with path.open("rb") as file:
             summary = make_reader(file).get_summary()
-    except (McapError, struct.error, ValueError, LookupError) as error:
+    except DAMAGES as error:
         raise LogError(f"{path}: not a log of this project, or damaged: {error}") from error
     if summary is None or summary.statistics is None:
         raise LogError(f"{path}: has no summary")

@@ -1,16 +1,14 @@
 """Several logs as one: viewers of one file show all topics of an experiment side by side."""
 
-import struct
 from collections.abc import Iterator, Sequence
 from io import BytesIO
 from pathlib import Path
 
-from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Channel, Message, Schema
 from mcap.writer import CompressionType, Writer
 
-from pipeline.storage.logs import LogError
+from pipeline.storage.logs import DAMAGES, LogError
 
 _CHUNK = 2**16
 """Bytes: viewers load a log in pieces of time, and read all chunks that such a piece touches."""
@@ -43,5 +41,5 @@ def _messages(paths: Sequence[Path]) -> Iterator[tuple[Path, Schema, Channel, Me
                     if schema is None:
                         raise LogError(f"{path}: {channel.topic} has no schema")
                     yield path, schema, channel, message
-        except (McapError, struct.error, ValueError, LookupError) as error:
+        except DAMAGES as error:
             raise LogError(f"{path}: not a log of this project, or damaged: {error}") from error

@@ -14,8 +14,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
+from mcap.writer import CompressionType
 
 from pipeline.storage.logs import Log, Series, read_log, write_log
+from pipeline.storage.mcap_format import encode
 from tests.pipeline.storage.logs import LOG, NAN, same
 
 
@@ -31,6 +33,18 @@ def test_round_trip(path: Path, data: bytes) -> None:
 def test_equal_logs_are_equal_files(tmp_path: Path, data: bytes) -> None:
     write_log(tmp_path / "again.mcap", replace(LOG))
     assert (tmp_path / "again.mcap").read_bytes() == data
+
+
+def test_logs_without_compression_are_read_too(path: Path, data: bytes) -> None:
+    path.write_bytes(encode(LOG, CompressionType.NONE))
+    assert same(read_log(path), LOG)
+
+
+def test_compression_halves_a_log(path: Path) -> None:
+    times = np.arange(2000) * 0.01
+    log = Log((Series("/x", times, {"position": np.sin(times), "velocity": np.cos(times)}),), {}, {"a": b"0"})
+    write_log(path, log)
+    assert path.stat().st_size < 0.5 * len(encode(log, CompressionType.NONE))
 
 
 finite = st.floats(allow_nan=False, allow_infinity=False)

@@ -69,7 +69,8 @@ def test_broken_bounds_are_told_with_amount_and_time() -> None:
     )
     assert told == (
         "The system cannot follow the unconstrained mean: state leaves its bounds by 0.5 at t = 1 s and "
-        "input leaves its bounds by 0.1 at t = 1 s. A bound is broken at 2 of 3 steps."
+        "input leaves its bounds by 0.1 at t = 1 s. In 2 of 3 equal parts of the time a bound is broken at "
+        "a step."
     )
     kept = told_of_unconstrained({"unconstrained": [profile(state, [1.0, 0.0])]})
     assert "no constraint is felt" in kept

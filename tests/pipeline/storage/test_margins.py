@@ -1,0 +1,32 @@
+"""Margins in a log: no row hides what its sampling intervals have, and long ones have fewer rows."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.experiments import load_experiment
+from pipeline.storage.archive import read_stage, write_margins
+from pipeline.storage.results import Results
+from tests.project import ROOT
+from trackable.systems.margins import MarginProfile
+
+QUANTITY = load_experiment("example1", ROOT / "params.yaml").plant.quantities[0]
+
+
+@pytest.mark.parametrize(("count", "together"), [(1, 1), (1001, 1), (1002, 2), (2002, 2), (5001, 5), (5006, 6)])
+def test_a_row_is_the_smallest_of_its_intervals(tmp_path: Path, count: int, together: int) -> None:
+    rng = np.random.default_rng(count)
+    T = QUANTITY.trajectory.sampling_time
+    margins, at_steps = rng.standard_normal((2, count))
+    times = T * (np.arange(count) + rng.random(count))
+    results = Results("example1", tmp_path)
+    write_margins(results, {"some": [MarginProfile(QUANTITY, times, margins, at_steps)]}, {}, {})
+    (series,) = read_stage(results, "verification").series
+    assert len(series.times) <= 1001
+    for row, first in enumerate(range(0, count, together)):
+        own = slice(first, first + together)
+        assert series.times[row] == T * first
+        assert series.fields["margin"][row] == min(margins[own])
+        assert series.fields["at_time"][row] == times[own][np.argmin(margins[own])]
+        assert series.fields["margin_at_step"][row] == min(at_steps[own])
