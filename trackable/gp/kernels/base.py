@@ -204,15 +204,23 @@ class Product(_Pair):
         return min(self.left.negligible_distance, self.right.negligible_distance)
 
     def jet(self, r: Array, order: int) -> Array:
-        return _leibniz(self.left.jet(r, order), self.right.jet(r, order))
+        return np.asarray(_leibniz(self.left.jet(r, order)[None], self.right.jet(r, order)[None])[0])
 
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
         left, left_gradient = self.left.jet_and_gradient(r, order)
         right, right_gradient = self.right.jet_and_gradient(r, order)
-        gradient = [_leibniz(row, right) for row in left_gradient] + [_leibniz(left, row) for row in right_gradient]
-        return _leibniz(left, right), np.stack(gradient)
+        gradient = np.concatenate([_leibniz(left_gradient, right[None]), _leibniz(left[None], right_gradient)])
+        return _leibniz(left[None], right[None])[0], gradient
 
 
 def _leibniz(f: Array, g: Array) -> Array:
-    """Return the jet of f g from the jets of f and g: (f g)⁽ⁿ⁾ = Σ_j C(n, j) f⁽ʲ⁾ g⁽ⁿ⁻ʲ⁾."""
-    return np.stack([np.asarray(sum(math.comb(n, j) * f[j] * g[n - j] for j in range(n + 1))) for n in range(len(f))])
+    """Return jets of f g from jets (p, order + 1, …) of f and g: (f g)⁽ⁿ⁾ = Σ_j C(n, j) f⁽ʲ⁾ g⁽ⁿ⁻ʲ⁾.
+
+    One of f and g may be a single one, p = 1.
+    """
+    product = np.zeros(np.broadcast_shapes(f.shape, g.shape))
+    for n in range(f.shape[1]):
+        for j in range(n + 1):
+            times = f[:, j] if j in (0, n) else math.comb(n, j) * f[:, j]
+            product[:, n] += times * g[:, n - j]
+    return product
