@@ -155,7 +155,8 @@ class Conventions:
 
         `name_at(t, x, u)` and `name_step(k, x, u)` do the operations whose rounding is certified: values differ from
         the exact ones by the certificate's `evaluation_error` at most. They return 1, and no values, where nothing is
-        proved. ValueError: several inputs act alike, or a formula has no counterpart in C.
+        proved. Of inputs that act alike they give the smallest, as `input` does. ValueError: a formula has no
+        counterpart in C.
         """
         from trackable.exports.c99.header import write_header  # noqa: PLC0415
 

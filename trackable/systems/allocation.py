@@ -30,7 +30,8 @@ from trackable.systems.sets.polytope import Polytope
 
 _MAX_LAWS = 10_000
 _AT_ONCE = 2**22  # numbers in memory
-_ROUNDING = 2.0**-48  # relative to the sum of absolute terms
+ROUNDING = 2.0**-48
+"""By how much a candidate may break a bound, relative to the sum of its absolute terms."""
 
 
 class Attainable(NamedTuple):
@@ -38,6 +39,13 @@ class Attainable(NamedTuple):
 
     row: tuple[Fraction, ...]
     bounds: Interval
+
+
+class Laws(NamedTuple):
+    """Candidates for the smallest input: `gains`[c] u + `shifts`[c], shapes (c, m, m) and (c, m)."""
+
+    gains: Array
+    shifts: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,40 +98,40 @@ class Allocation:
     def smallest(self, u: Array) -> Array:
         """Return the smallest admissible input (Euclidean) with the effect of u (…, m), where u is orthogonal to Z.
 
-        If none is admissible, return the candidate of `_laws` that violates the set least.
+        If none is admissible, return the candidate of `laws` that violates the set least.
         """
         chosen = self._choice(u)
-        gains, shifts = self._laws
+        gains, shifts = self.laws
         return np.asarray(np.einsum("...ij,...j->...i", gains[chosen], u) + shifts[chosen])
 
     def slopes(self, u: Array) -> Array:
         """Return ∂/∂u of the smallest admissible input at u (…, m): shape (…, m, m)."""
-        return np.asarray(self._laws[0][self._choice(u)])
+        return np.asarray(self.laws[0][self._choice(u)])
 
     def _choice(self, u: Array) -> Array:
         """Return which of the laws gives the smallest admissible input for u (…, m): shape (…,)."""
         flat = u.reshape(-1, u.shape[-1])
-        blocks = np.array_split(flat, 1 + flat.size * len(self._laws[1]) // _AT_ONCE)
+        blocks = np.array_split(flat, 1 + flat.size * len(self.laws[1]) // _AT_ONCE)
         return np.concatenate([self._choice_of(block) for block in blocks]).reshape(u.shape[:-1])
 
     def _choice_of(self, u: Array) -> Array:
         choice = np.zeros(len(u), dtype=int)  # the first law is u itself
         outside = self.input_set.margin(u) < 0
         u = u[outside]
-        gains, shifts = self._laws
+        gains, shifts = self.laws
         candidates = np.einsum("cij,kj->cki", gains, u) + shifts[:, None]
         sides = self.input_set
         values, widths = candidates @ sides.rows.T, sides.upper - sides.lower
         summed = np.einsum("cij,kj->cki", np.abs(gains), np.abs(u)) + np.abs(shifts)[:, None]
-        excess = np.maximum(values - sides.upper, sides.lower - values) - _ROUNDING * (summed @ np.abs(sides.rows).T)
+        excess = np.maximum(values - sides.upper, sides.lower - values) - ROUNDING * (summed @ np.abs(sides.rows).T)
         beyond = np.max(np.maximum(excess, 0) / widths, axis=-1)
         norms = np.where(beyond <= np.min(beyond, axis=0), np.linalg.norm(candidates, axis=-1), np.inf)
         choice[outside] = np.argmin(norms, axis=0)
         return choice
 
     @cached_property
-    def _laws(self) -> tuple[Array, Array]:
-        """Gains (c, m, m) and shifts (c, m): the smallest admissible input is gain u + shift for one of them.
+    def laws(self) -> Laws:
+        """Inputs of which the smallest admissible one is among; the first of them is u itself.
 
         Each is the smallest input at which the bounds b_S of some rows S are active: u + Z v with
 
@@ -146,7 +154,7 @@ class Allocation:
                         bounds = exact(np.array([[side[i]] for side, i in zip(sides, hit, strict=True)]))
                         gains.append(gain)
                         shifts.append(rounded(back * bounds)[:, 0])
-        return np.array(gains), np.array(shifts)
+        return Laws(np.array(gains), np.array(shifts))
 
     def _circuits(self) -> Iterator[list[tuple[int, Fraction]]]:
         """Yield the circuits: pairs of a row of the input set and its factor."""

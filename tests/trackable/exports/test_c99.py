@@ -13,10 +13,10 @@ from scipy.interpolate import CubicSpline
 from tests.trackable.exports.c_programs import CC, STRICT, compiled, run
 from tests.trackable.exports.references import EVERY, all_times, on_window, periodic
 from tests.trackable.plants import AXIS, CART
+from tests.trackable.systems.redundant_instances import random_case
 from trackable import (
     ConstrainedSystem,
     Kernel,
-    LinearSystem,
     Matern32,
     Matern52,
     Periodic,
@@ -209,8 +209,19 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
     for name in ("", "2axis", "a b", "a-b", "x;", "ä"):
         with pytest.raises(ValueError, match=r"^to_c: name must be an identifier in C"):
             on_window().to_c(tmp_path / "r.h", name)
-    twins = LinearSystem([[0.9]], [[0.5, 0.5]], sampling_time=0.1)
-    plant = ConstrainedSystem(twins, Polytope.box([-9], [9]), Polytope.box([-1, -1], [1, 1]))
-    with pytest.raises(ValueError, match=r"^to_c: which of several inputs that act alike"):
-        header(stub(Reference((random_sum(SquaredExponential(0.7, 0.31)),), plant)), "r")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_of_inputs_that_act_alike_the_smallest_is_given(seed: int, tmp_path: Path) -> None:
+    system, input_set = random_case(seed)
+    n = len(system.states)
+    plant = ConstrainedSystem(system, Polytope.box([-99] * n, [99] * n), input_set)
+    kernel = SquaredExponential(0.6, 0.5)
+    reference = Reference(tuple(random_sum(kernel) for _ in range(plant.signal_count)), plant)
+    _, values = run(compiled(stub(reference), tmp_path), TIMES)
+    expected = reference.input_at(TIMES)
+    np.testing.assert_allclose(values[:, n:], expected, atol=1e-9)
+    assert plant.allocation is not None
+    unchanged = np.stack([q([z.summed for z in reference.kernel_sums], TIMES) for q in plant.flatness.inputs], axis=-1)
+    assert np.any(np.abs(expected - unchanged) > 1e-3), "another input than that of the signals is smallest somewhere"

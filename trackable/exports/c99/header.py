@@ -8,6 +8,7 @@ from pathlib import Path
 from trackable.arguments import text
 from trackable.certificates.claim import AtInstants
 from trackable.control.angles import angles_of
+from trackable.exports.c99.allocation import allocation_function
 from trackable.exports.c99.coordinates import assigned, counts, plain_sum
 from trackable.exports.c99.numerals import number
 from trackable.exports.c99.precise import arithmetic, pieces_function, precise_sum
@@ -38,8 +39,6 @@ def header(proved: Proved, name: str) -> str:
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", text("to_c: name", name)):
         raise ValueError(f"to_c: name must be an identifier in C, such as axis, got {name!r}")
     reference = proved.reference
-    if reference.plant.allocation is not None:
-        raise ValueError("to_c: which of several inputs that act alike is smallest is not written in C")
     guard = f"TRACKABLE_{name.upper()}_H"
     parts = [
         *_story(proved, name),
@@ -91,14 +90,15 @@ def _turning(reference: Reference, state: int) -> str:
 
 
 def _signals(reference: Reference, name: str) -> list[str]:
-    """The functions name_z0, name_z1, … of the signals: of a double, or of a time that is not rounded."""
+    """The functions name_z0, … of the signals, of a double or of a time that is not rounded; and name_smallest."""
     found = arithmetic(name) if reference.pieces else []
     for c, pieces in enumerate(reference.pieces):
         found += pieces_function(pieces, name, f"{name}_z{c}")
     if not reference.pieces:
         for c, signal in enumerate(reference.kernel_sums):
             found += kernel_sum_function(signal, f"{name}_z{c}")
-    return found
+    allocation = reference.plant.allocation
+    return [*found, *allocation_function(allocation, name)] if allocation else found
 
 
 def _values(reference: Reference, name: str) -> list[str]:
@@ -115,6 +115,8 @@ def _values(reference: Reference, name: str) -> list[str]:
     for symbol, side in (("x", coordinates["state"]), ("u", coordinates["input"])):
         for i, coordinate in enumerate(side):
             body += assigned(coordinate, f"{symbol}[{i}]", written)
+    if reference.plant.allocation is not None:
+        body.append(f"{name}_smallest(u);")
     time = f"{name}_time" if reference.pieces else "double"
     return [f"static inline void {name}_values({time} t, double *x, double *u)", *_block(body)]
 
