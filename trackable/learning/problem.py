@@ -117,7 +117,8 @@ class Solution:
     nonlinear programs that were solved. `rounds` are the rounds that led from a start to this solution. `others` are
     ln θ of other local minima, the best first. `moved` says what was learned. `unconstrained` is the posterior at the
     likelihood's minimum, where the learner has computed it on the way. Bounds are broken by `missed` at most, a part of
-    their width, where more places than a program can have would be needed: a larger back-off mends it.
+    their width, where more places than a program can have would be needed: a larger back-off mends it. `alone` is the
+    least J of hyperparameters alone that was found on the way to a function, infinite where none was.
     """
 
     posterior: JointPosterior
@@ -131,6 +132,7 @@ class Solution:
     moved: Moved = "hyperparameters"
     unconstrained: JointPosterior | None = None
     missed: float = 0.0
+    alone: float = np.inf
 
     @property
     def price(self) -> float:

@@ -82,3 +82,18 @@ def test_given_values_have_no_second_choice():
     lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))
     pin = Pin("state", plant.quantities[0].trajectory, 0.0, -0.5, 1e-3)
     assert isinstance(learn_certified(samples, prior, plant, space, learner=lost, pins=(pin,)), NothingFactored)
+
+
+@pytest.mark.parametrize(("by", "kept"), [(10.0, "hyperparameters"), (-10.0, "joint")])
+def test_a_function_that_a_back_off_made_worse_than_hyperparameters_alone_is_not_the_answer(by, kept):
+    """As if it had been found with J larger or smaller by ten, and hyperparameters alone with twenty less."""
+    samples, prior, plant, space = PROBLEMS["example1"]
+
+    def moved(problem):
+        found = JOINT.solve(problem)
+        return replace(found, objective=found.objective + by, alone=found.objective + by - 20)
+
+    found = learn_certified(samples, prior, plant, space, learner=replace(JOINT, solve=moved))
+    assert isinstance(found, Certified)
+    assert found.solution.moved == kept
+    assert found.solution.objective <= certified("example1").solution.objective

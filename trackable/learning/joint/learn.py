@@ -39,9 +39,10 @@ def learn_jointly(problem: ConstrainedProblem) -> Solution | NoSolution:
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
     least = search.best.objective if search.best else np.inf
     if isinstance(alone, Solution) and not problem.pins and alone.objective < least:
-        return replace(alone, fits=fits, unconstrained=free.posterior)
+        return replace(alone, fits=fits, unconstrained=free.posterior, alone=alone.objective)
     if search.best is not None:
-        return _solution(search.best, fits, free.posterior)
+        known = alone.objective if isinstance(alone, Solution) else np.inf
+        return replace(_solution(search.best, fits, free.posterior), alone=known)
     if search.closest is not None:
         return _no_solution(problem, search.closest)
     return NoFunction(problem.pins) if problem.pins or alone is None else alone
@@ -64,16 +65,19 @@ def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Solve a problem whose bounds or times differ a little from those of `solution`: search from its minimiser.
 
-    Where that finds no function, a solution of hyperparameters alone is continued as such; any other is sought anew.
+    Where that finds no function, a solution of hyperparameters alone is continued as such; any other is sought anew. It
+    may cost more than hyperparameters alone would: `alone` is still that of `solution`, and tells.
     """
     search = JointSearch(problem)
     places = solution.active if solution.active_bounds else None
     search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals)
     if search.best:
-        return _solution(search.best, search.fits, solution.unconstrained)
+        return replace(_solution(search.best, search.fits, solution.unconstrained), alone=solution.alone)
     if solution.moved == "hyperparameters" and not problem.pins:
         alone = continued_alone(solution, problem)
-        return replace(alone, unconstrained=solution.unconstrained) if isinstance(alone, Solution) else alone
+        if not isinstance(alone, Solution):
+            return alone
+        return replace(alone, unconstrained=solution.unconstrained, alone=solution.alone)
     return learn_jointly(problem)
 
 

@@ -132,6 +132,7 @@ def test_tighter_bounds_cost_more(name):
     again = continued(found, replace(problem, constraints=drawn))
     assert isinstance(again, Solution)
     assert again.objective >= found.objective - 1e-9
+    assert again.alone == found.alone == pytest.approx(alone(name).objective)
     for constraint in drawn:
         steps = np.arange(constraint.index_set.first, constraint.index_set.last + 1)
         margins = constraint.relative_margin(again, steps * INSTANCES[name].plant.sampling_time)
