@@ -60,7 +60,7 @@ def closed_loop(
 
 @styled
 def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int) -> Figure:
-    """Draw V(k) up to `last_step`, one panel for each reference by its label. Values below 1e-16 are rounding, and are
+    """Draw V_N(k) up to `last_step`, one panel for each reference by its label. Values below 1e-16 are rounding, and are
     drawn at 1e-16."""
     figure = Figure(figsize=(PAGE, 2.5))
     panels = figure.subplots(1, len(loops), sharey=True, squeeze=False)[0]
@@ -70,7 +70,7 @@ def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_st
             axes.plot(part.steps, np.maximum(part.costs, _ROUNDING), **INITIAL_STATE_STYLES[initial_state])
         _shade_where_none_has_a_plan(axes, by_state, last_step)
         axes.set(title=f"{label} reference", xlabel=step_label(plant.sampling_time), xlim=(0, last_step))
-    panels[0].set(ylabel=r"optimal cost $V(k)$ [–]", yscale="log")
+    panels[0].set(ylabel=r"optimal cost $V_N(k)$ [–]", yscale="log")
     legend_above(figure)
     return figure
 
