@@ -88,7 +88,10 @@ class Given:
     ) -> "Given":
         instance("certify: plant", plant, ConstrainedSystem, "a ConstrainedSystem")
         if not isinstance(plant.system, LinearSystem):
-            raise ValueError("certify: given trajectories are proved for linear systems only; this one is nonlinear")
+            raise ValueError(
+                "certify: given trajectories are proved for linear systems only; this one is nonlinear: certify_table "
+                "proves its states and inputs at the steps, and learn_reference learns one that is proved at all times"
+            )
         named = _named(trajectory, plant, None if claim is None or isinstance(claim, str) else claim)
         if claim is None and all(map(repeats, named.values())):
             claim = "all_phases"

@@ -56,8 +56,9 @@ def repair(
         nowhere = {name: Moved(0.0, 0.0) for name in given.curves}
         return CertifiedReference(given.reference, outcome, given.off(outcome), nowhere)
     splines = Splines.of(given, _held(given) if start == "given" else None)
+    times = splines.instants
     for backoff in _BACKOFFS:
-        coefficients = _solved(splines, backoff)
+        coefficients, times = _solved(splines, times, backoff)
         if coefficients is None:
             return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, splines)
         reference = Reference(splines.signals(coefficients), plant)
@@ -68,18 +69,18 @@ def repair(
     return outcome
 
 
-def _solved(splines: Splines, backoff: float) -> Array | None:
-    """Return coefficients that keep the bounds at many instants, and nearly between them; None where none do."""
-    times, found = splines.instants, None
+def _solved(splines: Splines, times: Array, backoff: float) -> tuple[Array | None, Array]:
+    """Return coefficients that keep the bounds at many times [s], and nearly between them; None where none do.
+
+    The times are those that are given, and local minima of margins between them, which are returned as well.
+    """
+    found = None
     for _ in range(_EXCHANGES):
         found = splines.nearest(times, backoff)
-        if found is None:
-            return None
-        overlooked = splines.broken_between(found, times, _FINER, backoff / 2)
-        if not overlooked.size:
+        if found is None or not (overlooked := splines.broken_between(found, times, _FINER, backoff / 2)).size:
             break
         times = np.union1d(times, overlooked)
-    return found
+    return found, times
 
 
 def _held(given: Given) -> Array | None:
