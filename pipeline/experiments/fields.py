@@ -29,7 +29,7 @@ def _known_truth(name: str) -> str:
 
 
 def _plain_unit(unit: str) -> str:
-    if not re.fullmatch(r"[^\W_][\w·/*^°%²³⁻¹–-]{0,19}|[–%°]", unit):
+    if not re.fullmatch(r"(?:[^\W_]|[°%])[\w·/*^°%²³⁻¹–-]{0,19}|–", unit):
         raise ValueError(f"expected a unit such as mm, m/s² or –, got {unit!r:.60}")
     return unit
 

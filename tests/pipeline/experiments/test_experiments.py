@@ -188,3 +188,9 @@ def test_every_state_and_input_of_the_projects_experiments_has_a_unit() -> None:
     for experiment in load_experiments().values():
         system = experiment.plant.system
         assert experiment.units.keys() == {*system.states, *system.inputs}, experiment.name
+
+
+@pytest.mark.parametrize("unit", ["mm", "m/s²", "°C", "°/s", "%", "µm", "–", "kg·m", "1/s"])
+def test_units_are_written_as_people_write_them(tmp_path: Path, unit: str) -> None:
+    path = written_to(tmp_path, changed("example1", ("{state: –, input: –}", f'{{state: "{unit}"}}')))
+    assert load_experiment("example1", path).units == {"state": unit}

@@ -60,8 +60,10 @@ def closed_loop(
 
 @styled
 def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int) -> Figure:
-    """Draw V_N(k) up to `last_step`, one panel for each reference by its label. Values below 1e-16 are rounding, and are
-    drawn at 1e-16."""
+    """Draw V_N(k) up to `last_step`, one panel for each reference by its label.
+
+    Values below 1e-16 are rounding, and are drawn at 1e-16.
+    """
     figure = Figure(figsize=(PAGE, 2.5))
     panels = figure.subplots(1, len(loops), sharey=True, squeeze=False)[0]
     for axes, (label, by_state) in zip(panels, loops.items(), strict=True):
