@@ -58,6 +58,8 @@ if TYPE_CHECKING:
     from trackable.recordings.recording import Recording as Recording
     from trackable.reference import TrackableReference as TrackableReference
     from trackable.saved import NotTrackableError as NotTrackableError
+    from trackable.streams.learn import learn_stream as learn_stream
+    from trackable.streams.reference import StreamReference as StreamReference
     from trackable.systems.constrained import ConstrainedSystem as ConstrainedSystem
     from trackable.systems.disturbance.hull import ConvexHull as ConvexHull
     from trackable.systems.disturbance.zonotope import Zonotope as Zonotope
@@ -110,6 +112,7 @@ _MODULES = {
     "Samples": "gp.samples",
     "Source": "fleet.sources",
     "SquaredExponential": "gp.kernels.squared_exponential",
+    "StreamReference": "streams.reference",
     "Sum": "gp.kernels.base",
     "Table": "given.table",
     "TrackableReference": "reference",
@@ -128,6 +131,7 @@ _MODULES = {
     "pendulum": "systems.library",
     "tank": "systems.library",
     "learn_reference": "learn",
+    "learn_stream": "streams.learn",
     "parts_of_csv": "fleet.parts",
     "parts_of_parquet": "fleet.parts",
     "read_csv": "recordings.csv_files.reader",

@@ -45,6 +45,7 @@ from trackable import (
     Samples,
     Source,
     SquaredExponential,
+    StreamReference,
     Sum,
     Table,
     TrackableReference,
@@ -59,6 +60,7 @@ from trackable import (
     kinematic_bicycle,
     learn_many,
     learn_reference,
+    learn_stream,
     mobile_robot,
     parts_of_csv,
     parts_of_parquet,
@@ -126,6 +128,10 @@ pushed, cut = Zonotope.box([0, -0.1], [0, 0.1]), ConvexHull([[0.1, 0], [-0.1, 0.
 learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=pushed, feedback=[[-1, -1]])
 learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=cut, margin=0.01)
 learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=pushed, measurement_noise=pushed)
+learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), centres=600)
+stream = learn_stream(recording.samples("position"), plant, kernel, "all_times", window=20.0, centres=None)
+assert_type(stream, StreamReference)
+assert_type(stream.misfit, dict[str, float])
 several = recordings_in("measured/*.csv", lambda path: read_csv(path, "t", "s", {"position": "y"}))
 assert_type(several, tuple[Source, ...])
 fleet = learn_many(several, plant, kernel, "recorded", folder="learned", workers=2, noise_std=0.01)

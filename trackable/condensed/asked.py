@@ -32,11 +32,18 @@ def checked_centres(given: object) -> Centres:
 
 
 def condensed_by_name(
-    given: Mapping[str, Samples], kinds: Iterable[Iterable[str]], centres: Centres, noise_std: object
+    given: Mapping[str, Samples],
+    kinds: Iterable[Iterable[str]],
+    centres: Centres,
+    noise_std: object,
+    many: int = MANY,
 ) -> dict[str, Samples]:
-    """Return the samples to learn from. `kinds` are the names that show each flat output, the first with σ_n."""
+    """Return the samples to learn from: "auto" leaves up to `many` of a name as they are.
+
+    `kinds` are the names that show each flat output, the first with σ_n.
+    """
     known = {name: _known(noise_std, first) for first, *others in map(tuple, kinds) for name in (first, *others)}
-    return {name: _condensed(samples, centres, known[name]) for name, samples in given.items()}
+    return {name: _condensed(samples, centres, known[name], many) for name, samples in given.items()}
 
 
 def cost_of(
@@ -54,8 +61,8 @@ def cost_of(
     return tuple(Condensation.of(name, part, one, other) for name, part, one, other in parts if one.scatter.count)
 
 
-def _condensed(samples: Samples, centres: Centres, noise_std: float | None) -> Samples:
-    if centres is None or (centres == "auto" and len(samples) <= MANY):
+def _condensed(samples: Samples, centres: Centres, noise_std: float | None, many: int) -> Samples:
+    if centres is None or (centres == "auto" and len(samples) <= many):
         return samples
     return condensed_enough(samples, noise_std) if centres == "auto" else condensed(samples, centres)
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.trackable.plants import AXIS
 from trackable import Samples, SquaredExponential, TrackableReference, learn_reference
-from trackable.condensed.asked import MANY
+from trackable.condensed.asked import MANY, condensed_by_name
 from trackable.gp.joint import JointPosterior
 
 RANDOM = np.random.default_rng(3)
@@ -100,7 +100,7 @@ def test_few_samples_are_all_learned_from_without_a_word(whole):
 
 
 def test_many_samples_are_condensed_without_being_asked(monkeypatch):
-    monkeypatch.setattr("trackable.condensed.asked.MANY", 400)
+    monkeypatch.setattr("trackable.learn.condensed_by_name", partial(condensed_by_name, many=400))
     (cost,) = learned({"position": DENSE}).fit.condensed
     assert cost.centres <= 125
     assert abs(cost.change_of_l) < 1.0

@@ -1,0 +1,146 @@
+"""From a long stream of samples to one reference with a proof, in one call."""
+
+import warnings
+from collections.abc import Mapping
+
+from trackable.arguments import real
+from trackable.certificates.goal import Claim
+from trackable.condensed.asked import Centres, checked_centres, condensed_by_name, cost_of
+from trackable.condensed.bins import NODES
+from trackable.doubts import doubts
+from trackable.errors import DoubtfulInputWarning
+from trackable.fit import edges_of
+from trackable.gp.factors.threads import one_blas_thread
+from trackable.gp.joint import JointPrior
+from trackable.gp.kernels.base import Kernel
+from trackable.gp.samples import Samples
+from trackable.learning.index_set import Window
+from trackable.learning.joint.learn import learn_jointly
+from trackable.learning.prior import prior_for
+from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.space import SearchSpace
+from trackable.progress.bar import progress_bar
+from trackable.request import (
+    Given,
+    checked_goal,
+    checked_plant,
+    claimed,
+    noise_of_first,
+    priors_by_name,
+    samples_by_name,
+    with_noise,
+)
+from trackable.saved import NotTrackableError
+from trackable.streams.continued import part_of
+from trackable.streams.reference import StreamReference
+from trackable.streams.windows import Stream, constraints_at, learn_proved
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.sampling import kinds_by_name, sampled_signals
+
+_CALLER = 3  # frames up: the decorator of `learn_stream` is one of them
+_MANY = 500  # samples of one name, from which on a stream is learned from fewer
+
+
+@one_blas_thread()
+def learn_stream(
+    samples: Given,
+    plant: ConstrainedSystem,
+    kernel: Kernel | Mapping[str, Kernel],
+    claim: Claim,
+    *,
+    window: float,
+    noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None = None,
+    mean: float | Mapping[str, float] = 0.0,
+    centres: Centres = "auto",
+    starts: int = 8,
+    progress: bool = True,
+) -> StreamReference:
+    """Learn one reference from a stream that is much longer than the memory of its kernel, and prove it.
+
+    The samples are learned from window after window. Each adds to the sum of kernels that is known what its samples say
+    beside it, given all samples before: without bounds, this is the posterior mean of all samples. Each keeps the
+    bounds until the function is at rest at the prior mean, so that the next one always has a solution: to add nothing.
+    Time grows with the number of windows. The sum is not quite the best for all samples at once, as bounds of later
+    windows do not move earlier ones by more than the kernel's memory.
+
+    Parameters
+    ----------
+    samples, plant, kernel, noise_std, mean, centres, starts, progress
+        As of `learn_reference`; "auto" takes fewer of more than 500 samples. Kernels have to decay. Hyperparameters
+        that are not known are learned from the first window, with its bounds.
+    claim
+        "all_times", or (start, end) in seconds: what is proved of the whole.
+    window
+        The length of each window [s]: several times the kernel's correlation time.
+
+    Warns
+    -----
+    DoubtfulInputWarning
+        As `learn_reference`.
+
+    Raises
+    ------
+    TypeError
+        Where an argument is of another type: the message names it.
+    ValueError
+        Where samples, kernels, claim and options do not fit together, where a kernel does not decay, and where the
+        prior mean is no admissible equilibrium.
+    NotTrackableError
+        Where no reference was found, or none that is proved.
+
+    """
+    checked_plant(plant)
+    claim, given, centres = claimed(claim), samples_by_name(samples, plant), checked_centres(centres)
+    if (length := real("window", window)) <= 0:
+        raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
+    kinds = [tuple(shown) for shown in kinds_by_name(plant, given)]
+    every = with_noise(given, kinds, noise_std)
+    names, _ = sampled_signals(plant, every)
+    believed = priors_by_name(names, kernel, noise_of_first(noise_std, kinds), mean)
+    fewer = condensed_by_name(every, kinds, centres, noise_std, _MANY)
+    _, seen = sampled_signals(plant, fewer)
+    prior = prior_for(plant, believed)
+    checked_goal("all_times", seen, prior, plant)  # between windows the function is at rest
+    for doubt in doubts(claim, given, plant):
+        warnings.warn(doubt, DoubtfulInputWarning, stacklevel=_CALLER)
+    with progress_bar("learn stream", shown=progress):
+        begun = _first(every, length)
+        share = max(len(of) / len(every[name]) for name, of in begun.items())
+        first = condensed_by_name(begun, kinds, _part_of(centres, share), noise_std, _MANY)
+        known = _known(sampled_signals(plant, first)[1], prior, plant, starts)
+        stream = Stream(seen, known, plant, length, claim)
+        found = learn_proved(stream)
+        if not isinstance(found, tuple):
+            raise NotTrackableError(found)
+        cost = cost_of(plant, every, fewer, known)
+    return StreamReference(*found, stream, cost)
+
+
+def _first(samples: Mapping[str, Samples], length: float) -> dict[str, Samples]:
+    """Return the samples of the first window. ValueError: one of the names has none there."""
+    start = min(float(of.times[0]) for of in samples.values())
+    found = {name: part_of(of, -float("inf"), start + length) for name, of in samples.items()}
+    if missing := [name for name, of in found.items() if of is None]:
+        raise ValueError(f"window: the first one, of {length:g} s, holds no sample of {missing[0]}; give a longer one")
+    return {name: of for name, of in found.items() if of is not None}
+
+
+def _part_of(centres: Centres, share: float) -> Centres:
+    return max(NODES, round(centres * share)) if isinstance(centres, int) else centres
+
+
+def _known(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
+    """Return the prior with the hyperparameters of least J, all known. NotTrackableError: no function keeps bounds."""
+    if not prior.learned:
+        return prior.as_known()
+    times = Window(min(float(of.times[0]) for of in samples), max(float(of.times[-1]) for of in samples))
+    space = SearchSpace.around(samples, prior, starts)
+    found = learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant)))
+    if not isinstance(found, Solution):
+        raise NotTrackableError(found)
+    for edge in edges_of(found.posterior.prior, samples):
+        if edge.is_given:
+            warnings.warn(
+                f"{edge}, {edge.interval}: was it meant as a limit?", DoubtfulInputWarning, stacklevel=_CALLER + 1
+            )
+    return found.posterior.prior.as_known()

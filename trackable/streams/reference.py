@@ -1,0 +1,71 @@
+"""A reference learned window by window, with the proof of the whole."""
+
+from dataclasses import dataclass
+
+from trackable.certificates.certificate import Certificate
+from trackable.condensed.cost import Condensation
+from trackable.fit import Misfit
+from trackable.gp.samples import Samples
+from trackable.proved.reference import ProvedReference
+from trackable.streams.windows import Stream
+from trackable.systems.reference import Reference
+
+
+@dataclass(frozen=True, eq=False)
+class StreamReference(ProvedReference):
+    """One reference for a whole stream: the system can follow it at all times that `certificate` names.
+
+    Nothing is handed over between windows: the signals are one sum of kernels, to which each window has added, and the
+    proof is about the sum. `stream` holds the samples that were learned from and the prior, `condensed` what it costs
+    that they are fewer than were given.
+    """
+
+    learned: Reference
+    certificate: Certificate
+    stream: Stream
+    condensed: tuple[Condensation, ...] = ()
+
+    @property
+    def reference(self) -> Reference:
+        """The reference itself, at all times."""
+        return self.learned
+
+    @property
+    def samples(self) -> tuple[Samples, ...]:
+        """The samples of the flat outputs: where they were too many, the fewer ones that stand for them."""
+        return self.stream.samples
+
+    @property
+    def hyperparameters(self) -> dict[str, float]:
+        """All hyperparameters, learned from the first window or known, in natural units."""
+        return {name: float(value) for name, value in self.stream.prior.hyperparameters.items()}
+
+    @property
+    def misfit(self) -> dict[str, float]:
+        """The root mean square of samples minus reference, by name of what is sampled and in its unit."""
+        return {misfit.name: misfit.size for misfit in self._misfits}
+
+    @property
+    def explanation(self) -> str:
+        """What is proved, how it was learned, and how far it is from the samples."""
+        off = [
+            f"it is {misfit.size:.3g} off the samples of {misfit.name} (root mean square), {misfit.in_noise:.3g} times "
+            "their noise"
+            for misfit in self._misfits
+        ]
+        learned = f"learned in windows of {self.stream.length:g} s, each of which continues the one before"
+        return "; ".join([self.certificate.explanation, learned, *map(str, self.condensed), *off])
+
+    @property
+    def _misfits(self) -> list[Misfit]:
+        found = []
+        prior, signals = self.stream.prior, self.learned.kernel_sums
+        for process, part, of, signal in zip(prior.names, prior.parts, self.samples, signals, strict=True):
+            for name, samples in of.by_name(process).items():
+                off = samples.values - samples.stencil.measured(signal, samples.times)
+                found.append(Misfit(name, samples, off, off, float(part.noise_std), is_learned=False))
+        return found
+
+    def __repr__(self) -> str:
+        theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())
+        return f"StreamReference({theta}; {self.explanation}; {self.identity})"
