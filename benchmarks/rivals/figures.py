@@ -2,8 +2,11 @@
 
 from collections.abc import Sequence
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from benchmarks.rivals.study.draws import LEVELS
+from benchmarks.rivals.study.summary import TIGHTNESS, Entry
 from benchmarks.rivals.table import Row
 from trackable.plots.style import INK, PAGE, styled
 
@@ -52,6 +55,40 @@ def tightness(rows: Sequence[Row]) -> Figure:
     axes.set_ylabel("error to the truth / spread of the samples")
     figure.legend(loc="outside right upper", fontsize=6)
     return figure
+
+
+@styled
+def study(entries: Sequence[Entry]) -> Figure:
+    """For each system: median errors with their bands, and the shares of curves that break bounds or collapsed."""
+    systems, rivals = (
+        list(dict.fromkeys(names)) for names in zip(*[(e.system, e.rival) for e in entries], strict=True)
+    )
+    figure = Figure(figsize=(PAGE, 5.4))
+    axes = figure.subplots(3, len(systems), sharex=True, sharey="row", squeeze=False)
+    for column, system in enumerate(systems):
+        for i, rival in enumerate(rivals):
+            shown = [e for e in entries if (e.system, e.rival, e.factor) == (system, rival, TIGHTNESS)]
+            _against_tightness(axes[:, column], shown, i)
+        axes[0, column].set_title(system, fontsize=7)
+        axes[0, column].set_yscale("log")
+        axes[2, column].set_xticks(range(len(LEVELS)), [level.replace(" ", "\n") for level in LEVELS], fontsize=5)
+    for row, said in zip(
+        axes, ("median error /\nspread", "bounds broken\n(part of runs)", "collapsed\n(part of runs)"), strict=True
+    ):
+        row[0].set_ylabel(said, fontsize=6)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=6)
+    return figure
+
+
+def _against_tightness(axes: Sequence[Axes], entries: Sequence[Entry], i: int) -> None:
+    """Draw one rival; levels in which no rival has a curve are left out of the errors."""
+    style = {"color": f"C{i}", "marker": _MARKERS[i], "markersize": 3, "linewidth": 0.8}
+    places = [LEVELS.index(entry.level) + 0.06 * (i - 3.5) for entry in entries]
+    known = [(x, e) for x, e in zip(places, entries, strict=True) if e.error is not None]
+    axes[0].plot([x for x, _ in known], [e.error for _, e in known], label=entries[0].rival if entries else "", **style)
+    axes[0].vlines([x for x, _ in known], [e.lower for _, e in known], [e.upper for _, e in known], color=f"C{i}")
+    axes[1].plot(places, [entry.violated / entry.runs for entry in entries], **style)
+    axes[2].plot(places, [entry.collapsed / entry.runs for entry in entries], **style)
 
 
 _SOLVED = 1e-9  # a solver's tolerance

@@ -13,8 +13,16 @@ from pipeline.storage.yaml_file import validated
 
 ROOT = Path(__file__).resolve().parents[2]
 PARAMS = ROOT / "params.yaml"
-_NAMED = ("example1", "example2", "robot-axis", "vehicle", "tank")
+_NAMED = ("example1", "example2", "axis", "vehicle", "robot-axis", "tank", "drive-cycle")
 TIGHTNESS = (0.04, 0.02, 0.01, 0.005, 0.002)
+
+DOUBLE_INTEGRATOR = {
+    "continuous": True,
+    "A": [[0, 1], [0, 0]],
+    "B": [[0], [1]],
+    "states": ["position", "velocity"],
+    "inputs": ["acceleration"],
+}
 
 # The axis of the guide, as the guide writes it for params.yaml.
 _AXIS = {
@@ -31,14 +39,7 @@ _AXIS = {
             "excerpt": {"end": 2.5, "scale": 0.001},
         }
     },
-    "system": {
-        "continuous": True,
-        "A": [[0, 1], [0, 0]],
-        "B": [[0], [1]],
-        "states": ["position", "velocity"],
-        "inputs": ["acceleration"],
-        "sampling_time": 0.01,
-    },
+    "system": {**DOUBLE_INTEGRATOR, "sampling_time": 0.01},
     "state_set": {"lower": [-0.10, -0.09], "upper": [0.10, 0.09]},
     "input_set": {"lower": [-0.3], "upper": [0.3]},
     "prior": {"position": {"mean": 0.0, "kernel": {"type": "squared_exponential"}, "noise_std": [0.0001, 0.01]}},
@@ -48,10 +49,42 @@ _AXIS = {
     "verification": {"last_step": 400},
 }
 
+# A car that drives off, keeps up with the traffic and stops again: the third hill of the urban cycle.
+_DRIVE_CYCLE = {
+    "name": "drive-cycle",
+    "title": "A hill of the Urban Dynamometer Driving Schedule",
+    "samples_from": "benchmarks/rivals/data/udds.csv",
+    "samples": {
+        "speed": {
+            "csv": "benchmarks/rivals/data/udds.csv",
+            "time_column": "time [s]",
+            "time_unit": "s",
+            "value_column": "speed [mph]",
+            "excerpt": {"start": 346.0, "end": 400.0, "scale": 0.44704},
+        }
+    },
+    "system": {
+        "continuous": True,
+        "A": [[0.0]],
+        "B": [[1.0]],
+        "states": ["speed"],
+        "inputs": ["acceleration"],
+        "sampling_time": 0.2,
+    },
+    "state_set": {"lower": [-0.05], "upper": [16.3]},
+    "input_set": {"lower": [-1.5], "upper": [1.5]},
+    "prior": {"speed": {"mean": 0.0, "kernel": {"type": "squared_exponential"}, "noise_std": [0.01, 1.0]}},
+    "claim": {"window": [0.0, 54.0]},
+    "methods": ["unconstrained", "hyperparameters", "joint"],
+    "search": {"starts": 8},
+    "verification": {"last_step": 270},
+}
+_WRITTEN = {"axis": (_AXIS, "guide"), "drive-cycle": (_DRIVE_CYCLE, "problems")}
+
 
 def problems() -> Iterator[Problem]:
     """Return all problems, in the order of the table."""
-    yield from (problem(name) for name in ("example1", "example2", "axis", "vehicle", "robot-axis", "tank"))
+    yield from (problem(name) for name in _NAMED)
     yield from family()
 
 
@@ -70,9 +103,10 @@ def problem(name: str) -> Problem:
 
 @cache
 def experiment(name: str) -> Experiment:
-    """Return the experiment of this name: of params.yaml, or the guide's axis."""
-    if name == "axis":
-        return validated(Experiment, _AXIS, Path("guide"), "experiments", "axis")
+    """Return the experiment of this name: of params.yaml, or one that is written here."""
+    if name in _WRITTEN:
+        fields, where = _WRITTEN[name]
+        return validated(Experiment, fields, Path(where), "experiments", name)
     return load_experiment(name, PARAMS)
 
 

@@ -28,7 +28,7 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     right = np.concatenate([grid.upper - given.mean, given.mean - grid.lower])
     nothing = scipy.sparse.csr_array((0, r))
     program = Conic(scipy.sparse.eye_array(r) * 2, np.zeros(r), nothing, np.empty(0), _both(F), right)
-    found = program.solve()
+    found = program.solve_by_exchange()
     if isinstance(found, Unsolved):
         return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
     above, below = np.split(found.dual, 2)

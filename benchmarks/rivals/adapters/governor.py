@@ -66,15 +66,13 @@ class _Loop:
         limits = np.tile(np.concatenate([h, g]) - inside, len(rows) // 2)
         return cls(plant, gain, rest, input_rest, np.vstack(rows), np.vstack(commands), limits)
 
-    def share(self, x: Array, v: Array, wanted: Array) -> float:
-        """Return the largest κ with v + κ (wanted − v) admissible from x; negative if not even v is."""
-        here = self.by_error @ (x - self.at_rest @ v) + self.by_command @ v
-        more = (self.by_command - self.by_error @ self.at_rest) @ (wanted - v)
+    def shares(self, x: Array, v: Array, wanted: Array) -> Array:
+        """Return the largest κ with v + κ (wanted − v) admissible from x, one for each row; zero if not even v is."""
+        here = (x - v @ self.at_rest.T) @ self.by_error.T + v @ self.by_command.T
+        more = (wanted - v) @ (self.by_command - self.by_error @ self.at_rest).T
         room = self.limits - here
-        if np.any(room < 0):
-            return -1.0
-        limiting = more > 0
-        return float(min(1.0, np.min(room[limiting] / more[limiting], initial=1.0)))
+        allowed = np.divide(room, more, out=np.ones_like(room), where=more > 0)
+        return np.where(np.any(room < 0, axis=1), 0.0, np.clip(np.min(allowed, axis=1), 0.0, 1.0))
 
 
 def _scales(bounded: Polytope, n: int) -> Array:
@@ -98,28 +96,41 @@ def solve(problem: Problem) -> Answer:
     shown = tuple(plant.system.states.index(name) for name in names)
     loops = [_Loop.of(plant, effort, shown) for effort in _EFFORTS]
     ahead = [np.vstack([wanted[lead:], np.tile(wanted[-1:], (lead, 1))]) for lead in _LEADS]
-    tries = [_followed(problem, loop, commands) for loop in loops for commands in ahead]
+    tries = [found for loop in loops for found in _followed(problem, loop, np.stack(ahead))]
+    if not tries:
+        return NotFound("infeasible", "no equilibrium between rest and the first command is admissible")
     return min(tries, key=lambda found: _misfit(problem, found))
 
 
-def _followed(problem: Problem, loop: _Loop, wanted: Array) -> Found:
+def _followed(problem: Problem, loop: _Loop, wanted: Array) -> list[Found]:
+    """Follow several sequences of commands at once: shape (sequences, K + 1, m)."""
     plant = loop.plant
     rest = np.array([part.mean for part in problem.task.prior.parts])
-    first = rest + _admissible(loop, rest, wanted[0]) * (wanted[0] - rest)
-    x, v = loop.at_rest @ first, first
-    states, inputs, held = [x], [], 0
-    for r in wanted[1:]:
-        share = loop.share(x, v, r)
+    begun = [(first, _admissible(loop, rest, first)) for first in wanted[:, 0]]
+    kept = [i for i, (_, part) in enumerate(begun) if part is not None]
+    if not kept:
+        return []
+    wanted = wanted[kept]
+    v = np.array([rest + part * (first - rest) for first, part in begun if part is not None])
+    x = v @ loop.at_rest.T
+    states, inputs, held = [x], [], np.zeros(len(wanted), dtype=int)
+    for r in wanted.swapaxes(0, 1)[1:]:
+        share = loop.shares(x, v, r)
         held += share < 1
-        v = v + max(share, 0.0) * (r - v)
-        u = loop.input_at_rest @ v + loop.gain @ (x - loop.at_rest @ v)
-        x = plant.linear.A @ x + plant.linear.B @ u
+        v = v + share[:, None] * (r - v)
+        u = v @ loop.input_at_rest.T + (x - v @ loop.at_rest.T) @ loop.gain.T
+        x = x @ plant.linear.A.T + u @ plant.linear.B.T
         inputs.append(u)
         states.append(x)
     shown = tuple(plant.system.states.index(name) for name in problem.sampled.names)
-    curve = StepCurve(plant, np.array(states), np.array(inputs), shown)
-    says = f"the command was held back at {held} of {len(wanted) - 1} steps; between steps nothing is said"
-    return Found(curve, None, "", len(wanted), says=says)
+    return [
+        Found(
+            StepCurve(plant, of, moved, shown),
+            places=wanted.shape[1],
+            says=f"the command was held back at {count} of {len(moved)} steps; between steps nothing is said",
+        )
+        for of, moved, count in zip(np.stack(states, axis=1), np.stack(inputs, axis=1), held.tolist(), strict=True)
+    ]
 
 
 def _misfit(problem: Problem, found: Found) -> float:
@@ -129,11 +140,14 @@ def _misfit(problem: Problem, found: Found) -> float:
     )
 
 
-def _admissible(loop: _Loop, rest: Array, wanted: Array) -> float:
-    """Return how far the first equilibrium may be from rest towards what is wanted."""
-    here, more = loop.by_command @ rest, loop.by_command @ (wanted - rest)
-    limiting = more > 0
-    return float(min(1.0, np.min((loop.limits - here)[limiting] / more[limiting], initial=1.0)))
+def _admissible(loop: _Loop, rest: Array, wanted: Array) -> float | None:
+    """Return how far the first equilibrium may be from rest towards what is wanted; None: none is admissible."""
+    here, more = loop.limits - loop.by_command @ rest, loop.by_command @ (wanted - rest)
+    if np.any(here[more == 0] < 0):
+        return None
+    least = max(0.0, np.max(here[more < 0] / more[more < 0], initial=0.0))
+    most = min(1.0, np.min(here[more > 0] / more[more > 0], initial=1.0))
+    return float(most) if least <= most else None
 
 
 GOVERNOR = Rival(

@@ -59,7 +59,7 @@ class Truncated:
         h = np.concatenate([self.upper - at, at - self.lower])
         found = Conic(
             scipy.sparse.eye_array(r) * 2, np.zeros(r), scipy.sparse.csr_array((0, r)), np.empty(0), G, h
-        ).solve()
+        ).solve_by_exchange()
         return found if isinstance(found, Unsolved) else self.mean + self.root @ found.x
 
     def average(self, draws: int = _DRAWS) -> Array:

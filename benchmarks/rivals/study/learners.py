@@ -7,8 +7,7 @@ which is a rival too. Nothing is sought twice; all else is the library's.
 from dataclasses import replace
 from functools import lru_cache
 
-import numpy as np
-
+from benchmarks.rivals.adapters import fine_grid
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem
 from trackable.certificates.certified import Certified, learn_certified
@@ -17,9 +16,10 @@ from trackable.gp.joint import JointPrior
 from trackable.learning.exchange import Exchange
 from trackable.learning.joint import learn as joint
 from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner
-from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackable.learning.problem import ConstrainedProblem, Contradiction, NoSolution, Solution
 from trackable.learning.screening import can_screen
-from trackable.learning.search import best_solution, better_solution
+
+_POINTS = 50  # enough to see that nothing is admissible
 
 Learned = Certified | NoSolution | Counterexample | Unproved
 
@@ -39,12 +39,17 @@ def solve_alone(problem: Problem) -> Answer:
 def solve_jointly(problem: Problem) -> Answer:
     """Learn θ and the function, with a proof."""
     alone = _alone(problem)
-    return _answer(problem, _learned(problem, jointly(problem.likeliest, alone)), "J = l + D")
+    found = alone if isinstance(alone, Contradiction) else _learned(problem, jointly(problem.likeliest, alone))
+    return _answer(problem, found, "J = l + D")
 
 
 @lru_cache(2)
 def _alone(problem: Problem) -> Learned:
-    """Both learners of a run need it."""
+    """Both learners of a run need it. Where bounds contradict each other, no posterior mean is looked for."""
+    if not isinstance(fine_grid.solve(problem, _POINTS), Found):
+        anything = _learned(problem, jointly(problem.likeliest, None))
+        if isinstance(anything, Contradiction):
+            return anything
     return _learned(problem, hyperparameters(problem.task.prior, problem.likeliest))
 
 
@@ -54,12 +59,17 @@ def hyperparameters(prior: JointPrior, free: Solution) -> Learner:
         return HYPERPARAMETERS
 
     def solve(problem: ConstrainedProblem) -> Solution | NoSolution:
-        return better_solution(problem, free, np.inf) or best_solution(problem)
+        exchange = Exchange(problem)
+        exchange.together([free.posterior.prior.log_hyperparameters, *free.others])
+        if exchange.best is None:  # scale the signal down towards rest, and improve what then keeps the bounds
+            exchange.keep_scaled_down(problem.space.start_points()[:2])
+            exchange.together([exchange.best.log_theta] if exchange.best else [])
+        return exchange.outcome
 
     return replace(HYPERPARAMETERS, solve=solve, extended=lambda _, problem: solve(problem))
 
 
-def jointly(free: Solution, alone: Learned) -> Learner:
+def jointly(free: Solution, alone: Learned | None) -> Learner:
     """Return the joint learner that starts from the likelihood's minimum and, where there is one, that over θ alone."""
     known = alone.solution if isinstance(alone, Certified) else None
     starts = [found.posterior.prior.log_hyperparameters for found in (free, known) if found is not None]

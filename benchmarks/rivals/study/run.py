@@ -22,21 +22,21 @@ def run(
     """Do the first `count` runs that are not done yet; yield how many are, chunk by chunk.
 
     Every chunk is a file of its own in `folder`, written when its runs are done: what is done stays when the study is
-    stopped. `cluster` is the address of a Dask scheduler; without it `workers` processes of this machine are used.
+    stopped. The last chunk is done to its end, so that a longer study finds it whole. `cluster` is the address of a
+    Dask scheduler; without it `workers` processes of this machine are used.
     `measure` does one run.
     """
     from joblib import Parallel, delayed
 
     folder.mkdir(parents=True, exist_ok=True)
-    chunks = [range(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK)]
-    missing = [chunk for chunk in chunks if not _file(folder, chunk).exists()]
-    done = count - sum(map(len, missing))
+    missing = [chunk for chunk in _chunks(count) if not _file(folder, chunk).exists()]
+    done = count - sum(min(chunk.stop, count) - chunk.start for chunk in missing)
     yield done
     with _backend(cluster):
         parallel = Parallel(n_jobs=-1 if cluster else workers, return_as="generator_unordered")
         for chunk, text in parallel(delayed(_measured)(measure, chunk) for chunk in missing):
             write_atomically(_file(folder, chunk), text.encode())
-            done += len(chunk)
+            done += min(chunk.stop, count) - chunk.start
             yield done
 
 
@@ -60,12 +60,16 @@ def _measured(measure: Measure, chunk: range) -> tuple[range, str]:
     return chunk, "\n".join(lines) + "\n"
 
 
+def _chunks(count: int) -> list[range]:
+    return [range(first, first + CHUNK) for first in range(0, count, CHUNK)]
+
+
 def _file(folder: Path, chunk: range) -> Path:
     return folder / f"{chunk.start:06d}-{chunk.stop - 1:06d}.jsonl"
 
 
 def collected(folder: Path, count: int) -> list[Outcome]:
     """Return the outcomes of the first `count` runs, ordered by index. FileNotFoundError: some are not done."""
-    chunks = [range(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK)]
-    lines = [line for chunk in chunks for line in _file(folder, chunk).read_text("utf-8").splitlines()]
-    return [Outcome(**json.loads(line)) for line in lines]
+    lines = (line for chunk in _chunks(count) for line in _file(folder, chunk).read_text("utf-8").splitlines())
+    found = (Outcome(**json.loads(line)) for line in lines)
+    return [outcome for outcome in found if outcome.index < count]

@@ -1,107 +1,179 @@
 """What a study says: counts, and errors with confidence bands, for each system and rival."""
 
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy
 
-from benchmarks.rivals.study.draws import CASES, Run
+from benchmarks.rivals.study.draws import CASES, LEVELS, Run
 from benchmarks.rivals.study.outcome import SOLVERS, Outcome
 
-_RESAMPLES, _COVERAGE = 1000, 0.95
+_OUTSIDE = 0.025  # on either side of a confidence band
+_SAME = 1e-6  # relative: numbers that are closer are reproduced
+
+ALL, TIGHTNESS, NOISE, SAMPLES = "all", "tightness", "noise", "samples"
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One rival on one system: counts of runs, and the median error with its confidence band.
+    """One rival on one system, in all runs or in those of one `level` of one `factor`.
 
-    `none` counts runs without a curve, `violated` curves that certainly break a bound, by at most `worst` of its width.
-    Errors are of the same runs for all rivals: of those in which each of them found a curve.
+    `infeasible` counts runs in which it says that there is no curve, `failed` those in which it has none for another
+    reason, and `violated` curves that certainly break a bound, by at most `worst` of its width. The median `error` has
+    the confidence band `lower` … `upper`. Errors are of the same runs for all rivals: of the `compared` ones, in which
+    each of them found a curve.
     """
 
     system: str
+    factor: str
+    level: str
     rival: str
     runs: int
-    none: int
+    infeasible: int
+    failed: int
     collapsed: int
     violated: int
     worst: float
-    error: float | None
-    lower: float | None
-    upper: float | None
     compared: int
+    error: float | None = None
+    lower: float | None = None
+    upper: float | None = None
 
 
 def summary(found: Sequence[Outcome]) -> list[Entry]:
-    """Return one entry for each system and rival, in the order of both."""
-    entries = []
+    """Return the entries of each system: all runs first, then the levels of each factor; rivals in their order."""
+    by_run: dict[int, dict[str, Outcome]] = {}
+    for outcome in found:
+        by_run.setdefault(outcome.index, {})[outcome.rival] = outcome
+    runs = {index: Run.of(index) for index in by_run}
+    entries: list[Entry] = []
     for case in CASES:
-        of_case = [outcome for outcome in found if Run.of(outcome.index).case is case]
-        by_rival = {name: {o.index: o for o in of_case if o.rival == name} for name in SOLVERS}
-        common = sorted({i for i in by_rival["ours, joint"] if all(_has_curve(by_rival[n], i) for n in SOLVERS)})
-        for name, outcomes in by_rival.items():
-            if outcomes:
-                entries.append(_entry(case.name, name, list(outcomes.values()), [outcomes[i] for i in common]))
+        for factor, level in _levels():
+            chosen = [i for i, run in runs.items() if run.case is case and _level(run, factor) == level]
+            common = [i for i in chosen if all(outcome.error is not None for outcome in by_run[i].values())]
+            for rival in SOLVERS if chosen else ():
+                own = [by_run[i][rival] for i in chosen]
+                entries.append(_entry((case.name, factor, level, rival), own, [by_run[i][rival].error for i in common]))
     return entries
 
 
-def _has_curve(outcomes: dict[int, Outcome], index: int) -> bool:
-    return index in outcomes and outcomes[index].error is not None
+def _levels() -> Iterator[tuple[str, str]]:
+    yield ALL, ""
+    yield from ((TIGHTNESS, level) for level in LEVELS)
+    yield from ((NOISE, level) for level in ("0.5 %", "2 %", "5 %"))
+    yield from ((SAMPLES, level) for level in ("few", "some", "many"))
 
 
-def _entry(system: str, rival: str, outcomes: list[Outcome], common: list[Outcome]) -> Entry:
-    violations = [o.violation for o in outcomes if o.violation]
-    errors = np.array([o.error for o in common], dtype=float)
-    middle = [float(v) for v in _band(errors)] if len(errors) else [None] * 3
+def _level(run: Run, factor: str) -> str:
+    noise, samples = f"{100 * run.noise:g} %", ("few", "some", "many")[run.density]
+    return {ALL: "", TIGHTNESS: LEVELS[run.tightness], NOISE: noise, SAMPLES: samples}[factor]
+
+
+def _entry(of: tuple[str, str, str, str], outcomes: list[Outcome], errors: list[float | None]) -> Entry:
+    broken = [outcome.violation for outcome in outcomes if outcome.violation]
+    answers = [outcome.answer for outcome in outcomes]
+    infeasible = answers.count("infeasible")
     return Entry(
-        system,
-        rival,
+        *of,
         len(outcomes),
-        sum(o.answer != "found" for o in outcomes),
-        sum(o.collapsed for o in outcomes),
-        len(violations),
-        max(violations, default=0.0),
-        *middle,
-        len(common),
+        infeasible,
+        len(answers) - answers.count("found") - infeasible,
+        sum(outcome.collapsed for outcome in outcomes),
+        len(broken),
+        max(broken, default=0.0),
+        len(errors),
+        *_band(np.array(errors, dtype=float)),
     )
 
 
-def _band(values: np.ndarray) -> tuple[float, float, float]:
-    """Return the median and the ends of its confidence band, by resampling with a fixed seed."""
-    rng = np.random.default_rng(0)
-    drawn = np.median(rng.choice(values, (_RESAMPLES, len(values))), axis=1)
-    outside = (1 - _COVERAGE) / 2
-    return float(np.median(values)), *np.quantile(drawn, [outside, 1 - outside]).tolist()
+def _band(values: np.ndarray) -> tuple[float | None, float | None, float | None]:
+    """Return the median and the two order statistics that enclose the true one with 95 % confidence, at least."""
+    n = len(values)
+    if not n:
+        return None, None, None
+    ordered = np.sort(values)
+    k = max(int(scipy.stats.binom.ppf(_OUTSIDE, n, 0.5)) - 1, 0)
+    return float(np.median(values)), float(ordered[k]), float(ordered[n - 1 - k])
 
 
-def write(entries: Sequence[Entry], runs: int, path: Path) -> None:
-    """Write the summary as JSON."""
-    text = json.dumps({"runs": runs, "entries": [asdict(entry) for entry in entries]}, indent=1, ensure_ascii=False)
-    path.write_text(text + "\n", encoding="utf-8")
+def write(summaries: Iterable[Sequence[Entry]], path: Path) -> None:
+    """Write summaries, one entry a line: of the first runs, by which a part can be compared, and of all."""
+    parts = [",\n".join(json.dumps(asdict(e), ensure_ascii=False) for e in entries) for entries in summaries]
+    path.write_text("[[" + "\n],[\n".join(parts) + "]]\n", encoding="utf-8")
 
 
-def read(path: Path) -> list[Entry]:
+def read(path: Path) -> list[list[Entry]]:
     """Return what was written."""
-    return [Entry(**entry) for entry in json.loads(path.read_text(encoding="utf-8"))["entries"]]
+    return [[Entry(**entry) for entry in entries] for entries in json.loads(path.read_text(encoding="utf-8"))]
+
+
+def runs_in(entries: Sequence[Entry]) -> int:
+    """Return of how many runs a summary is: every rival is in all of them."""
+    return sum(entry.runs for entry in entries if entry.factor == ALL and entry.rival == entries[0].rival)
+
+
+def differences(ours: Sequence[Entry], theirs: Sequence[Entry]) -> list[str]:
+    """Return a sentence for each entry that is not reproduced: counts have to be equal, numbers up to rounding."""
+    by_place = {(e.system, e.factor, e.level, e.rival): asdict(e) for e in theirs}
+    found = []
+    for entry in ours:
+        place = entry.system, entry.factor, entry.level, entry.rival
+        other = by_place.pop(place, {})
+        off = [name for name, value in asdict(entry).items() if not _is_same(value, other.get(name))]
+        found += [
+            f"{', '.join(filter(None, place))}: {name} {other.get(name)} became {asdict(entry)[name]}" for name in off
+        ]
+    return found + [f"{', '.join(filter(None, place))}: is missing" for place in by_place]
+
+
+def _is_same(one: object, other: object) -> bool:
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=_SAME, abs_tol=1e-12)
+    return one == other
 
 
 def page(entries: Sequence[Entry]) -> str:
-    """Return the summary as Markdown, one table a system."""
+    """Return the summary as Markdown: a table for each system, and what each tightness does to it."""
     lines = []
     for system in dict.fromkeys(entry.system for entry in entries):
         shown = [entry for entry in entries if entry.system == system]
-        title = f"#### {system}: {shown[0].runs} runs, errors of {shown[0].compared} in which all found a curve"
-        lines += [title, "", "| | no curve | collapsed | violated | worst | median error | 95 % band |"]
-        lines += ["|---|--:|--:|--:|--:|--:|---|", *map(_line, shown), ""]
+        whole = [entry for entry in shown if entry.factor == ALL]
+        title = f"#### {system}: {whole[0].runs} runs, errors of {whole[0].compared} in which all found a curve"
+        lines += [title, "", "| | infeasible | failed | collapsed | violated | worst | median error | 95 % band |"]
+        lines += ["|---|--:|--:|--:|--:|--:|--:|---|", *map(_line, whole), "", *_by_tightness(shown), ""]
     return "\n".join(lines)
 
 
 def _line(entry: Entry) -> str:
     worst = f"{100 * entry.worst:.2g} %" if entry.violated else ""
-    error, band = "", ""
-    if entry.error is not None and entry.lower is not None and entry.upper is not None:
-        error, band = f"{100 * entry.error:.2f} %", f"{100 * entry.lower:.2f} … {100 * entry.upper:.2f} %"
-    counts = f"{entry.none} | {entry.collapsed} | {entry.violated}"
-    return f"| {entry.rival} | {counts} | {worst} | {error} | {band} |"
+    counts = f"{entry.infeasible} | {entry.failed} | {entry.collapsed} | {entry.violated}"
+    return f"| {entry.rival} | {counts} | {worst} | {_percent(entry.error)} | {_range(entry)} |"
+
+
+def _by_tightness(entries: Sequence[Entry]) -> Iterator[str]:
+    """Yield, for each rival and tightness, collapsed / violated / median error."""
+    yield "| collapsed / violated / median error | " + " | ".join(LEVELS) + " |"
+    yield "|---" * (len(LEVELS) + 1) + "|"
+    for rival in dict.fromkeys(entry.rival for entry in entries):
+        at = {e.level: e for e in entries if e.factor == TIGHTNESS and e.rival == rival}
+        yield f"| {rival} | " + " | ".join(_cell(at[level]) if level in at else "" for level in LEVELS) + " |"
+
+
+def _cell(entry: Entry) -> str:
+    none = entry.infeasible + entry.failed
+    if none == entry.runs:
+        return "no curve"
+    parts = [f"{100 * n / entry.runs:.3g} %" if n else "0" for n in (entry.collapsed, entry.violated)]
+    return " / ".join([*parts, _percent(entry.error) or "–"])
+
+
+def _percent(value: float | None) -> str:
+    return "" if value is None else f"{100 * value:.2f} %"
+
+
+def _range(entry: Entry) -> str:
+    return "" if entry.lower is None or entry.upper is None else f"{100 * entry.lower:.2f} … {_percent(entry.upper)}"

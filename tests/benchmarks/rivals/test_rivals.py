@@ -126,3 +126,13 @@ def test_wider_bounds_are_wider_by_the_part_that_was_asked_for():
     for before, after in zip(reference.quantities, widened(reference, 0.25).quantities, strict=True):
         assert after.bounds.lower == pytest.approx(before.bounds.lower - 0.25 * before.bounds.width)
         assert after.bounds.upper == pytest.approx(before.bounds.upper + 0.25 * before.bounds.width)
+
+
+def test_the_drive_cycle_has_the_length_and_the_speed_that_the_agency_gives():
+    rows = np.loadtxt(page.FOLDER / "data" / "udds.csv", delimiter=",", skiprows=1)
+    assert rows[:, 0].tolist() == list(range(1370))
+    assert rows[:, 1].max() == 56.7
+    assert rows[:, 1].sum() / 3600 == pytest.approx(7.45, abs=0.005)
+    (samples,) = problem("drive-cycle").task.samples
+    assert samples.values[1:3] == pytest.approx(np.array([1.0, 4.3]) * 0.44704)
+    assert samples.values[-1] == 0.0

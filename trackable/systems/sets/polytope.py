@@ -106,6 +106,8 @@ class Polytope:
         """The largest margin of any point, relative to the width of each row; ≤ 0 if the set has no interior."""
         if not np.all(self.lower < self.upper):
             return -np.inf
+        if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # no two share a coordinate: each is met in its middle
+            return 0.5
         # Scaled to half widths and centred: solvers treat numbers above 1e15 as infinite and below 1e-9 as zero.
         half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
         sizes = np.abs(self.rows)
