@@ -81,14 +81,15 @@ def study(entries: Sequence[Entry]) -> Figure:
 
 
 def _against_tightness(axes: Sequence[Axes], entries: Sequence[Entry], i: int) -> None:
-    """Draw one rival; levels in which no rival has a curve are left out of the errors."""
+    """Draw one rival, without the levels in which it never has a curve."""
     style = {"color": f"C{i}", "marker": _MARKERS[i], "markersize": 3, "linewidth": 0.8}
     places = [LEVELS.index(entry.level) + 0.06 * (i - 3.5) for entry in entries]
     known = [(x, e) for x, e in zip(places, entries, strict=True) if e.error is not None]
     axes[0].plot([x for x, _ in known], [e.error for _, e in known], label=entries[0].rival if entries else "", **style)
     axes[0].vlines([x for x, _ in known], [e.lower for _, e in known], [e.upper for _, e in known], color=f"C{i}")
-    axes[1].plot(places, [entry.violated / entry.runs for entry in entries], **style)
-    axes[2].plot(places, [entry.collapsed / entry.runs for entry in entries], **style)
+    some = [(x, e) for x, e in zip(places, entries, strict=True) if e.infeasible + e.failed < e.runs]
+    axes[1].plot([x for x, _ in some], [e.violated / e.runs for _, e in some], **style)
+    axes[2].plot([x for x, _ in some], [e.collapsed / e.runs for _, e in some], **style)
 
 
 _SOLVED = 1e-9  # a solver's tolerance

@@ -135,7 +135,7 @@ class Found:
 
 @dataclass(frozen=True)
 class NotFound:
-    """No curve: `kind` is "infeasible", "failed" or "does not apply", and `why` is a sentence."""
+    """No curve: `kind` is "infeasible", "unproved", "failed" or "does not apply", and `why` is a sentence."""
 
     kind: str
     why: str

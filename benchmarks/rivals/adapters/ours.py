@@ -1,50 +1,75 @@
 """Algorithm 1 as published, and this project: hyperparameters alone, and function and hyperparameters together."""
 
-from collections.abc import Callable
 from functools import partial
 
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from pipeline.methods import METHODS
+from pipeline.methods import AS_PUBLISHED
 from pipeline.methods.model import Failed
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.certified import Certified, learn_certified
+from trackable.certificates.prove import Failure
+from trackable.learning import learner
+from trackable.learning.learner import Learner
+from trackable.learning.problem import NoSolution
 from trackable.systems.reference import Reference
 
+Learned = Certified | NoSolution | Failure
 
-def solve(method: str, problem: Problem) -> Answer:
-    """Learn by a method of this project; a reference is proved as the method claims it."""
-    entry, task = METHODS[method], problem.task
-    try:
-        entry.check(task.plant, task.prior)
-    except ValueError as refused:
-        return NotFound("does not apply", str(refused))
-    if missing := [block for block in entry.needs if getattr(problem.experiment, block) is None]:
-        return NotFound("does not apply", f"is not for this kind of claim (it needs {', '.join(missing)})")
-    found = entry.learn(task)
-    if isinstance(found, Failed):
+
+def solve(how: Learner, problem: Problem) -> Answer:
+    """Learn with a proof of the problem's claim."""
+    return answer(problem, learned(problem, how))
+
+
+def learned(problem: Problem, how: Learner) -> Learned:
+    """Return what the library finds and proves, or why not."""
+    task = problem.task
+    return learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, learner=how)
+
+
+def answer(problem: Problem, found: Learned) -> Answer:
+    """Say it in the form of all rivals: infeasible, unproved and found are three answers."""
+    if isinstance(found, NoSolution):
         return NotFound("infeasible", found.explanation)
-    reference = Reference(found.solution.signals, task.plant)
-    proof = entry.prove(task.goal, reference)
-    says = f"proved for {proof.claim}" if isinstance(proof, Certificate) else f"not proved: {proof.explanation}"
+    if not isinstance(found, Certified):
+        return NotFound("unproved", found.explanation)
+    solution = found.solution
     return Found(
-        KernelCurve(reference, task.samples),
-        found.solution.objective,
-        "J = l + D" if method == "joint" else "l(θ)",
-        prior=found.solution.posterior.prior,
-        says=says,
+        KernelCurve(found.reference, problem.task.samples),
+        solution.objective,
+        "J = l + D" if solution.moved == "joint" else "l(θ)",
+        prior=solution.posterior.prior,
+        says=f"proved for {found.certificate.claim}",
     )
 
 
-def _rival(letter: str, name: str, method: str, promise: str) -> Rival:
-    learn: Callable[[Problem], Answer] = partial(solve, method)
-    return Rival(letter, name, Promise("", "this project", promise), learn)
+def solve_as_published(problem: Problem) -> Answer:
+    """Learn by Algorithm 1, and prove what it claims: sampling instants."""
+    task = problem.task
+    try:
+        AS_PUBLISHED.check(task.plant, task.prior)
+    except ValueError as refused:
+        return NotFound("does not apply", str(refused))
+    if missing := [block for block in AS_PUBLISHED.needs if getattr(problem.experiment, block) is None]:
+        return NotFound("does not apply", f"is not for this kind of claim (it needs {', '.join(missing)})")
+    found = AS_PUBLISHED.learn(task)
+    if isinstance(found, Failed):
+        return NotFound("infeasible", found.explanation)
+    reference = Reference(found.solution.signals, task.plant)
+    proof = AS_PUBLISHED.prove(task.goal, reference)
+    says = f"proved for {proof.claim}" if isinstance(proof, Certificate) else f"not proved: {proof.explanation}"
+    curve, prior = KernelCurve(reference, task.samples), found.solution.posterior.prior
+    return Found(curve, found.solution.objective, "l(θ)", prior=prior, says=says)
 
+
+_PROMISE = Promise("", "this project", "bounds at all times, with a proof in a file")
 
 ALGORITHM_1 = Rival(
     "j",
     "Algorithm 1 as published",
     Promise("", "Matschek et al., IFAC 2020, Algorithm 1", "bounds at all sampling instants"),
-    partial(solve, "as_published"),
+    solve_as_published,
 )
-HYPERPARAMETERS = _rival("k", "ours, θ alone", "hyperparameters", "bounds at all times, with a proof in a file")
-JOINT = _rival("k", "ours, joint", "joint", "bounds at all times, with a proof in a file")
+HYPERPARAMETERS = Rival("k", "ours, θ alone", _PROMISE, partial(solve, learner.HYPERPARAMETERS))
+JOINT = Rival("k", "ours, joint", _PROMISE, partial(solve, learner.JOINT))

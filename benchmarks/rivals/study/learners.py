@@ -8,10 +8,9 @@ from dataclasses import replace
 from functools import lru_cache
 
 from benchmarks.rivals.adapters import fine_grid
-from benchmarks.rivals.judge.kernels import KernelCurve
-from benchmarks.rivals.model import Answer, Found, NotFound, Problem
-from trackable.certificates.certified import Certified, learn_certified
-from trackable.certificates.outcome import Counterexample, Unproved
+from benchmarks.rivals.adapters.ours import Learned, answer, learned
+from benchmarks.rivals.model import Answer, Found, Problem
+from trackable.certificates.certified import Certified
 from trackable.gp.joint import JointPrior
 from trackable.learning.exchange import Exchange
 from trackable.learning.joint import learn as joint
@@ -20,8 +19,6 @@ from trackable.learning.problem import ConstrainedProblem, Contradiction, NoSolu
 from trackable.learning.screening import can_screen
 
 _POINTS = 50  # enough to see that nothing is admissible
-
-Learned = Certified | NoSolution | Counterexample | Unproved
 
 
 def from_starts(problem: ConstrainedProblem) -> Solution | NoSolution:
@@ -33,24 +30,24 @@ def from_starts(problem: ConstrainedProblem) -> Solution | NoSolution:
 
 def solve_alone(problem: Problem) -> Answer:
     """Learn θ, with a proof; the reference is a posterior mean."""
-    return _answer(problem, _alone(problem), "l(θ)")
+    return answer(problem, _alone(problem))
 
 
 def solve_jointly(problem: Problem) -> Answer:
     """Learn θ and the function, with a proof."""
     alone = _alone(problem)
-    found = alone if isinstance(alone, Contradiction) else _learned(problem, jointly(problem.likeliest, alone))
-    return _answer(problem, found, "J = l + D")
+    found = alone if isinstance(alone, Contradiction) else learned(problem, jointly(problem.likeliest, alone))
+    return answer(problem, found)
 
 
 @lru_cache(2)
 def _alone(problem: Problem) -> Learned:
     """Both learners of a run need it. Where bounds contradict each other, no posterior mean is looked for."""
     if not isinstance(fine_grid.solve(problem, _POINTS), Found):
-        anything = _learned(problem, jointly(problem.likeliest, None))
+        anything = learned(problem, jointly(problem.likeliest, None))
         if isinstance(anything, Contradiction):
             return anything
-    return _learned(problem, hyperparameters(problem.task.prior, problem.likeliest))
+    return learned(problem, hyperparameters(problem.task.prior, problem.likeliest))
 
 
 def hyperparameters(prior: JointPrior, free: Solution) -> Learner:
@@ -81,18 +78,3 @@ def jointly(free: Solution, alone: Learned | None) -> Learner:
         return found
 
     return replace(JOINT, solve=solve, second_choice=None)
-
-
-def _learned(problem: Problem, learner: Learner) -> Learned:
-    task = problem.task
-    return learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, learner=learner)
-
-
-def _answer(problem: Problem, found: Learned, minimises: str) -> Answer:
-    if isinstance(found, NoSolution):
-        return NotFound("infeasible", found.explanation)
-    if not isinstance(found, Certified):
-        return NotFound("unproved", found.explanation)
-    curve, solution = KernelCurve(found.reference, problem.task.samples), found.solution
-    says = f"proved for {found.certificate.claim}"
-    return Found(curve, solution.objective, minimises, prior=solution.posterior.prior, says=says)

@@ -11,6 +11,7 @@ from benchmarks.rivals.judge.kernels import KernelCurve, widened
 from benchmarks.rivals.model import Found, NotFound, Promise, Rival
 from benchmarks.rivals.objective import objective_of
 from benchmarks.rivals.problems import problem, problems
+from benchmarks.rivals.study import summary as study
 from trackable.gp.row_posterior import RowPosterior
 from trackable.learning.joint.dual import solve_dual
 from trackable.systems.reference import Reference
@@ -118,6 +119,14 @@ def test_figures_show_every_rival_that_was_measured():
         (figures.tightness(rows), {row.rival for row in rows if row.tightness is not None and row.error is not None}),
     ):
         assert {text.get_text() for text in figure.legends[0].get_texts()} == names
+
+
+def test_the_figure_of_the_study_shows_every_rival_and_system():
+    entries = study.read(page.STUDY)[-1]
+    figure = figures.study(entries)
+    assert {text.get_text() for text in figure.legends[0].get_texts()} == {entry.rival for entry in entries}
+    titles = {axes.get_title(loc) for axes in figure.axes for loc in ("left", "center")} - {""}
+    assert titles == {entry.system for entry in entries}
 
 
 def test_wider_bounds_are_wider_by_the_part_that_was_asked_for():
