@@ -11,7 +11,18 @@ from benchmarks import report
 from benchmarks.duel import FAILURES, Row
 from benchmarks.machine import described, load
 
-_ALL = ("likelihood", "constrained", "jointly", "recorded", "growth", "mpc", "loops.windows", "loops.checks", "imports")
+_ALL = (
+    "likelihood",
+    "constrained",
+    "jointly",
+    "recorded",
+    "growth",
+    "mpc",
+    "loops.tube",
+    "loops.windows",
+    "loops.checks",
+    "imports",
+)
 
 
 def measured(name: str) -> Iterator[Row]:
