@@ -8,6 +8,7 @@ import scipy
 
 from trackable.arrays import Array
 from trackable.control.tube.error_set import ErrorSet
+from trackable.control.tube.faces import Faces
 from trackable.control.tube.polygon import Polygon
 
 _GAP = 1e-9
@@ -29,7 +30,13 @@ class Nearest:
 
     def __call__(self, e: Array) -> Array | None:
         """Return d (n,); None where it is not found up to `_GAP`."""
-        return self._combined(e) if self.errors.halfspaces is None else self._by_blocks(e)
+        if self.errors.halfspaces is not None:
+            return self._by_blocks(e)
+        if self._faces is not None:
+            d = self._faces.nearest(e)
+            if d is e or self._is_nearest(e, d):
+                return d
+        return self._combined(e)
 
     def normal(self, e: Array, nearest: Array) -> Array:
         """Return rootᵀ root (e − d), shape (n,): no other point of Z is farther in this direction than d."""
@@ -43,11 +50,14 @@ class Nearest:
                 d[polygon.block], edges[i] = polygon.nearest(e, d, edges[i])
             if len(edges) == 1:
                 return d
-            if turn:  # the first one is hardly ever enough
-                normal = self.normal(e, d)
-                if self.errors.support(normal) - normal @ d <= _GAP * (normal @ (e - d)):
-                    return d
+            if turn and self._is_nearest(e, d):  # the first turn is hardly ever enough
+                return d
         return None
+
+    def _is_nearest(self, e: Array, d: Array) -> bool:
+        """Whether no error is farther in the direction from d, which is in Z, to e."""
+        normal = self.normal(e, d)
+        return bool(self.errors.support(normal) - normal @ d <= _GAP * (normal @ (e - d)))
 
     def _combined(self, e: Array) -> Array | None:
         """Return the nearest point by the method of Wolfe, from those of many vertices that are nearest to e.
@@ -75,6 +85,10 @@ class Nearest:
                 return np.asarray(weights @ points)
             points, off = np.vstack([points, farthest]), np.vstack([off, image])
         return None
+
+    @cached_property
+    def _faces(self) -> Faces | None:
+        return Faces.of(self.errors, self.root)
 
     @cached_property
     def _polygons(self) -> tuple["Polygon", ...]:

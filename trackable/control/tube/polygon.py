@@ -34,10 +34,16 @@ class Polygon:
         (x, y), (dx, dy), (along_x, along_y) = self._image
         a, b = self._embedding @ aim
         off_x, off_y = a - x, b - y
-        part = np.minimum(np.maximum(off_x * along_x + off_y * along_y, 0.0), 1.0)
+        part = off_x * along_x
+        part += off_y * along_y
+        np.maximum(part, 0.0, out=part)
+        np.minimum(part, 1.0, out=part)
         off_x -= part * dx
         off_y -= part * dy
-        at = int((off_x * off_x + off_y * off_y).argmin())
+        off_x *= off_x
+        off_y *= off_y
+        off_x += off_y
+        at = int(off_x.argmin())
         return np.asarray(self._corners[at] + part[at] * self._edges[at]), at
 
     def _part(self, at: int, aim: Array) -> float | None:
@@ -74,7 +80,7 @@ class Polygon:
     @cached_property
     def _halfspaces(self) -> tuple[Array, Array]:
         rows = self.errors.normals(self.block)
-        return rows[:, self.block], self.errors.support(rows)
+        return np.ascontiguousarray(rows[:, self.block]), self.errors.support(rows)
 
     @cached_property
     def _corners(self) -> Array:

@@ -6,6 +6,7 @@ import pytest
 
 from tests.trackable.control.tube.instances import HULL, LOOPS
 from tests.trackable.control.tube.naive import in_error_set
+from trackable.control.tube.faces import Faces
 from trackable.control.tube.least_distance import nearest_in
 from trackable.control.tube.nearest import Nearest
 from trackable.control.tube.polygon import Polygon
@@ -47,6 +48,20 @@ def test_no_error_is_farther_in_the_direction_from_the_nearest_one(name):
             normal = nearest.normal(e, found)
             assert errors.support(normal) - normal @ found <= 1e-8 * (1e-12 + normal @ (e - found))
             assert nearest(0.9 * found) == pytest.approx(0.9 * found, rel=1e-9, abs=1e-12)
+
+
+def test_faces_of_three_states_are_enough_and_agree_with_the_method_for_any_set():
+    """Near the edges of Z and far from them: facets, edges and vertices are all met; and not one is overlooked."""
+    loop, rng = LOOPS["three states"], np.random.default_rng(4)
+    errors = loop.controller.errors
+    for root in roots(loop):
+        nearest, faces = Nearest(errors, root), Faces.of(errors, root)
+        for e in rng.choice([0.6, 2.0], 40)[:, None] * errors.extents * rng.uniform(-1, 1, (40, 3)):
+            found = faces.nearest(e)
+            assert (found is e) == errors.contains(e)
+            assert nearest(e) is e or nearest._is_nearest(e, found)
+            assert found == pytest.approx(nearest._combined(e), abs=1e-6 * np.max(errors.extents))
+    assert Faces.of(LOOPS["three states, a hull"].controller.errors, np.eye(3)) is None
 
 
 def test_an_edge_that_is_likely_is_taken_only_where_the_nearest_point_lies_on_it():
