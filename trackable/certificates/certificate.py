@@ -11,6 +11,8 @@ from trackable.certificates.robust import Robust
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 
+_HAIR, HAIR_OF_PIECES = 1e-12, 2.0**-50
+
 
 @dataclass(frozen=True)
 class Certificate:
@@ -40,10 +42,18 @@ class Certificate:
         disturbed = f"; {self.robust.explanation}" if self.robust else ""
         return f"proved for {self.claim}: {kept}{chosen}{disturbed}"
 
+    @property
+    def hair(self) -> float:
+        """By which part of itself a time may lie outside of what is proved, as k T_s is rounded.
+
+        Polynomial pieces may jump right there: their proof goes on as far as this.
+        """
+        return HAIR_OF_PIECES if self.reference.pieces else _HAIR
+
     def first_unproved(self, t: Array) -> tuple[int, str] | None:
         """Return the index of the first of some times [s] that is not proved, and why; None where all are."""
         (first, last), until, flat = self.claim.span, self.evaluated_until, t.ravel()
-        hair = 1e-12 * np.abs(flat)
+        hair = self.hair * np.abs(flat)
         rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
         for refused, why in (
             (~((flat >= first - hair) & (flat <= last + hair)), f"outside of what is proved, {self.claim}"),

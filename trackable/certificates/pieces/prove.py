@@ -7,7 +7,7 @@ from math import nextafter
 
 from flint import fmpq
 
-from trackable.certificates.certificate import Certificate
+from trackable.certificates.certificate import HAIR_OF_PIECES, Certificate
 from trackable.certificates.claim import AllPhases, AllTimes, Claim, OnWindow
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.pieces.cells import ExactPieces, cells, exactly
@@ -87,8 +87,15 @@ class _ProofProblem:
                 return 0.0, tail_start
             case AllPhases(period):
                 return 0.0, period
-            case claim:
-                return claim.span
+            case claim:  # k T_s may be rounded to an end
+                start, end = claim.span
+                return start - 2 * HAIR_OF_PIECES * abs(start), end + 2 * HAIR_OF_PIECES * abs(end)
+
+    @property
+    def _claimed(self) -> tuple[float, float]:
+        """The part of the window that is claimed [s]."""
+        (start, end), (first, last) = self.window, self.claim.span
+        return max(start, first), min(end, last)
 
     @cached_property
     def until(self) -> float:
@@ -133,7 +140,7 @@ class _ProofProblem:
 
     def _worst(self, functional: Functional, extreme: Extreme, sign: int, bound: fmpq) -> tuple[float, fmpq]:
         """Return the float64 time next to an extreme at which sign · q is furthest beyond a bound, and by how much."""
-        nearest, (start, end) = _float(extreme.time), self.window
+        nearest, (start, end) = _float(extreme.time), self._claimed
         near = {min(max(t, start), end) for t in (nearest, nextafter(nearest, start), nextafter(nearest, end))}
         return max(((t, sign * self._value(functional, t) - bound) for t in sorted(near)), key=lambda found: found[1])
 

@@ -17,8 +17,6 @@ from trackable.exports.proved import Proved
 from trackable.files import path_of, write_text
 from trackable.systems.reference import Reference
 
-_HAIR = 1e-12  # as certificates allow at the ends of what is proved, relative to t
-
 _DEMANDS = """\
 // IEEE doubles that are rounded to nearest after each operation, and a C library with exp, log, sin, cos, atan2 and pow
 // within 4 units in the last place: the bounds above cover this and no more. Fused multiplications round less often.
@@ -127,7 +125,7 @@ def _guarded(proved: Proved, name: str) -> list[str]:
     ends = [f"t >= {number(first)} - hair"] if math.isfinite(first) else []
     ends += [f"t <= {number(last)} + hair"] if math.isfinite(last) else []
     refused = [
-        f"const double hair = fabs(t) * {number(_HAIR)};",
+        f"const double hair = fabs(t) * {number(proved.certificate.hair)};",
         f"if (!({' && '.join([*ends, f'fabs(t) <= {number(until)}'])})) return 1;",
     ]
     if not ends:
