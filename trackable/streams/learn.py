@@ -9,6 +9,7 @@ from trackable.condensed.asked import Centres, checked_centres, condensed_by_nam
 from trackable.condensed.bins import NODES
 from trackable.doubts import doubts
 from trackable.errors import DoubtfulInputWarning
+from trackable.explanation import IgnoresSamplesWarning
 from trackable.fit import edges_of
 from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.joint import JointPrior
@@ -77,6 +78,8 @@ def learn_stream(
     -----
     DoubtfulInputWarning
         As `learn_reference`.
+    IgnoresSamplesWarning
+        Where the reference is off by more than the noise, and by more than a tenth of the samples' spread.
 
     Raises
     ------
@@ -113,7 +116,12 @@ def learn_stream(
         if not isinstance(found, tuple):
             raise NotTrackableError(found)
         cost = cost_of(plant, every, fewer, known)
-    return StreamReference(*found, stream, cost)
+    learned = StreamReference(*found, stream, cost)
+    if large := [misfit for misfit in learned.misfits if misfit.is_large]:
+        off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)
+        sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"
+        warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
+    return learned
 
 
 def _first(samples: Mapping[str, Samples], length: float) -> dict[str, Samples]:

@@ -1,6 +1,9 @@
 """A reference learned window by window, with the proof of the whole."""
 
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
 
 from trackable.certificates.certificate import Certificate
 from trackable.condensed.cost import Condensation
@@ -43,7 +46,7 @@ class StreamReference(ProvedReference):
     @property
     def misfit(self) -> dict[str, float]:
         """The root mean square of samples minus reference, by name of what is sampled and in its unit."""
-        return {misfit.name: misfit.size for misfit in self._misfits}
+        return {misfit.name: misfit.size for misfit in self.misfits}
 
     @property
     def explanation(self) -> str:
@@ -51,20 +54,21 @@ class StreamReference(ProvedReference):
         off = [
             f"it is {misfit.size:.3g} off the samples of {misfit.name} (root mean square), {misfit.in_noise:.3g} times "
             "their noise"
-            for misfit in self._misfits
+            for misfit in self.misfits
         ]
         learned = f"learned in windows of {self.stream.length:g} s, each of which continues the one before"
         return "; ".join([self.certificate.explanation, learned, *map(str, self.condensed), *off])
 
-    @property
-    def _misfits(self) -> list[Misfit]:
+    @cached_property
+    def misfits(self) -> tuple[Misfit, ...]:
+        """How far the reference is from the samples of each name, beside a fit without bounds that met them all."""
         found = []
         prior, signals = self.stream.prior, self.learned.kernel_sums
         for process, part, of, signal in zip(prior.names, prior.parts, self.samples, signals, strict=True):
             for name, samples in of.by_name(process).items():
                 off = samples.values - samples.stencil.measured(signal, samples.times)
-                found.append(Misfit(name, samples, off, off, float(part.noise_std), is_learned=False))
-        return found
+                found.append(Misfit(name, samples, off, np.zeros_like(off), float(part.noise_std), is_learned=False))
+        return tuple(found)
 
     def __repr__(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())

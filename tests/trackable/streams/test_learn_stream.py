@@ -8,8 +8,11 @@ import pytest
 
 from tests.trackable.plants import AXIS
 from trackable import (
+    ConstrainedSystem,
+    IgnoresSamplesWarning,
     NotTrackableError,
     Periodic,
+    Polytope,
     Proved,
     Samples,
     SquaredExponential,
@@ -69,6 +72,21 @@ def test_what_it_says(learned):
 
 def test_it_is_the_same_every_time(learned):
     assert learn().identity == learned.identity
+
+
+def test_a_reference_that_bounds_keep_from_its_samples_is_announced():
+    low = ConstrainedSystem(AXIS.system, Polytope.box([-0.5, -1.0], [-0.4, 1.0]), AXIS.input_set)
+    with pytest.warns(IgnoresSamplesWarning, match=r"it is 0\.\d+ off those of position; wider bounds may help"):
+        learn_stream(
+            SAMPLES,
+            low,
+            SquaredExponential(0.4, 1.0),
+            "all_times",
+            window=10.0,
+            noise_std=0.05,
+            mean=-0.45,
+            centres=100,
+        )
 
 
 WRONG = {
