@@ -17,7 +17,7 @@ PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test lint force status checker attack lab view bench rivals lock
+.PHONY: install repro test lint style types user-types force status checker attack lab view bench rivals lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -30,19 +30,25 @@ test: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed
 	python -m pytest -n auto --dist loadfile
 
-lint: .venv/installed
+lint: style types user-types
+
+style: .venv/installed
 	ruff format --check .
 	ruff check .
 	lint-imports
+
+types: .venv/installed
 	mypy
-	mypy --config-file= --strict tests/trackable/user.py
+
+# Other options need a cache of their own: in a common one each run would throw away what the other keeps.
+user-types: .venv/installed
+	mypy --config-file= --strict --cache-dir .mypy_cache/user tests/trackable/user.py
 
 force: .venv/installed
 	dvc repro --force
 
 status: .venv/installed
-	dvc status
-	@dvc status --quiet || { echo "results and code do not belong together: run 'dvc repro' and commit" >&2; exit 1; }
+	@dvc status --quiet || { dvc status; echo "results and code do not belong together: run 'dvc repro' and commit" >&2; exit 1; }
 
 checker: .venv/installed
 	python -m trackable.checker.bundle checker.pyz

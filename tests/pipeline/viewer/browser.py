@@ -80,7 +80,12 @@ def tabs(page: Any) -> list[str]:
 
 
 def open_tab(page: Any, title: str) -> None:
+    """Open a tab, and wait until the plots of the tab before are gone, a second at most."""
+    page.evaluate("document.querySelectorAll('canvas').forEach(canvas => canvas.dataset.before = 'yes')")
     page.locator(f'[data-testid=toolbar-tab][title="{title}"]').click()
+    until = time.monotonic() + _CHANGE
+    while page.locator("canvas[data-before]").count() and time.monotonic() < until:
+        time.sleep(_PAUSE / 4)
 
 
 def topics(page: Any) -> list[str]:
@@ -109,7 +114,6 @@ def empty_canvases(page: Any) -> list[int]:
 def wait_until_drawn(page: Any, title: str) -> None:
     """Return when something is drawn in each plot of a tab. Fails when patience is at its end."""
     open_tab(page, title)
-    time.sleep(_CHANGE)  # until then the plots of the tab before may still be seen
     until = time.monotonic() + PATIENCE
     while empty := empty_canvases(page):
         assert time.monotonic() < until, f"{title}: nothing is drawn in the plots {empty}"
