@@ -3,8 +3,10 @@
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
 from trackable.files import from_json
+from trackable.fit import edges_of
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.margins import MarginProfile
 
@@ -49,9 +51,21 @@ def told_of_unconstrained(margins: Mapping[str, list[MarginProfile]]) -> Told:
         return Told("The unconstrained mean keeps all bounds at all times that were looked at: no constraint is felt.")
     rows = len({row for profile in profiles for row in profile.violated_steps})
     return Told(
-        f"The system cannot follow the unconstrained mean: {_listed(broken)}. In {rows} of "
-        f"{len(profiles[0].at_steps)} equal parts of the time a bound is broken at a step."
+        f"The system cannot follow the unconstrained mean: {_listed(broken)}. Of {len(profiles[0].at_steps)} equal "
+        f"parts of the time, {rows} hold a step at which a bound is broken."
     )
+
+
+def told_of_edges(fitted: Fitted) -> Told:
+    """Say which learned hyperparameters lie at an end of their search interval: they might go on beyond it."""
+    found = [
+        f"- `{method}`: {edge}, {edge.interval}{'' if edge.is_given else ', which was chosen from the samples'}."
+        for method, learned in fitted.learned.items()
+        for edge in edges_of(learned.prior, fitted.sampled.samples)
+    ]
+    if not found:
+        return Told("Every learned hyperparameter lies inside of its search interval.")
+    return Told("\n".join([*found, "", "A wider interval may lead to other hyperparameters there."]))
 
 
 def told_of_price(results: Results) -> Told:

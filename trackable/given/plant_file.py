@@ -48,7 +48,7 @@ def _fields(value: object, what: str, known: set[str]) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise ValueError(f"{what} must be a mapping of {', '.join(sorted(known))}")
     if unknown := [str(name) for name in value if name not in known]:
-        raise ValueError(f"{what} has no field {unknown[0]}; it has {', '.join(sorted(known))}")
+        raise ValueError(f"{what} has no field {unknown[0]}; there are {', '.join(sorted(known))}")
     return value
 
 

@@ -1,6 +1,7 @@
 """Sentences of notebooks: what the results hold is what the words say."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from pipeline.storage.methods import table_of_hyperparameters
 from pipeline.storage.results import Results
 from pipeline.storage.story import (
     told_of_disturbances,
+    told_of_edges,
     told_of_loops,
     told_of_price,
     told_of_proofs,
@@ -21,6 +23,7 @@ from pipeline.storage.story import (
     told_of_unconstrained,
 )
 from tests.project import ROOT
+from trackable.gp.hyperparameter import Learned
 from trackable.systems.margins import MarginProfile
 from trackable.systems.quantity import Quantity
 
@@ -69,11 +72,24 @@ def test_broken_bounds_are_told_with_amount_and_time() -> None:
     )
     assert told == (
         "The system cannot follow the unconstrained mean: state leaves its bounds by 0.5 at t = 1 s and "
-        "input leaves its bounds by 0.1 at t = 1 s. In 2 of 3 equal parts of the time a bound is broken at "
-        "a step."
+        "input leaves its bounds by 0.1 at t = 1 s. Of 3 equal parts of the time, 2 hold a step at which a bound is "
+        "broken."
     )
     kept = told_of_unconstrained({"unconstrained": [profile(state, [1.0, 0.0])]})
     assert "no constraint is felt" in kept
+
+
+def test_hyperparameters_at_an_end_of_their_interval_are_told() -> None:
+    fitted = read_fit(Results("example1-resampled", COMMITTED))
+    assert told_of_edges(fitted) == "Every learned hyperparameter lies inside of its search interval."
+    learned = fitted.learned["joint"]
+    (own,) = learned.prior.parts
+    wanted = Learned(own.noise_std, (0.001, float(own.noise_std)))
+    prior = replace(learned.prior, parts=(replace(own, noise_std=wanted),))
+    told = told_of_edges(replace(fitted, learned={"joint": replace(learned, prior=prior)}))
+    assert told.startswith("- `joint`: noise_std = ")
+    assert "lies at the upper end of the interval in which it was sought, [0.001, " in told
+    assert "may lead to other hyperparameters" in told
 
 
 def test_prices_are_told_of_what_is_proved_only(tmp_path: Path) -> None:
