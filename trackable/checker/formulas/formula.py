@@ -158,18 +158,22 @@ def numbers(formula: Formula) -> list[float]:
     return [part.value for part in every if isinstance(part, Number)] + exponents
 
 
-def text(formula: Formula) -> str:
-    """Return a formula in words, with every parenthesis, and names in quotes."""
+def text(formula: Formula, deepest: int = 1000) -> str:
+    """Return a formula in words, with every parenthesis, and names in quotes; what is nested deeper is left out."""
+    inner = [text(part, deepest - 1) for part in operands(formula)] if deepest else []
     match formula:
+        case _ if not deepest:
+            found = "…"
         case Number(value):
-            return repr(value)
+            found = repr(value)
         case Name(name):
-            return f'"{name}"'
-        case Operation(symbol, left, right):
-            return f"({text(left)} {symbol} {text(right)})"
-        case Power(base, exponent):
-            return f"({text(base)} ^ {exponent!r})"
-        case Function(function, argument):
-            return f"{function}({text(argument)})"
-        case Angle(y, x):
-            return f"atan2({text(y)}, {text(x)})"
+            found = f'"{name}"'
+        case Operation(symbol):
+            found = f"({inner[0]} {symbol} {inner[1]})"
+        case Power(_, exponent):
+            found = f"({inner[0]} ^ {exponent!r})"
+        case Function(function):
+            found = f"{function}({inner[0]})"
+        case Angle():
+            found = f"atan2({inner[0]}, {inner[1]})"
+    return found

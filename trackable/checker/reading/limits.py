@@ -30,5 +30,5 @@ DIGITS = 20_000
 KERNELS, KERNEL_DEPTH = 100, 40
 """Kernels of which a signal's kernel is made, and how deep their sums and products are nested."""
 
-PARTS, DEPTH = 1000, 100
+PARTS, DEPTH = 30_000, 100
 """Operations, names and numbers of a formula, and how deep it is nested."""

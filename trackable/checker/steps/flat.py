@@ -15,7 +15,7 @@ from trackable.checker.formulas.tracked import Tracked, TrackedFormulas
 from trackable.checker.steps.quantities import ITSELF, Quantity
 from trackable.checker.steps.rounding import TINY, errors_of_arguments
 
-_LONGEST = 200
+_OUTER = 6
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class FlatValues:
             span = self._of(need.formula, tracked).model.span
             if not (span.a > 0 or (need.may_be_negative and span.b < 0)):
                 what = "may be zero" if need.may_be_negative else "may not be positive"
-                raise UndefinedError(f"{text(need.formula)[:_LONGEST]} {what}")
+                raise UndefinedError(f"{text(need.formula, _OUTER)} {what}")
         if not q.is_flat:
             return evaluate(q.formula, arguments, Models(self.terms))
         parts = [(ratio(r), self._of(part, tracked)) for r, part in q.parts]

@@ -9,11 +9,14 @@ from typing import Any, Self
 import numpy as np
 
 from trackable.systems.formulas.expression import Expression, Variable, variables
+from trackable.systems.formulas.hiding import Shapes
 from trackable.systems.formulas.substitution import substituted
 from trackable.systems.formulas.symbol import Symbol
 from trackable.systems.formulas.tracing import formulas_of
 
 MOST_SHIFTS = 12
+MOST_PARTS = 30_000
+"""How many operations, names and numbers a formula may have when it is written out, where shared parts count often."""
 _SHIFTED = re.compile(r"z([1-9][0-9]?)\[([0-9]|1[0-2])\]")
 
 
@@ -34,8 +37,15 @@ class FlatForm:
         for formula in (*self.states, *self.inputs, *self.positive):
             for name in variables(formula):
                 _ = indices(name)
+        self._share_parts()
         if missing := {*range(self.outputs)} - {c for c, _ in self._shifted}:
             raise ValueError(f"flat form: no state and no input depends on z{min(missing) + 1}")
+
+    def _share_parts(self) -> None:
+        """Make one object of parts that are written alike, so that each is evaluated once."""
+        shapes = Shapes()
+        for name in ("states", "inputs", "positive"):
+            object.__setattr__(self, name, tuple(shapes.shared(formula) for formula in getattr(self, name)))
 
     @classmethod
     def of(cls, function: Callable[[Any], Any], outputs: int, angles: Sequence[str] = ()) -> Self:

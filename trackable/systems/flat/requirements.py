@@ -12,6 +12,7 @@ from trackable.systems.formulas.expression import (
     Quotient,
     Sum,
     all_nodes,
+    outline,
 )
 
 MOST_MULTIPLIED = 64
@@ -28,7 +29,7 @@ class Requirement:
     may_be_negative: bool
 
     def __str__(self) -> str:
-        return f"{self.formula} {'≠' if self.may_be_negative else '>'} 0"
+        return f"{outline(self.formula)} {'≠' if self.may_be_negative else '>'} 0"
 
 
 def requirements(formulas: Iterable[Expression]) -> tuple[Requirement, ...]:

@@ -27,7 +27,7 @@ class Expression:
         return tuple((node, tuple(places[id(operand)] for operand in operands(node))) for node in all_nodes(self))
 
     def __str__(self) -> str:
-        return _text(self, 0)
+        return _text(self, 0, _ALL)
 
 
 @dataclass(frozen=True)
@@ -160,25 +160,35 @@ def size_and_depth(expression: Expression) -> tuple[int, int]:
     return known[id(expression)]
 
 
+_OUTER, _ALL = 6, 10_000
 _BINDING = {Sum: 1, Difference: 1, Product: 2, Quotient: 2}
 
 
-def _text(node: Expression, binding: int) -> str:
+def outline(expression: Expression) -> str:
+    """Format the outer parts of a formula; what is nested deeper is "…"."""
+    return _text(expression, 0, _OUTER)
+
+
+def _text(node: Expression, binding: int, deepest: int) -> str:
     """Format a node inside an operator that binds with this strength, in parentheses if needed."""
     match node:
+        case _ if not deepest:
+            found = "…"
         case Constant(value):
-            return f"{value:g}" if value >= 0 or not binding else f"({value:g})"
+            found = f"{value:g}" if value >= 0 or not binding else f"({value:g})"
         case Variable(name):
-            return name
+            found = name
         case Binary(left, right):
             own = _BINDING[type(node)]
-            inner = f"{_text(left, own)} {node.symbol} {_text(right, own + 1)}"
-            return inner if own >= binding else f"({inner})"
+            inner = f"{_text(left, own, deepest - 1)} {node.symbol} {_text(right, own + 1, deepest - 1)}"
+            found = inner if own >= binding else f"({inner})"
         case Power(base, exponent):
-            inner = f"{_text(base, 4)}^{_text(Constant(exponent), 4)}"
-            return inner if binding < 4 else f"({inner})"
+            inner = f"{_text(base, 4, deepest - 1)}^{_text(Constant(exponent), 4, 1)}"
+            found = inner if binding < 4 else f"({inner})"
         case Function(name, argument):
-            return f"{name}({_text(argument, 0)})"
+            found = f"{name}({_text(argument, 0, deepest - 1)})"
         case Angle(y, x):
-            return f"atan2({_text(y, 0)}, {_text(x, 0)})"
-    raise TypeError(f"not an expression: {node!r}")
+            found = f"atan2({_text(y, 0, deepest - 1)}, {_text(x, 0, deepest - 1)})"
+        case _:
+            raise TypeError(f"not an expression: {node!r}")
+    return found

@@ -21,6 +21,7 @@ class Shapes:
 
     _known: dict[int, tuple[Expression, int]] = field(default_factory=dict)
     _numbers: dict[object, int] = field(default_factory=dict)
+    _shared: dict[int, Expression] = field(default_factory=dict)
 
     def of(self, expression: Expression) -> int:
         """Return the number of a formula."""
@@ -30,6 +31,16 @@ class Shapes:
                 key = (type(node), _own(node), inner)
                 self._known[id(node)] = node, self._numbers.setdefault(key, len(self._numbers))
         return self._known[id(expression)][1]
+
+    def shared(self, expression: Expression) -> Expression:
+        """Return the formula with one object for all parts that are written alike, in all formulas given so far."""
+        self.of(expression)
+        for node in all_nodes(expression):
+            number = self._known[id(node)][1]
+            if number not in self._shared:
+                inner = [self._shared[self._known[id(operand)][1]] for operand in operands(node)]
+                self._shared[number] = rebuilt(node, inner)
+        return self._shared[self._known[id(expression)][1]]
 
     def without(self, expression: Expression, hidden: Collection[int]) -> Expression:
         """Return the formula with variables for the largest parts whose numbers are `hidden`."""

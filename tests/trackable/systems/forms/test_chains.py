@@ -9,13 +9,14 @@ import pytest
 from tests.trackable.checker.instances import changed
 from tests.trackable.systems.forms.instances import through
 from trackable.certificates.certificate import Certificate
-from trackable.certificates.prove import prove
+from trackable.certificates.prove import prove, prove_on_window
 from trackable.checker import Failed, Proved, check
 from trackable.codec.certificates import encode_certificate
 from trackable.codec.converter import dumps, loads
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.formulas.expression import all_nodes, size_and_depth
 from trackable.systems.library import kinematic_bicycle, mobile_robot, pendulum, two_tanks
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
@@ -26,7 +27,10 @@ T_S = 0.1
 
 def random_chain(rng: np.random.Generator) -> Nonlinear:
     """Strict feedback of two or three states, with drifts and gains that vary; now and then two chains that meet."""
-    length, several = int(rng.integers(2, 4)), bool(rng.integers(2))
+    return strict_feedback(rng, int(rng.integers(2, 4)), bool(rng.integers(2)))
+
+
+def strict_feedback(rng: np.random.Generator, length: int, several: bool = False) -> Nonlinear:
     a, b, c, d = rng.uniform(-0.5, 0.5, (4, length))
 
     def f(x, u):
@@ -62,6 +66,32 @@ def chain(seed: int) -> Reference:
     return bounded(system, tuple(through(0.4 * rng.uniform(-1, 1, 8)) for _ in system.inputs))
 
 
+def long_chain(length: int) -> Reference:
+    system, rng = strict_feedback(np.random.default_rng(0), length), np.random.default_rng(1)
+    return bounded(system, (through(0.4 * rng.uniform(-1, 1, 8)),))
+
+
+def arm() -> Nonlinear:
+    """An arm with two joints: its torques are coupled by the inverse of the inertia."""
+
+    def f(x, u):
+        first, second, rate, other = x
+        inertia = 1.2 + 0.6 * np.cos(second), 0.4 + 0.3 * np.cos(second), 0.4
+        size = inertia[0] * inertia[2] - inertia[1] * inertia[1]
+        torques = (
+            u[0] + 0.3 * np.sin(second) * other * (2 * rate + other) - 0.1 * rate,
+            u[1] - 0.3 * np.sin(second) * rate * rate - 0.1 * other,
+        )
+        return [
+            first + T_S * rate,
+            second + T_S * other,
+            rate + T_S * (inertia[2] * torques[0] - inertia[1] * torques[1]) / size,
+            other + T_S * (inertia[0] * torques[1] - inertia[1] * torques[0]) / size,
+        ]
+
+    return Nonlinear.of(f, ["first", "second", "rate", "other"], ["shoulder", "elbow"], T_S)
+
+
 def vehicle(seed: int) -> Reference:
     """A robot or a car on an oval with waves, in either direction."""
     rng = np.random.default_rng(seed)
@@ -95,12 +125,45 @@ def test_random_references_are_proved_and_followed(make: Callable[[int], Referen
             assert isinstance(found, Certificate), (seed, found)
 
 
+def test_a_chain_of_five_is_followed_and_its_parts_are_few():
+    """Written out, the formula of its input has 20,000 parts; evaluated are those that differ, read again or not."""
+    reference = long_chain(5)
+    assert_follows(reference)
+    system = reference.plant.system
+    for flat in (system.flat, loads(Nonlinear, dumps(system)).flat):
+        (formula,) = flat.inputs
+        assert size_and_depth(formula)[0] > 20_000
+        assert len(list(all_nodes(formula))) < 500
+    assert len(str(system.needs[-1])) < 500
+
+
+def test_coupled_inputs_are_found_together():
+    rng = np.random.default_rng(2)
+    reference = bounded(arm(), tuple(through(0.3 * rng.uniform(-1, 1, 8)) for _ in range(2)))
+    assert reference.plant.flatness.orders == (2, 2)
+    assert_follows(reference)
+
+
+def test_coupled_inputs_that_are_one_are_not_found():
+    def f(x, u):
+        return [x[0] + x[1], x[1] + np.cos(x[0]) * (u[0] + u[1]), x[2] + x[0] * (u[0] + u[1])]
+
+    with pytest.raises(ValueError, match="flat form"):
+        Nonlinear.of(f, ["a", "b", "c"], ["u", "v"], T_S)
+
+
 @pytest.mark.parametrize(("make", "seed"), [(chain, 11), (vehicle, 1)])
 def test_the_checker_agrees(make, seed):
     found = prove(make(seed))
     assert isinstance(found, Certificate)
     verdict = check(json.loads(json.dumps(encode_certificate(found))))
     assert isinstance(verdict, Proved), verdict
+
+
+def test_a_chain_of_four_is_proved_and_checked():
+    found = prove_on_window(long_chain(4), 0.0, 0.3)
+    assert isinstance(found, Certificate)
+    assert isinstance(check(json.loads(json.dumps(encode_certificate(found)))), Proved)
 
 
 def tanks() -> Reference:
