@@ -1,42 +1,77 @@
 """Windows of samples that are learned again while a loop runs: each from where the last one ended, within a budget."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
+
+import numpy as np
 
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.control.online import Late, LearningResult
+from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
-from trackable.learning.learner import FUNCTION
+from trackable.learning.learner import FUNCTION, JOINT, Learner
+from trackable.learning.problem import Solution
 from trackable.learning.space import SearchSpace
 
 Clock = Callable[[], float]
 """Returns seconds."""
 
+_MOVING = replace(JOINT, second_choice=None)
+
 
 @dataclass
 class WindowLearner:
-    """A learner for `simulate_online` whose references have the hyperparameters of the `last` one.
+    """A learner for `simulate_online` that begins each window where the `last` one ended.
 
     The function is learned again for each window, beginning with the places at which the last one was held back, and is
-    proved for all times. What takes longer than `budget` [s] by the `clock` is `Late`: then the old reference stays,
-    which is certified for ever. `seconds` are what the windows have taken. Where hyperparameters no longer suit the
-    samples, learn them again (`certified_learner`), and begin another learner with these.
+    proved for all times. In every `moving_every`-th window the hyperparameters move too, from those of the last one to
+    the next local minimum of J: that takes a few times longer. With 0 they stay as they are. What takes longer than
+    `budget` [s] by the `clock` is `Late`: then the old reference stays, which is certified for ever, and the next
+    window begins where the late one ended. `seconds` are what the windows have taken.
+
+    Raises ValueError where hyperparameters shall move and all of them are known.
     """
 
     last: Certified
     budget: float = float("inf")
     clock: Clock = perf_counter
     seconds: list[float] = field(default_factory=list)
+    moving_every: int = 0
+    _prior: JointPrior = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._prior = self.last.solution.posterior.prior
+        if self.moving_every and not self._prior.learned:
+            raise ValueError(
+                f"windows: hyperparameters that are known cannot move, got moving_every = {self.moving_every}"
+            )
 
     def __call__(self, samples: tuple[Samples, ...]) -> LearningResult:
         """Return a reference with a proof from the samples of a window; or why there is none, or none in time."""
         begun = self.clock()
-        solution, plant = self.last.solution, self.last.reference.plant
-        known = solution.posterior.prior.as_known()
-        space = SearchSpace.around(samples, known, starts=1)
-        found = learn_certified(samples, known, plant, space, learner=FUNCTION, last=solution)
+        moves = self.moving_every > 0 and (len(self.seconds) + 1) % self.moving_every == 0
+        found = self._learned(samples, *(self._from_movable() if moves else self._from_known()))
         self.seconds.append(self.clock() - begun)
         if isinstance(found, Certified):
             self.last = found
         return Late(self.seconds[-1], self.budget) if self.seconds[-1] > self.budget else found
+
+    def _learned(self, samples: tuple[Samples, ...], learner: Learner, near: Solution) -> LearningResult:
+        prior = near.posterior.prior
+        space = SearchSpace.around(samples, prior, starts=1)
+        return learn_certified(samples, prior, self.last.reference.plant, space, learner=learner, last=near)
+
+    def _from_known(self) -> tuple[Learner, Solution]:
+        """Return the learner of functions, and the last solution with known hyperparameters."""
+        return FUNCTION, _with_prior(self.last.solution, self.last.solution.posterior.prior.as_known())
+
+    def _from_movable(self) -> tuple[Learner, Solution]:
+        """Return the learner of both, and the last solution with its hyperparameters as learned ones."""
+        values = self.last.solution.posterior.prior.hyperparameters
+        log_theta = np.log([values[name] for name in self._prior.learned])
+        return _MOVING, _with_prior(self.last.solution, self._prior.with_log_hyperparameters(log_theta))
+
+
+def _with_prior(solution: Solution, prior: JointPrior) -> Solution:
+    return replace(solution, posterior=replace(solution.posterior, prior=prior))

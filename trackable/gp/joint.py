@@ -154,6 +154,8 @@ class JointPosterior:
     def jet_and_gradient(self, process: int, t: Array, order: int) -> tuple[Array, Array]:
         """Return the jet of one process, and its ∂/∂ln θ of all learned hyperparameters: (p, order + 1, *t.shape)."""
         jet, by_own = self.parts[process].jet_and_gradient(t, order)
+        if len(self.parts) == 1:
+            return jet, by_own
         gradient = np.zeros((len(self.prior.learned), *jet.shape))
         gradient[self.prior.places[process]] = by_own
         return jet, gradient

@@ -185,7 +185,7 @@ class Posterior:
         through_kernel = np.zeros((len(gradient) + 1, *mean.shape))
         through_kernel[:-1] = gradient @ self.signal.weights
         spread = self.samples.stencil.spread(self._factored.weights_at_centres(self._weights_gradient))
-        through_weights = np.moveaxis(jet @ spread.T, -1, 0)
+        through_weights = (spread @ jet.reshape(-1, spread.shape[1]).T).reshape(len(spread), *mean.shape)
         return np.asarray(mean), np.asarray(through_kernel[self.prior.places] + through_weights)
 
     @cached_property

@@ -43,6 +43,27 @@ def test_the_function_is_the_one_that_is_found_from_nothing(first):
         np.testing.assert_allclose(warm.reference.state_at(t), cold.reference.state_at(t), atol=1e-3)
 
 
+def test_hyperparameters_that_move_make_the_objective_no_larger(first):
+    """In every second window, beside the same window with those of the window before it."""
+    learner = WindowLearner(first, moving_every=2)
+    moved = []
+    for samples in WINDOWS[1:5]:
+        before = learner.last
+        found, still = learner(samples), WindowLearner(before)(samples)
+        assert isinstance(found, Certified)
+        assert isinstance(still, Certified)
+        assert found.solution.objective <= still.solution.objective + 1e-3
+        values = [each.solution.posterior.prior.hyperparameters for each in (before, found)]
+        moved.append(values[0] != pytest.approx(values[1], rel=1e-9))
+    assert moved == [False, True, False, True]
+
+
+def test_known_hyperparameters_cannot_move(first):
+    known = replace(first.solution.posterior, prior=first.solution.posterior.prior.as_known())
+    with pytest.raises(ValueError, match="known cannot move, got moving_every = 3"):
+        WindowLearner(replace(first, solution=replace(first.solution, posterior=known)), moving_every=3)
+
+
 def test_what_is_late_is_not_tracked_and_the_old_reference_stays(first):
     learner = WindowLearner(first, budget=1.0, clock=ticking(0.5, 1.5, 0.5))
     arrivals = [(90 + 10 * i, samples) for i, samples in enumerate(WINDOWS[1:4])]

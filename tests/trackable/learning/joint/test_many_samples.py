@@ -7,7 +7,8 @@ import pytest
 
 from tests.trackable.learning.joint.test_learn import INSTANCES, problem_of
 from trackable import ConstrainedSystem, LinearSystem, Polytope, Samples, SquaredExponential, learn_reference
-from trackable.learning.joint import learn
+from trackable.learning.joint import learn, search
+from trackable.learning.joint.settle import settled
 from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.search import best_solution, better_solution
 
@@ -31,6 +32,28 @@ def test_a_ceiling_above_the_best_hides_nothing_and_one_below_ends_the_search(na
     assert below is None or below.objective < whole.objective - 1e-6
     at_once = better_solution(problem, free, free.objective)
     assert at_once is None
+
+
+@pytest.mark.parametrize("name", ["tight_2", "tight_4"])
+def test_the_exchange_ends_where_its_price_shows_that_j_is_no_smaller(name, monkeypatch):
+    """J = l + D: the ceiling of the price D is what l leaves of the J of a point that is known."""
+    known, examined = [], []
+
+    def seen(problem, posterior, places, near, tolerance, ceiling):
+        nlml, _ = posterior.negative_log_marginal_likelihood()
+        found = settled(problem, posterior, places, near, tolerance, ceiling)
+        if np.isfinite(ceiling):
+            examined.append(min(abs(nlml + ceiling - objective) for objective in known))
+        known.append(nlml + found.bent.price)
+        return found
+
+    monkeypatch.setattr(search, "settled", seen)
+    problem = problem_of(name)
+    joint = search.JointSearch(problem)
+    joint.follow(free_of(problem).posterior.prior.log_hyperparameters)
+    assert joint.best is not None
+    assert len(examined) > 1
+    assert max(examined) <= 1e-9 * max(map(abs, known))
 
 
 def test_of_many_samples_function_and_hyperparameters_are_no_worse_than_these_alone(monkeypatch):
