@@ -6,7 +6,9 @@ minimise f(x) subject to g(x) ≥ 0 inside a box, by Fletcher's exact-penalty tr
 
 which is always feasible. One slack s for all constraints gives the merit f + ρ (v + v²/2) with v = max(0, −min g): an
 exact penalty, because its slope in v is at least ρ. So a start may violate any constraint, and where no point keeps
-them, the method still ends at a local minimum of the violation.
+them, the method still ends at a local minimum of the violation. Where the way asked for a penalty far beyond the
+multipliers, it is lowered at a point that keeps all constraints, a few times at most: steps along curved constraints
+would be tiny. The merit is f there, whatever the penalty.
 """
 
 from collections.abc import Callable
@@ -26,6 +28,7 @@ _ROUNDING = 1e-10  # of constraints: a tenth of the back-off of their bounds
 FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
 _FIRST_PENALTY, _LARGEST_PENALTY = 1e2, 1e9
 _STEERED = 0.5
+_ENOUGH, _MOST_REDUCTIONS = 10.0, 5  # of the multipliers: a penalty beyond makes steps along curved bounds tiny
 
 
 class Evaluation(NamedTuple):
@@ -81,14 +84,14 @@ def minimise(
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
         return None
-    curvature, penalty = np.eye(len(x)) if curvature is None else curvature, _FIRST_PENALTY
+    curvature, penalty, reductions = np.eye(len(x)) if curvature is None else curvature, _FIRST_PENALTY, 0
     if not len(x):
         return Minimum(x, here, True, curvature)
     for _ in range(_MAX_ITERATIONS):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
         d, multipliers, penalty = _steered_step(curvature, here, box, penalty)
         gain = here.merit(penalty) - here.predicted(d, curvature, penalty)
-        if np.max(np.abs(d)) < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
+        if np.abs(d).max() < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
             if here.violation <= _FEASIBLE or penalty >= _LARGEST_PENALTY:
                 return Minimum(x, here, True, curvature)
             penalty, radius = 100 * penalty, max(radius, 1e-3)
@@ -100,7 +103,7 @@ def minimise(
             if (again := evaluate(x + corrected)) is not None and again.merit(penalty) < there.merit(penalty):
                 d, there = corrected, again
         if there is None or there.merit(penalty) >= here.merit(penalty):
-            radius = np.max(np.abs(d)).item() / 4
+            radius = np.abs(d).max().item() / 4
             if radius < _SMALLEST_RADIUS:
                 return Minimum(x, here, False, curvature)
             continue
@@ -108,6 +111,9 @@ def minimise(
         curvature = _updated(curvature, d, here, there, multipliers)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
+        enough = max(_FIRST_PENALTY, _ENOUGH * float(np.sum(multipliers)))
+        if here.violation == 0 and penalty > _ENOUGH * enough and reductions < _MOST_REDUCTIONS:
+            penalty, reductions = enough, reductions + 1
     return Minimum(x, here, False, curvature)
 
 
@@ -132,7 +138,7 @@ def _steered_step(
 
 def _violation(slack: Array) -> float:
     """Return the largest violation. Rounding errors do not count, because a high penalty would amplify them."""
-    return max(0.0, -float(np.min(slack, initial=0.0)) - _ROUNDING)
+    return max(0.0, -float(slack.min()) - _ROUNDING) if slack.size else 0.0
 
 
 def _price(violation: float) -> float:
@@ -142,14 +148,20 @@ def _price(violation: float) -> float:
 def _quadratic_step(
     curvature: Array, at: Evaluation, slack: Array, box: tuple[Array, Array], penalty: float
 ) -> tuple[Array, Array]:
-    """Return the step d and the multipliers of its constraints, by the dual: a non-negative least squares problem.
+    """Return the step d and the multipliers of its constraints: Newton's step where it keeps all of them.
 
+    Otherwise they are found by the dual, a non-negative least squares problem.
     With z = (d, s), H = diag(B, ρ) = L Lᵀ and y = Lᵀ z + L⁻¹ c the quadratic program minimises ‖y‖ over a polyhedron
     A y ≥ b. Its solution follows from the residual of min ‖(Aᵀ; bᵀ) u − (0; 1)‖ over u ≥ 0 (Lawson and Hanson).
     """
     p, m = len(at.gradient), len(slack)
+    root, info = scipy.linalg.lapack.dpotrf(curvature, lower=True)
+    assert info == 0, "updates keep the curvature positive definite"
+    newton = -scipy.linalg.lapack.dpotrs(root, at.gradient, lower=True)[0].reshape(p)
+    if np.all((box[0] <= newton) & (newton <= box[1])) and np.all(slack + at.jacobian @ newton >= 0):
+        return newton, np.zeros(m)
     factor = np.zeros((p + 1, p + 1))
-    factor[:p, :p] = np.linalg.cholesky(curvature)
+    factor[:p, :p] = root
     factor[p, p] = np.sqrt(penalty)
     identity = np.eye(p)
     rows = np.zeros((m + 1 + 2 * p, p + 1))

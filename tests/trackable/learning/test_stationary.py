@@ -21,23 +21,30 @@ from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.screening import screened
 
 _ACTIVE = 1e-6
-Ends = list[tuple[Array, sqp.Minimum]]
+_MOST_EVALUATIONS = 150
+Ends = list[tuple[Array, sqp.Minimum, int]]
 
 
 @pytest.fixture
 def ends(monkeypatch: pytest.MonkeyPatch) -> Ends:
-    """Every local minimum that is found, with the constraints that hold there with equality, bounds of the box too."""
+    """Every local minimum that is found, with the active constraints, bounds of the box too, and the evaluations."""
     found: Ends = []
     minimise: Callable[..., sqp.Minimum | None] = sqp.minimise
 
     def noted(
         evaluate: Callable[[Array], sqp.Evaluation | None], start: Array, lower: Array, upper: Array, radius: float
     ) -> sqp.Minimum | None:
-        end = minimise(evaluate, start, lower, upper, radius)
+        points: list[Array] = []
+
+        def counted(x: Array) -> sqp.Evaluation | None:
+            points.append(x)
+            return evaluate(x)
+
+        end = minimise(counted, start, lower, upper, radius)
         if end is not None:
             box = np.eye(len(start))
             active = end.at.jacobian[end.at.slack < _ACTIVE], box[end.x <= lower + 1e-9], -box[end.x >= upper - 1e-9]
-            found.append((np.vstack(active), end))
+            found.append((np.vstack(active), end, len(points)))
         return end
 
     monkeypatch.setattr(sqp, "minimise", noted)
@@ -54,8 +61,9 @@ def test_multipliers_exist(ends: Ends) -> None:
     assert isinstance(outcome, Solution)
     assert outcome.objective == pytest.approx(71.2587, abs=1e-4)
     assert len(ends) > 20
-    for normals, end in ends:
+    for normals, end, evaluations in ends:
         assert end.converged
+        assert evaluations <= _MOST_EVALUATIONS  # the penalty does not stay so high that steps are tiny
         assert end.at.violation == 0
         _, left = nnls(normals.T, end.at.gradient)
         assert left < 1e-5 * np.linalg.norm(end.at.gradient)
