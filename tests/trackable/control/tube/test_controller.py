@@ -125,6 +125,18 @@ def test_where_there_is_no_plan_it_says_how_close_one_comes_to_the_reference(nam
     assert "a plan that keeps them misses the reference by" in result.explanation
 
 
+@pytest.mark.parametrize("name", ["pushed cart", "three states", "three states, a hull", "two carts"])
+def test_with_active_bounds_the_optimum_needs_no_interior_point_method(name, monkeypatch):
+    loop = LOOPS[name]
+    starts = [off(loop, part) for part in np.geomspace(0.05, 2, 24)]
+    plans = [(start, loop.controller.step(0, start, loop.reference)) for start in starts]
+    start = next(start for start, plan in plans if isinstance(plan, Plan) and plan.status is Status.SOLVED)
+    monkeypatch.setattr(TubeProgram, "solve", lambda *given: None)
+    plan = loop.controller.step(0, start, loop.reference)
+    assert plan.cost == pytest.approx(naive.optimum(loop.controller, 0, start, loop.reference), rel=1e-6, abs=1e-8)
+    assert loop.controller.errors.contains((1 - 1e-8) * (start - plan.states[0]))
+
+
 def fails(_) -> None:
     raise np.linalg.LinAlgError("as if it were beyond float64")
 
