@@ -81,8 +81,8 @@ class TubeController:
         apply, inside the given input set. `Infeasible` tells by how much the tightened sets would have to be widened,
         and how close a plan comes to the reference that keeps them; its fallback begins that plan.
 
-        A plan is optimal: where no bound is active up to a few 1e-9 of its cost (`Nearest`), elsewhere up to the accuracy
-        of the active-set method (1e-9 of the widths) or, where that fails, of the interior-point method.
+        A plan is optimal: where no bound is active up to a few 1e-9 of its cost (`Nearest`), elsewhere up to the
+        accuracy of the active-set method (1e-9 of the widths) or, where that fails, of the interior-point method.
 
         The optimum needs no `initial_guess` (N, m). Where the solver fails, the plan with these nominal inputs is taken
         if it is one, with the status `KEPT`. On a robust reference the last plan, shifted by a step (`shifted_inputs`),
