@@ -22,6 +22,13 @@ def mobile_robot(sampling_time: float) -> Nonlinear:
     ẋ = v cos θ, ẏ = v sin θ, θ̇ = ω: R. Siegwart and I. Nourbakhsh, Introduction to Autonomous Mobile Robots, 2004, 3.2.
     States x, y [m], heading θ [rad]; inputs speed v [m/s], turn ω [rad/s]. The flat outputs are x and y. The robot has
     a heading where it moves: bound its speed from below.
+
+    The step that is exact for constant inputs is not offered. It is (x, y)⁺ = (x, y) + s (cos φ, sin φ), θ⁺ = 2 φ − θ
+    with the chord s = v h sin(ω h/2)/(ω h/2) and φ = θ + ω h/2. Positions give s and φ, but θ(k) − (−1)ᵏ θ(0) is then
+    a sum over all steps before, and no formula of a few shifts: x and y are not flat. The heading and the distance of
+    the chord's line from the origin are, n(φ(k))·p(k) = n(φ(k))·p(k + 1) with n(φ) = (−sin φ, cos φ), since p(k) is
+    where the lines of two chords meet. But these are parallel where the robot drives straight on, so that neither a
+    straight path nor a figure eight could be proved.
     """
     h = sampling_time
 
