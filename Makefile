@@ -11,13 +11,14 @@
 # make report   write report/site/index.html: all results as pages that need neither a server nor a network
 # make bench    measure against other software, in an environment of its own (minutes; on a machine that is idle)
 # make rivals   side by side with everything else that hands out trajectories, in an environment of its own (minutes)
+# make study    10,000 drawn problems for all rivals, into .study; goes on where it was stopped (up to an hour)
 # make lock     pin the newest versions that pyproject.toml allows, with hashes
 
 PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test lint style types user-types force status checker attack lab view bench rivals lock
+.PHONY: install repro test lint style types user-types force status checker attack lab view bench rivals study lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -74,6 +75,10 @@ bench: .venv-bench/installed
 
 rivals: .venv-rivals/installed
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-rivals/bin/python -m benchmarks.rivals
+
+study: .venv/installed
+	python -m benchmarks.rivals.study --folder .study --summary benchmarks/rivals/study.json
+	python -m benchmarks.rivals page
 
 lock: .venv/installed
 	python -m pip install --quiet uv

@@ -53,11 +53,13 @@ the bounds at all times of the window.
 
 _ABOUT_STUDY = """## Many draws
 
-`python -m benchmarks.rivals.study --folder FOLDER` draws 10,000 problems and gives each rival the same: three systems,
-three levels of noise, five tightnesses of one bound, three densities of samples, a SeedSequence child for each run. It
-goes on where it was stopped; two processes, or a Dask cluster (`--cluster ADDRESS`), write the same bytes as one.
-`--summary FILE` writes what is committed here as `study.json`; `--check benchmarks/rivals/study.json` compares, and
-ends with 1 where that is not reproduced. With `--runs 135`, one run of each combination, that takes a minute or two.
+`make study` draws 10,000 problems and gives each rival the same: three systems, three levels of noise, five
+tightnesses of one bound, three densities of samples, a SeedSequence child for each run. What is done is
+kept in `.study`, one file for twenty runs, and not done again when the study was stopped; begin with an empty folder
+when the code has changed. Two processes, or a Dask cluster (`python -m benchmarks.rivals.study --folder FOLDER
+--cluster ADDRESS`), write the same bytes as one. `study.json` has two summaries, of one run of each combination and of all:
+`python -m benchmarks.rivals.study --folder FOLDER --runs 135 --check benchmarks/rivals/study.json` compares the first in
+a minute or two, and ends with 1 where it is not reproduced; without `--runs` it compares both.
 
 The bound is **slack**; the truth **touches** it; it is **active**, and cuts off noise and a little of the truth; the
 **truth** is clearly **outside**; or bounds are **infeasible**, for all trajectories. It is the upper bound of the state

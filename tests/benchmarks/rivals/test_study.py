@@ -79,7 +79,7 @@ def test_a_run_asks_every_rival_and_ours_is_never_violated():
 
 
 def test_both_learners_find_what_the_library_finds_from_nothing():
-    of = Run.of(4).problem
+    of = Run.of(9).problem
     task = of.task
     for solve, learner in ((learners.solve_alone, HYPERPARAMETERS), (learners.solve_jointly, JOINT)):
         whole = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, learner=learner)
