@@ -57,9 +57,9 @@ _ABOUT_STUDY = """## Many draws
 tightnesses of one bound, three densities of samples, a SeedSequence child for each run. What is done is
 kept in `.study`, one file for twenty runs, and not done again when the study was stopped; begin with an empty folder
 when the code has changed. Two processes, or a Dask cluster (`python -m benchmarks.rivals.study --folder FOLDER
---cluster ADDRESS`), write the same bytes as one. `study.json` has two summaries, of one run of each combination and of all:
-`python -m benchmarks.rivals.study --folder FOLDER --runs 135 --check benchmarks/rivals/study.json` compares the first in
-a minute or two, and ends with 1 where it is not reproduced; without `--runs` it compares both.
+--cluster ADDRESS`), write the same bytes as one. `study.json` has two summaries, of one run of each combination and of
+all. `python -m benchmarks.rivals.study --folder FOLDER --runs 135 --check benchmarks/rivals/study.json` compares the
+first in a minute or two, and ends with 1 where it is not reproduced; without `--runs` it compares both.
 
 The bound is **slack**; the truth **touches** it; it is **active**, and cuts off noise and a little of the truth; the
 **truth** is clearly **outside**; or bounds are **infeasible**, for all trajectories. It is the upper bound of the state
