@@ -8,6 +8,7 @@ from typing import Any
 from trackable.files import from_json, to_json
 
 _ERRATA = "## Where the paper must be read with care"
+_OPENING = "Misprints and gaps, each with its evidence. The notebooks of the examples define the symbols."
 _FOLDED = "hide-input"
 _SECTION = re.compile(r"^(?=##? )", re.MULTILINE)
 
@@ -24,7 +25,7 @@ def folded(notebook: Path) -> bytes:
 def errata(notebooks: Sequence[Path]) -> bytes:
     """Return one notebook with what all of these say about the paper, with the evidence."""
     opened: Mapping[str, Any] = {path.stem: from_json(path.read_bytes()) for path in notebooks}
-    cells = [_markdown("# Where the paper must be read with care\n\nMisprints and gaps, each with its evidence.")]
+    cells = [_markdown(f"{_ERRATA.removeprefix('#')}\n\n{_OPENING}")]
     for content in opened.values():
         if found := list(_about_the_paper(content["cells"])):
             cells += [_markdown(f"## {_title(content['cells'])}"), *map(_folded, found)]
