@@ -19,6 +19,7 @@ _ALL = (
     "growth",
     "mpc",
     "loops.tube",
+    "loops.disturbed",
     "loops.windows",
     "loops.checks",
     "imports",

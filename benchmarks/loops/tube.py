@@ -17,10 +17,10 @@ from trackable.control.scaling import scaled_controller
 from trackable.control.step.result import Plan, Status
 from trackable.control.tube.controller import TubeController
 
-_HORIZON, _FIRST = 20, 30
-_RANDOM, _STATES = 8, 12
+HORIZON, _FIRST = 20, 30
+RANDOM, _STATES = 8, 12
 _CALLS, _ROUNDS = 10, 3
-_TARGET = 2.0
+TARGET = 2.0
 DISTANCES = {"in the tube": (0.3, 0.9), "near the tube": (1.05, 1.6), "far off": (2.0, 20.0)}
 """How far states lie from the reference, in parts of the way to the edge of the tube."""
 
@@ -45,13 +45,13 @@ class Step:
 def rows() -> Iterator[Row]:
     """Medians over states, for each experiment with disturbances and for random systems together."""
     cases = {case.name: [case] for case in experiments(Path("data/results"))}
-    cases["random systems"] = list(random_systems(_RANDOM))
+    cases["random systems"] = list(random_systems(RANDOM))
     for name, some in cases.items():
         steps = [step for case in some for step in _steps(case)]
         for distance, (how, ended) in product(DISTANCES, ENDS.items()):
             alike = [step for step in steps if step.distance == distance and step.ended == ended]
             if alike:
-                target = _TARGET if ended[0] == ended[1] else None
+                target = TARGET if ended[0] == ended[1] else None
                 yield _row(f"{name}, {distance}, {how}, {len(alike)} states", alike, target)
 
 
@@ -75,19 +75,19 @@ def _row(problem: str, steps: list[Step], target: float | None) -> Row:
 
 
 def _steps(case: Case) -> Iterator[Step]:
-    nominal = scaled_controller(case.tightening.given, _HORIZON)
-    tube = TubeController(case.tightening, _HORIZON, nominal.Q, nominal.R)
-    reference = TabulatedReference.of(case.robust, _FIRST, _FIRST + _HORIZON)
+    nominal = scaled_controller(case.tightening.given, HORIZON)
+    tube = TubeController(case.tightening, HORIZON, nominal.Q, nominal.R)
+    reference = TabulatedReference.of(case.robust, _FIRST, _FIRST + HORIZON)
     rng = np.random.default_rng(0)
     for distance, (least, most) in DISTANCES.items():
         for _ in range(_STATES):
             direction = rng.standard_normal(len(nominal.Q)) / np.sqrt(np.diag(nominal.Q))
-            off = rng.uniform(least, most) * _edge(tube, direction)
+            off = rng.uniform(least, most) * edge(tube, direction)
             state = reference.window(_FIRST, 1).states[0] + off
             yield _step(distance, (tube, nominal), state, reference)
 
 
-def _edge(tube: TubeController, direction: Array) -> Array:
+def edge(tube: TubeController, direction: Array) -> Array:
     """Return the error at the edge of Z in a direction."""
     inside, outside = 0.0, 1.0
     while tube.errors.contains(outside * direction):
@@ -102,16 +102,17 @@ def _step(
     distance: str, controllers: tuple[TubeController, Controller], state: Array, reference: TrackedReference
 ) -> Step:
     """Both in turns, the fastest of some rounds."""
-    times = np.array([[_seconds(of, state, reference) for of in controllers] for _ in range(_ROUNDS)])
+    times = np.array([[seconds(of, _FIRST, state, reference) for of in controllers] for _ in range(_ROUNDS)])
     tube, nominal = np.min(times, axis=0).tolist()
     plans = [of.step(_FIRST, state, reference) for of in controllers]
     ended = tuple(plan.status for plan in plans if isinstance(plan, Plan))
     return Step(distance, tube, nominal, (ended[0], ended[1]) if len(ended) == 2 else None)
 
 
-def _seconds(controller: Controller | TubeController, state: Array, reference: TrackedReference) -> float:
-    controller.step(_FIRST, state, reference)
+def seconds(controller: Controller | TubeController, k: int, state: Array, reference: TrackedReference) -> float:
+    """Return the processor time of one step [s], the mean of some."""
+    controller.step(k, state, reference)
     before = process_time()
     for _ in range(_CALLS):
-        controller.step(_FIRST, state, reference)
+        controller.step(k, state, reference)
     return (process_time() - before) / _CALLS
