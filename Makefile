@@ -26,10 +26,11 @@ install: .venv/installed
 repro: .venv/installed
 	python -m pipeline reproduce
 
-# Dozens of processes load the library: each would compile it again if none may keep what it has compiled.
+# Dozens of processes load the library: each would compile it again if none may keep what it has compiled. There is one
+# more of them than there are cores, as tests of the viewer mostly wait for the browser.
 test: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed
-	python -m pytest -n auto --dist loadfile
+	python -m pytest -n $$(python -c 'import os; print((os.cpu_count() or 1) + 1)') --dist loadfile
 
 lint: style types user-types
 

@@ -49,10 +49,10 @@ def told_of_unconstrained(margins: Mapping[str, list[MarginProfile]]) -> Told:
     ]
     if not broken:
         return Told("The unconstrained mean keeps all bounds at all times that were looked at: no constraint is felt.")
-    rows = len({row for profile in profiles for row in profile.violated_steps})
+    part = len({row for profile in profiles for row in profile.violated_steps}) / len(profiles[0].at_steps)
     return Told(
-        f"The system cannot follow the unconstrained mean: {_listed(broken)}. Of {len(profiles[0].at_steps)} equal "
-        f"parts of the time, {rows} hold a step at which a bound is broken."
+        f"The system cannot follow the unconstrained mean: {_listed(broken)}. Bounds are broken during "
+        f"{100 * part:.2g} % of the time."
     )
 
 

@@ -72,8 +72,7 @@ def test_broken_bounds_are_told_with_amount_and_time() -> None:
     )
     assert told == (
         "The system cannot follow the unconstrained mean: state leaves its bounds by 0.5 at t = 1 s and "
-        "input leaves its bounds by 0.1 at t = 1 s. Of 3 equal parts of the time, 2 hold a step at which a bound is "
-        "broken."
+        "input leaves its bounds by 0.1 at t = 1 s. Bounds are broken during 67 % of the time."
     )
     kept = told_of_unconstrained({"unconstrained": [profile(state, [1.0, 0.0])]})
     assert "no constraint is felt" in kept
