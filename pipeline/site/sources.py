@@ -92,4 +92,6 @@ def _cell(text: object) -> str:
 def _found(verdict: object) -> str:
     found = getattr(verdict, "found", None)
     reason = getattr(verdict, "reason", "")
-    return reason or (f"{found:.{_FLOAT_DIGITS}g}" if isinstance(found, float) else shown(found))
+    if reason or found is None:
+        return reason or "no value"
+    return f"{found:.{_FLOAT_DIGITS}g}" if isinstance(found, float) else shown(found)
