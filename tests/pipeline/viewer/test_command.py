@@ -31,7 +31,10 @@ def viewer(tmp_path: Path) -> Path:
 def test_it_serves_until_it_is_interrupted(viewer: Path) -> None:
     wanted = ["tank", "--params", str(ROOT / "params.yaml"), "--results", str(ROOT / "data" / "results")]
     run = [sys.executable, "-m", "pipeline", "view", *wanted, "--no-browser"]
-    with subprocess.Popen(run, cwd=viewer, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    piped = subprocess.PIPE
+    with subprocess.Popen(
+        run, cwd=viewer, stdout=piped, stderr=piped, text=True, preexec_fn=_heed_interrupts
+    ) as process:
         assert process.stdout is not None
         said = process.stdout.readline()
         found = re.fullmatch(r"tank: (http://127\.0\.0\.1:\d+/) until Ctrl-C\n", said)
@@ -39,5 +42,13 @@ def test_it_serves_until_it_is_interrupted(viewer: Path) -> None:
         with urllib.request.urlopen(f"{found[1]}about.json") as answer:
             assert b'"name": "tank"' in answer.read()
         process.send_signal(signal.SIGINT)
-        _, complaints = process.communicate(timeout=20)
+        try:
+            _, complaints = process.communicate(timeout=20)
+        finally:
+            process.kill()
     assert (process.returncode, complaints) == (0, "")
+
+
+def _heed_interrupts() -> None:
+    """Undo that a shell ignores interrupts for what it runs in the background, as tests may be."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
