@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import urllib.request
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -28,13 +29,19 @@ def viewer(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.fixture
+def interrupts() -> Iterator[None]:
+    """Let processes heed interrupts, also where a shell ignores them for what it runs in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interrupts")
 def test_it_serves_until_it_is_interrupted(viewer: Path) -> None:
     wanted = ["tank", "--params", str(ROOT / "params.yaml"), "--results", str(ROOT / "data" / "results")]
     run = [sys.executable, "-m", "pipeline", "view", *wanted, "--no-browser"]
-    piped = subprocess.PIPE
-    with subprocess.Popen(
-        run, cwd=viewer, stdout=piped, stderr=piped, text=True, preexec_fn=_heed_interrupts
-    ) as process:
+    with subprocess.Popen(run, cwd=viewer, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         said = process.stdout.readline()
         found = re.fullmatch(r"tank: (http://127\.0\.0\.1:\d+/) until Ctrl-C\n", said)
@@ -47,8 +54,3 @@ def test_it_serves_until_it_is_interrupted(viewer: Path) -> None:
         finally:
             process.kill()
     assert (process.returncode, complaints) == (0, "")
-
-
-def _heed_interrupts() -> None:
-    """Undo that a shell ignores interrupts for what it runs in the background, as tests may be."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
