@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import urllib.request
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -29,15 +28,6 @@ def viewer(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.fixture
-def interrupts() -> Iterator[None]:
-    """Let processes heed interrupts, also where a shell ignores them for what it runs in the background."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.usefixtures("interrupts")
 def test_it_serves_until_it_is_interrupted(viewer: Path) -> None:
     wanted = ["tank", "--params", str(ROOT / "params.yaml"), "--results", str(ROOT / "data" / "results")]
     run = [sys.executable, "-m", "pipeline", "view", *wanted, "--no-browser"]
