@@ -110,13 +110,7 @@ def test_formulas_that_may_not_be_defined():
 def test_what_is_changed_is_refused(part, value, reason, tmp_path):
     found = certify_table(followed(AXIS), AXIS, 1e-12)
     data = json.loads(found.save_certificate(tmp_path / "table.json").read_text())
-    at = data
-    for key in part[:-1]:
-        at = at[key]
-    at[part[-1]] = value
-    verdict = check(data)
-    assert isinstance(verdict, Failed | NotACertificate)
-    assert reason in verdict.reason
+    _is_refused(data, part, value, reason)
 
 
 @pytest.mark.parametrize(
@@ -141,13 +135,7 @@ def test_what_is_changed_refutes_nothing(plant, part, value, reason, tmp_path):
     found = certify_table(table, plant, 1e-6)
     data = json.loads(found.save_counterexample(tmp_path / "no.json").read_text())
     assert isinstance(check(data), Refuted)
-    at = data
-    for key in part[:-1]:
-        at = at[key]
-    at[part[-1]] = value
-    verdict = check(data)
-    assert isinstance(verdict, Failed | NotACertificate)
-    assert reason in verdict.reason
+    _is_refused(data, part, value, reason)
 
 
 def test_what_is_no_table_is_refused():
@@ -163,3 +151,14 @@ def test_what_is_no_table_is_refused():
         certify_table(np.zeros((5, 2)), AXIS, 1.0)
     wider = replace(AXIS, state_set=Polytope.box([-9, -9], [9, 9]))
     assert isinstance(certify_table(followed(AXIS), wider, 1e-12), CertifiedTable)
+
+
+def _is_refused(data, part, value, reason):
+    """Check a file with another value of one of its parts."""
+    at = data
+    for key in part[:-1]:
+        at = at[key]
+    at[part[-1]] = value
+    verdict = check(data)
+    assert isinstance(verdict, Failed | NotACertificate)
+    assert reason in verdict.reason
