@@ -1,6 +1,6 @@
 """Cover a window with boxes of time: in each box enclosures of the quantities lie inside their bounds."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,9 +11,9 @@ from trackable.certificates.boxes.boxes import Boxes
 from trackable.certificates.boxes.choice import Choice
 from trackable.certificates.boxes.decision import Bounded, Decision, decide
 from trackable.certificates.boxes.enclosures import Enclosures
-from trackable.certificates.boxes.nearby import Summands
+from trackable.certificates.boxes.together import Group, Together
 from trackable.certificates.enclosure import Box
-from trackable.certificates.exact import ExactQuantity, ShiftedSignal
+from trackable.certificates.exact import ExactQuantity
 from trackable.certificates.floats.balls import Mask
 from trackable.progress.work import done
 
@@ -46,18 +46,18 @@ def covers(quantities: Sequence[Bounded], start: float, end: float) -> list[Cove
     All quantities are proved together, and boxes are parts of one another: so each signal is enclosed once in a box,
     here and by whoever checks the boxes.
     """
-    summands = {shifted: Summands.of(shifted) for q in quantities for shifted in q.quantity.shifted_signals}
-    choice = Choice(tuple(summands.values()), TERMS)
-    most = _MOST_BOXES + _MOST_BY_CENTRE * max((len(each.centres) for each in summands.values()), default=0)
-    edges = _first_edges(summands, start, end)
+    together = Together.of([bounded.quantity for bounded in quantities])
+    choice = Choice(together.groups, TERMS)
+    most = _MOST_BOXES + _MOST_BY_CENTRE * max((len(each.summands.centres) for each in together.groups), default=0)
+    edges = _first_edges(together.groups, start, end)
     waiting = _Waiting(edges[:-1], edges[1:], np.ones((len(quantities), len(edges) - 1), dtype=bool))
     proved: list[list[Boxes]] = [[] for _ in quantities]
     while waiting.starts.size:
         boxes = choice.boxes(waiting.starts, waiting.ends)
-        enclosures, missing = Enclosures(boxes, TERMS, summands), waiting.wanted.copy()
-        for q, bounded in enumerate(quantities):
-            with np.errstate(all="ignore"):  # what is not finite is not proved
-                decision = decide(bounded, enclosures, waiting.wanted[q])
+        enclosures, missing = Enclosures(boxes, TERMS, together), waiting.wanted.copy()
+        with np.errstate(all="ignore"):  # what is not finite is not proved
+            decisions = decide(quantities, enclosures, waiting.wanted)
+        for q, (bounded, decision) in enumerate(zip(quantities, decisions, strict=True)):
             missing[q] &= ~decision.inside
             proved[q].append(boxes.at(decision.inside))
             for _ in range(len(proved[q][-1])):
@@ -69,14 +69,16 @@ def covers(quantities: Sequence[Bounded], start: float, end: float) -> list[Cove
     return [_joined(start, boxes) for boxes in proved]
 
 
-def _first_edges(summands: Mapping[ShiftedSignal, Summands], start: float, end: float) -> Array:
+def _first_edges(groups: Sequence[Group], start: float, end: float) -> Array:
     """Return the ends of the boxes [s] that are tried first: halves of halves, as far as trying them would be in vain.
 
     Boxes without a centre are not halved, however wide they are: far from all centres little happens.
     """
     edges = np.array([start, end])
-    widest = _HOPELESS * min(shifted.signal.kernel.correlation_time for shifted in summands)
-    centres = np.sort(np.concatenate([each.centres - each.shift.high for each in summands.values()]))
+    widest = _HOPELESS * min(each.signal.kernel.correlation_time for each in groups)
+    centres = np.sort(
+        np.concatenate([np.subtract.outer(each.summands.centres, each.shifts.high).ravel() for each in groups])
+    )
     while True:
         inside = np.diff(np.searchsorted(centres, edges)) > 0
         split = inside & (np.diff(edges) > widest)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,23 +24,23 @@ class Sketch:
     margins: Array
     slopes: dict[str, Array]
 
-    def smallest(self, starts: Array, ends: Array) -> Array:
-        """Return the smallest margin at grid times in each [start, end], and at the next one on either side."""
-        return _over(np.minimum, self.margins, self._within(starts, ends))
-
-    def steepest(self, starts: Array, ends: Array) -> dict[str, Array]:
-        """Return the largest |∂q/∂q_i| at these times."""
-        within = self._within(starts, ends)
-        return {name: _over(np.maximum, slopes, within) for name, slopes in self.slopes.items()}
-
-    def _within(self, starts: Array, ends: Array) -> npt.NDArray[np.intp]:
-        """Return from where to where, interleaved: shape (2 B,)."""
+    def within(self, starts: Array, ends: Array) -> "Extremes":
+        """Return the extremes at grid times in each [start, end], and at the next one on either side."""
         first, last = np.searchsorted(self.times, starts) - 1, np.searchsorted(self.times, ends) + 1
-        return np.stack([np.maximum(first, 0), np.minimum(last, len(self.times))], axis=1).ravel()
+        within = np.stack([np.maximum(first, 0), np.minimum(last, len(self.times))], axis=1).ravel()
+        steepest = {name: _over(np.maximum, slopes, within) for name, slopes in self.slopes.items()}
+        return Extremes(_over(np.minimum, self.margins, within), steepest)
 
     @property
     def worst_time(self) -> float:
         return float(self.times[np.argmin(self.margins)])
+
+
+class Extremes(NamedTuple):
+    """The smallest margin in each box, and the largest |∂q/∂q_i|: shape (B,)."""
+
+    smallest: Array
+    steepest: dict[str, Array]
 
 
 def sketch(reference: Reference, quantity: Quantity, start: float, end: float) -> Sketch:

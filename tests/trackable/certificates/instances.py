@@ -8,7 +8,7 @@ import numpy as np
 from tests.trackable.certificates import naive
 from tests.trackable.systems.instances import controllable
 from trackable.certificates.boxes.choice import Choice
-from trackable.certificates.boxes.nearby import Summands
+from trackable.certificates.boxes.together import Together
 from trackable.certificates.enclosure import Box
 from trackable.certificates.exact import ExactQuantity
 from trackable.certificates.prove import reference_period
@@ -30,7 +30,7 @@ _RADIAL = (SquaredExponential, Matern32, Matern52)
 
 def chosen_box(quantity: ExactQuantity, start: float, end: float, terms: int) -> Box:
     """Return a box as proofs choose it."""
-    choice = Choice([Summands.of(shifted) for shifted in quantity.shifted_signals], terms)
+    choice = Choice(Together.of([quantity]).groups, terms)
     return choice.boxes(np.array([start]), np.array([end])).box(0)
 
 

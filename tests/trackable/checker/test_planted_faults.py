@@ -8,14 +8,14 @@ import pytest
 
 from tests.trackable.certificates.references import certified, unconstrained
 from trackable.certificates import cover, exact, prove, settled
-from trackable.certificates.boxes import decision, enclosures, few
+from trackable.certificates.boxes import decision, enclosures
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.cover import Cover
 from trackable.certificates.floats.choice import zero
 from trackable.certificates.kernels.matern import Matern32Balls
 from trackable.certificates.kernels.piecewise_polynomial import PiecewisePolynomialBalls
 from trackable.certificates.rounding import references as rounding
-from trackable.certificates.sketch import Sketch
+from trackable.certificates.sketch import Extremes, Sketch
 from trackable.checker import Failed, Proved, check
 from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.matern import Matern32
@@ -66,8 +66,9 @@ def broken(request) -> Reference:
     return unconstrained(request.param)
 
 
-def wide(_: Sketch, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    return np.ones_like(starts)  # margins that seem to be wide everywhere
+def wide(of: Sketch, starts: np.ndarray, ends: np.ndarray) -> Extremes:
+    """Margins that seem to be wide everywhere."""
+    return Extremes(np.ones_like(starts), {name: np.ones_like(starts) for name in of.slopes})
 
 
 def nothing_missed(*arguments) -> np.ndarray:
@@ -76,16 +77,15 @@ def nothing_missed(*arguments) -> np.ndarray:
 
 @pytest.fixture
 def blind(monkeypatch):
-    """The search for a counterexample finds nothing, few centres are enclosed as many are, and envelopes are proved."""
+    """The search for a counterexample finds nothing, and envelopes are proved."""
     monkeypatch.setattr(settled, "nearly_settled", lambda *_: None)
     monkeypatch.setattr(prove._ProofProblem, "_failure_at", lambda *_: None)
-    monkeypatch.setattr(few, "_FEW", 0)
 
 
 def test_a_prover_that_believes_every_box(broken, monkeypatch, blind):
     monkeypatch.setattr(decision, "are_positive", lambda of: np.ones(of.mid.shape[1], dtype=bool))
     monkeypatch.setattr(enclosures, "missed", nothing_missed)
-    monkeypatch.setattr(Sketch, "smallest", wide)
+    monkeypatch.setattr(Sketch, "within", wide)
     assert_caught(broken, "box")
 
 
@@ -99,7 +99,7 @@ def test_a_prover_that_forgets_the_remainder(monkeypatch, blind):
 def test_a_prover_with_a_wrong_kernel(monkeypatch, blind):
     right = enclosures.polynomials
     monkeypatch.setattr(enclosures, "polynomials", lambda *arguments: right(*arguments) * 0.25)
-    monkeypatch.setattr(Sketch, "smallest", wide)
+    monkeypatch.setattr(Sketch, "within", wide)
     assert_caught(small(SquaredExponential(1.0, 0.3), state_set=(-0.4, 0.3)), "box")
 
 
@@ -111,7 +111,7 @@ def test_a_prover_that_overlooks_kinks(monkeypatch, blind):
 def test_a_prover_that_overlooks_where_a_support_ends(monkeypatch, blind):
     """A box whose middle is beyond the support, as if all of it was; z = φ(0.9) = 1.2e-4 where it begins."""
     monkeypatch.setattr(PiecewisePolynomialBalls, "jump", lambda _, r, half: zero(r))
-    monkeypatch.setattr(Sketch, "smallest", wide)
+    monkeypatch.setattr(Sketch, "within", wide)
     plant = small(SquaredExponential(1.0, 0.3), state_set=(-2.0, 5e-5)).plant
     reference = Reference((KernelSum(PiecewisePolynomial2(1.0, 0.5), 0.0, np.zeros(1), np.ones(1)),), plant)
     found = prove.prove_on_window(reference, 0.45, 0.65)
@@ -125,7 +125,7 @@ def test_a_prover_that_takes_the_wrong_branch(monkeypatch, blind):
     right = enclosures.polynomials
     monkeypatch.setattr(enclosures, "polynomials", lambda *arguments: right(*arguments) * 0)
     monkeypatch.setattr(PiecewisePolynomialBalls, "jump", lambda _, r, half: zero(r))
-    monkeypatch.setattr(Sketch, "smallest", wide)
+    monkeypatch.setattr(Sketch, "within", wide)
     assert_caught(small(PiecewisePolynomial2(1.0, 0.5), state_set=(-0.4, 0.3)), "box")
 
 
@@ -170,7 +170,7 @@ def test_a_prover_with_a_wrong_sign_in_the_system(monkeypatch, blind):
         return state, replace(inputs, arguments={name: replace(functional, terms=((-weight, now), later))})
 
     monkeypatch.setattr(prove, "exact_quantities", mistaken)
-    monkeypatch.setattr(Sketch, "smallest", wide)
+    monkeypatch.setattr(Sketch, "within", wide)
     monkeypatch.setattr(settled, "float_below", lambda _: 1.0)
     learned = small(SquaredExponential(1.0, 3.0), input_set=(-0.2, 0.2), state_set=(-1.0, 1.0), a=-0.9)
     assert_caught(learned, "box", "tail")
@@ -224,7 +224,7 @@ def test_a_prover_that_takes_a_row_for_another(monkeypatch, blind):
     reference = axis()
     narrow = replace(reference.plant.state_set, lower=-np.array([4, 4, 0.8]), upper=np.array([4, 4, 0.8]))
     monkeypatch.setattr(prove, "exact_quantities", confused)
-    monkeypatch.setattr(Sketch, "smallest", wide)
+    monkeypatch.setattr(Sketch, "within", wide)
     assert_caught(Reference(reference.signals, replace(reference.plant, state_set=narrow)), "box: the x1+x2")
 
 

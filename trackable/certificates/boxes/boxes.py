@@ -1,16 +1,55 @@
 """Boxes of time as arrays: the times relative to each centre, in float64 with outward rounding."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
 import numpy as np
+import numpy.typing as npt
 
 from trackable.arrays import Array
+from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.enclosure import Box
 from trackable.certificates.exact import ShiftedSignal
 from trackable.certificates.floats.balls import Balls, Mask
+
+Indices = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Shifts:
+    """Shifts s [s], each exactly the sum of two float64 numbers: shape (S,)."""
+
+    high: Array
+    low: Array
+
+    @classmethod
+    def of(cls, shifted: Sequence[ShiftedSignal]) -> Self:
+        """Return the shifts of signals: small multiples of a float64 number, so that two are enough."""
+        high = [float(each.shift) for each in shifted]
+        with ball_arithmetic():
+            rest = [each.shift - h for each, h in zip(shifted, high, strict=True)]
+            low = [float(each) for each in rest]
+            assert all(each - of == 0 for each, of in zip(rest, low, strict=True)), "a shift has few digits"
+        return cls(np.array(high), np.array(low))
+
+    def at(self, index: slice | Mask | Indices) -> Self:
+        """Return some of the shifts."""
+        return type(self)(self.high[index], self.low[index])
+
+    def differences(self, times: Balls, centres: Array) -> Balls:
+        """Return times + s − centres."""
+        return times + self.high - centres + self.low
+
+    def signs(self, times: Array, centres: Array) -> Array:
+        """Return the signs of times + s − centres, exactly: −1, 0 or 1."""
+        found = self.differences(Balls.exact(times), centres)
+        signs = np.sign(found.mid)
+        for at in np.flatnonzero(np.abs(found.mid) <= 2 * found.rad):
+            signs[at] = np.sign(math.fsum((times[at], self.high[at], self.low[at], -centres[at])))
+        return signs
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +67,7 @@ class Boxes:
         """Return one of the boxes."""
         return Box(float(self.starts[b]), float(self.ends[b]), float(self.radii[b]))
 
-    def at(self, index: slice | Mask) -> Self:
+    def at(self, index: slice | Mask | Indices) -> Self:
         """Return some of the boxes."""
         return type(self)(self.starts[index], self.ends[index], self.radii[index])
 
@@ -50,28 +89,20 @@ class Boxes:
 
 
 @dataclass(frozen=True, eq=False)
-class Shift:
-    """A shift s [s], exactly the sum of two float64 numbers."""
+class ShiftedBoxes:
+    """Boxes, with the shift of the signal that is enclosed in each of them: shape (B,)."""
 
-    high: float
-    low: float
+    boxes: Boxes
+    shifts: Shifts
 
-    @classmethod
-    def of(cls, shifted: ShiftedSignal) -> Self:
-        """Return the shift of a signal: a small multiple of a float64 number, so that two are enough."""
-        high = float(shifted.shift)
-        low = float(shifted.shift - high)
-        assert shifted.shift - high - low == 0, "a shift has few digits"
-        return cls(high, low)
+    def __len__(self) -> int:
+        return len(self.boxes)
 
-    def differences(self, times: Balls, centres: Array) -> Balls:
-        """Return times + s − centres."""
-        return times + self.high - centres + self.low
+    def at(self, index: slice | Mask | Indices) -> Self:
+        """Return some of the boxes."""
+        return type(self)(self.boxes.at(index), self.shifts.at(index))
 
-    def signs(self, times: Array, centres: Array) -> Array:
-        """Return the signs of times + s − centres, exactly: −1, 0 or 1."""
-        found = self.differences(Balls.exact(times), centres)
-        signs = np.sign(found.mid)
-        for at in np.flatnonzero(np.abs(found.mid) <= 2 * found.rad):
-            signs[at] = np.sign(math.fsum((times[at], self.high, self.low, -centres[at])))
-        return signs
+    @property
+    def times(self) -> Array:
+        """The middles + s [s], nearly."""
+        return self.boxes.middles.mid + self.shifts.high

@@ -1,9 +1,9 @@
 """Decide in which boxes a quantity stays inside its bounds: in float64, and in ball arithmetic where it matters."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from flint import arb
@@ -16,7 +16,7 @@ from trackable.certificates.boxes.enclosures import Enclosures, model
 from trackable.certificates.boxes.positive import are_positive
 from trackable.certificates.enclosure import ENLARGED, arguments_in, of_arguments
 from trackable.certificates.exact import ExactQuantity
-from trackable.certificates.floats.balls import Balls, Mask
+from trackable.certificates.floats.balls import Balls, Mask, joined
 from trackable.certificates.rounding.flat import FormulaRounding
 from trackable.certificates.sketch import Sketch
 from trackable.systems.formulas.evaluation import evaluate
@@ -48,6 +48,17 @@ class Bounded:
             bounds, reserve = self.quantity.bounds, arb(self.reserve)
             return arb(bounds.lower) + reserve, arb(bounds.upper) - reserve
 
+    @cached_property
+    def limits(self) -> tuple[Balls, Balls]:
+        """The bounds, drawn in, in float64."""
+        lower, upper = self.ends
+        return Balls.of(lower), Balls.of(upper)
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the quantity is a functional, of which nothing else is needed."""
+        return isinstance(self.quantity.formula, Variable) and not self.quantity.needs
+
     def require(self, arguments: Mapping[str, Enclosure], terms: int) -> None:
         """Raise UndefinedError where something that is needed may fail, or rounding may exceed the reserve."""
         if not (self.quantity.needs or self.rounding):
@@ -70,6 +81,11 @@ class Decision(NamedTuple):
     outside: Mask
     reasons: dict[int, str]
 
+    @classmethod
+    def none(cls, count: int) -> Self:
+        """Return that nothing is certain in so many boxes."""
+        return cls(np.zeros(count, dtype=bool), np.zeros(count, dtype=bool), {})
+
     def put(self, b: int, bounded: Bounded, arguments: Mapping[str, Enclosure], terms: int) -> None:
         """Decide about one box by enclosures of the arguments in ball arithmetic."""
         try:
@@ -83,40 +99,64 @@ class Decision(NamedTuple):
             self.reasons[b] = str(undefined)
 
 
-def decide(bounded: Bounded, enclosures: Enclosures, wanted: Mask) -> Decision:
-    """Decide about the `wanted` boxes."""
-    quantity, boxes = bounded.quantity, enclosures.boxes
-    margins = bounded.sketch.smallest(boxes.starts, boxes.ends) - bounded.reserve
-    slopes = bounded.sketch.steepest(boxes.starts, boxes.ends)
-    missed = {name: enclosures.remainders(q, wanted) for name, q in quantity.arguments.items()}
+def decide(quantities: Sequence[Bounded], enclosures: Enclosures, wanted: Mask) -> list[Decision]:
+    """Decide about the boxes that are `wanted` of each quantity: shape (Q, B)."""
+    of, boxes = enclosures.signals, enclosures.boxes
+    enclosures.find_remainders(of.needed(wanted))
+    missed = [{name: enclosures.remainders(each) for name, each in found.items()} for found in of.arguments]
+    seen = [bounded.sketch.within(boxes.starts, boxes.ends) for bounded in quantities]
+    margins = np.stack([each.smallest - bounded.reserve for bounded, each in zip(quantities, seen, strict=True)])
     # A cheap estimate rejects boxes that are much too wide.
-    tried = wanted & (_weighted(slopes, missed) <= margins / 2)
-    decision = Decision(np.zeros_like(tried), np.zeros_like(tried), {})
-    if np.any(tried):
-        series = {name: enclosures.polynomials(q, tried) for name, q in quantity.arguments.items()}
-        _decide(decision, bounded, series, missed, tried)
-        rounded = _weighted(slopes, {name: np.sum(q.rad, axis=0) for name, q in series.items()})
-        for b in np.flatnonzero(tried & ~decision.inside & ~(rounded <= _OPEN * margins)).tolist():
-            decision.put(b, bounded, arguments_in(quantity, boxes.box(b), enclosures.terms), enclosures.terms)
-    return decision
+    sizes = np.stack([_weighted(each.steepest, rests) for each, rests in zip(seen, missed, strict=True)])
+    tried = wanted & (sizes <= margins / 2)
+    decisions = [Decision.none(len(boxes)) for _ in quantities]
+    if not np.any(tried):
+        return decisions
+    enclosures.find_polynomials(of.needed(tried))
+    series = [{name: enclosures.polynomials(each) for name, each in found.items()} for found in of.arguments]
+    tries = [_Try(*each) for each in zip(quantities, decisions, series, missed, tried, strict=True)]
+    _decide_linear([each for each in tries if each.bounded.is_linear])
+    _decide_formulas([each for each in tries if not each.bounded.is_linear])
+    for q, (bounded, decision) in enumerate(zip(quantities, decisions, strict=True)):
+        rounded = _weighted(seen[q].steepest, {name: np.sum(each.rad, axis=0) for name, each in series[q].items()})
+        for b in np.flatnonzero(tried[q] & ~decision.inside & ~(rounded <= _OPEN * margins[q])).tolist():
+            decision.put(b, bounded, arguments_in(bounded.quantity, boxes.box(b), enclosures.terms), enclosures.terms)
+    return decisions
 
 
-def _decide(
-    decision: Decision, bounded: Bounded, series: Mapping[str, Balls], missed: Mapping[str, Array], tried: Mask
-) -> None:
-    """Decide about the boxes that are `tried` by Taylor polynomials in float64."""
-    formula = bounded.quantity.formula
-    if isinstance(formula, Variable) and not bounded.quantity.needs:
-        q, rest = series[formula.name], missed[formula.name]
-        lower, upper = (Balls.of(end) for end in bounded.ends)
-        above, below = q.at(0) - lower, upper - q.at(0)
-        decision.inside[:] = tried & are_positive(_with(above - rest, q)) & are_positive(_with(below - rest, -q))
+class _Try(NamedTuple):
+    """What is known of a quantity in boxes that are `tried`: Taylor polynomials of its arguments, and their errors."""
+
+    bounded: Bounded
+    decision: Decision
+    series: Mapping[str, Balls]
+    missed: Mapping[str, Array]
+    tried: Mask
+
+
+def _decide_linear(tries: Sequence[_Try]) -> None:
+    """Decide about quantities that are functionals, by Taylor polynomials in float64."""
+    sides, counts = list[Balls](), list[int]()
+    for bounded, decision, series, missed, tried in tries:
+        ((name, q),), (lower, upper) = series.items(), bounded.limits
+        above, below, rest = q.at(0) - lower, upper - q.at(0), missed[name]
         decision.outside[:] = tried & ((above.highest < -rest) | (below.highest < -rest))
+        at = (slice(None), tried)
+        sides.extend((_with(above - rest, q).at(at), _with(below - rest, -q).at(at)))
+        counts.append(int(np.count_nonzero(tried)))
+    if not sides:
         return
+    inside = np.split(are_positive(joined(sides)), np.cumsum(np.repeat(counts, 2))[:-1])
+    for each, is_above, is_below in zip(tries, inside[::2], inside[1::2], strict=True):
+        each.decision.inside[each.tried] = is_above & is_below
 
-    for b in np.flatnonzero(tried).tolist():
-        arguments = {name: model(q.at((slice(None), b)), float(missed[name][b])) for name, q in series.items()}
-        decision.put(b, bounded, arguments, len(next(iter(series.values())).mid))
+
+def _decide_formulas(tries: Sequence[_Try]) -> None:
+    """Decide about formulas, by Taylor models in ball arithmetic."""
+    for bounded, decision, series, missed, tried in tries:
+        for b in np.flatnonzero(tried).tolist():
+            arguments = {name: model(q.at((slice(None), b)), float(missed[name][b])) for name, q in series.items()}
+            decision.put(b, bounded, arguments, len(next(iter(series.values())).mid))
 
 
 def _with(first: Balls, polynomials: Balls) -> Balls:

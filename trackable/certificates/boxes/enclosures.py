@@ -1,7 +1,8 @@
 """Enclosures of shifted signals and of functionals in boxes, in float64: each is computed once where it is needed."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from flint import arb, arb_poly
@@ -9,12 +10,10 @@ from flint import arb, arb_poly
 from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.balls.models import Enclosure
-from trackable.certificates.boxes import few
-from trackable.certificates.boxes.boxes import Boxes
-from trackable.certificates.boxes.nearby import Summands
+from trackable.certificates.boxes.boxes import Boxes, Indices, ShiftedBoxes
 from trackable.certificates.boxes.signals import missed, polynomials
-from trackable.certificates.exact import ExactFunctional, ShiftedSignal
-from trackable.certificates.floats.balls import Balls, Mask, sums_up
+from trackable.certificates.boxes.together import Combination, Group, Together
+from trackable.certificates.floats.balls import Balls, Mask, U, sums_up
 
 _ENLARGED = 1.0625
 """Remainders are enlarged by this factor: a checker with slightly cruder bounds then still agrees."""
@@ -26,47 +25,50 @@ class Enclosures:
 
     boxes: Boxes
     terms: int
-    summands: Mapping[ShiftedSignal, Summands]
-    _remainders: dict[ShiftedSignal, Array] = field(default_factory=dict)
-    _polynomials: dict[ShiftedSignal, Balls] = field(default_factory=dict)
+    signals: Together
 
-    def remainders(self, functional: ExactFunctional, wanted: Mask) -> Array:
-        """Bound the error of a functional's Taylor polynomials in the `wanted` boxes: shape (B,)."""
-        total = np.zeros(len(self.boxes))
-        for weight, shifted in functional.terms:
-            total += Balls.of(weight).size * self._remainder(shifted, wanted)
-        return sums_up(_ENLARGED * total, len(functional.terms))
+    def find_remainders(self, wanted: Mask) -> None:
+        """Find what `remainders` needs, of the `wanted` shifted signals in the wanted boxes: shape (S, B)."""
+        for group, at, boxes in self._in_groups(wanted & np.isnan(self._remainders)):
+            self._remainders[at] = missed(group.summands, boxes, self.terms)
 
-    def polynomials(self, functional: ExactFunctional, wanted: Mask) -> Balls:
-        """Return a functional's Taylor polynomials in the `wanted` boxes: shape (terms, B)."""
-        total = Balls(*np.zeros((2, self.terms, len(self.boxes))))
-        for weight, shifted in functional.terms:
-            total += self._polynomial(shifted, wanted) * weight
-        offset = np.zeros((self.terms, 1))
-        offset[0] = 1
-        return total + Balls.exact(offset) * functional.offset
+    def find_polynomials(self, wanted: Mask) -> None:
+        """Find what `polynomials` needs, of the `wanted` shifted signals in the wanted boxes: shape (S, B)."""
+        known = self._polynomials
+        for group, (s, b), boxes in self._in_groups(wanted & np.isnan(known.mid[0])):
+            found = polynomials(group.summands, boxes, self.terms)
+            known.mid[:, s, b], known.rad[:, s, b] = found.mid, found.rad
 
-    def _remainder(self, shifted: ShiftedSignal, wanted: Mask) -> Array:
-        found = self._remainders.setdefault(shifted, np.full(len(self.boxes), np.nan))
-        if np.any(new := wanted & np.isnan(found)):
-            boxes = self.boxes.at(new)
-            if few.are_few(shifted, boxes):
-                found[new] = few.missed(shifted, boxes, self.terms)
-            else:
-                found[new] = missed(self.summands[shifted], boxes, self.terms)
-        return found
+    def remainders(self, combination: Combination) -> Array:
+        """Bound the error of a functional's Taylor polynomials in each box where it is known: shape (B,)."""
+        weighted = combination.weights.size[:, None] * self._remainders[combination.rows]
+        return sums_up(_ENLARGED * np.sum(weighted, axis=0), len(weighted))
 
-    def _polynomial(self, shifted: ShiftedSignal, wanted: Mask) -> Balls:
-        shape = (2, self.terms, len(self.boxes))
-        found = self._polynomials.setdefault(shifted, Balls(*np.full(shape, np.nan)))
-        if np.any(new := wanted & np.isnan(found.mid[0])):
-            boxes = self.boxes.at(new)
-            if few.are_few(shifted, boxes):
-                series = few.polynomials(shifted, boxes, self.terms)
-            else:
-                series = polynomials(self.summands[shifted], boxes, self.terms)
-            found.mid[:, new], found.rad[:, new] = series.mid, series.rad
-        return found
+    def polynomials(self, combination: Combination) -> Balls:
+        """Return a functional's Taylor polynomials in each box where they are known: shape (terms, B)."""
+        w, of = combination.weights, self._polynomials.at((slice(None), combination.rows))
+        size = np.abs(of.mid)
+        rounded = of.rad + (len(w.mid) + 4) * U * size
+        off = np.abs(w.mid)[:, None] * rounded + w.rad[:, None] * (size + of.rad)
+        total = Balls(np.sum(w.mid[:, None] * of.mid, axis=1), sums_up(np.sum(off, axis=1), 2 * len(w.mid)))
+        first = total.at(0) + combination.offset
+        total.mid[0], total.rad[0] = first.mid, first.rad
+        return total
+
+    @cached_property
+    def _remainders(self) -> Array:
+        return np.full((len(self.signals), len(self.boxes)), np.nan)
+
+    @cached_property
+    def _polynomials(self) -> Balls:
+        return Balls(*np.full((2, self.terms, len(self.signals), len(self.boxes)), np.nan))
+
+    def _in_groups(self, wanted: Mask) -> Iterator[tuple[Group, tuple[Indices, Indices], ShiftedBoxes]]:
+        """Yield each group with the indices of what is wanted of it, of shifted signals and of boxes."""
+        for group in self.signals.groups:
+            s, b = np.nonzero(wanted[group.rows])
+            if len(s):
+                yield group, (group.rows.start + s, b), ShiftedBoxes(self.boxes.at(b), group.shifts.at(s))
 
 
 def model(coefficients: Balls, remainder: float) -> Enclosure:

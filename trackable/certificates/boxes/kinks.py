@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.certificates.boxes.boxes import Boxes
+from trackable.certificates.boxes.boxes import ShiftedBoxes
 from trackable.certificates.boxes.mirrored import Mirrored
 from trackable.certificates.boxes.nearby import Summands
 from trackable.certificates.floats.balls import Balls, U, sums_up
@@ -11,15 +11,16 @@ from trackable.certificates.floats.series import Series
 from trackable.certificates.kernels.base import BEYOND_HALF, KernelBalls
 
 
-def beyond_kinks(summands: Summands, boxes: Boxes, reach: Array, terms: int) -> Array:
+def beyond_kinks(summands: Summands, shifted: ShiftedBoxes, reach: Array, terms: int) -> Array:
     """Bound Σ_i |c_i| times how far κ is from the branch of each box's middle, for the centres within reach: (B,)."""
-    kernel, found, crossed = summands.kernel, np.zeros(len(boxes)), np.zeros(len(boxes))
+    kernel, boxes = summands.kernel, shifted.boxes
+    found, crossed = np.zeros((2, len(boxes)))
     if not kernel.kinks:
         return found
     rounded = np.zeros(len(boxes))
     first = 0
-    for pairs in summands.pairs(boxes, reach):
-        of, block = Mirrored.of(summands, pairs), slice(first, first + len(pairs.boxes))
+    for pairs in summands.pairs(shifted, reach):
+        of, block = Mirrored.of(kernel, pairs), slice(first, first + len(pairs.boxes))
         first = block.stop
         crossed[block] = pairs.summed_up(np.where(of.both, _on_their_branch(kernel, of), 0.0))
         rounded[block] = pairs.largest(of.r.rad)

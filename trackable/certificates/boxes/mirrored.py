@@ -6,8 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.certificates.boxes.nearby import Pairs, Summands
+from trackable.certificates.boxes.nearby import Pairs
 from trackable.certificates.floats.balls import Balls, Mask
+from trackable.certificates.kernels.base import KernelBalls
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,15 +24,16 @@ class Mirrored:
     both: Mask
 
     @classmethod
-    def of(cls, summands: Summands, pairs: Pairs) -> "Mirrored":
+    def of(cls, kernel: KernelBalls, pairs: Pairs) -> "Mirrored":
         """Return the differences of pairs. Signs are exact where a kernel has kinks."""
-        boxes, at, shift = pairs.boxes, pairs.of_box, summands.shift
-        r = shift.differences(boxes.middles.at(at), pairs.centres)
+        boxes, at, shifts = pairs.boxes, pairs.of_box, pairs.shifts.at(pairs.of_box)
+        r = shifts.differences(boxes.middles.at(at), pairs.centres)
         signs, both = np.where(r.mid >= 0, 1.0, -1.0), np.zeros(len(at), dtype=bool)
-        if summands.kernel.kinks:
+        if kernel.kinks:
             near = np.flatnonzero(np.abs(r.mid) <= 2 * boxes.halves.highest[at] + 4 * r.rad)
-            after = shift.signs(boxes.starts[at[near]], pairs.centres[near]) >= 0
-            before = shift.signs(boxes.ends[at[near]], pairs.centres[near]) <= 0
+            close, centres = shifts.at(near), pairs.centres[near]
+            after = close.signs(boxes.starts[at[near]], centres) >= 0
+            before = close.signs(boxes.ends[at[near]], centres) <= 0
             signs[near] = np.where(after, 1.0, np.where(before, -1.0, signs[near]))
             both[near] = ~(after | before)
         return cls(pairs, Balls(r.mid * signs, r.rad), signs, both)

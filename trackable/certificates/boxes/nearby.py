@@ -5,23 +5,21 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 from flint import arb
 
 from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.boxes.boxes import Boxes, Shift
-from trackable.certificates.exact import ShiftedSignal
+from trackable.certificates.boxes.boxes import Boxes, Indices, ShiftedBoxes, Shifts
 from trackable.certificates.floats.balls import Balls, U, sums_up
 from trackable.certificates.kernels.base import KernelBalls
 from trackable.certificates.kernels.matern import MaternBalls
 from trackable.certificates.kernels.table import balls_of
-
-Indices = npt.NDArray[np.intp]
+from trackable.gp.signal import KernelSum
 
 _NEGLIGIBLE = 2.0**-60
 """Of κ(0): less than what one rounding adds, and far less than the reserve for evaluation, which counts all centres."""
 
+_FEW = 2**12  # pairs: of fewer all are within reach, as finding out takes longer than it saves
 _FRACTIONS = 2.0 ** (-np.arange(48) / 4)
 _INSIDE = 1 - 2.0**-20
 _SERIES, _FEW_NUMBERS = 2**11, 2**14  # pairs that are held at once: their series, or a few numbers, stay in the cache
@@ -32,6 +30,7 @@ class Pairs:
     """Pairs of a box and a centre: `firsts` are where those of each of the `boxes` begin."""
 
     boxes: Boxes
+    shifts: Shifts
     of_box: Indices
     centres: Array
     weights: Array
@@ -61,35 +60,35 @@ class Pairs:
 
 @dataclass(frozen=True, eq=False)
 class Summands:
-    """Σ_i c_i κ(t + s − t_i) with the centres in order, and `total` ≥ Σ_i |c_i|."""
+    """Σ_i c_i κ(t − t_i) with the centres in order, and `total` ≥ Σ_i |c_i|."""
 
     kernel: KernelBalls
-    shift: Shift
     centres: Array
     weights: Array
 
     @classmethod
-    def of(cls, shifted: ShiftedSignal) -> "Summands":
-        """Return the summands of a shifted signal."""
-        signal = shifted.signal
+    def of(cls, signal: KernelSum) -> "Summands":
+        """Return the summands of a signal."""
         order = np.argsort(signal.centres, kind="stable")
-        return cls(balls_of(signal.kernel), Shift.of(shifted), signal.centres[order], signal.weights[order])
+        return cls(balls_of(signal.kernel), signal.centres[order], signal.weights[order])
 
     @cached_property
     def total(self) -> float:
         """Over-estimate of Σ_i |c_i|."""
         return float(sums_up(np.sum(np.abs(self.weights)), len(self.weights)))
 
-    def reach(self, boxes: Boxes) -> tuple[Array, Array]:
+    def reach(self, shifted: ShiftedBoxes) -> tuple[Array, Array]:
         """Return a distance [s] from the middle of each box, and a bound of |κ| on the discs of all farther centres.
 
         The distance is infinite, and the bound zero, where all centres matter.
         """
-        times = boxes.middles.mid + self.shift.high
+        boxes, times = shifted.boxes, shifted.times
+        if len(boxes) * len(self.centres) <= _FEW:
+            return np.full(len(boxes), np.inf), np.zeros(len(boxes))
         farthest = np.maximum(np.abs(times - self.centres[0]), np.abs(times - self.centres[-1]))
         distances, radii = farthest[:, None] * _FRACTIONS, boxes.radii[:, None]
         # Distances are compared in float64, and the numbers that they come from are larger than they are.
-        sizes = np.abs(boxes.middles.mid) + abs(self.shift.high) + np.abs(times) + farthest
+        sizes = np.abs(boxes.middles.mid) + np.abs(shifted.shifts.high) + np.abs(times) + farthest
         certain = distances * _INSIDE - 2.0**-48 * sizes[:, None]
         with ball_arithmetic():
             largest = Balls.of(self.kernel.beyond(arb(0)).size).lowest
@@ -100,9 +99,9 @@ class Summands:
         rows, some = np.arange(len(boxes)), last >= 0
         return np.where(some, distances[rows, last], np.inf), np.where(some, sizes[rows, last], 0.0)
 
-    def pairs(self, boxes: Boxes, reach: Array) -> Iterator[Pairs]:
+    def pairs(self, shifted: ShiftedBoxes, reach: Array) -> Iterator[Pairs]:
         """Yield the pairs of boxes and their centres within `reach` [s], for blocks of neighbouring boxes."""
-        times = boxes.middles.mid + self.shift.high
+        times = shifted.times
         first = np.searchsorted(self.centres, times - reach)
         # At least one: no box is without pairs.
         first = np.minimum(first, len(self.centres) - 1)
@@ -111,7 +110,8 @@ class Summands:
             some, starts = counts[block], np.concatenate([[0], np.cumsum(counts[block])[:-1]])
             which = np.arange(np.sum(some)) + np.repeat(first[block] - starts, some)
             of_box = np.repeat(np.arange(len(some)), some)
-            yield Pairs(boxes.at(block), of_box, self.centres[which], self.weights[which], starts)
+            where = shifted.at(block)
+            yield Pairs(where.boxes, where.shifts, of_box, self.centres[which], self.weights[which], starts)
 
 
 def _blocks(counts: Indices, most: int) -> Iterator[slice]:

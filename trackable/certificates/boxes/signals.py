@@ -12,8 +12,8 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.boxes import exponentials
-from trackable.certificates.boxes.boxes import Boxes
+from trackable.certificates.boxes import exponentials, gaussians
+from trackable.certificates.boxes.boxes import ShiftedBoxes
 from trackable.certificates.boxes.kinks import beyond_kinks, rest_of
 from trackable.certificates.boxes.mirrored import Mirrored
 from trackable.certificates.boxes.nearby import Summands
@@ -21,23 +21,27 @@ from trackable.certificates.floats.balls import Balls, joined, sums_up
 from trackable.certificates.floats.series import Series
 from trackable.certificates.kernels.base import KernelBalls
 from trackable.certificates.kernels.matern import MaternBalls
+from trackable.certificates.kernels.squared_exponential import SquaredExponentialBalls
 
 
-def missed(summands: Summands, boxes: Boxes, terms: int) -> Array:
+def missed(summands: Summands, shifted: ShiftedBoxes, terms: int) -> Array:
     """Bound the error of the Taylor polynomial of a shifted signal in each box; infinite for too small discs: (B,)."""
     with np.errstate(all="ignore"), ball_arithmetic(terms):
-        reach, outside = summands.reach(boxes)
-        size, far = _on_discs(summands, boxes, reach), summands.total * outside
+        boxes, (reach, outside) = shifted.boxes, summands.reach(shifted)
+        size, far = _on_discs(summands, shifted, reach), summands.total * outside
         rest = rest_of(boxes.halves.highest / boxes.radii, terms)
-        kinked = beyond_kinks(summands, boxes, reach, terms)
+        kinked = beyond_kinks(summands, shifted, reach, terms)
         found = sums_up((size + far) * rest + far + kinked, 4)
         return np.where(np.isnan(found), np.inf, found)
 
 
-def polynomials(summands: Summands, boxes: Boxes, terms: int) -> Balls:
+def polynomials(summands: Summands, shifted: ShiftedBoxes, terms: int) -> Balls:
     """Return the Taylor polynomials of a shifted signal in the boxes, without what `missed` bounds: (terms, B)."""
     with np.errstate(all="ignore"), ball_arithmetic(terms):
-        blocks, kernel = _blocks(summands, boxes, summands.reach(boxes)[0]), summands.kernel
+        boxes, kernel = shifted.boxes, summands.kernel
+        blocks = _blocks(summands, shifted, summands.reach(shifted)[0])
+        if isinstance(kernel, SquaredExponentialBalls):
+            return gaussians.polynomial(kernel, joined(gaussians.sums(kernel, each, terms) for each in blocks), boxes)
         if not isinstance(kernel, MaternBalls):
             return joined(_series(kernel, each, terms) for each in blocks)
         before, after = zip(*(_sums_by_sign(kernel, each) for each in blocks), strict=True)
@@ -45,16 +49,16 @@ def polynomials(summands: Summands, boxes: Boxes, terms: int) -> Balls:
         return left + exponentials.polynomial(kernel, right, 1.0, boxes, terms)
 
 
-def _blocks(summands: Summands, boxes: Boxes, reach: Array) -> Iterator[Mirrored]:
-    return (Mirrored.of(summands, pairs) for pairs in summands.pairs(boxes, reach))
+def _blocks(summands: Summands, shifted: ShiftedBoxes, reach: Array) -> Iterator[Mirrored]:
+    return (Mirrored.of(summands.kernel, pairs) for pairs in summands.pairs(shifted, reach))
 
 
-def _on_discs(summands: Summands, boxes: Boxes, reach: Array) -> Array:
+def _on_discs(summands: Summands, shifted: ShiftedBoxes, reach: Array) -> Array:
     """Bound Σ_i |c_i| |κ| on the discs around all centres within reach: shape (B,)."""
-    kernel, blocks = summands.kernel, _blocks(summands, boxes, reach)
+    kernel, blocks = summands.kernel, _blocks(summands, shifted, reach)
     if isinstance(kernel, MaternBalls):
         sums = [exponentials.sums(kernel, abs(each.r), np.abs(each.pairs.weights), each.pairs) for each in blocks]
-        return exponentials.size_on_discs(kernel, joined(sums), boxes)
+        return exponentials.size_on_discs(kernel, joined(sums), shifted.boxes)
     return np.concatenate([each.pairs.summed_up(kernel.on_disc(each.r, each.radii).highest) for each in blocks])
 
 

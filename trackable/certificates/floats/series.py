@@ -154,6 +154,20 @@ class _Growing:
         return Balls(np.sum(a * e, axis=0), sums_up(np.sum(off, axis=0), 2 * count))
 
 
+def exponential_terms(x: Balls, terms: int) -> Balls:
+    """Return xᵏ/k! for all k < terms, of balls of shape (P,): shape (terms, P).
+
+    With m the middle of x and s ≥ |x|: |xᵏ − mᵏ| ≤ |x − m| k s^(k − 1). Each factor m/k is rounded, and each product.
+    Where powers underflow, all factors that follow are smaller than 1.
+    """
+    k = np.arange(1.0, terms)[:, None]
+    ones = np.ones((1, *x.mid.shape))
+    mid, size = (np.multiply.accumulate(np.concatenate([ones, each / k])) for each in (x.mid, x.size))
+    rad = np.zeros_like(mid)
+    rad[1:] = sums_up(x.rad * size[:-1] + 3 * U * k * size[1:], 2 * terms)
+    return Balls(mid, rad)
+
+
 @cache
 def _reciprocal(k: int) -> Balls:
     """Return 1/k."""

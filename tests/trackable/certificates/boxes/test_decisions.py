@@ -6,7 +6,7 @@ import pytest
 from tests.trackable.certificates.instances import case, compact_kernel, general_case
 from tests.trackable.certificates.test_prove import reference
 from trackable.certificates import cover
-from trackable.certificates.boxes import decision, few
+from trackable.certificates.boxes import decision
 from trackable.certificates.boxes.positive import are_positive
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.floats.balls import Balls
@@ -19,14 +19,21 @@ from trackable.gp.kernels.squared_exponential import SquaredExponential
 MAKES = {"scalar": case, "general": general_case, "compact": lambda seed: case(seed, 1e-3, compact_kernel)}
 
 
+def balls_alone(patch):
+    """Nothing is believed of float64."""
+    patch.setattr(decision, "are_positive", lambda polynomials: np.zeros(polynomials.mid.shape[1], dtype=bool))
+    patch.setattr(decision, "_OPEN", 0.0)
+
+
 @pytest.mark.parametrize("make", MAKES.values(), ids=MAKES)
 def test_both_arithmetics_prove_the_same(make, monkeypatch):
     kinds = set()
     for seed in range(8000, 8012):
         chosen, found = make(seed), []
-        for most in (0, 10**9):
-            monkeypatch.setattr(few, "_FEW", most)
-            found.append(prove_on_window(chosen.reference, 0.0, chosen.end / 8))
+        for plant in (lambda patch: None, balls_alone):
+            with monkeypatch.context() as patch:
+                plant(patch)
+                found.append(prove_on_window(chosen.reference, 0.0, chosen.end / 8))
         floats, balls = found
         assert type(floats) is type(balls)
         kinds.add(type(floats))
@@ -37,8 +44,7 @@ def test_both_arithmetics_prove_the_same(make, monkeypatch):
 
 
 @pytest.mark.parametrize("make", MAKES.values(), ids=MAKES)
-def test_the_checker_agrees_with_float64(make, monkeypatch):
-    monkeypatch.setattr(few, "_FEW", 0)
+def test_the_checker_agrees_with_float64(make):
     examined = 0
     for seed in range(8000, 8012):
         chosen = make(seed)
@@ -52,7 +58,6 @@ def test_the_checker_agrees_with_float64(make, monkeypatch):
 def test_where_rounding_leaves_too_much_open_ball_arithmetic_decides(monkeypatch):
     """Enclosures in float64 that are made too wide for any margin prove nothing by themselves."""
     learned = reference(SquaredExponential(1.0, 0.3))
-    monkeypatch.setattr(few, "_FEW", 0)
     monkeypatch.setattr(cover, "_MOST_BOXES", 50)
     series = decision.Enclosures.polynomials
     wide = lambda *arguments: Balls(series(*arguments).mid, np.full_like(series(*arguments).mid, 9.0))  # noqa: E731

@@ -9,8 +9,8 @@ from flint import arb
 
 from tests.trackable.gp.instances import KERNELS, over, time_scale
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.boxes import exponentials, nearby, signals
-from trackable.certificates.boxes.boxes import Boxes
+from trackable.certificates.boxes import exponentials, gaussians, nearby, signals
+from trackable.certificates.boxes.boxes import Boxes, ShiftedBoxes, Shifts
 from trackable.certificates.boxes.enclosures import model
 from trackable.certificates.boxes.mirrored import Mirrored
 from trackable.certificates.boxes.nearby import Summands
@@ -23,6 +23,7 @@ from trackable.gp.kernels.base import Kernel, Product
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2
+from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 
 TERMS = 12
@@ -38,7 +39,7 @@ def shifted_signal(kernel: Kernel, rng: np.random.Generator) -> ShiftedSignal:
     return ShiftedSignal(KernelSum(kernel, 0.0, centres, weights), shift)
 
 
-def boxes_around(shifted: ShiftedSignal, rng: np.random.Generator) -> Boxes:
+def boxes_around(shifted: ShiftedSignal, rng: np.random.Generator) -> ShiftedBoxes:
     """Return boxes at random places, and around, beginning and ending at kinks up to rounding."""
     scale = time_scale(shifted.signal.kernel)
     distances = balls_of(shifted.signal.kernel).kinks or (0.0,)
@@ -47,18 +48,19 @@ def boxes_around(shifted: ShiftedSignal, rng: np.random.Generator) -> Boxes:
     halves = scale * 10 ** rng.uniform(-5, -0.5, len(at))
     starts = at - halves * rng.choice([0.0, 1.0, 0.3, 1e-9], len(at))
     ends = at + halves * np.where(starts < at, rng.choice([0.0, 1.0, 0.7], len(at)), 1.0)
-    return Boxes(starts, ends, (ends - starts) / 2 * rng.choice([1.3, 2.0, 6.0, 64.0], len(at)))
+    boxes = Boxes(starts, ends, (ends - starts) / 2 * rng.choice([1.3, 2.0, 6.0, 64.0], len(at)))
+    return ShiftedBoxes(boxes, Shifts.of([shifted] * len(at)))
 
 
 def escapes(kernel: Kernel, seed: int) -> Iterator[bool]:
     """Yield whether the signal lies outside of its enclosure, at some times of some boxes."""
     rng = np.random.default_rng(seed)
     shifted = shifted_signal(kernel, rng)
-    boxes, summands = boxes_around(shifted, rng), Summands.of(shifted)
+    boxes, summands = boxes_around(shifted, rng), Summands.of(shifted.signal)
     rests = signals.missed(summands, boxes, TERMS)
     series = signals.polynomials(summands, boxes, TERMS)
     for b in range(len(boxes)):
-        found, box = model(series.at((slice(None), b)), float(rests[b])), boxes.box(b)
+        found, box = model(series.at((slice(None), b)), float(rests[b])), boxes.boxes.box(b)
         for t in (box.start, box.end, *rng.uniform(box.start, box.end, 2)):
             with ball_arithmetic():
                 x = (2 * arb(t) - arb(box.start) - arb(box.end)) / (arb(box.end) - arb(box.start))
@@ -67,7 +69,10 @@ def escapes(kernel: Kernel, seed: int) -> Iterator[bool]:
 
 @over(KERNELS)
 @pytest.mark.parametrize("seed", range(3))
-def test_enclosures_hold_the_signal(kernel, seed):
+def test_enclosures_hold_the_signal(kernel, seed, monkeypatch):
+    """Whether all centres are summed, or only those within reach."""
+    assert not any(escapes(kernel, seed))
+    monkeypatch.setattr(nearby, "_FEW", 0)
     assert not any(escapes(kernel, seed))
 
 
@@ -76,9 +81,9 @@ def remainders_differ(kernel: Kernel) -> bool:
     rng = np.random.default_rng(7)
     shifted = shifted_signal(kernel, rng)
     boxes, size = boxes_around(shifted, rng), np.sum(np.abs(shifted.signal.weights)) * kernel(np.zeros(()))
-    found = signals.missed(Summands.of(shifted), boxes, TERMS)
+    found = signals.missed(Summands.of(shifted.signal), boxes, TERMS)
     functional = ExactFunctional(((arb(1), shifted),), arb(0))
-    exact = [remainder(functional, boxes.box(b), TERMS) for b in range(len(boxes))]
+    exact = [remainder(functional, boxes.boxes.box(b), TERMS) for b in range(len(boxes))]
     at = [b for b, bound in enumerate(exact) if bound.is_finite()]
     expected = np.array([float(exact[b]) for b in at])
     low, high = (1 - 1e-6) * expected - 1e-14 * size, (1 + 1e-6) * expected + 1e-13 * size
@@ -93,8 +98,9 @@ def test_remainders_are_those_of_ball_arithmetic(kernel):
 def test_a_weight_of_zero_hides_no_kink():
     """A box around two kinks, whose middle is beyond the support of the first centre, which has no weight."""
     signal = KernelSum(PiecewisePolynomial2(1.0, 0.5), 0.0, np.array([0.0, 0.8]), np.array([0.0, 1.0]))
-    summands = Summands.of(ShiftedSignal(signal, arb(0)))
+    summands = Summands.of(signal)
     boxes = Boxes(np.array([-0.1]), np.array([1.9]), np.array([130.0]))
+    boxes = ShiftedBoxes(boxes, Shifts.of([ShiftedSignal(signal, arb(0))]))
     branch = 3084  # the polynomial of the second centre at t = −0.1, where the signal is zero
     assert signals.missed(summands, boxes, TERMS)[0] > branch
 
@@ -105,6 +111,7 @@ def nothing_far(monkeypatch):
 
 
 def half_an_envelope(monkeypatch):
+    monkeypatch.setattr(nearby, "_FEW", 0)
     monkeypatch.setattr(nearby, "_NEGLIGIBLE", 1.0)
     right = Summands.reach
 
@@ -148,8 +155,18 @@ def test_planted_faults_are_seen(kernel, plant, monkeypatch):
 
 
 def test_wrong_sums_of_exponentials_are_seen(monkeypatch):
-    for name, see in (("polynomial", lambda kernel: any(escapes(kernel, 0))), ("size_on_discs", remainders_differ)):
-        right = getattr(exponentials, name)
+    matern, gaussian = Matern52(1.0, 1.0), SquaredExponential(1.0, 1.0)
+    for module, name, kernel, see in (
+        (exponentials, "polynomial", matern, lambda kernel: any(escapes(kernel, 0))),
+        (exponentials, "size_on_discs", matern, remainders_differ),
+        (gaussians, "polynomial", gaussian, lambda kernel: any(escapes(kernel, 0))),
+    ):
+        right = getattr(module, name)
         with monkeypatch.context() as planted:
-            planted.setattr(exponentials, name, lambda *arguments, right=right: right(*arguments) * 0.9)
-            assert see(Matern52(1.0, 1.0))
+            planted.setattr(module, name, lambda *arguments, right=right: right(*arguments) * 0.9)
+            assert see(kernel)
+
+
+def test_powers_of_differences_are_mirrored_with_them(monkeypatch):
+    one_sign(monkeypatch)
+    assert any(any(escapes(SquaredExponential(1.0, 1.0), seed)) for seed in range(3))

@@ -1,5 +1,6 @@
 """Float64 balls and their series hold what arb computes for numbers inside them; without rounding they do not."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -8,10 +9,10 @@ import pytest
 from flint import arb, arb_series
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.floats import balls
+from trackable.certificates.floats import balls, series
 from trackable.certificates.floats.balls import Balls, sums_up
 from trackable.certificates.floats.choice import choose, zero
-from trackable.certificates.floats.series import Series
+from trackable.certificates.floats.series import Series, exponential_terms
 
 TERMS, MANY = 9, 60
 
@@ -66,6 +67,21 @@ def series_escapes(function: Callable[[Any, Any], Any], seed: int, degree: int) 
             for p, q in zip(x.T.tolist(), y.T.tolist(), strict=True)
         ]
         return any(escapes(found[k], [series[k] for series in exact]) for k in range(TERMS))
+
+
+def terms_escape(seed: int) -> bool:
+    """Whether terms of e^x, of numbers in balls, lie outside of what encloses them."""
+    ball, x = drawn(seed, MANY)
+    found = exponential_terms(ball, TERMS)
+    with ball_arithmetic():
+        exact = [[arb(v) ** k / math.factorial(k) for v in x.tolist()] for k in range(TERMS)]
+    return any(escapes(found.at(k), exact[k]) for k in range(TERMS))
+
+
+def test_terms_of_exponentials_are_held(monkeypatch):
+    assert not any(terms_escape(seed) for seed in range(5))
+    monkeypatch.setattr(series, "U", 0.0)
+    assert terms_escape(0)
 
 
 @pytest.mark.parametrize("name", FUNCTIONS | OF_NUMBERS)

@@ -1,0 +1,43 @@
+"""Sums of squared exponentials over many centres, by few numbers for each box, since their exponents separate.
+
+With d = r/θ₂ and η = h/θ₂ is κ(r + h x) = θ₁² e^(−d²/2) e^(−d η x) e^(−η² x²/2), where η depends on the box only. So
+Σ_i c_i κ(r_i + h x) = θ₁² e^(−η² x²/2) Σ_k S_k xᵏ with S_k = Σ_i c_i e^(−d_i²/2) (−d_i η)ᵏ/k!.
+"""
+
+from functools import cache
+
+import numpy as np
+
+from trackable.certificates.boxes.boxes import Boxes, Indices
+from trackable.certificates.boxes.mirrored import Mirrored
+from trackable.certificates.floats.balls import Balls, U, sums_up
+from trackable.certificates.floats.series import exponential_terms
+from trackable.certificates.kernels.squared_exponential import SquaredExponentialBalls
+
+
+def sums(kernel: SquaredExponentialBalls, of: Mirrored, terms: int) -> Balls:
+    """Return S_k for all k < terms: shape (terms, B)."""
+    d, eta = of.r / kernel.length, of.pairs.boxes.halves / kernel.length
+    sizes = (d * d * -0.5).exp()
+    powers = exponential_terms(d * eta.at(of.pairs.of_box) * -of.signs, terms)
+    return of.pairs.weighted(powers * sizes, of.pairs.weights)
+
+
+def polynomial(kernel: SquaredExponentialBalls, weighted: Balls, boxes: Boxes) -> Balls:
+    """Return Σ_i c_i κ(r_i + h x) as a polynomial in x, from its S_k: shape (terms, B)."""
+    terms = len(weighted.mid)
+    eta = boxes.halves / kernel.length
+    even = exponential_terms(eta * eta * -0.5, (terms + 1) // 2)
+    factors = Balls(*(np.concatenate([x, np.zeros((1, len(boxes)))])[_places(terms)] for x in (even.mid, even.rad)))
+    size, whole = np.abs(weighted.mid), np.abs(weighted.mid) + weighted.rad
+    rounded = weighted.rad + (terms + 4) * U * size
+    mid = np.sum(factors.mid * weighted.mid, axis=1)
+    rad = np.sum(np.abs(factors.mid) * rounded + factors.rad * whole, axis=1)
+    return Balls(mid, sums_up(rad, 2 * terms)) * kernel.variance
+
+
+@cache
+def _places(terms: int) -> Indices:
+    """Return which coefficient of e^(−η² x²/2) multiplies S_j in the coefficient of xᵏ: shape (k, j); the last is 0."""
+    apart = np.subtract.outer(np.arange(terms), np.arange(terms))
+    return np.where((apart >= 0) & (apart % 2 == 0), apart // 2, (terms + 1) // 2)
