@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.trackable.certificates.instances import wide
 from tests.trackable.certificates.references import certified, unconstrained
 from trackable.certificates import cover, exact, prove, settled
 from trackable.certificates.boxes import decision, enclosures
@@ -15,7 +16,7 @@ from trackable.certificates.floats.choice import zero
 from trackable.certificates.kernels.matern import Matern32Balls
 from trackable.certificates.kernels.piecewise_polynomial import PiecewisePolynomialBalls
 from trackable.certificates.rounding import references as rounding
-from trackable.certificates.sketch import Extremes, Sketch
+from trackable.certificates.sketch import Sketch
 from trackable.checker import Failed, Proved, check
 from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.matern import Matern32
@@ -64,11 +65,6 @@ def learned(request) -> Reference:
 @pytest.fixture(params=["example1", "example2"], scope="module")
 def broken(request) -> Reference:
     return unconstrained(request.param)
-
-
-def wide(of: Sketch, starts: np.ndarray, ends: np.ndarray) -> Extremes:
-    """Margins that seem to be wide everywhere."""
-    return Extremes(np.ones_like(starts), {name: np.ones_like(starts) for name in of.slopes})
 
 
 def nothing_missed(*arguments) -> np.ndarray:

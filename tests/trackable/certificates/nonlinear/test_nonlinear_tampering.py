@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from flint import arb
 
+from tests.trackable.certificates.instances import wide
 from tests.trackable.certificates.nonlinear.instances import (
     BOX,
     WIDE,
@@ -153,7 +154,7 @@ def test_a_prover_with_a_wrong_function(monkeypatch):
         return Enclosure(found.coefficients * arb(0.9), found.remainder)
 
     monkeypatch.setattr(prove._ProofProblem, "_failure_at", lambda *_: None)
-    monkeypatch.setattr(Sketch, "smallest", lambda _, starts, ends: np.ones_like(starts))
+    monkeypatch.setattr(Sketch, "within", wide)
     monkeypatch.setattr(models, "composed", smaller)
     false = replace(loose, plant=replace(loose.plant, input_set=BOX([-99.0], [highest - 1e-2])))
     found = prove_on_window(false, 0.0, 1.0)
@@ -173,7 +174,7 @@ def test_a_prover_that_takes_another_law(monkeypatch):
     )
     monkeypatch.setattr(prove._ProofProblem, "_failure_at", lambda *_: None)
     monkeypatch.setattr(prove, "exact_quantities", lambda _: right(tight("tank")))
-    monkeypatch.setattr(Sketch, "smallest", lambda _, starts, ends: np.ones_like(starts))
+    monkeypatch.setattr(Sketch, "within", wide)
     found = prove_on_window(other, 0.0, 1.0)
     assert isinstance(found, Certificate), found.explanation
     assert isinstance(check(as_read(found)), Failed)
