@@ -1,7 +1,9 @@
 """Taylor models: polynomials in x ∈ [−1, 1] with a bound of what they miss.
 
 A product may drop high powers: since |x^k| ≤ 1, this misses at most the sum of the dropped coefficients' sizes.
-A function may be expanded: φ(c + d) = Σ_(k < n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d (Lagrange).
+Of a quotient, any polynomial q may stand for a/b: a/b − q = (a − q b)/b. Likewise a positive polynomial r may stand for
+√a: √a − r = (a − r²)/(√a + r). What is bounded on the right is small if q and r begin with the series of a/b and √a.
+Others may be expanded: φ(c + d) = Σ_(k < n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d (Lagrange).
 """
 
 from dataclasses import dataclass
@@ -13,6 +15,7 @@ from trackable.checker.arithmetic.domains import (
     is_multiplied,
     require_nonzero,
     require_positive,
+    required,
     side,
 )
 from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, atan, cos, exactly, exp, log, pi, sin, sqrt, total
@@ -84,13 +87,17 @@ class Models:
         return Model([value] + [ZERO] * (self.terms - 1), ZERO)
 
     def over(self, a: Model, b: Model) -> Model:
-        return a * self._composed("reciprocal", b)
+        require_nonzero(b.span)
+        if b.is_number:
+            return a.times(ONE / b.coefficients[0])
+        found = _near_quotient(a, b)
+        return _within(found, a - found * b, abs(b.span))
 
     def power(self, a: Model, exponent: float) -> Model:
         if not is_multiplied(exponent):
             return self._composed("power", a, exponent)
         if exponent < 0:
-            return self._composed("reciprocal", self.power(a, -exponent))
+            return self.over(self.number(ONE), self.power(a, -exponent))
         found, square, left = self.number(ONE), a, int(exponent)
         while left:
             if left % 2:
@@ -100,7 +107,14 @@ class Models:
         return found
 
     def function(self, name: str, a: Model) -> Model:
-        return self._composed(name, a)
+        return self._root(a) if name == "sqrt" else self._composed(name, a)
+
+    def _root(self, a: Model) -> Model:
+        require_positive("sqrt", a.span)
+        found = _near_root(a)
+        both = sqrt(a.span) + found.span
+        required(bool(both.a > 0), "a square root is not enclosed")
+        return _within(found, a - found * found, both)
 
     def angle(self, y: Model, x: Model) -> Model:
         s = side(y.span, x.span)
@@ -109,19 +123,40 @@ class Models:
         return self.number(s * pi() / 2) - self._composed("atan", self.over(x, y))
 
     def _composed(self, name: str, a: Model, exponent: float = 0.0) -> Model:
-        """φ of a model, where φ is a function of formulas, `reciprocal` or `power`."""
+        """φ of a model, where φ is a function of formulas, or `power`."""
         centre, d = a.coefficients[0], Model([ZERO, *a.coefficients[1:]], a.missed)
         reach = bounded(d.size + d.missed)
         span = around(centre, reach)
         require_positive(name, span)
-        if name == "reciprocal":
-            require_nonzero(span)
         found = Model([_derivative(name, centre, self.terms - 1, exponent)], ZERO)
         for k in reversed(range(self.terms - 1)):  # the rest of d^k begins with x^k: few terms of the factor matter
             found = _times_powers(found, d)
             found = Model([_derivative(name, centre, k, exponent), *found.coefficients[1:]], found.missed)
         rest = abs(_derivative(name, span, self.terms, exponent)) * reach**self.terms
         return Model(found.coefficients, bounded(found.missed + rest))
+
+
+def _within(found: Model, rest: Model, divisor: Real) -> Model:
+    """Return a polynomial with what it misses: `rest` over a positive divisor."""
+    return Model(found.coefficients, bounded((rest.size + rest.missed) / divisor.a))
+
+
+def _near_quotient(a: Model, b: Model) -> Model:
+    """Return a polynomial that begins as the series of a/b, to rounding."""
+    above, below = ([c.mid for c in model.coefficients] for model in (a, b))
+    found: list[Real] = []
+    for k, c in enumerate(above):
+        found.append((c - total(below[j] * found[k - j] for j in range(1, k + 1))) / below[0])
+    return Model(found, ZERO)
+
+
+def _near_root(a: Model) -> Model:
+    """Return a polynomial that begins as the series of √a, to rounding."""
+    first, *others = (c.mid for c in a.coefficients)
+    found = [sqrt(first)]
+    for k, c in enumerate(others, 1):
+        found.append((c - total(found[j] * found[k - j] for j in range(1, k))) / (2 * found[0]))
+    return Model(found, ZERO)
 
 
 def _times_powers(a: Model, d: Model) -> Model:
@@ -144,10 +179,8 @@ def _derivative(name: str, x: Real, k: int, exponent: float) -> Real:
         return cos(y) ** k * sin(k * (y + pi() / 2)) / k if k else y
     if name == "log":
         return -((-1 / x) ** k) / k if k else log(x)
-    if name == "reciprocal":
-        return (-ONE if k % 2 else ONE) / x ** (k + 1)
-    p = exactly(0.5 if name == "sqrt" else exponent)
-    found = sqrt(x) / x**k if name == "sqrt" else exp((p - k) * log(x))
+    p = exactly(exponent)
+    found = exp((p - k) * log(x))
     for j in range(k):
         found = found * (p - j) / (j + 1)
     return found

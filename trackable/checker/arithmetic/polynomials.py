@@ -17,7 +17,7 @@ def is_positive(a: list[Real]) -> bool:
     for coefficient in reversed(a[:-1]):  # Horner: p ← (2y − 1) p + a_k
         p = [_TWO * x - y for x, y in zip([ZERO, *p], [*p, ZERO], strict=True)]
         p[0] += coefficient
-    waiting = [[total(p[j] * above / below for j, (above, below) in enumerate(row)) for row in _binomials(n)]]
+    waiting = [[total(p[j] * part for j, part in enumerate(row)) for row in _binomials(n)]]
     for _ in range(_MOST_CUTS):
         if not waiting:
             return True
@@ -36,6 +36,6 @@ def is_positive(a: list[Real]) -> bool:
 
 
 @cache
-def _binomials(n: int) -> list[list[tuple[Real, Real]]]:
-    """Return C(k, j) and C(n, j) for j ≤ k ≤ n: the Bernstein coefficient k of y^j in degree n is their ratio."""
-    return [[(exactly(comb(k, j)), exactly(comb(n, j))) for j in range(k + 1)] for k in range(n + 1)]
+def _binomials(n: int) -> list[list[Real]]:
+    """Return C(k, j)/C(n, j) for j ≤ k ≤ n: the Bernstein coefficient k of y^j in degree n."""
+    return [[exactly(comb(k, j)) / exactly(comb(n, j)) for j in range(k + 1)] for k in range(n + 1)]
