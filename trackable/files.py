@@ -5,7 +5,6 @@ import json
 import os
 from pathlib import Path
 from reprlib import repr as short
-from secrets import token_hex
 from typing import NoReturn
 
 from trackable.errors import InputError
@@ -33,7 +32,7 @@ def write_atomically(path: Path, data: bytes) -> None:
     if path.parent.exists() and not path.parent.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, "expected a folder, got a file", str(path.parent))
     path.parent.mkdir(parents=True, exist_ok=True)
-    neighbour = path.with_name(f".{path.name}.{token_hex(4)}.tmp")
+    neighbour = path.with_name(f".{path.name}.{os.urandom(4).hex()}.tmp")
     try:
         with neighbour.open("xb") as file:
             file.write(data)

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, Protocol
 
 from mpmath.ctx_iv import MPIntervalContext
@@ -57,7 +58,18 @@ class Many(ABC):
         """Return one where the condition is certain, the other elsewhere."""
 
 
-iv = MPIntervalContext()
+class _Intervals(MPIntervalContext):  # type: ignore[misc]
+    """The intervals of mpmath, which remembers those of single numbers: the same few are operands again and again."""
+
+    def __init__(self) -> None:
+        self._of_number = lru_cache(maxsize=4096)(super().convert)
+        super().__init__()
+
+    def convert(self, x: Any) -> Any:
+        return self._of_number(x) if type(x) in (int, float) else super().convert(x)
+
+
+iv = _Intervals()
 iv.prec = 160
 iv._types = (*iv._types, Many)  # operations with arrays are left to these
 

@@ -3,12 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from trackable.checker.arithmetic.intervals import Real, exact_sum, exactly, ratio
 from trackable.checker.formulas.affine import inputs_of
 from trackable.checker.formulas.formula import Formula, Name, Number, Operation, names
-from trackable.checker.identities.flatness import Need, needs
-from trackable.checker.identities.shapes import Shapes
 from trackable.checker.subject import (
     Bound,
     FlatForm,
@@ -20,6 +19,9 @@ from trackable.checker.subject import (
     indices,
     shifted_name,
 )
+
+if TYPE_CHECKING:
+    from trackable.checker.identities.flatness import Need
 
 ITSELF = "itself"
 
@@ -53,7 +55,7 @@ class Quantity:
     parts: list[tuple[Fraction, Formula]]
     lower: Real
     upper: Real
-    needs: tuple[Need, ...] = ()
+    needs: tuple["Need", ...] = ()
     is_flat: bool = False
 
     @property
@@ -89,6 +91,9 @@ def _of_signals(subject: Subject, bound: Bound, error: float) -> Quantity:
 def _of_flat_form(
     subject: Subject, system: NonlinearSystem, flat: FlatForm, errors: Mapping[str, float]
 ) -> list[Quantity]:
+    from trackable.checker.identities.flatness import needs  # noqa: PLC0415  few certificates have flat forms
+    from trackable.checker.identities.shapes import Shapes  # noqa: PLC0415
+
     known = {
         shifted_name(s, j): _combined(subject, (Fraction(1),), (_shifted(subject, flat, s, j),))
         for s in range(len(subject.signals))

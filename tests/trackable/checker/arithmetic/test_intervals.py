@@ -4,6 +4,7 @@ import random
 
 import pytest
 from mpmath import mp
+from mpmath.ctx_iv import MPIntervalContext
 
 from tests.trackable.gp.instances import KERNELS, formula, over
 from trackable.checker.arithmetic import intervals
@@ -37,6 +38,18 @@ def test_cosines_over_intervals_hold_their_extremes():
             near = float(mp.pi * k) + draw.uniform(-1e-12, 1e-12)
             interval = intervals.cos(iv.mpf([near - draw.uniform(1e-9, 1), near + draw.uniform(1e-9, 1)]))
             assert _holds(interval, mp.mpf((-1) ** k))
+
+
+@pytest.mark.parametrize(
+    "number", [0, 1, -3, 10**60, True, 0.1, -0.0, 5e-324, -1.5e308, float("inf"), float("nan")], ids=repr
+)
+def test_remembered_numbers_are_those_of_mpmath(number):
+    """When they are met and when they are met again, beside others."""
+    own = MPIntervalContext()
+    own.prec = iv.prec
+    for _ in range(2):
+        assert iv.convert(number)._mpi_ == own.convert(number)._mpi_
+        assert iv.convert(number + 0.5)._mpi_ == own.convert(number + 0.5)._mpi_
 
 
 @over(KERNELS)
