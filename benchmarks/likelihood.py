@@ -9,8 +9,7 @@ from scipy.linalg import lapack
 
 from benchmarks.duel import Row, agree, duel
 from benchmarks.problems import NOISE, PRIOR, free, irregular, likelihood, regular
-from trackable.gp.factorise import noise_variance
-from trackable.gp.factors.dense import Dense
+from trackable.gp.factorise import unstructured
 from trackable.gp.posterior import Posterior
 from trackable.gp.samples import Samples
 from trackable.learning.problem import Solution
@@ -86,10 +85,8 @@ def _dense(samples: Samples) -> Callable[[], object]:
 
     def of_whole_matrix() -> object:
         posterior = Posterior(PRIOR.parts[0], samples)
-        noise = noise_variance(posterior.prior, samples)
-        vars(posterior)["_factored"] = Dense.of(
-            samples.times, posterior.samples.stencil.covariance(posterior.prior.kernel), noise
-        )
+        covariance = samples.stencil.covariance(posterior.prior.kernel)
+        vars(posterior)["_factored"] = unstructured(posterior.prior, samples, covariance)
         return posterior.negative_log_marginal_likelihood()
 
     return of_whole_matrix

@@ -40,7 +40,7 @@ def factorise_kinds(prior: Prior, samples: Samples, stencils: Stencils) -> Facto
             f"samples: {len(samples)} of {' and '.join(stencils.names)} are too many to learn from together; thin them "
             f"out to {LARGEST_DENSE}, or give one of them"
         )
-    return Dense.of_blocks(stencils.block(prior.kernel, samples.times), noise_variance(prior, samples))
+    return Dense.of(stencils.entries(prior.kernel, samples.times), noise_variance(prior, samples))
 
 
 class Candidate(NamedTuple):
@@ -53,9 +53,14 @@ class Candidate(NamedTuple):
 def factorise(prior: Prior, samples: Samples, covariance: Covariance) -> Factorisation | None:
     """Factorise K + V, K being the `covariance` of the samples; None if it is not positive definite in float64."""
     if len(samples) < _FEWEST:
-        return Dense.of_blocks(lambda *block: covariance(samples.apart[block]), noise_variance(prior, samples))
+        return unstructured(prior, samples, covariance)
     found = (each.compute() for each in sorted(candidates(prior, samples, covariance), key=lambda each: each.cost))
     return next((factor for factor in found if factor is not None), None)
+
+
+def unstructured(prior: Prior, samples: Samples, covariance: Covariance) -> Dense | None:
+    """Factorise K + V without looking for structure; None as `factorise`."""
+    return Dense.of(lambda part: covariance(samples.apart[part]), noise_variance(prior, samples))
 
 
 def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[Candidate]:
@@ -65,8 +70,7 @@ def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[C
     """
     n, found = len(samples), list(_structured(prior, samples, covariance))
     if n <= LARGEST_DENSE or not found:
-        dense = partial(Dense.of, samples.times, covariance, noise_variance(prior, samples))
-        found.append(Candidate(0.025 * n**3 + 8 * n**2, dense))
+        found.append(Candidate(0.025 * n**3 + 8 * n**2, partial(unstructured, prior, samples, covariance)))
     return found
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from trackable.arguments import instance, numbers
 from trackable.arrays import Array, ArrayLike
 from trackable.gp.factors.chebyshev import Bases
+from trackable.gp.factors.packed import differences
 from trackable.gp.stencil import POINT, Stencil
 from trackable.gp.stencils import Stencils
 
@@ -144,8 +145,8 @@ class Samples:
 
     @cached_property
     def apart(self) -> Array:
-        """t_i − t_j [s], shape (n, n): for few samples, kept here, as they do not depend on hyperparameters."""
-        return np.asarray(self.times[:, None] - self.times)
+        """t_i − t_j [s] for the stored entries of a matrix; kept here, as they do not depend on hyperparameters."""
+        return differences(self.times)
 
     def __len__(self) -> int:
         return self.times.size

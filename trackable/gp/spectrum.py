@@ -38,7 +38,7 @@ class Spectrum(NamedTuple):
             and isinstance(stencil, Stencil)
             and (count := bases.points_for(stencil.covariance(kernel), len(samples) // 2))
         ):
-            points, q, r = bases.of(count)
+            points, _, q, r = bases.of(count)
             power, vectors = np.linalg.eigh(r @ stencil.value(kernel, points[:, None] - points) @ r.T)
             along = vectors.T @ (scaled @ q)
             return cls(power, along, float(scaled @ scaled - along @ along), first + points, r.T @ vectors)

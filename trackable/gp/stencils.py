@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from trackable.arrays import Array
-from trackable.gp.factors.factorisation import Block
+from trackable.gp.factors.factorisation import Entries
+from trackable.gp.factors.packed import places, whole
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.stencil import Stencil
 
@@ -73,25 +74,25 @@ class Stencils:
         parts = np.split(values, len(self.weights), axis=-1)
         return np.asarray(sum(w * part for w, part in zip(self.weights, parts, strict=True)))
 
-    def block(self, kernel: Kernel, t: Array) -> Block:
-        """Return blocks of the covariance of samples at t [s]: Σ_d (Σ_j w_j w'_(j − d)) κ(t − t' + d step)."""
-        longest, weights = len(self.weights), self.weights
+    def entries(self, kernel: Kernel, t: Array) -> Entries:
+        """Return entries of the covariance of samples at t [s]: Σ_d (Σ_j w_j w'_(j − d)) κ(t − t' + d step)."""
+        longest, weights, stored = len(self.weights), self.weights, places(len(t))
 
-        def block(rows: slice, columns: slice) -> tuple[Array, Array]:
-            apart, values, gradient = t[rows, None] - t[columns], np.zeros(()), np.zeros(())
+        def entries(part: slice) -> tuple[Array, Array]:
+            row, column = (each[part] for each in stored)
+            apart, values, gradient = t[row] - t[column], np.zeros(()), np.zeros(())
             for d in range(1 - longest, longest):
                 pairs = [(j, j - d) for j in range(longest) if 0 <= j - d < longest]
-                rho = sum(weights[j, rows, None] * weights[i, columns] for j, i in pairs)
+                rho = sum(weights[j, row] * weights[i, column] for j, i in pairs)
                 of_lag, slopes = kernel.value_and_gradient(apart + d * self.step)
                 values, gradient = values + rho * of_lag, gradient + rho * slopes
             return np.asarray(values), np.asarray(gradient)
 
-        return block
+        return entries
 
     def between(self, kernel: Kernel, t: Array) -> Array:
         """Return the covariance matrix of samples at t [s], shape (n, n)."""
-        whole = slice(None)
-        return self.block(kernel, t)(whole, whole)[0]
+        return whole(len(t), self.entries(kernel, t)(slice(None))[0])
 
     def only(self, chosen: npt.NDArray[np.intp]) -> "Stencil | Stencils":
         """Return the stencils of some samples; the stencil alone where it is one."""

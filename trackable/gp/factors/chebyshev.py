@@ -11,6 +11,7 @@ import scipy
 
 from trackable.arrays import Array
 from trackable.gp.factors.factorisation import Covariance
+from trackable.gp.factors.packed import differences
 
 ROUNDING = 4 * float(np.finfo(float).eps)  # relative to the largest covariance: smaller differences are not resolved
 _CHECKED = 7 / 8  # of the coefficients: all beyond the last resolved one must be at rounding level
@@ -49,10 +50,12 @@ def interpolation(t: Array, first: float, last: float, count: int) -> Array:
 class Basis(NamedTuple):
     """An interpolation matrix W = ϱ Q R: the `points` [s] (m,), Q (n, m) orthonormal, R (m, m) upper triangular.
 
-    W maps values at the points to values at the samples; ϱ is the diagonal matrix of relative noise.
+    W maps values at the points to values at the samples; ϱ is the diagonal matrix of relative noise. `apart` are the
+    differences [s] of points, for the stored entries of a matrix.
     """
 
     points: Array
+    apart: Array
     q: Array
     r: Array
 
@@ -94,7 +97,8 @@ class Bases:
     def _computed(self, count: int) -> Basis:
         matrix = interpolation(self.times, 0.0, self.span, count)
         q, r = np.linalg.qr(matrix / self.relative_noise[:, None])
-        return Basis(nodes(0.0, self.span, count), q, r)
+        points = nodes(0.0, self.span, count)
+        return Basis(points, differences(points), q, r)
 
 
 def _rounded_up(count: int) -> int:

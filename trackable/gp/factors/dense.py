@@ -8,52 +8,42 @@ import numpy as np
 import scipy
 
 from trackable.arrays import Array
-from trackable.gp.factors.factorisation import Block, Covariance, Factorisation
-from trackable.gp.factors.gram import Gram, Strips, gram, gram_of_blocks
+from trackable.gp.factors.factorisation import Entries, Factorisation
+from trackable.gp.factors.gram import gram
+from trackable.gp.factors.packed import LOWER, Symmetric, diagonal
 
 
 @dataclass(frozen=True)
 class Dense(Factorisation):
-    """A = L Lᵀ with the `factor` L (n, n) of LAPACK: lower triangle, Fortran order; entries above it are undefined.
-
-    The inverse is computed in `workspace`, of the same shape and order.
-    """
+    """A = L Lᵀ with the stored entries of the lower triangular `factor` L."""
 
     factor: Array
-    workspace: Array
-    gradient: Strips
+    gradient: Symmetric
     noise_variance: Array
 
     @classmethod
-    def of(cls, times: Array, covariance: Covariance, noise_variance: Array) -> Self | None:
-        """Factorise for n `times` [s] and noise variances (n,); None if A is not positive definite in float64."""
-        return cls._of(gram(times, covariance), noise_variance)
-
-    @classmethod
-    def of_blocks(cls, block: Block, noise_variance: Array) -> Self | None:
-        """Factorise for any covariance of n samples, given by blocks; None as above."""
-        return cls._of(gram_of_blocks(len(noise_variance), block), noise_variance)
-
-    @classmethod
-    def _of(cls, found: Gram, noise_variance: Array) -> Self | None:
-        upper, workspace, gradient = found
-        upper.reshape(-1)[:: len(noise_variance) + 1] += noise_variance
-        factor, info = scipy.linalg.lapack.dpotrf(upper.T, lower=True, clean=False, overwrite_a=True)
-        return None if info else cls(factor, workspace.T, gradient, noise_variance)
+    def of(cls, entries: Entries, noise_variance: Array) -> Self | None:
+        """Factorise for n noise variances; None if A is not positive definite in float64."""
+        n = len(noise_variance)
+        covariance, gradient = gram(n, entries)
+        covariance[diagonal(n)] += noise_variance
+        factor, info = scipy.linalg.lapack.dpftrf(n, covariance, uplo=LOWER, overwrite_a=True)
+        return None if info else cls(factor, gradient, noise_variance)
 
     @cached_property
     def log_determinant(self) -> float:
-        return 2 * float(np.log(self.factor.diagonal()).sum())
+        return 2 * float(np.log(self.factor[diagonal(len(self.noise_variance))]).sum())
 
     def solve(self, right: Array) -> Array:
-        solution, _ = scipy.linalg.lapack.dpotrs(self.factor, right, lower=True)
+        solution, _ = scipy.linalg.lapack.dpftrs(len(right), self.factor, right, uplo=LOWER)
         return np.asarray(solution.reshape(right.shape))
 
     def gradient_times(self, c: Array) -> Array:
         return self.gradient.times(c)
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
-        self.workspace[...] = self.factor
-        inverse, _ = scipy.linalg.lapack.dpotri(self.workspace, lower=True, overwrite_c=True)
-        difference = scipy.linalg.blas.dsyr(-1.0, c, a=inverse, lower=True, overwrite_a=True)  # A⁻¹ − c cᵀ
-        return self.gradient.traces(difference.T), float(difference.diagonal() @ self.noise_variance)
+        n, lapack = len(c), scipy.linalg.lapack
+        inverse, _ = lapack.dpftri(n, self.factor, uplo=LOWER)
+        difference = lapack.dsfrk(n, 1, -1.0, c[:, None], 1.0, inverse, uplo=LOWER, overwrite_c=True)  # A⁻¹ − c cᵀ
+        by_noise = difference[diagonal(n)] @ self.noise_variance
+        return self.gradient.traces(n, difference), float(by_noise)

@@ -8,8 +8,8 @@ from trackable.arrays import Array
 Covariance = Callable[[Array], tuple[Array, Array]]
 """k(r) of two samples r [s] apart, and ∂k/∂ln θ_j: shapes (*r.shape) and (p, *r.shape). Even in r."""
 
-Block = Callable[[slice, slice], tuple[Array, Array]]
-"""K(rows, columns) of samples, and ∂K/∂ln θ_j: shapes (rows, columns) and (p, rows, columns)."""
+Entries = Callable[[slice], tuple[Array, Array]]
+"""Some of the stored entries of K (see `factors.packed`), and of ∂K/∂ln θ_j: shapes (N,) and (p, N)."""
 
 
 class Factorisation(ABC):

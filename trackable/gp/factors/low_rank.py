@@ -15,7 +15,8 @@ import scipy
 from trackable.arrays import Array
 from trackable.gp.factors.chebyshev import Basis
 from trackable.gp.factors.factorisation import Covariance, Factorisation
-from trackable.gp.factors.gram import Strips, gram
+from trackable.gp.factors.gram import gram
+from trackable.gp.factors.packed import Symmetric, packed, whole
 
 
 @dataclass(frozen=True)
@@ -29,14 +30,14 @@ class LowRank(Factorisation):
     relative_noise: Array
     noise_variance: float
     factor: Array
-    gradient: Strips
+    gradient: Symmetric
 
     @classmethod
     def of(cls, basis: Basis, covariance: Covariance, relative_noise: Array, noise_variance: float) -> Self | None:
         """Factorise for σ_n² = `noise_variance`; None if B is not positive definite in float64."""
-        upper, _, gradient = gram(basis.points, covariance)
-        between = np.triu(upper) + np.triu(upper, 1).T
-        b = basis.r @ between @ basis.r.T / noise_variance
+        m = len(basis.points)
+        between, gradient = gram(m, lambda part: covariance(basis.apart[part]))
+        b = basis.r @ whole(m, between) @ basis.r.T / noise_variance
         b.reshape(-1)[:: len(b) + 1] += 1
         factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)
         return None if info else cls(basis, relative_noise, noise_variance, factor, gradient)
@@ -72,7 +73,7 @@ class LowRank(Factorisation):
         n, m = self.basis.q.shape
         root, _ = scipy.linalg.lapack.dtrtrs(self.factor, self.basis.r, lower=True)
         u = self.weights_at_centres(c)
-        by_kernel = self.gradient.traces(root.T @ root / self.noise_variance) - self.gradient.times(u) @ u
+        by_kernel = self.gradient.traces(m, packed(root.T @ root / self.noise_variance)) - self.gradient.times(u) @ u
         # ϱ σ_n² A⁻¹ ϱ is the identity on the complement of span Q, and B⁻¹ on span Q: tr(A⁻¹ V) = n − m + tr(B⁻¹).
         inverse, _ = scipy.linalg.lapack.dtrtri(self.factor, lower=True)
         by_noise = n - m + np.sum(inverse**2) - self.noise_variance * np.sum((self.relative_noise * c) ** 2)

@@ -28,12 +28,12 @@ class Radial(Elementary):
         """Return φ and its derivatives up to `order` at s, in length scales: shape (order + 1, *s.shape)."""
 
     def jet(self, r: Array, order: int) -> Array:
-        return self._in_time(self.correlation(r / self.lengthscale, order))
+        return self._in_time(self.correlation(r / float(self.lengthscale), order))
 
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
         jet = self.jet(r, order + 1)
         gradient = np.empty((2, *jet[:-1].shape))
-        np.multiply(jet[:-1], 2, out=gradient[0])
+        np.multiply(jet[:-1], 2.0, out=gradient[0])
         gradient[1] = stretched(jet, r)
         return jet[:-1], gradient
 

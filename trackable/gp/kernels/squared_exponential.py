@@ -25,13 +25,13 @@ class SquaredExponential(Radial):
 
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
         """Return κ, and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = s² κ, with s = r/θ₂."""
-        s = r / self.lengthscale
+        s = r / float(self.lengthscale)
         square = s * s
-        value = np.exp(square * -0.5) * self.signal_std**2
-        gradient = np.empty((2, *square.shape))
-        np.multiply(value, 2, out=gradient[0, ...])
+        value = np.asarray(np.exp(square * -0.5) * self.signal_std**2)
+        gradient = np.empty((2, *value.shape))
+        np.multiply(value, 2.0, out=gradient[0, ...])
         np.multiply(value, square, out=gradient[1, ...])
-        return np.asarray(value), gradient
+        return value, gradient
 
     @property
     def decay_distance(self) -> float:

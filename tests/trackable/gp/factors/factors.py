@@ -3,8 +3,7 @@
 import numpy as np
 
 from tests.trackable.gp.instances import KERNELS
-from trackable.gp.factorise import candidates, noise_variance
-from trackable.gp.factors.dense import Dense
+from trackable.gp.factorise import candidates, unstructured
 from trackable.gp.factors.factorisation import Covariance, Factorisation
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
@@ -38,10 +37,7 @@ def factorisations(posterior: Posterior) -> dict[type[Factorisation], Factorisat
 def dense(posterior: Posterior) -> Posterior:
     """The same posterior by a Cholesky factor of the whole matrix."""
     prior, samples = posterior.prior, posterior.samples
-    return with_factor(
-        posterior,
-        Dense.of(samples.times, covariance_of(posterior), noise_variance(prior, samples)),
-    )
+    return with_factor(posterior, unstructured(prior, samples, covariance_of(posterior)))
 
 
 def with_factor(posterior: Posterior, factor: Factorisation | None) -> Posterior:

@@ -89,7 +89,7 @@ def test_one_kind_is_no_different() -> None:
 
 
 def test_many_samples_are_no_different() -> None:
-    """Blocks of 64 rows give the matrix that one block gives."""
+    """Parts give the matrix that one part gives."""
     times = np.linspace(0, 20, 150)
     kinds = Stencils((MIDDLE, CURVE), ("a", "b"), tuple(np.arange(150) % 2))
     samples, prior = Samples(times, np.sin(times), np.ones(150), kinds), prior_of(SquaredExponential(1.0, 0.6))
