@@ -30,7 +30,8 @@ _EPS = float(np.finfo(float).eps)
 
 def noise_variance(prior: Prior, samples: Samples) -> Array:
     """Return σ_n² ϱ_i² of each sample i, shape (n,)."""
-    return np.asarray((prior.noise_std * samples.relative_noise) ** 2)
+    noise = float(prior.noise_std) * samples.relative_noise
+    return np.asarray(noise * noise)
 
 
 def factorise_kinds(prior: Prior, samples: Samples, stencils: Stencils) -> Factorisation | None:

@@ -78,7 +78,7 @@ class JointPrior:
         if len(values) != len(self.learned):
             raise ValueError(f"prior: expected {len(self.learned)} logarithms, got {len(values)}")
         parts = [
-            part.with_hyperparameters({name: values[place] for name, place in zip(part.learned, places, strict=True)})
+            part.with_learned([values[place] for place in places])
             for part, places in zip(self.parts, self.places, strict=True)
         ]
         return self.with_parts(tuple(parts))

@@ -42,10 +42,8 @@ class Posterior:
     @cached_property
     def signal(self) -> KernelSum:
         """The posterior mean as a function of time."""
-        samples, factored = self.samples, self._factored
-        centres = samples.stencil.centres(factored.centres(samples.times))
-        spread = samples.stencil.spread(factored.weights_at_centres(self.weights))
-        return KernelSum(self.prior.kernel, self.prior.mean, centres, spread)
+        spread = self.samples.stencil.spread(self._factored.weights_at_centres(self.weights))
+        return KernelSum(self.prior.kernel, self.prior.mean, self._kernel_centres, spread)
 
     def mean(self, t: Array) -> Array:
         """Return m⁺(t): the shape of t [s]."""
@@ -75,7 +73,7 @@ class Posterior:
 
         Shapes (order + 1, *t.shape) and (p, order + 1, *t.shape).
         """
-        width = (order + 1) * len(self.prior.hyperparameters) * len(self.signal.centres)
+        width = (order + 1) * (1 + len(self.prior.learned)) * self._weights_and_gradient.shape[1]
         jet, gradient = in_blocks(partial(self._jet_and_gradient, order), np.asarray(t, dtype=float), width)
         return jet, gradient
 
@@ -89,8 +87,8 @@ class Posterior:
         value = self._factored.log_determinant + c @ self._residual
         by_kernel, by_noise = self._factored.likelihood_traces(c)
         beside, by_log_noise = self.samples.scatter.negative_log_likelihood(self.prior.noise_std)
-        of_all = [*by_kernel.tolist(), 2 * by_noise + by_log_noise]
-        return float(value + n * _LOG_TAU + beside), np.array([of_all[place] for place in self.prior.places])
+        of_all = np.array([*by_kernel.tolist(), 2 * by_noise + by_log_noise])
+        return float(value + n * _LOG_TAU + beside), of_all[self.prior.places]
 
     def covariance_with(self, rows: RowKernel) -> Array:
         """Return the covariance of rows and the n samples: shape (rows, n)."""
@@ -109,9 +107,9 @@ class Posterior:
 
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
         """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p) with w = `own` of the samples, u = `weights` at t [s]."""
-        stencil, factored = self.samples.stencil, self._factored
-        centres = np.concatenate([stencil.centres(factored.centres(self.samples.times)), t[weights != 0]])
-        together = np.concatenate([stencil.spread(factored.weights_at_centres(own)), weights[weights != 0]])
+        centres = np.concatenate([self._kernel_centres, t[weights != 0]])
+        spread = self.samples.stencil.spread(self._factored.weights_at_centres(own))
+        together = np.concatenate([spread, weights[weights != 0]])
         places, at = np.unique(centres, return_inverse=True)
         return KernelSum(self.prior.kernel, self.prior.mean, places, np.bincount(at, together).astype(float))
 
@@ -179,14 +177,18 @@ class Posterior:
         return self.samples.stencil.combined(covariances)
 
     def _jet_and_gradient(self, order: int, t: Array) -> tuple[Array, Array]:
-        jet, gradient = self.prior.kernel.jet_and_gradient(t[..., None] - self.signal.centres, order)
-        mean = jet @ self.signal.weights
+        kernel, r, weights = self.prior.kernel, t[..., None] - self._kernel_centres, self._weights_and_gradient
+        if order:
+            jet, by_theta = kernel.jet_and_gradient(r, order)
+        else:
+            value, slopes = kernel.value_and_gradient(r)
+            jet, by_theta = value[None], slopes[:, None]
+        sums = (weights @ jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
+        mean, through_weights = sums[0], sums[1:]
         mean[0] += self.prior.mean
-        through_kernel = np.zeros((len(gradient) + 1, *mean.shape))
-        through_kernel[:-1] = gradient @ self.signal.weights
-        spread = self.samples.stencil.spread(self._factored.weights_at_centres(self._weights_gradient))
-        through_weights = (spread @ jet.reshape(-1, spread.shape[1]).T).reshape(len(spread), *mean.shape)
-        return np.asarray(mean), np.asarray(through_kernel[self.prior.places] + through_weights)
+        through_kernel = np.zeros((len(by_theta) + 1, *mean.shape))
+        through_kernel[:-1] = by_theta @ weights[0]
+        return mean, through_kernel[self.prior.places] + through_weights
 
     @cached_property
     def _factored(self) -> Factorisation:
@@ -202,8 +204,15 @@ class Posterior:
         return found
 
     @cached_property
-    def _weights_gradient(self) -> Array:
-        """∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, shape (p, n)."""
-        by_kernel = self._factored.gradient_times(self.weights)
-        by_noise = 2 * noise_variance(self.prior, self.samples) * self.weights
-        return -self._factored.solve(np.vstack([by_kernel, by_noise])[self.prior.places].T).T
+    def _kernel_centres(self) -> Array:
+        """The centres [s] of the kernels in the posterior mean, shape (m,)."""
+        return self.samples.stencil.centres(self._factored.centres(self.samples.times))
+
+    @cached_property
+    def _weights_and_gradient(self) -> Array:
+        """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, at the centres: shape (1 + p, m)."""
+        c, factored = self.weights, self._factored
+        by_noise = 2.0 * noise_variance(self.prior, self.samples) * c
+        by_theta = np.concatenate([factored.gradient_times(c), by_noise[None]])[self.prior.places]
+        together = np.concatenate([c[None], -factored.solve(by_theta.T).T])
+        return self.samples.stencil.spread(factored.weights_at_centres(together))

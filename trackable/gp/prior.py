@@ -1,11 +1,12 @@
 """The prior of one process: mean, kernel and noise, with hyperparameters that are known or learned."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
 import numpy as np
+import numpy.typing as npt
 
 from trackable.arguments import real
 from trackable.arrays import Array
@@ -41,9 +42,9 @@ class Prior:
         return tuple(name for name, value in self.hyperparameters.items() if isinstance(value, Learned))
 
     @cached_property
-    def places(self) -> list[int]:
-        """The indices of the learned hyperparameters among all."""
-        return [i for i, value in enumerate(self.hyperparameters.values()) if isinstance(value, Learned)]
+    def places(self) -> npt.NDArray[np.intp]:
+        """The indices of the learned hyperparameters among all, shape (p,)."""
+        return np.flatnonzero([isinstance(value, Learned) for value in self.hyperparameters.values()])
 
     @property
     def log_hyperparameters(self) -> Array:
@@ -70,11 +71,25 @@ class Prior:
         """Return the same prior with these values; learned hyperparameters stay learned."""
         own = {name: v for name, v in values.items() if name != NOISE}
         kernel = self.kernel.with_hyperparameters(own) if own else self.kernel
-        moved = type(self)(kernel, with_value(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
+        return type(self)(kernel, with_value(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
+
+    def with_learned(self, values: Sequence[float]) -> Self:
+        """Return the same prior with these values of the learned hyperparameters, in the order of every gradient.
+
+        ValueError: not one value for each of them.
+        """
+        if len(values) != len(self.learned):
+            raise ValueError(f"prior: expected {len(self.learned)} hyperparameters, got {len(values)}")
+        following = iter(values)
+
+        def change(_: str, value: float) -> float:
+            return Learned(next(following), value.interval) if isinstance(value, Learned) else value
+
+        moved = type(self)(self.kernel.changed(change), change(NOISE, self.noise_std), self.mean)
         # Names do not depend on values: keep them, so that an optimiser does not compute them at every step.
         vars(moved).update(learned=self.learned, places=self.places)
         return moved
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
-        return self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))
+        return self.with_learned(np.exp(log_theta).tolist())

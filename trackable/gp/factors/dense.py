@@ -1,7 +1,6 @@
 """Samples at any times: the Cholesky factor of the whole matrix."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -30,7 +29,7 @@ class Dense(Factorisation):
         factor, info = scipy.linalg.lapack.dpftrf(n, covariance, uplo=LOWER, overwrite_a=True)
         return None if info else cls(factor, gradient, noise_variance)
 
-    @cached_property
+    @property
     def log_determinant(self) -> float:
         return 2 * float(np.log(self.factor[diagonal(len(self.noise_variance))]).sum())
 

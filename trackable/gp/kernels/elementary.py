@@ -22,7 +22,7 @@ class Elementary(Kernel):
         return {name: values[name] for name in _fields(type(self))}
 
     def changed(self, change: Callable[[str, float], float]) -> Self:
-        return type(self)(**{name: change(name, value) for name, value in self.hyperparameters.items()})
+        return type(self)(*[change(name, value) for name, value in self.hyperparameters.items()])
 
     def search(self, name: str, scales: Scales) -> Search:
         return _fields(type(self))[name].search(scales)

@@ -33,6 +33,19 @@ class Periodic(Elementary):
         gradient[2] = stretched(jet, r)
         return jet[:-1], gradient
 
+    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
+        """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ, ∂κ/∂ln θ₂ = 2 g κ and ∂κ/∂ln θ₃ = r ġ κ."""
+        omega, beta = tau / self.period, self.lengthscale**-2
+        phase = omega / 2 * r
+        sine = np.sin(phase)
+        g = 2 * beta * sine * sine
+        value = np.asarray(np.exp(-g) * self.signal_std**2)
+        gradient = np.empty((3, *value.shape))
+        np.multiply(value, 2.0, out=gradient[0, ...])
+        np.multiply(gradient[0], g, out=gradient[1, ...])
+        np.multiply(4 * beta * phase * sine * np.cos(phase), value, out=gradient[2, ...])
+        return value, gradient
+
     def _jets(self, r: Array, order: int) -> tuple[Array, Array]:
         """Return the jets of κ = θ₁² e^(−g) and of g = (1 − cos ωr)/θ₂², where 2 sin²(ωr/2) = 1 − cos ωr."""
         omega, beta = tau / self.period, self.lengthscale**-2
