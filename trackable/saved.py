@@ -3,6 +3,7 @@
 Where there is none: the counterexample.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -26,6 +27,7 @@ from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.disturbance.tightening import Tightening, tightening
 from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.linear import LinearSystem
+from trackable.systems.reference import Reference
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +41,9 @@ class SavedTightening:
     noise: Zonotope | None = field(default=None, metadata={LEFT_OUT: True})
 
     @classmethod
-    def of(cls, found: Tightening) -> Self:
+    def maybe(cls, found: Tightening | None) -> Self | None:
+        if found is None:
+            return None
         Z = found.invariant
         return cls(found.given, found.margin, found.disturbance, Z.feedback if Z else None, found.noise)
 
@@ -60,20 +64,17 @@ def _alike(one: ConstrainedSystem, other: ConstrainedSystem) -> bool:
     return all(np.array_equal(a, b) for a, b in arrays)
 
 
-@dataclass(frozen=True, eq=False)
-class SavedReference:
+class Saved(ABC):
     """A file's content: `proved_from` and `proved_until` [s] for a window only. ValueError: these are no window."""
 
-    fit: Fit
     proved_from: float | None
     proved_until: float | None
-    tightening: SavedTightening | None = field(default=None, metadata={LEFT_OUT: True})
+    tightening: SavedTightening | None
 
-    @classmethod
-    def of(cls, fit: Fit, certificate: Certificate, tightening: Tightening | None) -> Self:
-        claim, drawn_in = certificate.claim, None if tightening is None else SavedTightening.of(tightening)
-        start, end = (claim.start, claim.end) if isinstance(claim, OnWindow) else (None, None)
-        return cls(fit, start, end, drawn_in)
+    @property
+    @abstractmethod
+    def reference(self) -> Reference:
+        """The reference that was proved."""
 
     @classmethod
     def read(cls, path: Path) -> Self:
@@ -88,7 +89,7 @@ class SavedReference:
         try:
             return loads(cls, content)
         except CodecError as error:
-            why = str(error).removeprefix("SavedReference: ")
+            why = str(error).removeprefix(f"{cls.__name__}: ")
             raise CodecError(f"{path}: is no saved reference, or damaged: {why}") from None
 
     def __post_init__(self) -> None:
@@ -102,24 +103,52 @@ class SavedReference:
     @cached_property
     def drawn_in(self) -> Tightening | None:
         """How the bounds were drawn in, if they were."""
-        return None if self.tightening is None else self.tightening.found_again(self.fit.reference.plant)
+        return None if self.tightening is None else self.tightening.found_again(self.reference.plant)
 
     def write(self, path: Path) -> None:
         from trackable.codec import dumps  # noqa: PLC0415  loaded for files only
 
         write_atomically(path, dumps(self))
 
+    def proof(self) -> Certificate | Failure:
+        """Prove the claim again."""
+        if self.proved_from is None or self.proved_until is None:
+            found = prove(self.reference)
+        else:
+            found = prove_on_window(self.reference, self.proved_from, self.proved_until)
+        return replace(found, robust=robust_of(self.drawn_in)) if isinstance(found, Certificate) else found
+
+
+def window_of(certificate: Certificate) -> tuple[float, float] | tuple[None, None]:
+    """Return the first and the last time [s] of a window that is proved; None twice for other claims."""
+    claim = certificate.claim
+    return (claim.start, claim.end) if isinstance(claim, OnWindow) else (None, None)
+
+
+@dataclass(frozen=True, eq=False)
+class SavedReference(Saved):
+    """A fit, with the times of its proof."""
+
+    fit: Fit
+    proved_from: float | None
+    proved_until: float | None
+    tightening: SavedTightening | None = field(default=None, metadata={LEFT_OUT: True})
+
+    @classmethod
+    def of(cls, fit: Fit, certificate: Certificate, tightening: Tightening | None) -> Self:
+        start, end = window_of(certificate)
+        return cls(fit, start, end, SavedTightening.maybe(tightening))
+
+    @property
+    def reference(self) -> Reference:
+        return self.fit.reference
+
     def proofs(self) -> tuple[Certificate, tuple[Certificate, ...]] | Failure:
         """Prove again what was proved: the claim, and the values at each time that has some."""
-        reference = self.fit.reference
-        if self.proved_from is None or self.proved_until is None:
-            found = prove(reference)
-        else:
-            found = prove_on_window(reference, self.proved_from, self.proved_until)
+        found = self.proof()
         if not isinstance(found, Certificate):
             return found
-        pinned = prove_pinned(reference, self.fit.pinned)
-        found = replace(found, robust=robust_of(self.drawn_in))
+        pinned = prove_pinned(self.reference, self.fit.pinned)
         return (found, pinned) if isinstance(pinned, tuple) else pinned
 
 

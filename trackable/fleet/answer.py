@@ -11,12 +11,11 @@ from trackable.certificates.outcome import Counterexample
 from trackable.errors import DoubtfulInputWarning, InputError
 from trackable.explanation import IgnoresSamplesWarning
 from trackable.fleet.folder import digest
-from trackable.fleet.request import Request
+from trackable.fleet.request import Learned, Request
 from trackable.fleet.row import Row, outcome_of
 from trackable.fleet.sources import Measured, Source
 from trackable.gp.samples import Samples
 from trackable.recordings.recording import Recording
-from trackable.reference import TrackableReference
 from trackable.saved import NotTrackableError
 
 _UNREAD = "0" * 64  # no content, so nothing is known again
@@ -82,7 +81,7 @@ def _questions() -> Iterator[list[str]]:
 _OURS = (DoubtfulInputWarning, IgnoresSamplesWarning)
 
 
-def _files(reference: TrackableReference) -> dict[str, bytes]:
+def _files(reference: Learned) -> dict[str, bytes]:
     with TemporaryDirectory() as folder:
         reference.save(Path(folder) / "reference.json")
         reference.save_certificate(Path(folder) / "certificate.json")

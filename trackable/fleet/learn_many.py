@@ -9,13 +9,15 @@ from trackable.arguments import instance, text, whole
 from trackable.errors import InputError
 from trackable.files import path_of, write_atomically
 from trackable.fleet.folder import TABLE, FleetFolder, columns
-from trackable.fleet.request import Claimed, Request
-from trackable.fleet.row import Row
+from trackable.fleet.request import Claimed, Learn, Request
+from trackable.fleet.row import STREAM, Row
 from trackable.fleet.sources import Measured, Source, sources_of
 from trackable.fleet.workers import answers
 from trackable.gp.kernels.base import Kernel
+from trackable.learn import learn_reference
 from trackable.reference import TrackableReference
 from trackable.request import checked_plant, claimed
+from trackable.streams.reference import StreamReference
 from trackable.systems.constrained import ConstrainedSystem
 
 _FAILURES_SHOWN = 5
@@ -43,12 +45,23 @@ class Fleet:
 
     def reference(self, name: str) -> TrackableReference:
         """Return the reference of a recording; it is proved again. InputError: it has none, and why."""
+        return TrackableReference.load(self._saved(name, is_stream=False))
+
+    def stream(self, name: str) -> StreamReference:
+        """Return the reference of a recording that was learned by `learn_stream`. InputError as for `reference`."""
+        return StreamReference.load(self._saved(name, is_stream=True))
+
+    def _saved(self, name: str, *, is_stream: bool) -> Path:
         row = next((row for row in self.rows if row.name == name), None)
         if row is None:
             raise InputError(f"there is no recording {name!r} in {self.folder}")
         if row.outcome != "proved":
             raise InputError(f"{name} is {row.outcome}: {row.sentence}")
-        return TrackableReference.load(FleetFolder(self.folder).of(name) / "reference.json")
+        if (row.method == STREAM) is not is_stream:
+            raise InputError(
+                f"{name}: call fleet.{'reference' if is_stream else 'stream'}({name!r}), as it was learned"
+            )
+        return FleetFolder(self.folder).of(name) / "reference.json"
 
     def columns(self) -> dict[str, list[str | float | int | None]]:
         """Return the table by columns, for `pandas.DataFrame(fleet.columns())` and the like."""
@@ -84,12 +97,13 @@ def learn_many(
     claim: Claimed,
     *,
     folder: Path | str,
+    learn: Learn = learn_reference,
     workers: int = 1,
     cluster: str | None = None,
     progress: bool = True,
     **options: Any,
 ) -> Fleet:
-    """Learn a reference from each recording by `learn_reference`, and write references, certificates and a table.
+    """Learn a reference from each recording, and write references, certificates and a table.
 
     What was answered before in the same folder is kept if nothing has changed on which it depends: samples, plant,
     kernels, options and the library's version. So a run that was stopped goes on where it was. A recording that cannot
@@ -105,6 +119,8 @@ def learn_many(
         As of `learn_reference`. The claim "recorded" is the window from the first sample of a recording to its last.
     folder
         Where references, certificates and the table are written.
+    learn
+        `learn_reference`, or `learn_stream` for long recordings, which needs the option `window`.
     workers
         The number of processes on this machine.
     cluster
@@ -112,7 +128,7 @@ def learn_many(
     progress
         Whether a line on a terminal counts recordings; nothing is shown elsewhere.
     options
-        Further arguments of `learn_reference`: noise_std, mean, method, at, disturbance, …
+        Further arguments of `learn`: noise_std, mean, method, at, disturbance, …
 
     Raises
     ------
@@ -129,7 +145,7 @@ def learn_many(
     if "progress" in options:
         raise TypeError("learn_many: progress is given twice")
     sources, where = sources_of(recordings), FleetFolder(path_of("folder", folder))
-    request = Request(plant, kernel, claim if claim == "recorded" else claimed(claim), options)
+    request = Request(plant, kernel, claim if claim == "recorded" else claimed(claim), options, learn)
     count = whole("workers", workers, least=1)
     address = None if cluster is None else text("cluster", cluster)
     asked = [(source, where.kept(source.name)) for source in sources]

@@ -3,10 +3,11 @@
 import dataclasses
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
+from reprlib import repr as short
 from typing import Any, Literal
 
 import numpy as np
@@ -17,22 +18,34 @@ from trackable.gp.kernels.base import Kernel
 from trackable.gp.samples import Samples
 from trackable.learn import learn_reference
 from trackable.reference import TrackableReference
+from trackable.streams.learn import learn_stream
+from trackable.streams.reference import StreamReference
 from trackable.systems.constrained import ConstrainedSystem
 
 Claimed = Claim | Literal["recorded"]
 """A claim as of `learn_reference`; "recorded" is the window from the first sample of each recording to its last."""
 
+Learned = TrackableReference | StreamReference
+Learn = Callable[..., Learned]
+_KNOWN: tuple[Learn, ...] = learn_reference, learn_stream
+
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """The arguments of `learn_reference` that all recordings share; `options` are those by keyword."""
+    """The arguments of `learn` that all recordings share; `options` are those by keyword.
+
+    TypeError: it is another function than `learn_reference` and `learn_stream`, or an argument cannot be compared.
+    """
 
     plant: ConstrainedSystem
     kernel: Kernel | Mapping[str, Kernel]
     claim: Claimed
     options: Mapping[str, Any]
+    learn: Learn = learn_reference
 
     def __post_init__(self) -> None:
+        if self.learn not in _KNOWN:
+            raise TypeError(f"learn: expected learn_reference or learn_stream, got {short(self.learn)}")
         _ = self._shared  # found now, to raise its error before anything is learned
 
     @cached_property
@@ -40,6 +53,7 @@ class Request:
         return _plain(
             {
                 "trackable": version("trackable"),
+                "learn": getattr(self.learn, "__name__", ""),
                 "plant": self.plant,
                 "kernel": self.kernel,
                 "claim": self.claim,
@@ -52,10 +66,10 @@ class Request:
         content = json.dumps([self._shared, _plain(samples)], sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(content.encode()).hexdigest()
 
-    def learned(self, samples: Samples | Mapping[str, Samples]) -> TrackableReference:
-        """Return the reference of one recording. Raises and warns as `learn_reference` does."""
+    def learned(self, samples: Samples | Mapping[str, Samples]) -> Learned:
+        """Return the reference of one recording. Raises and warns as `learn` does."""
         claim = _recorded(samples) if self.claim == "recorded" else self.claim
-        return learn_reference(samples, self.plant, self.kernel, claim, progress=False, **self.options)
+        return self.learn(samples, self.plant, self.kernel, claim, progress=False, **self.options)
 
 
 def _recorded(samples: Samples | Mapping[str, Samples]) -> tuple[float, float]:

@@ -1,12 +1,13 @@
 """One line of a fleet's table: what became of a recording, in numbers and one sentence."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.reference import TrackableReference
 from trackable.saved import NotTrackableError
+from trackable.streams.reference import StreamReference
 
 Outcome = Literal["proved", "infeasible", "unproved", "refuted", "unusable"]
 """What became of a recording.
@@ -14,6 +15,8 @@ Outcome = Literal["proved", "infeasible", "unproved", "refuted", "unusable"]
 "proved": its reference is trackable. "infeasible": no reference was found. "unproved": one was found, but not proved.
 "refuted": it certainly breaks a bound. "unusable": the recording cannot be read, or does not fit the plant.
 """
+
+STREAM = "stream"
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,7 @@ class Row:
     `request` is the SHA-256 of all that the answer depends on: samples, plant, kernels, options and the library's
     version. `files` holds the SHA-256 of each file that was written, by its name. Of a proved reference the row has
     what `TrackableReference` says: misfits and hyperparameters are by name, in the units of what is sampled;
-    `questions` are the warnings.
+    `questions` are the warnings. The method of a `StreamReference` is "stream"; it says nothing of prices.
     """
 
     name: str
@@ -46,26 +49,32 @@ class Row:
         cls,
         name: str,
         request: str,
-        reference: TrackableReference,
+        reference: TrackableReference | StreamReference,
         questions: tuple[str, ...],
         files: Mapping[str, str],
     ) -> "Row":
         """Return the row of a reference with a proof."""
-        return cls(
+        row = cls(
             name,
             "proved",
             reference.certificate.explanation,
             request,
             sum(map(len, reference.samples)),
-            reference.method,
-            reference.objective,
-            reference.price,
-            reference.misfit,
-            reference.unconstrained_misfit,
-            reference.hyperparameters,
-            reference.fingerprint,
-            questions,
-            files,
+            STREAM,
+            misfit=reference.misfit,
+            hyperparameters=reference.hyperparameters,
+            fingerprint=reference.fingerprint,
+            questions=questions,
+            files=files,
+        )
+        if isinstance(reference, StreamReference):
+            return row
+        return replace(
+            row,
+            method=reference.method,
+            objective=reference.objective,
+            price=reference.price,
+            unconstrained_misfit=reference.unconstrained_misfit,
         )
 
     def columns(self) -> dict[str, str | float | int | None]:

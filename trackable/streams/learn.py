@@ -2,9 +2,13 @@
 
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 
 from trackable.arguments import real
+from trackable.arrays import ArrayLike
+from trackable.beforehand import Beforehand, Ends, Mean, learned_beforehand, levels, split_means
 from trackable.certificates.goal import Claim
+from trackable.certificates.robust import robust_of
 from trackable.condensed.asked import Centres, checked_centres, condensed_by_name, cost_of
 from trackable.condensed.bins import NODES
 from trackable.doubts import doubts
@@ -29,6 +33,7 @@ from trackable.request import (
     noise_of_first,
     priors_by_name,
     samples_by_name,
+    tightened,
     with_noise,
 )
 from trackable.saved import NotTrackableError
@@ -36,6 +41,7 @@ from trackable.streams.continued import part_of
 from trackable.streams.reference import StreamReference
 from trackable.streams.windows import Stream, constraints_at, learn_proved
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.sampling import kinds_by_name, sampled_signals
 
 _CALLER = 3  # frames up: the decorator of `learn_stream` is one of them
@@ -51,8 +57,12 @@ def learn_stream(
     *,
     window: float,
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None = None,
-    mean: float | Mapping[str, float] = 0.0,
+    mean: Mean | Mapping[str, Mean] = 0.0,
     centres: Centres = "auto",
+    disturbance: DisturbanceSet | None = None,
+    measurement_noise: DisturbanceSet | None = None,
+    feedback: ArrayLike | None = None,
+    margin: float = 0.0,
     starts: int = 8,
     progress: bool = True,
 ) -> StreamReference:
@@ -93,30 +103,35 @@ def learn_stream(
 
     """
     checked_plant(plant)
+    drawn_in = tightened(plant, disturbance, feedback, margin, measurement_noise)
+    plant = drawn_in.plant if drawn_in else plant
     claim, given, centres = claimed(claim), samples_by_name(samples, plant), checked_centres(centres)
     if (length := real("window", window)) <= 0:
         raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
     kinds = [tuple(shown) for shown in kinds_by_name(plant, given)]
     every = with_noise(given, kinds, noise_std)
     names, _ = sampled_signals(plant, every)
-    believed = priors_by_name(names, kernel, noise_of_first(noise_std, kinds), mean)
+    level, between = split_means(mean, names)
+    believed = priors_by_name(names, kernel, noise_of_first(noise_std, kinds), level)
     fewer = condensed_by_name(every, kinds, centres, noise_std, _MANY)
     _, seen = sampled_signals(plant, fewer)
-    prior = prior_for(plant, believed)
+    begun = _first(every, length)
+    share = max(len(of) / len(every[name]) for name, of in begun.items())
+    _, first = sampled_signals(plant, condensed_by_name(begun, kinds, _part_of(centres, share), noise_std, _MANY))
+    prior = _with_means(first, prior_for(plant, believed), levels(between, names, first), starts)
     checked_goal("all_times", seen, prior, plant)  # between windows the function is at rest
     for doubt in doubts(claim, given, plant):
         warnings.warn(doubt, DoubtfulInputWarning, stacklevel=_CALLER)
     with progress_bar("learn stream", shown=progress):
-        begun = _first(every, length)
-        share = max(len(of) / len(every[name]) for name, of in begun.items())
-        first = condensed_by_name(begun, kinds, _part_of(centres, share), noise_std, _MANY)
-        known = _known(sampled_signals(plant, first)[1], prior, plant, starts)
+        known = _known(first, prior, plant, starts)
         stream = Stream(seen, known, plant, length, claim)
         found = learn_proved(stream)
         if not isinstance(found, tuple):
             raise NotTrackableError(found)
         cost = cost_of(plant, every, fewer, known)
-    learned = StreamReference(*found, stream, cost)
+    reference, certificate = found
+    certificate = replace(certificate, robust=robust_of(drawn_in))
+    learned = StreamReference(reference, certificate, stream, cost, drawn_in)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
         off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)
         sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"
@@ -135,6 +150,18 @@ def _first(samples: Mapping[str, Samples], length: float) -> dict[str, Samples]:
 
 def _part_of(centres: Centres, share: float) -> Centres:
     return max(NODES, round(centres * share)) if isinstance(centres, int) else centres
+
+
+def _with_means(samples: tuple[Samples, ...], prior: JointPrior, between: Ends, starts: int) -> JointPrior:
+    """Return the prior with the means that are most likely without bounds. NotTrackableError: they were not found."""
+    if not any(between):
+        return prior
+    found = learned_beforehand(samples, prior, between, starts, keep=False)
+    if not isinstance(found, Beforehand):
+        raise NotTrackableError(found)
+    for question in found.questions:
+        warnings.warn(question, DoubtfulInputWarning, stacklevel=_CALLER + 1)
+    return found.prior
 
 
 def _known(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:

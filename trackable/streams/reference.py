@@ -2,15 +2,22 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
+from typing import Self
 
 import numpy as np
 
 from trackable.certificates.certificate import Certificate
 from trackable.condensed.cost import Condensation
+from trackable.explanation import kept_free
+from trackable.files import path_of
 from trackable.fit import Misfit
 from trackable.gp.samples import Samples
 from trackable.proved.reference import ProvedReference
+from trackable.saved import NotTrackableError, SavedTightening, window_of
+from trackable.streams.saved import SavedStream
 from trackable.streams.windows import Stream
+from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.reference import Reference
 
 
@@ -20,13 +27,15 @@ class StreamReference(ProvedReference):
 
     Nothing is handed over between windows: the signals are one sum of kernels, to which each window has added, and the
     proof is about the sum. `stream` holds the samples that were learned from and the prior, `condensed` what it costs
-    that they are fewer than were given.
+    that they are fewer than were given. `tightening` tells how the plant's bounds were drawn in, for disturbances or by
+    a margin; `reference` keeps what is left.
     """
 
     learned: Reference
     certificate: Certificate
     stream: Stream
     condensed: tuple[Condensation, ...] = ()
+    tightening: Tightening | None = None
 
     @property
     def reference(self) -> Reference:
@@ -57,7 +66,26 @@ class StreamReference(ProvedReference):
             for misfit in self.misfits
         ]
         learned = f"learned in windows of {self.stream.length:g} s, each of which continues the one before"
-        return "; ".join([self.certificate.explanation, learned, *map(str, self.condensed), *off])
+        said = [self.certificate.explanation, kept_free(self.tightening), learned, *map(str, self.condensed), *off]
+        return "; ".join(filter(None, said))
+
+    def save(self, path: Path | str) -> None:
+        """Write everything as JSON, losslessly and atomically. Raises OSError."""
+        stream, (start, end) = self.stream, window_of(self.certificate)
+        drawn_in = SavedTightening.maybe(self.tightening)
+        saved = SavedStream(
+            self.learned, stream.samples, stream.prior, stream.length, start, end, self.condensed, drawn_in
+        )
+        saved.write(path_of("save", path))
+
+    @classmethod
+    def load(cls, path: Path | str) -> Self:
+        """The inverse of `save`: what is read is proved again. Raises as `TrackableReference.load`."""
+        saved = SavedStream.read(path_of("load", path))
+        found = saved.proof()
+        if not isinstance(found, Certificate):
+            raise NotTrackableError(found)
+        return cls(saved.learned, found, saved.stream, saved.condensed, saved.drawn_in)
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
