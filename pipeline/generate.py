@@ -58,7 +58,7 @@ def sampled_by(experiment: Experiment) -> Sampled:
         learned[name], later = _excerpt(signal, source.excerpt)
         if later:
             held_out[name] = later
-    names, samples = sampled_signals(plant, learned)
+    names, samples = sampled_signals(plant, experiment.noisy(learned))
     return Sampled(names, samples, tuple(held_out), tuple(held_out.values()))
 
 

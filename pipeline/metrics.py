@@ -146,15 +146,14 @@ def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> d
     The truth is compared at the verified steps.
     """
     times = reference.instants(np.arange(experiment.verification.last_step + 1, dtype=float))
-    flat = zip(sampled.by_name.items(), reference.kernel_sums, strict=True)
-    misfit = {name: of.values - of.stencil.measured(signal, of.times) for (name, of), signal in flat}
-    truth = {name: truth(times) - _sampled_state(reference, name, times) for name, truth in experiment.truths.items()}
+    signals = reference.kernel_sums
+    truth = {name: truth(times) - sampled.measured(name, signals, times) for name, truth in experiment.truths.items()}
     held_out = {
-        name: later.values - _sampled_state(reference, name, later.times)
+        name: later.values - sampled.measured(name, signals, later.times)
         for name, later in sampled.held_out_by_name.items()
     }
     return {
-        **_root_mean_squares("misfit", misfit),
+        **_root_mean_squares("misfit", sampled.off(signals)),
         **_root_mean_squares("rmse", truth),
         **_root_mean_squares("held_out", held_out),
     }
@@ -167,10 +166,6 @@ def _root_mean_squares(kind: str, errors: Mapping[str, Array]) -> dict[str, floa
         return {}
     each = {f"{kind}_{name}": value for name, value in by_name.items()} if len(by_name) > 1 else {}
     return {kind: float(np.sqrt(np.mean(np.square([*by_name.values()])))), **each}
-
-
-def _sampled_state(reference: Reference, name: str, t: Array) -> Array:
-    return np.asarray(reference.state_at(t)[..., reference.plant.system.states.index(name)])
 
 
 def _by_bound(active: Sequence[ActiveBound]) -> dict[str, float]:

@@ -23,6 +23,7 @@ from trackable.control.online import (
 from trackable.errors import InputError, NoReferenceError
 from trackable.gp.samples import Samples
 from trackable.learning.learner import JOINT
+from trackable.systems.sampling import sampled_signals
 
 _AFTERWARDS = 50
 
@@ -96,14 +97,16 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
 
 def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tuple[Samples, ...]:
     """Return the first samples of every signal together with those that arrive later."""
-    later = {name: _drawn(experiment, wanted, name) for name in sampled.names}
+    later = {name: _drawn(experiment, wanted, name) for name in sampled.by_name}
     later = {name: drawn or sampled.held_out_by_name.get(name) for name, drawn in later.items()}
     if missing := [name for name, samples in later.items() if samples is None]:
         raise InputError(
             f"experiment {experiment.name}: control.online: no samples of {', '.join(missing)} arrive; give a stream "
             "where the ground truth is known, or hold some out of a recording"
         )
-    return tuple(_joined(first, later[name]) for name, first in sampled.by_name.items())
+    arriving = experiment.noisy({name: samples for name, samples in later.items() if samples is not None})
+    joined = {name: _joined(first, arriving[name]) for name, first in sampled.by_name.items()}
+    return sampled_signals(experiment.plant, joined)[1]
 
 
 def _drawn(experiment: Experiment, wanted: Relearning, name: str) -> Samples | None:
@@ -113,9 +116,7 @@ def _drawn(experiment: Experiment, wanted: Relearning, name: str) -> Samples | N
     return draw(truth, stream.steps.times(experiment.plant.sampling_time), stream.noise_std, stream.seed)
 
 
-def _joined(first: Samples, later: Samples | None) -> Samples:
-    if later is None:
-        return first
+def _joined(first: Samples, later: Samples) -> Samples:
     new = later.times > first.times[-1]
     return Samples(
         np.concatenate([first.times, later.times[new]]),

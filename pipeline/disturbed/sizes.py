@@ -73,8 +73,5 @@ def _learned(
 
 def _misfit(sampled: Sampled, reference: Reference) -> float:
     """Return the root mean square of samples minus reference, all that is sampled having the same weight."""
-    of_each = [
-        np.mean((of.values - of.stencil.measured(signal, of.times)) ** 2)
-        for of, signal in zip(sampled.by_name.values(), reference.signals, strict=True)
-    ]
+    of_each = [np.mean(off**2) for off in sampled.off(reference.signals).values()]
     return float(np.sqrt(np.mean(of_each)))

@@ -6,7 +6,15 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, NonNegativeInt, PlainValidator, PositiveInt, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    NonNegativeInt,
+    PlainValidator,
+    PositiveFloat,
+    PositiveInt,
+    model_validator,
+)
 
 from pipeline.experiments.kernel_choice import parse_hyperparameter, parse_kernel
 from pipeline.published.ground_truth import GROUND_TRUTHS
@@ -81,6 +89,20 @@ class PriorFields(Fields):
         """The prior of what is sampled; a mean that is to be learned is in the middle of its interval."""
         mean = sum(self.mean) / 2 if isinstance(self.mean, tuple) else self.mean
         return Prior(self.kernel, self.noise_std, mean)
+
+
+class NoiseFields(Fields):
+    """The noise of what is sampled beside another state that shows the same flat output, and has its prior."""
+
+    noise_std: PositiveFloat
+
+
+def _which_prior(written: object) -> object:
+    alone = isinstance(written, dict) and not {"mean", "kernel"} & written.keys()
+    return (NoiseFields if alone else PriorFields).model_validate(written)
+
+
+PriorField = Annotated[PriorFields | NoiseFields, BeforeValidator(_which_prior)]
 
 
 class Search(Fields):

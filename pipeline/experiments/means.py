@@ -2,6 +2,7 @@
 
 import warnings
 
+from pipeline.experiments.fields import PriorFields
 from pipeline.experiments.model import Experiment
 from trackable.beforehand import Beforehand, learned_beforehand, levels
 from trackable.errors import DoubtfulInputWarning, NoReferenceError
@@ -13,7 +14,11 @@ def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> 
 
     Raises NoReferenceError where the likelihood of the samples cannot be evaluated.
     """
-    between = {name: fields.mean for name, fields in experiment.prior.items() if isinstance(fields.mean, tuple)}
+    between = {
+        name: fields.mean
+        for name, fields in experiment.prior.items()
+        if isinstance(fields, PriorFields) and isinstance(fields.mean, tuple)
+    }
     if not between:
         return experiment
     prior = experiment.learned_prior

@@ -6,10 +6,12 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from pipeline.experiments.agreement import mistakes_of_origin, mistakes_of_priors
 from pipeline.experiments.claim import ClaimField
 from pipeline.experiments.control import Control
 from pipeline.experiments.disturbances import Disturbance, tightened
 from pipeline.experiments.fields import (
+    PriorField,
     PriorFields,
     ProjectPath,
     Published,
@@ -20,7 +22,7 @@ from pipeline.experiments.fields import (
     as_tuple,
 )
 from pipeline.experiments.plants import ModelField, SetField
-from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
+from pipeline.experiments.sources import Drawn, Source, SourceField
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.storage.yaml_file import Fields
@@ -29,9 +31,10 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.prior import prior_for
 from trackable.learning.space import SearchSpace
+from trackable.request import with_noise
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.tightening import Tightening
-from trackable.systems.sampling import stencils_by_name
+from trackable.systems.sampling import kinds_by_name
 
 _HAIR = 1e-9  # steps: the ends of a window are rounded
 
@@ -62,11 +65,12 @@ class Experiment(Fields):
     """A system, its sets, samples, a prior, a claim, and the methods by which references are learned.
 
     `samples_from` is the file that the samples come from, or a folder above all their files: when it changes, DVC runs
-    the stages again. `samples` and `prior` are by the names of sampled states, one for each flat output; what `shared`
-    names is the same for all of them. Figures name the `units` of states and inputs, and show the two states of
-    `plane`, if given, in their plane. All references keep the part `margin` of each width free at either bound. Robust
-    methods also leave room for every error that a `disturbance` may cause; the other methods know nothing of it.
-    `algorithm1` and `periodic` are for the methods that need them.
+    the stages again. `samples` and `prior` are by the names of sampled states, one at least for each flat output, or of
+    "rate of x" of a state x. Of several that show one flat output, the first has the prior, and the others their noise
+    alone. What `shared` names is the same for all flat outputs. Figures name the `units` of states and inputs, and show
+    the two states of `plane`, if given, in their plane. All references keep the part `margin` of each width free at
+    either bound. Robust methods also leave room for every error that a `disturbance` may cause; the other methods know
+    nothing of it. `algorithm1` and `periodic` are for the methods that need them.
     """
 
     name: str
@@ -79,7 +83,7 @@ class Experiment(Fields):
     disturbance: Disturbance | None = None
     margin: Annotated[float, Field(ge=0, lt=0.5)] = 0.0
     samples: Annotated[dict[str, SourceField], BeforeValidator(_by_name)]
-    prior: Annotated[dict[str, PriorFields], BeforeValidator(_by_name)]
+    prior: Annotated[dict[str, PriorField], BeforeValidator(_by_name)]
     shared: Annotated[frozenset[str], BeforeValidator(_names)] = frozenset()
     plane: Annotated[tuple[str, str] | None, BeforeValidator(as_tuple)] = None
     claim: ClaimField
@@ -105,6 +109,9 @@ class Experiment(Fields):
             yield f"samples and prior must have the same names, got {names}"
             return
         try:
+            if mistakes := list(mistakes_of_priors(self.plant, self.prior)):
+                yield from mistakes
+                return
             plant, prior, _ = self.plant, self.learned_prior, self.tightening
         except (TypeError, ValueError) as error:  # what the mathematics refuses
             yield str(error)
@@ -114,7 +121,7 @@ class Experiment(Fields):
         if misnamed := self.units.keys() - {*plant.system.states, *plant.system.inputs}:
             known = ", ".join((*plant.system.states, *plant.system.inputs))
             yield f"units: expected states and inputs among {known}, got {min(misnamed)}"
-        yield from self._mistakes_of_origin()
+        yield from mistakes_of_origin(self.samples, self.samples_from)
         if reason := refusal(self.claim, prior):
             yield f"claim: {reason}"
         for method in self.learned_by:
@@ -134,14 +141,6 @@ class Experiment(Fields):
             )
         yield from self._mistakes_of_the_study()
 
-    def _mistakes_of_origin(self) -> Iterator[str]:
-        files = {name: file for name, source in self.samples.items() if (file := source.file) is not None}
-        for name, file in files.items():
-            if not file.is_relative_to(self.samples_from):
-                yield f"samples_from: expected {file}, as for {name}, or a folder above it, got {self.samples_from}"
-        if not files and self.samples_from != GROUND_TRUTHS_FILE:
-            yield f"samples_from: all samples are drawn; expected {GROUND_TRUTHS_FILE}, got {self.samples_from}"
-
     def _mistakes_of_the_study(self) -> Iterator[str]:
         if self.study is None:
             return
@@ -149,6 +148,8 @@ class Experiment(Fields):
             yield "study: compares periodic programs, but the block periodic is missing"
         if self.study.draws and not all(isinstance(source, Drawn) for source in self.samples.values()):
             yield "study.draws: compares seeds, but the samples are not drawn"
+        if len(self.samples) > 1 and (self.study.draws or self.study.tightness):
+            yield f"study: draws and tightness are for samples of one name, got {', '.join(self.samples)}"
         if self.study.tightness and not (self.truths and self.state_set.lower and self.state_set.H is None):
             yield "study.tightness: moves the bound of one state whose ground truth is known, in a box"
         for upper in self.study.tightness:
@@ -183,12 +184,18 @@ class Experiment(Fields):
     @property
     def sources(self) -> dict[str, Source]:
         """Where samples come from, in the order of the flat outputs."""
-        return {name: self.samples[name] for name in stencils_by_name(self.plant, self.samples)}
+        return {name: self.samples[name] for kinds in kinds_by_name(self.plant, self.samples) for name in kinds}
+
+    def noisy(self, samples: Mapping[str, Samples]) -> dict[str, Samples]:
+        """Return samples whose noise is relative to σ_n of the first name that shows the same flat output."""
+        noise = {name: fields.noise_std for name, fields in self.prior.items()}
+        return with_noise(samples, kinds_by_name(self.plant, samples), noise)
 
     @property
     def learned_prior(self) -> JointPrior:
         """The prior of the flat outputs."""
-        return prior_for(self.plant, {name: fields.prior for name, fields in self.prior.items()}, self.shared)
+        believed = {name: fields.prior for name, fields in self.prior.items() if isinstance(fields, PriorFields)}
+        return prior_for(self.plant, believed, self.shared)
 
     @property
     def truths(self) -> Mapping[str, GroundTruth]:

@@ -43,7 +43,7 @@ WRONG = [
     ("example1", "claim: all_times", "claim: all_times\n    plane: [state, time]", r"plane: .*states state, got time"),
     (
         "tank",
-        "{model: tank, sampling_time: 5.0}",
+        "{model: tank, sampling_time: 5.0, parameters: {outflow: 0.05}}",
         "{model: kinematic_bicycle, sampling_time: 0.1}",
         r"parameters: those of kinematic_bicycle are others: missing a required argument: 'wheelbase'",
     ),

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from pipeline.published.models import MODELS
 from tests.trackable.control import naive
 from trackable.control.controller import Controller
 from trackable.control.feasible_set import feasible_set
@@ -13,12 +12,13 @@ from trackable.control.step.starts import apply_inputs
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.library import tank
 from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
-TANK = ConstrainedSystem(MODELS["tank"](5.0), Polytope.box([0.3], [1.25]), Polytope.box([0.02], [0.068]))
+TANK = ConstrainedSystem(tank(5.0, outflow=0.05), Polytope.box([0.3], [1.25]), Polytope.box([0.02], [0.068]))
 PAIR = ConstrainedSystem(
     Nonlinear.of(
         lambda x, u: [0.9 * x[0] + 0.3 * np.sin(x[1]) + u[0], 0.8 * x[1] + 0.2 * x[0] * x[1] + (1 + x[0] ** 2) * u[1]],

@@ -1,0 +1,113 @@
+"""Samples of position and velocity of one signal together, as params.yaml writes them."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.experiments import load_experiment
+from pipeline.generate import sampled_by
+from tests.pipeline.params import written_to
+from tests.pipeline.stages import run_all_here
+from trackable import SquaredExponential, learn_reference
+from trackable.checker import Proved, check
+from trackable.errors import InputError
+from trackable.gp.samples import Samples
+
+_TIMES = np.arange(0, 3.01, 0.5)
+_BETWEEN = _TIMES[:-1] + 0.25
+_KERNEL = "{type: squared_exponential, signal_std: [0.01, 3.0], lengthscale: [0.3, 3.0]}"
+_PRIOR = f"{{mean: 0.0, kernel: {_KERNEL}, noise_std: 0.02}}"
+_OTHER = "velocity"
+
+
+def _position(t: np.ndarray) -> np.ndarray:
+    return np.asarray(0.5 * np.sin(2 * t))
+
+
+def _velocity(t: np.ndarray) -> np.ndarray:
+    return np.asarray(np.cos(2 * t))
+
+
+def _entry(folder: Path, other: str = _OTHER, of_first: str = _PRIOR, of_other: str = "{noise_std: 0.1}") -> str:
+    """A double integrator, with recordings of two of its signals at different times."""
+    for name, times, signal in (("position", _TIMES, _position), ("other", _BETWEEN, _velocity)):
+        rows = "".join(f"{t!r},{value!r}\n" for t, value in zip(times.tolist(), signal(times).tolist(), strict=True))
+        (folder / f"{name}.csv").write_text(f"t,{name}\n{rows}", encoding="utf-8")
+    source = "{{csv: {0}/{1}.csv, time_column: t, time_unit: s, value_column: {1}}}"
+    return f"""experiments:
+  axis:
+    title: "An axis whose position and velocity are measured"
+    samples_from: {folder}
+    samples:
+      {other}: {source.format(folder, "other")}
+      position: {source.format(folder, "position")}
+    system: {{continuous: true, A: [[0, 1], [0, 0]], B: [[0], [1]], states: [position, velocity], inputs: [force],
+      sampling_time: 0.1}}
+    state_set: {{lower: [-1.0, -0.9], upper: [1.0, 0.9]}}
+    input_set: {{lower: [-3.0], upper: [3.0]}}
+    prior:
+      position: {of_first}
+      {other}: {of_other}
+    claim: {{window: [0.0, 3.0]}}
+    methods: [unconstrained, hyperparameters, joint]
+    search: {{starts: 1}}
+    verification: {{last_step: 30}}
+    control: {{horizon: 3, steps: 4, logged: 4, shown: 4}}
+"""
+
+
+def test_it_learns_what_the_library_learns(tmp_path: Path) -> None:
+    """All stages; the same signal, and each kind of sample by its own name in metrics and logs."""
+    folder = run_all_here(tmp_path, "axis", _entry(tmp_path))
+    metrics = json.loads((folder / "results/axis/metrics.json").read_text())["joint"]
+    plant = load_experiment("axis", folder / "params.yaml").plant
+    kernel = SquaredExponential(signal_std=(0.01, 3.0), lengthscale=(0.3, 3.0))
+    samples = {"position": Samples(_TIMES, _position(_TIMES)), "velocity": Samples(_BETWEEN, _velocity(_BETWEEN))}
+    noise = {"position": 0.02, "velocity": 0.1}
+    found = learn_reference(samples, plant, kernel, (0.0, 3.0), noise_std=noise, starts=1, progress=False)
+    assert metrics["objective"] == pytest.approx(found.objective, rel=1e-9)
+    for name in noise:
+        assert metrics[f"misfit_{name}"] == pytest.approx(found.misfit[name], rel=1e-6)
+    assert isinstance(check(json.loads((folder / "results/axis/certificates/joint.json").read_text())), Proved)
+
+
+@pytest.mark.parametrize("other", ["velocity", "rate of position", "rate of z1"])
+def test_each_kind_has_its_stencil_and_its_noise(tmp_path: Path, other: str) -> None:
+    experiment = load_experiment("axis", written_to(tmp_path, _entry(tmp_path, other)))
+    sampled = sampled_by(experiment)
+    assert sampled.names == ("position",)
+    assert sampled.by_name.keys() == {"position", other}
+    np.testing.assert_allclose(sampled.by_name[other].relative_noise, 5.0)
+    np.testing.assert_array_equal(sampled.by_name["position"].relative_noise, 1.0)
+    of_a_line = sampled.by_name[other].stencil.measured(lambda t: 2 * t, _BETWEEN)
+    np.testing.assert_allclose(of_a_line, 2.0, rtol=1e-9)
+    assert sampled.only.times.tolist() == _TIMES.tolist()
+
+
+@pytest.mark.parametrize(
+    ("of_first", "of_other", "sentence"),
+    [
+        (_PRIOR, _PRIOR, r"prior\.velocity: expected noise_std alone, as position shows the same flat output"),
+        ("{noise_std: 0.1}", "{noise_std: 0.1}", r"prior\.position: mean and kernel are missing"),
+        (
+            _PRIOR.replace("0.02", "[0.01, 0.1]"),
+            "{noise_std: 0.1}",
+            r"prior\.position\.noise_std: must be a number, as",
+        ),
+        (_PRIOR, "{noise_std: [0.01, 0.1]}", r"prior\.velocity\.noise_std: "),
+        (_PRIOR, "{noise_std: -1}", r"prior\.velocity\.noise_std: expected greater than 0, got -1"),
+        (_PRIOR, "{}", r"prior\.velocity\.noise_std: is missing"),
+    ],
+)
+def test_priors_that_do_not_fit_are_refused(tmp_path: Path, of_first: str, of_other: str, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence) as refused:
+        load_experiment("axis", written_to(tmp_path, _entry(tmp_path, of_first=of_first, of_other=of_other)))
+    assert not re.search(r"Traceback|\n", str(refused.value))
+
+
+def test_names_that_show_nothing_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"samples: speed is neither a state \(position, velocity\) nor a flat output"):
+        load_experiment("axis", written_to(tmp_path, _entry(tmp_path, "speed")))
