@@ -1,7 +1,6 @@
 """What a user asks of `learn_reference`, checked where it enters: samples, priors, claim."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -19,7 +18,7 @@ from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.disturbance.tightening import Tightening, tightening
 from trackable.systems.frames import Column, Frame, is_column, is_frame, samples_of_column, samples_of_frame
 from trackable.systems.quantity import Quantity
-from trackable.systems.sampling import default_sample, kinds_by_name
+from trackable.systems.sampling import default_sample, kinds_by_name, relative_to_first
 
 T = TypeVar("T")
 
@@ -89,12 +88,10 @@ def with_noise(
 
     `kinds` are the names that show each flat output. ValueError: several do, and their noise is not known.
     """
-    found = dict(samples)
-    for first, *others in kinds:
-        for name in others:
-            stds = [_known_noise(_of(noise_std, each, "noise_std"), (first, *others)) for each in (first, name)]
-            found[name] = replace(found[name], relative_noise=found[name].relative_noise * stds[1] / stds[0])
-    return found
+    shown = [tuple(names) for names in kinds]
+    several = [names for names in shown if len(names) > 1]
+    known = {name: _known_noise(_of(noise_std, name, "noise_std"), names) for names in several for name in names}
+    return relative_to_first(samples, shown, known)
 
 
 def same_states(

@@ -31,10 +31,9 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.prior import prior_for
 from trackable.learning.space import SearchSpace
-from trackable.request import with_noise
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.tightening import Tightening
-from trackable.systems.sampling import kinds_by_name
+from trackable.systems.sampling import kinds_by_name, relative_to_first
 
 _HAIR = 1e-9  # steps: the ends of a window are rounded
 
@@ -189,7 +188,7 @@ class Experiment(Fields):
     def noisy(self, samples: Mapping[str, Samples]) -> dict[str, Samples]:
         """Return samples whose noise is relative to σ_n of the first name that shows the same flat output."""
         noise = {name: fields.noise_std for name, fields in self.prior.items()}
-        return with_noise(samples, kinds_by_name(self.plant, samples), noise)
+        return relative_to_first(samples, kinds_by_name(self.plant, samples), noise)
 
     @property
     def learned_prior(self) -> JointPrior:

@@ -74,6 +74,21 @@ def sampled_signals(
     return names, tuple(_joined({name: (given[name], kinds[name]) for name in kinds}) for kinds in by_signal)
 
 
+def relative_to_first(
+    samples: Mapping[str, Samples], kinds: Iterable[Iterable[str]], noise_std: Mapping[str, float]
+) -> dict[str, Samples]:
+    """Return samples whose noise is relative to σ_n of the first name that shows the same flat output.
+
+    `kinds` are the names that show each flat output, and `noise_std` is σ_n by name, where several show one.
+    """
+    found = dict(samples)
+    for first, *others in kinds:
+        for name in others:
+            relative = found[name].relative_noise * noise_std[name] / noise_std[first]
+            found[name] = replace(found[name], relative_noise=relative)
+    return found
+
+
 def _joined(kinds: Mapping[str, tuple[Samples, Stencil]]) -> Samples:
     """Return the samples of all kinds, sorted by time."""
     parts = [samples for samples, _ in kinds.values()]
