@@ -16,7 +16,7 @@ from trackable.systems.quantity import Quantity
 
 # Bounds are drawn in by this part of their width: the optimiser's rounding errors are smaller.
 ROUNDING_BACKOFF = 1e-9
-_PARTS = 8  # into which the time between two places is divided
+PARTS = 8  # into which the time between two places is divided
 
 
 class Signalled(Protocol):
@@ -78,15 +78,24 @@ class Constraint(Bounded):
         return times, margin(times)
 
     def overlooked(self, posterior: Signalled) -> tuple[Array, Array]:
+        times, margins = self.unseen(posterior)
+        rough, broken = self.between(posterior, self.examined(posterior))
+        return np.concatenate([times, rough]), np.concatenate([margins, broken])
+
+    def unseen(self, posterior: Signalled) -> tuple[Array, Array]:
+        """Return the times and relative margins of violations between the times that `closest` has seen."""
         margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
         times = self.index_set.overlooked(margin, [signal.kernel for signal in posterior.signals], curvature)
-        rough, broken = self.between(posterior, self.index_set.examined(self._turns(posterior)))
-        return np.concatenate([times, rough]), np.concatenate([margin(times), broken])
+        return times, margin(times) if len(times) else np.empty(0)
+
+    def examined(self, posterior: Signalled) -> Array:
+        """Return the times [s] between which `closest` may miss something, as the quantity may turn there."""
+        return self.index_set.examined(self._turns(posterior))
 
     def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:
         if len(places) < 2:
             return self.none, np.empty(0)
-        times = self.index_set.nearest(np.linspace(places[:-1], places[1:], _PARTS + 1)[1:-1])
+        times = self.index_set.nearest(np.linspace(places[:-1], places[1:], PARTS + 1)[1:-1])
         margins = self.relative_margin(posterior, times)
         lowest, pick = np.argmin(margins, axis=0), np.arange(len(places) - 1)
         at, margin = times[lowest, pick], margins[lowest, pick]

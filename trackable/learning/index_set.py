@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -19,21 +20,48 @@ _REFINEMENTS, _NARROWER = 4, 0.1
 _FEW_STEPS = 4096  # up to so many, all steps are evaluated
 _PARTS = 16  # into which an interval of steps is divided: the margin is evaluated at the ends of each
 
+Indices = npt.NDArray[np.intp]
+
+Margin = Callable[[Array], Array]
+"""A margin as a function of times [s]."""
+
+
+class Margins(Protocol):
+    """Some margins that are evaluated together."""
+
+    def __len__(self) -> int:
+        """The number of margins."""
+        ...
+
+    def margins(self, t: Array) -> Array:
+        """Return all margins at t [s]: shape (Q, *t.shape)."""
+        ...
+
+    def margins_of(self, which: Indices, t: Array) -> Array:
+        """Return margin `which[i]` at t[..., i] [s]: the shape of t."""
+        ...
+
 
 class IndexSet(ABC):
     """A set of times [s]; it may depend on the signals' kernels, whose period is learned."""
 
     @abstractmethod
-    def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
+    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
         """Return the times of the set at which `margin` has its local minima, in increasing order."""
+
+    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[Array]:
+        """Return the times of the local minima of each margin."""
+
+        def one(q: int) -> Margin:
+            return lambda t: margins.margins_of(np.full(t.shape[-1:], q), t)
+
+        return [self.local_minima(one(q), kernels) for q in range(len(margins))]
 
     def nearest(self, t: Array) -> Array:
         """Return the times of the set that are nearest to t [s], which lies between times of the set."""
         return t
 
-    def overlooked(
-        self, margin: Callable[[Array], Array], kernels: Sequence[Kernel], curvature: Callable[[], float]
-    ) -> Array:
+    def overlooked(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
         """Return local minima below zero that `local_minima` may have missed; none for sets that are intervals.
 
         The margin is the minimum of some functions, whose second derivatives are at most `curvature` [1/s²].
@@ -59,7 +87,7 @@ class Steps(IndexSet):
     last: int
     sampling_time: float
 
-    def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
+    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
         grid = self._grid(kernels)
         minima = _minima_of_sequence(margin(grid * self.sampling_time))
         if self._are_few(grid):
@@ -74,9 +102,7 @@ class Steps(IndexSet):
             before, after = closer[np.maximum(lowest - 1, 0), pick], closer[np.minimum(lowest + 1, _PARTS), pick]
         return np.asarray(np.unique(at) * self.sampling_time)
 
-    def overlooked(
-        self, margin: Callable[[Array], Array], kernels: Sequence[Kernel], curvature: Callable[[], float]
-    ) -> Array:
+    def overlooked(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
         grid = self._grid(kernels)
         if self._are_few(grid):
             return np.empty(0)
@@ -125,8 +151,11 @@ class Window(IndexSet):
     start: float
     end: float
 
-    def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
-        return _refined_minima(margin, self.start, self.end, kernels)
+    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
+        return self.minima_of_each(_Single(margin), kernels)[0]
+
+    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[Array]:
+        return _refined_minima(margins, self.start, self.end, kernels)
 
     def examined(self, centres: Array) -> Array:
         return centres[(self.start <= centres) & (centres <= self.end)]
@@ -139,19 +168,39 @@ class AllPhases(IndexSet):
     Every time stays in the set when the learned period changes. TypeError for kernels without a common period.
     """
 
-    def local_minima(self, margin: Callable[[Array], Array], kernels: Sequence[Kernel]) -> Array:
-        return _refined_minima(margin, 0.0, period_of(kernels), kernels)
+    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
+        return self.minima_of_each(_Single(margin), kernels)[0]
+
+    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[Array]:
+        return _refined_minima(margins, 0.0, period_of(kernels), kernels)
 
 
-def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, kernels: Sequence[Kernel]) -> Array:
-    """Return local minima of a continuous margin: those on a grid, refined by parabolas through ever closer points."""
+@dataclass(frozen=True)
+class _Single:
+    """One margin alone."""
+
+    margin: Margin
+
+    def __len__(self) -> int:
+        return 1
+
+    def margins(self, t: Array) -> Array:
+        return self.margin(t)[None]
+
+    def margins_of(self, which: Indices, t: Array) -> Array:
+        return self.margin(t)
+
+
+def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[Array]:
+    """Return local minima of continuous margins: those on a grid, refined by parabolas through ever closer points."""
     times = np.linspace(start, end, _grid_intervals(end - start, kernels) + 1)
-    values, reach = margin(times), times[1] - times[0]
-    minima = _minima_of_sequence(values)
-    at = times[minima]
+    values, reach = margins.margins(times), times[1] - times[0]
+    minima = [_minima_of_sequence(each) for each in values]
+    which, grid = np.repeat(np.arange(len(minima)), [len(each) for each in minima]), np.concatenate(minima)
+    at = times[grid]
     for _ in range(_REFINEMENTS):
         centre = np.clip(at, start + reach, end - reach)  # at an end the parabola leans inwards
-        left, middle, right = margin(np.concatenate([centre - reach, centre, centre + reach])).reshape(3, -1)
+        left, middle, right = margins.margins_of(which, np.stack([centre - reach, centre, centre + reach]))
         with np.errstate(invalid="ignore"):  # where a margin is infinite, the minimum on the grid stays
             curvature = left - 2 * middle + right
             step = np.divide(
@@ -159,8 +208,8 @@ def _refined_minima(margin: Callable[[Array], Array], start: float, end: float, 
             )
         at, reach = np.clip(centre + step, centre - reach, centre + reach), reach * _NARROWER
     at = np.clip(at, start, end)
-    at = np.where(margin(at) < values[minima], at, times[minima])
-    return np.asarray(np.unique(at))
+    at = np.where(margins.margins_of(which, at) < values[which, grid], at, times[grid])
+    return [np.unique(at[which == q]) for q in range(len(minima))]
 
 
 def _grid_intervals(length: float, kernels: Sequence[Kernel]) -> int:

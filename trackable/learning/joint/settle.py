@@ -6,16 +6,14 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
-from trackable.gp.remembered import Remembered
 from trackable.gp.signal import KernelSum
-from trackable.learning.constraint import Bounded
 from trackable.learning.joint.bent import BentMean, bent_mean
-from trackable.learning.joint.places import LOWER, UPPER, Places, chosen
+from trackable.learning.joint.minima import Minima, Seen
+from trackable.learning.joint.places import Places, chosen
 from trackable.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 40
 _MOST_PLACES = 300  # rough functions touch a bound at ever more times: what is left is a larger back-off's task
-_CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
 _SAME_TIME = 3e-4  # of a correlation time: between closer places a bound cannot be broken by much
 _NO_GAIN = 1e-9  # of the price: what is broken then is not worth another program
 
@@ -61,14 +59,13 @@ def settled(
         bent = bent_mean(problem, posterior, places, near)
         if bent is None:
             return best
-        seen = Remembered.of(bent.signals)
-        minima = [_closest(c, seen, at[:, 0]) for c, at in zip(problem.constraints, places, strict=True)]
+        seen = Seen(problem.constraints, bent.signals)
+        minima = seen.closest(places)
         if min((np.min(margins, initial=np.inf) for _, margins in minima), default=np.inf) >= 0:
-            minima = [_with_overlooked(c, bent, found) for c, found in zip(problem.constraints, minima, strict=True)]
+            minima = seen.with_overlooked(minima)
         margin, constraint, time = _worst(minima)
         kept = chosen(places, bent.multipliers > 0)
-        close = [places_at(c, bent, *found) for c, found in zip(problem.constraints, minima, strict=True)]
-        met = merged(kept, tuple(close), same_time(bent.signals))
+        met = merged(kept, seen.places(minima), same_time(bent.signals))
         best = Settled(bent, met, kept, margin, constraint, time, count)
         gain, price = bent.price - price, bent.price
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
@@ -95,36 +92,13 @@ def no_places(problem: ConstrainedProblem) -> Places:
     return tuple(np.empty((0, 2)) for _ in problem.constraints)
 
 
-def places_at(constraint: Bounded, bent: BentMean, times: Array, margins: Array) -> Array:
-    """Return places (n, 2) at the times whose margin is small, each at the nearer bound."""
-    times = times[np.isfinite(margins) & (margins < _CLOSE)]
-    values, bounds = constraint.quantity(bent.signals, times), constraint.quantity.bounds
-    sides = np.where(values - bounds.lower < bounds.upper - values, LOWER, UPPER)
-    return np.column_stack([times, sides])
-
-
-def _closest(constraint: Bounded, seen: Remembered, places: Array) -> tuple[Array, Array]:
-    """Return the local minima of the margin, and where it is negative between neighbouring places.
-
-    A function bent at two places may leave its bounds between them, where the grid of the index set has no time.
-    """
-    times, margins = constraint.closest(seen)
-    between, inside = constraint.between(seen, places)
-    return np.concatenate([times, between]), np.concatenate([margins, inside])
-
-
-def _worst(minima: list[tuple[Array, Array]]) -> tuple[float, int, float]:
+def _worst(minima: Minima) -> tuple[float, int, float]:
     found = [
         (float(np.min(margins)), i, float(times[np.argmin(margins)]))
         for i, (times, margins) in enumerate(minima)
         if len(margins)
     ]
     return min(found, default=(np.inf, -1, np.nan))
-
-
-def _with_overlooked(constraint: Bounded, bent: BentMean, found: tuple[Array, Array]) -> tuple[Array, Array]:
-    times, margins = constraint.overlooked(bent)
-    return np.concatenate([found[0], times]), np.concatenate([found[1], margins])
 
 
 def _united(places: Array, new: Array, same: float) -> Array:

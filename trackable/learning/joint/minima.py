@@ -1,0 +1,115 @@
+"""Where a function comes near to its bounds: local minima of all margins, sought together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from trackable.arrays import Array
+from trackable.gp.remembered import Remembered
+from trackable.gp.signal import KernelSum
+from trackable.learning.constraint import PARTS, Bounded, Constraint
+from trackable.learning.index_set import Indices
+from trackable.learning.joint.places import LOWER, UPPER, Places
+from trackable.systems.several import Several
+
+_CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
+
+Minima = list[tuple[Array, Array]]
+"""For each constraint times [s], and relative margins there: parts of the bounds' widths."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """The function with these `signals`, as the `constraints` see it. TypeError: some of them have no index set."""
+
+    constraints: Sequence[Bounded]
+    signals: tuple[KernelSum, ...]
+
+    def closest(self, places: Places) -> Minima:
+        """Return the local minima of each margin, and where it is negative between neighbouring places.
+
+        A function bent at two places may leave its bounds between them, where the grid of the index set has no time.
+        """
+        return _joined(self._minima, self._between([at[:, 0] for at in places]))
+
+    def with_overlooked(self, found: Minima) -> Minima:
+        """Add the places where a bound is violated that the coarse grid of `closest` missed."""
+        unseen = [constraint.unseen(self) for constraint in self._known]
+        rough = self._between([constraint.examined(self) for constraint in self._known])
+        return _joined(_joined(found, unseen), rough)
+
+    def places(self, found: Minima) -> Places:
+        """Return the places (n, 2) of those minima whose margin is small, each at the nearer bound."""
+        times = [at[np.isfinite(margins) & (margins < _CLOSE)] for at, margins in found]
+        which, (lower, upper) = _owners(times), self._all.bounds
+        values = self._all.values_of(which, np.concatenate(times))
+        sides = np.where(values - lower[which] < upper[which] - values, LOWER, UPPER)
+        return tuple(np.column_stack(pair) for pair in zip(times, _parted(sides, times), strict=True))
+
+    @property
+    def _minima(self) -> Minima:
+        kernels, times = [signal.kernel for signal in self.signals], [np.empty(0) for _ in self._known]
+        for index_set in dict.fromkeys(constraint.index_set for constraint in self._known):
+            members = [i for i, constraint in enumerate(self._known) if constraint.index_set == index_set]
+            several = self._several([self._known[i] for i in members])
+            for i, at in zip(members, index_set.minima_of_each(several, kernels), strict=True):
+                times[i] = at
+        return self._with_margins(times)
+
+    def _between(self, places: Sequence[Array]) -> Minima:
+        """Return for each constraint the lowest margin between neighbouring places, in order, where it is negative."""
+        times = [
+            constraint.index_set.nearest(np.linspace(at[:-1], at[1:], PARTS + 1)[1:-1])
+            for constraint, at in zip(self._known, places, strict=True)
+        ]
+        pairs = [at[0] for at in times]
+        margins = self._margins_of(_owners(pairs), np.concatenate(times, axis=1))
+        lowest = np.argmin(margins, axis=0)
+        at, least = (np.take_along_axis(x, lowest[None], 0)[0] for x in (np.concatenate(times, axis=1), margins))
+        both = zip(_parted(at, pairs), _parted(least, pairs), strict=True)
+        return [(t[below < 0], below[below < 0]) for t, below in both]
+
+    def _with_margins(self, times: Sequence[Array]) -> Minima:
+        margins = self._margins_of(_owners(times), np.concatenate(times))
+        return list(zip(times, _parted(margins, times), strict=True))
+
+    def _margins_of(self, which: Indices, t: Array) -> Array:
+        lower, upper = self._all.bounds
+        return np.asarray(self._all.margins_of(which, t) / (upper - lower)[which])
+
+    @cached_property
+    def _all(self) -> Several:
+        return self._several(self._known)
+
+    def _several(self, constraints: Sequence[Constraint]) -> Several:
+        return Several(tuple(constraint.quantity for constraint in constraints), self._remembered.signals)
+
+    @cached_property
+    def _remembered(self) -> Remembered:
+        return Remembered.of(self.signals)
+
+    @cached_property
+    def _known(self) -> list[Constraint]:
+        known = [constraint for constraint in self.constraints if isinstance(constraint, Constraint)]
+        if len(known) < len(self.constraints):
+            raise TypeError("a function is learned with constraints that have an index set")
+        return known
+
+
+def _joined(one: Minima, other: Minima) -> Minima:
+    return [
+        (np.concatenate([times, more]), np.concatenate([margins, below]))
+        for (times, margins), (more, below) in zip(one, other, strict=True)
+    ]
+
+
+def _owners(parts: Sequence[Array]) -> Indices:
+    """Return the index of the part that each entry of the joined parts belongs to."""
+    return np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+
+
+def _parted(joined: Array, parts: Sequence[Array]) -> list[Array]:
+    """Divide an array into parts as long as these."""
+    return np.split(joined, np.cumsum([len(part) for part in parts])[:-1])
