@@ -44,10 +44,12 @@ def undefined_beyond(
 
     Both happen to formulas of a flat form only: so `roundings` are of these.
     """
-    found = set()
+    found = set[str]()
+    if not (roundings or reference.plant.needs):
+        return found
     with ball_arithmetic(_TERMS):
         envelopes = {id(signal): _envelope(signal, start) for signal in reference.kernel_sums}
-        for q in exact_quantities(reference) if roundings or reference.plant.needs else ():
+        for q in exact_quantities(reference):
             arguments = {name: _range(functional, envelopes) for name, functional in q.arguments.items()}
             rounding = roundings.get(q.name)
             try:

@@ -26,7 +26,7 @@ from trackable.certificates.rounding.references import (
 )
 from trackable.certificates.rounding.sizes import has_sane_numbers
 from trackable.certificates.settled import earliest_settled, settled_margins
-from trackable.certificates.sketch import Sketch, sketch
+from trackable.certificates.sketch import Sketch, sketches
 from trackable.gp.period import common_period
 from trackable.systems.reference import Reference
 
@@ -34,6 +34,7 @@ Failure = Counterexample | Unproved
 Outcome = Certificate | Failure
 
 _LATEST_STEP, _TIMES, _AT_REST = 100_000, 201, 1e3
+_CLEAR = 4.0  # errors of evaluation: a larger margin in float64 is no failure
 
 
 def prove(reference: Reference) -> Outcome:
@@ -138,15 +139,15 @@ class _ProofProblem:
     def cover_window(self, claim: Claim, start: float, end: float) -> Outcome:
         if not has_sane_numbers(self.reference):
             return self._beyond_analysis
-        sketches = self._sketches(start, end)
-        for quantity, drawn in zip(self.quantities, sketches, strict=True):
-            if failure := self._failure_at(quantity, drawn.worst_time):
+        drawn = sketches(self.reference, start, end)
+        for quantity, of in zip(self.quantities, drawn, strict=True):
+            if self._may_fail(quantity, of) and (failure := self._failure_at(quantity, of.worst_time)):
                 return failure
-        if jump := jump_of(self.reference, sketches):
+        if jump := jump_of(self.reference, drawn):
             return jump
         bounded = [
-            Bounded(q, drawn, self.errors[q.name], self.roundings.get(q.name))
-            for q, drawn in zip(self.quantities, sketches, strict=True)
+            Bounded(q, of, self.errors[q.name], self.roundings.get(q.name))
+            for q, of in zip(self.quantities, drawn, strict=True)
         ]
         found = covers(bounded, start, end)
         if isinstance(found, Hole):
@@ -154,8 +155,12 @@ class _ProofProblem:
         by_name = {q.name: cover for q, cover in zip(self.quantities, found, strict=True)}
         return Certificate(self.reference, claim, TERMS, by_name, self.errors, self.until)
 
-    def _sketches(self, start: float, end: float) -> list[Sketch]:
-        return [sketch(self.reference, quantity, start, end) for quantity in self.reference.quantities]
+    def _may_fail(self, quantity: ExactQuantity, drawn: Sketch) -> bool:
+        """Whether the margins that float64 shows leave open whether there is a failure at the smallest of them.
+
+        Where they do not, that time would be proved at length twice: boxes prove it anyway.
+        """
+        return not drawn.least > _CLEAR * self.errors[quantity.name] or quantity.name in self.roundings
 
     def prove_instants(self, last_step: int) -> Outcome:
         for k in range(last_step + 1):
@@ -187,7 +192,7 @@ class _ProofProblem:
     @property
     def _broken_in_window(self) -> Counterexample | None:
         """A counterexample near one of the worst times in the window; None where none is found."""
-        worst = zip(self.quantities, self._sketches(0.0, self.window), strict=True)
+        worst = zip(self.quantities, sketches(self.reference, 0.0, self.window), strict=True)
         failures = (self._failure_near(q, drawn.worst_time) for q, drawn in worst)
         return next((failure for failure in failures if isinstance(failure, Counterexample)), None)
 

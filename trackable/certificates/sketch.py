@@ -8,12 +8,16 @@ import numpy as np
 import numpy.typing as npt
 
 from trackable.arrays import Array
+from trackable.gp.remembered import Remembered
 from trackable.learning.index_set import Window
+from trackable.systems.flat.functional import Signals
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
+from trackable.systems.several import Several
 
 _GRID_POINTS, _MOST_POINTS = 1025, 50_000
 _POINTS_PER_CORRELATION_TIME, _FEW_CENTRES = 4, 100
+_ENOUGH = 32  # in each correlation time: more show nothing of linear combinations of signals, unlike of formulas
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,11 @@ class Sketch:
     def worst_time(self) -> float:
         return float(self.times[np.argmin(self.margins)])
 
+    @property
+    def least(self) -> float:
+        """The smallest margin."""
+        return float(np.min(self.margins))
+
 
 class Extremes(NamedTuple):
     """The smallest margin in each box, and the largest |∂q/∂q_i|: shape (B,)."""
@@ -43,24 +52,35 @@ class Extremes(NamedTuple):
     steepest: dict[str, Array]
 
 
-def sketch(reference: Reference, quantity: Quantity, start: float, end: float) -> Sketch:
-    """Return margins on a regular grid, at their local minima, and near centres where they may change in between."""
-    signals, trajectory = reference.kernel_sums, quantity.trajectory
-    kernels = [signal.kernel for signal in signals]
+def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
+    """Return margins on a regular grid, at their local minima, and near centres where they may change in between.
 
-    def margin(t: Array) -> Array:
-        return quantity.margin(signals, t)
-
-    lowest = Window(start, end).local_minima(margin, kernels)
-    resolved = _POINTS_PER_CORRELATION_TIME * (end - start) / min(kernel.correlation_time for kernel in kernels)
-    points = int(np.clip(resolved, _GRID_POINTS, _MOST_POINTS))
-    times = np.unique(np.concatenate([np.linspace(start, end, points), lowest, *_near_centres(reference, quantity)]))
+    The times are the same for all quantities.
+    """
+    signals = Remembered.of(reference.kernel_sums).signals
+    kernels, several = [signal.kernel for signal in signals], Several(reference.quantities, signals)
+    lowest = Window(start, end).minima_of_each(several, kernels)
+    grid = np.linspace(start, end, _points((end - start) / min(k.correlation_time for k in kernels), several.is_linear))
+    centres = (at for quantity in reference.quantities for at in _near_centres(reference, quantity))
+    times = np.unique(np.concatenate([grid, *lowest, *centres]))
     times = times[(times >= start) & (times <= end)]
+    pairs = zip(reference.quantities, several.margins(times), strict=True)
+    return [Sketch(times, margins, _sizes(quantity, signals, times)) for quantity, margins in pairs]
+
+
+def _points(correlation_times: float, is_linear: bool) -> int:
+    """Return the number of points in a window as long as so many correlation times."""
+    fewest = min(_ENOUGH * correlation_times + 2, _GRID_POINTS) if is_linear else _GRID_POINTS
+    return int(np.clip(_POINTS_PER_CORRELATION_TIME * correlation_times, fewest, _MOST_POINTS))
+
+
+def _sizes(quantity: Quantity, signals: Signals, times: Array) -> dict[str, Array]:
+    """Return |∂q/∂q_i| for each functional."""
+    trajectory = quantity.trajectory
     if trajectory.functional:
-        return Sketch(times, margin(times), {name: np.ones_like(times) for name, _ in trajectory.arguments})
+        return {name: np.ones_like(times) for name, _ in trajectory.arguments}
     slopes = trajectory.slopes({name: functional(signals, times) for name, functional in trajectory.arguments})
-    sizes = {name: np.broadcast_to(np.abs(slope), times.shape) for name, slope in slopes.items()}
-    return Sketch(times, margin(times), sizes)
+    return {name: np.broadcast_to(np.abs(slope), times.shape) for name, slope in slopes.items()}
 
 
 def _near_centres(reference: Reference, quantity: Quantity) -> Iterator[Array]:

@@ -26,16 +26,16 @@ class Several:
 
     def values(self, t: Array) -> Array:
         """Return all quantities at t [s]: shape (Q, *t.shape)."""
-        if self._functionals is None:
+        if not self.is_linear:
             return np.stack([quantity(self.signals, t) for quantity in self.quantities])
-        found = np.repeat(self._offsets, t.size).reshape(-1, *t.shape)
+        found = np.repeat(self._offsets, t.size).reshape(len(self), *t.shape)
         for weights, shifted in self._shifted(t):
             found += np.tensordot(weights, shifted, axes=1)
         return found
 
     def values_of(self, which: Indices, t: Array) -> Array:
         """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (..., m): the shape of t."""
-        if self._functionals is None:
+        if not self.is_linear:
             found = np.empty(t.shape)
             for q in np.unique(which).tolist():
                 found[..., which == q] = self.quantities[q](self.signals, t[..., which == q])
@@ -65,6 +65,11 @@ class Several:
         """The lower and the upper bounds: shape (Q,)."""
         bounds = [quantity.bounds for quantity in self.quantities]
         return np.array([each.lower for each in bounds]), np.array([each.upper for each in bounds])
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether all quantities are functionals."""
+        return self._functionals is not None
 
     @cached_property
     def _functionals(self) -> list[Functional] | None:

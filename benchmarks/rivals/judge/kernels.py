@@ -11,7 +11,7 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.exact import ExactQuantity, exact_quantities
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove_on_window
-from trackable.certificates.sketch import sketch
+from trackable.certificates.sketch import sketches
 from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
@@ -54,7 +54,8 @@ class KernelCurve(Curve):
 
 def _worst(reference: Reference, window: tuple[float, float]) -> Violation:
     """Return the violation at the worst times that are seen in float64."""
-    times = {q.name: sketch(reference, q, *window).worst_time for q in reference.quantities}
+    drawn = zip(reference.quantities, sketches(reference, *window), strict=True)
+    times = {quantity.name: of.worst_time for quantity, of in drawn}
     each = [_at(reference, name, time) for name, time in times.items()]
     return max(each, key=lambda violation: violation.least)
 
