@@ -1,6 +1,8 @@
 """Whether an envelope keeps every bound, approximately in float64: it guides a search, and proves nothing."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -21,7 +23,7 @@ def nearly_settled(reference: Reference, reserve: Mapping[str, float]) -> Callab
     means = [signal.mean for signal in signals]
     rows = [
         (
-            [[float(w) for w in weights] for weights in functional.weights],
+            [_Weights.of(weights) for weights in functional.weights],
             min(functional.at_rest(means) - quantity.bounds.lower, quantity.bounds.upper - functional.at_rest(means))
             - reserve[quantity.name],
         )
@@ -32,17 +34,28 @@ def nearly_settled(reference: Reference, reserve: Mapping[str, float]) -> Callab
     def holds(start: float) -> bool:
         envelopes = [_envelope(signal, start) for signal in signals]
         return all(
-            sum(_reach(np.array(w), *e, plant.sampling_time) for w, e in zip(weights, envelopes, strict=True)) <= room
+            sum(w.reach(*e, plant.sampling_time) for w, e in zip(weights, envelopes, strict=True)) <= room
             for weights, room in rows
         )
 
     return holds
 
 
-def _reach(weights: np.ndarray, size: float, slope: float, step: float) -> float:
-    each = np.abs(weights)
-    shifted = step * float(np.arange(len(each)) @ each) * slope
-    return min(float(np.sum(each)) * size, abs(float(np.sum(weights))) * size + shifted)
+class _Weights(NamedTuple):
+    """Of the weights w_j of one signal Σ_j |w_j|, |Σ_j w_j| and Σ_j j |w_j|."""
+
+    each: float
+    whole: float
+    shifted: float
+
+    @classmethod
+    def of(cls, weights: Sequence[Fraction]) -> Self:
+        each = np.abs([float(w) for w in weights])
+        return cls(float(np.sum(each)), abs(float(sum(weights))), float(np.arange(len(each)) @ each))
+
+    def reach(self, size: float, slope: float, step: float) -> float:
+        """Return the bound of |Σ_j w_j e(t + j T_s)| of `limits`."""
+        return min(self.each * size, self.whole * size + step * self.shifted * slope)
 
 
 def _envelope(signal: KernelSum, start: float) -> tuple[float, float]:

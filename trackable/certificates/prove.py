@@ -26,7 +26,7 @@ from trackable.certificates.rounding.references import (
 )
 from trackable.certificates.rounding.sizes import has_sane_numbers
 from trackable.certificates.settled import earliest_settled, settled_margins
-from trackable.certificates.sketch import Sketch, sketches
+from trackable.certificates.sketch import sketches
 from trackable.gp.period import common_period
 from trackable.systems.reference import Reference
 
@@ -34,7 +34,7 @@ Failure = Counterexample | Unproved
 Outcome = Certificate | Failure
 
 _LATEST_STEP, _TIMES, _AT_REST = 100_000, 201, 1e3
-_CLEAR = 4.0  # errors of evaluation: a larger margin in float64 is no failure
+_CLEAR = 4.0  # errors of evaluation
 
 
 def prove(reference: Reference) -> Outcome:
@@ -132,16 +132,20 @@ class _ProofProblem:
 
     @cached_property
     def settled(self) -> float | None:
-        return (
-            earliest_settled(self.reference, self.errors, self.roundings) if has_sane_numbers(self.reference) else None
-        )
+        return earliest_settled(self.reference, self.errors, self.roundings) if self.is_sane else None
+
+    @cached_property
+    def is_sane(self) -> bool:
+        return has_sane_numbers(self.reference)
 
     def cover_window(self, claim: Claim, start: float, end: float) -> Outcome:
-        if not has_sane_numbers(self.reference):
+        if not self.is_sane:
             return self._beyond_analysis
         drawn = sketches(self.reference, start, end)
         for quantity, of in zip(self.quantities, drawn, strict=True):
-            if self._may_fail(quantity, of) and (failure := self._failure_at(quantity, of.worst_time)):
+            # Where float64 shows no failure, there is none to be explained: boxes prove that time too.
+            is_clear = of.least > _CLEAR * self.errors[quantity.name] and quantity.name not in self.roundings
+            if not is_clear and (failure := self._failure_at(quantity, of.worst_time)):
                 return failure
         if jump := jump_of(self.reference, drawn):
             return jump
@@ -155,13 +159,6 @@ class _ProofProblem:
         by_name = {q.name: cover for q, cover in zip(self.quantities, found, strict=True)}
         return Certificate(self.reference, claim, TERMS, by_name, self.errors, self.until)
 
-    def _may_fail(self, quantity: ExactQuantity, drawn: Sketch) -> bool:
-        """Whether the margins that float64 shows leave open whether there is a failure at the smallest of them.
-
-        Where they do not, that time would be proved at length twice: boxes prove it anyway.
-        """
-        return not drawn.least > _CLEAR * self.errors[quantity.name] or quantity.name in self.roundings
-
     def prove_instants(self, last_step: int) -> Outcome:
         for k in range(last_step + 1):
             for quantity in self.quantities:
@@ -172,7 +169,7 @@ class _ProofProblem:
     @property
     def unsettled(self) -> Failure:
         """Explain why no envelope keeps the bounds: a counterexample if one is found, otherwise what is missing."""
-        if not has_sane_numbers(self.reference):
+        if not self.is_sane:
             return self._beyond_analysis
         if unbounded := [quantity for quantity in self.quantities if not np.isfinite(self.errors[quantity.name])]:
             return self._broken_in_window or self._unbounded_error(unbounded[0])

@@ -86,7 +86,7 @@ class Several:
         """For each signal c that matters, c, the shifts j that matter, and the weights w_qj: shape (Q, shifts)."""
         functionals, found = self._functionals or (), []
         for c in range(len(self.signals)):
-            longest = max(len(functional.weights[c]) for functional in functionals)
+            longest = max((len(functional.weights[c]) for functional in functionals), default=0)
             weights = np.zeros((len(self), longest))
             for row, functional in zip(weights, functionals, strict=True):
                 row[: len(functional.weights[c])] = dict(functional.rounded).get(c, 0.0)

@@ -4,10 +4,11 @@ With d = r/θ₂ and η = h/θ₂ is κ(r + h x) = θ₁² e^(−d²/2) e^(−d 
 Σ_i c_i κ(r_i + h x) = θ₁² e^(−η² x²/2) Σ_k S_k xᵏ with S_k = Σ_i c_i e^(−d_i²/2) (−d_i η)ᵏ/k!.
 """
 
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
+from trackable.arrays import Array
 from trackable.certificates.boxes.boxes import Boxes, Indices
 from trackable.certificates.boxes.mirrored import Mirrored
 from trackable.certificates.floats.balls import Balls, U, sums_up
@@ -17,16 +18,23 @@ from trackable.certificates.kernels.squared_exponential import SquaredExponentia
 
 def sums(kernel: SquaredExponentialBalls, of: Mirrored, terms: int) -> Balls:
     """Return S_k for all k < terms: shape (terms, B)."""
-    d, eta = of.r / kernel.length, of.pairs.boxes.halves / kernel.length
+    d, eta = of.r * _per_length(kernel), of.pairs.boxes.halves * _per_length(kernel)
     sizes = (d * d * -0.5).exp()
     powers = exponential_terms(d * eta.at(of.pairs.of_box) * -of.signs, terms)
     return of.pairs.weighted(powers * sizes, of.pairs.weights)
 
 
+def size_on_discs(kernel: SquaredExponentialBalls, of: Mirrored) -> Array:
+    """Bound Σ_i |c_i| |κ(z_i)| over |z_i − r_i| ≤ ρ in each box, where Re z² ≥ r²/2 − ρ²: shape (B,)."""
+    d, reach = of.r * _per_length(kernel), Balls.exact(of.pairs.boxes.radii) * _per_length(kernel)
+    sizes = ((reach * reach * 0.5).at(of.pairs.of_box) - d * d * 0.25).exp()
+    return (Balls.exact(of.pairs.summed_up(sizes.highest)) * kernel.variance).highest
+
+
 def polynomial(kernel: SquaredExponentialBalls, weighted: Balls, boxes: Boxes) -> Balls:
     """Return Σ_i c_i κ(r_i + h x) as a polynomial in x, from its S_k: shape (terms, B)."""
     terms = len(weighted.mid)
-    eta = boxes.halves / kernel.length
+    eta = boxes.halves * _per_length(kernel)
     even = exponential_terms(eta * eta * -0.5, (terms + 1) // 2)
     factors = Balls(*(np.concatenate([x, np.zeros((1, len(boxes)))])[_places(terms)] for x in (even.mid, even.rad)))
     size, whole = np.abs(weighted.mid), np.abs(weighted.mid) + weighted.rad
@@ -34,6 +42,12 @@ def polynomial(kernel: SquaredExponentialBalls, weighted: Balls, boxes: Boxes) -
     mid = np.sum(factors.mid * weighted.mid, axis=1)
     rad = np.sum(np.abs(factors.mid) * rounded + factors.rad * whole, axis=1)
     return Balls(mid, sums_up(rad, 2 * terms)) * kernel.variance
+
+
+@lru_cache
+def _per_length(kernel: SquaredExponentialBalls) -> Balls:
+    """1/θ₂."""
+    return Balls.of(1) / kernel.length
 
 
 @cache

@@ -59,6 +59,8 @@ def _on_discs(summands: Summands, shifted: ShiftedBoxes, reach: Array) -> Array:
     if isinstance(kernel, MaternBalls):
         sums = [exponentials.sums(kernel, abs(each.r), np.abs(each.pairs.weights), each.pairs) for each in blocks]
         return exponentials.size_on_discs(kernel, joined(sums), shifted.boxes)
+    if isinstance(kernel, SquaredExponentialBalls):
+        return np.concatenate([gaussians.size_on_discs(kernel, each) for each in blocks])
     return np.concatenate([each.pairs.summed_up(kernel.on_disc(each.r, each.radii).highest) for each in blocks])
 
 

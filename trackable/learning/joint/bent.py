@@ -30,14 +30,20 @@ _NEGLIGIBLE = 1e-6
 class BentMean:
     """m⁺ + Σ_a λ_a κ⁺(·, L_a), with `multipliers` λ (r,) of the rows, and the price D(θ) as `price`.
 
+    `given` is what the samples say of the rows that are `demanded`.
     If `contradicts` holds, no function meets all demands; `multipliers` then say which rows contradict each other.
     """
 
-    posterior: JointPosterior
+    given: RowPosterior
     demanded: Demands
     multipliers: Array
     price: float
     contradicts: bool
+
+    @property
+    def posterior(self) -> JointPosterior:
+        """The posterior that is bent."""
+        return self.given.posterior
 
     @cached_property
     def signals(self) -> tuple[KernelSum, ...]:
@@ -57,11 +63,6 @@ class BentMean:
             multipliers[active] += solve_symmetric(self.given.covariance[np.ix_(active, active)], missed)
             found = self.given.signals(multipliers)
         return kept
-
-    @cached_property
-    def given(self) -> RowPosterior:
-        """What the samples say of the rows."""
-        return RowPosterior(self.posterior, self.demanded.rows)
 
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
@@ -117,7 +118,7 @@ def bent_by(posterior: JointPosterior, demanded: Demands) -> BentMean | None:
     dual = solve_dual(given.covariance, demanded.limits - given.mean, demanded.is_equation)
     if dual is None:
         return None
-    return BentMean(posterior, demanded, dual.multipliers, dual.value, dual.contradicts)
+    return BentMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
 
 
 def _is_linearised_at(problem: ConstrainedProblem, places: Places, found: BentMean) -> bool:

@@ -44,7 +44,7 @@ class Seen:
         """Return the places (n, 2) of those minima whose margin is small, each at the nearer bound."""
         times = [at[np.isfinite(margins) & (margins < _CLOSE)] for at, margins in found]
         which, (lower, upper) = _owners(times), self._all.bounds
-        values = self._all.values_of(which, np.concatenate(times))
+        values = self._all.values_of(which, _together(times))
         sides = np.where(values - lower[which] < upper[which] - values, LOWER, UPPER)
         return tuple(np.column_stack(pair) for pair in zip(times, _parted(sides, times), strict=True))
 
@@ -64,15 +64,15 @@ class Seen:
             constraint.index_set.nearest(np.linspace(at[:-1], at[1:], PARTS + 1)[1:-1])
             for constraint, at in zip(self._known, places, strict=True)
         ]
-        pairs = [at[0] for at in times]
-        margins = self._margins_of(_owners(pairs), np.concatenate(times, axis=1))
+        pairs, every = [at[0] for at in times], np.concatenate([np.empty((PARTS - 1, 0)), *times], axis=1)
+        margins = self._margins_of(_owners(pairs), every)
         lowest = np.argmin(margins, axis=0)
-        at, least = (np.take_along_axis(x, lowest[None], 0)[0] for x in (np.concatenate(times, axis=1), margins))
+        at, least = (np.take_along_axis(x, lowest[None], 0)[0] for x in (every, margins))
         both = zip(_parted(at, pairs), _parted(least, pairs), strict=True)
         return [(t[below < 0], below[below < 0]) for t, below in both]
 
     def _with_margins(self, times: Sequence[Array]) -> Minima:
-        margins = self._margins_of(_owners(times), np.concatenate(times))
+        margins = self._margins_of(_owners(times), _together(times))
         return list(zip(times, _parted(margins, times), strict=True))
 
     def _margins_of(self, which: Indices, t: Array) -> Array:
@@ -110,6 +110,10 @@ def _owners(parts: Sequence[Array]) -> Indices:
     return np.repeat(np.arange(len(parts)), [len(part) for part in parts])
 
 
+def _together(parts: Sequence[Array]) -> Array:
+    return np.concatenate([np.empty(0), *parts])
+
+
 def _parted(joined: Array, parts: Sequence[Array]) -> list[Array]:
     """Divide an array into parts as long as these."""
-    return np.split(joined, np.cumsum([len(part) for part in parts])[:-1])
+    return np.split(joined, np.cumsum([len(part) for part in parts]))[: len(parts)]
