@@ -118,7 +118,7 @@ class Taylor(RowKernel):
     first: Array
     moments: Array
 
-    @property
+    @cached_property
     def centres(self) -> Terms:
         """Terms with the same first moments at times that lie far apart: their weights are smaller by far.
 

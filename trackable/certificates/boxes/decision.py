@@ -50,9 +50,9 @@ class Bounded:
 
     @cached_property
     def limits(self) -> tuple[Balls, Balls]:
-        """The bounds, drawn in, in float64."""
-        lower, upper = self.ends
-        return Balls.of(lower), Balls.of(upper)
+        """The bounds, drawn in, in float64: shape (1,) each."""
+        lower, upper = (Balls.of(end) for end in self.ends)
+        return Balls(lower.mid[None], lower.rad[None]), Balls(upper.mid[None], upper.rad[None])
 
     @property
     def is_linear(self) -> bool:
@@ -136,19 +136,24 @@ class _Try(NamedTuple):
 
 def _decide_linear(tries: Sequence[_Try]) -> None:
     """Decide about quantities that are functionals, by Taylor polynomials in float64."""
-    sides, counts = list[Balls](), list[int]()
-    for bounded, decision, series, missed, tried in tries:
-        ((name, q),), (lower, upper) = series.items(), bounded.limits
-        above, below, rest = q.at(0) - lower, upper - q.at(0), missed[name]
-        decision.outside[:] = tried & ((above.highest < -rest) | (below.highest < -rest))
-        at = (slice(None), tried)
-        sides.extend((_with(above - rest, q).at(at), _with(below - rest, -q).at(at)))
-        counts.append(int(np.count_nonzero(tried)))
-    if not sides:
+    if not tries:
         return
-    inside = np.split(are_positive(joined(sides)), np.cumsum(np.repeat(counts, 2))[:-1])
-    for each, is_above, is_below in zip(tries, inside[::2], inside[1::2], strict=True):
-        each.decision.inside[each.tried] = is_above & is_below
+    counts = [int(np.count_nonzero(each.tried)) for each in tries]
+    q = joined(series.at((slice(None), each.tried)) for each in tries for series in each.series.values())
+    rest = np.concatenate([missed[each.tried] for each in tries for missed in each.missed.values()])
+    lower, upper = (joined(ends).at(np.repeat(np.arange(len(tries)), counts)) for ends in _limits(tries))
+    above, below = q.at(0) - lower, upper - q.at(0)
+    outside = (above.highest < -rest) | (below.highest < -rest)
+    is_above, is_below = np.split(are_positive(joined([_with(above - rest, q), _with(below - rest, -q)])), 2)
+    ends = np.cumsum(counts)[:-1]
+    for each, out, inside in zip(tries, np.split(outside, ends), np.split(is_above & is_below, ends), strict=True):
+        each.decision.outside[each.tried], each.decision.inside[each.tried] = out, inside
+
+
+def _limits(tries: Sequence[_Try]) -> tuple[list[Balls], ...]:
+    """Return the lower limits of some quantities, and the upper ones: shape (1,) each."""
+    limits = [each.bounded.limits for each in tries]
+    return [lower for lower, _ in limits], [upper for _, upper in limits]
 
 
 def _decide_formulas(tries: Sequence[_Try]) -> None:

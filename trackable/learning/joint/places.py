@@ -91,8 +91,14 @@ def demands(problem: ConstrainedProblem, places: Places, near: Sequence[KernelSu
 
 
 def _rows(trajectory: Trajectory, times: Array, sides: Array, near: Sequence[KernelSum], processes: int) -> Rows:
-    """Linearise: q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), with v_i the arguments at the signals `near`."""
-    at = {name: functional(near, times) for name, functional in trajectory.arguments}
+    """Linearise: q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), with v_i the arguments at the signals `near`.
+
+    A functional is linear whatever the signals are: v = 0 is as good.
+    """
+    at = {
+        name: np.zeros_like(times) if trajectory.functional else functional(near, times)
+        for name, functional in trajectory.arguments
+    }
     slopes = trajectory.slopes(at)
     offsets = np.array(trajectory.value(at))
     terms: list[list[Terms]] = [[] for _ in range(processes)]
