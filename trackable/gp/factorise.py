@@ -115,4 +115,4 @@ def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Itera
 def _cost_of_band(rows: list[slice]) -> float:
     own = np.array([row.stop - row.start for row in rows], dtype=float)
     after = np.append(own[1:], 0.0)
-    return float(np.sum(0.04 * own**3 + 0.08 * own * after * (own + after) + 8 * own * (own + after) + 5e4))
+    return float(np.sum(0.06 * own**3 + 0.12 * own * after * (own + after) + 12 * own * (own + after) + 7.5e4))

@@ -120,7 +120,7 @@ class JointPosterior:
 
     @cached_property
     def parts(self) -> tuple[Posterior, ...]:
-        return tuple(Posterior(prior, samples) for prior, samples in zip(self.prior.parts, self.samples, strict=True))
+        return tuple([Posterior(prior, samples) for prior, samples in zip(self.prior.parts, self.samples, strict=True)])
 
     @cached_property
     def signals(self) -> tuple[KernelSum, ...]:

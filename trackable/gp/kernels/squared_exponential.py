@@ -27,7 +27,8 @@ class SquaredExponential(Radial):
         """Return κ, and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = s² κ, with s = r/θ₂."""
         s = r / float(self.lengthscale)
         square = s * s
-        value = np.asarray(np.exp(square * -0.5) * self.signal_std**2)
+        value = np.asarray(np.exp(square * -0.5))
+        value *= self.signal_std**2
         gradient = np.empty((2, *value.shape))
         np.multiply(value, 2.0, out=gradient[0, ...])
         np.multiply(value, square, out=gradient[1, ...])
