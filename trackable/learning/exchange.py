@@ -2,28 +2,30 @@
 
 Solve with constraints at few places, find the places at which the result violates a bound, add them, repeat. Every
 program on the way is a relaxation of the whole problem: the first minimiser that keeps all bounds solves the whole
-problem, and a minimiser that is no better than a known solution can be given up.
+problem, and a minimiser that is no better than a known solution can be given up. So programs are solved roughly first,
+and precisely only where the rough minimiser violates no bound at a new place.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+import heapq
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import count
 
 import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.posterior import IllConditioned
+from trackable.learning import sqp
 from trackable.learning.candidate import Candidate, Places, merged
 from trackable.learning.nonlinear import Program
 from trackable.learning.problem import ConstrainedProblem, NoSolution, NothingFactored, Round, Solution
 
 _MAX_ROUNDS = 60
 _MAX_HALVINGS = 60
-_SAME_POINT = 1e-6
+_SAME_POINT = 1e-3
 _SAME_BASIN = 1e-2
-# From a promising start the first step changes each ln θ by at most this much, to stay in its basin.
-_NEARBY = 0.1
-
-Step = Callable[[Program, Array], Array | None]
+_ROUGH = 1e-8  # of 1 + |l|: a minimiser that violates a bound at a new place need not be more precise
+_MORE_STEPS = 30  # as good as the last one: where these do not lead below the best objective, a search is given up
 
 
 @dataclass(frozen=True)
@@ -34,13 +36,36 @@ class _Path:
     rounds: tuple[Round, ...] = ()
 
 
+@dataclass(frozen=True)
+class _Followed:
+    """A search with `places` of its own, from a promising start; `is_second` if it is the second one from there."""
+
+    start: Array
+    path: _Path
+    places: Places
+    is_second: bool = False
+
+    @property
+    def is_going_on(self) -> bool:
+        return bool(self.path.rounds)
+
+    def again(self) -> Iterator[tuple[float, "_Followed"]]:
+        """Yield the same from its start, with all places found, to be done at once; nothing where that was done."""
+        if self.is_going_on and not self.is_second:
+            yield -np.inf, _Followed(self.start, _Path(self.start), self.places, is_second=True)
+
+
+Step = Callable[[Program, Array, Array | None, float, sqp.GiveUp], sqp.Minimum | None]
+"""Solves a program from a start with the curvature there, up to a precision: a method of `Program`."""
+
+
 @dataclass
 class Exchange:
     """Run local searches; keep the `best` feasible point, and the `closest`, the point with the smallest violation.
 
-    `together` runs searches from several starts with the same places in their programs; `follow` runs one search with
-    places of its own. `active` are the places of the last program, `rounds` are the rounds that led to the best point,
-    and `fits` counts the nonlinear programs. Searches whose l is not below the `ceiling` are given up: each program is
+    `together` runs searches from several starts with the same places in their programs; `follow` runs searches with
+    places of their own. `active` are the places of the last program, `rounds` are those that led to the best point, and
+    `fits` counts the nonlinear programs. Searches whose l is not below the `ceiling` are given up: each program is
     a relaxation, so that l only rises on the way.
     """
 
@@ -70,24 +95,35 @@ class Exchange:
             )
         return self.closest.infeasible(self.problem) if self.closest else NothingFactored(self.problem.prior)
 
-    def follow(self, start: Array) -> None:
-        """Search from one promising start for the local minimum of its basin, with places of its own.
+    def follow(self, starts: Iterable[Array]) -> None:
+        """Search from promising starts for the local minima of their basins, each search with places of its own.
 
-        The first program has the places where the start is closest to its bounds. If the search finds no better
-        solution, repeat it once with all places found so far in the first program, as the search may have left its
-        basin.
+        The first program of each has the places where the start is closest to its bounds. The search with the smallest
+        objective goes on first: what it finds may end others. A search that finds no better solution is repeated once,
+        with all its places in the first program, as it may have left its basin.
         """
-        try:
-            places = merged(self._no_places, Candidate.at(self.problem, start).closest_places)
-        except IllConditioned:
-            return
-        met = self._search_from(start, places)
-        if met is not None:
-            self._search_from(start, met)
+        order, queue = count(), list[tuple[float, int, _Followed]]()
+        for start in starts:
+            try:
+                candidate = Candidate.at(self.problem, start)
+            except IllConditioned:
+                continue
+            places = merged(self._no_places, candidate.closest_places)
+            queue.append((candidate.objective, next(order), _Followed(start, _Path(start), places)))
+        heapq.heapify(queue)
+        while queue:
+            value, _, search = heapq.heappop(queue)
+            for further, going_on in self._followed(value, search):
+                heapq.heappush(queue, (further, next(order), going_on))
 
     def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
         """Improve all points by `step` until none violates a bound at a place that is not yet `active`."""
-        self.active = self._exchanged([_Path(point) for point in points], self.active or self._no_places, step)
+        paths, places = [_Path(point) for point in points], self.active or self._no_places
+        for _ in range(_MAX_ROUNDS):
+            if not paths:
+                break
+            paths, places = self._advanced(paths, places, step)
+        self.active = places
 
     def keep_scaled_down(self, points: Iterable[Array]) -> None:
         """Halve the signals' amplitudes at each point until all bounds hold; keep the best result."""
@@ -108,42 +144,61 @@ class Exchange:
     def _no_places(self) -> Places:
         return tuple(constraint.none for constraint in self.problem.constraints)
 
-    def _search_from(self, start: Array, places: Places) -> Places | None:
-        """Return all places found if a second search may help; None if this one found a new best, or nothing new."""
-        best, end = self.best, _nearby(Program(self.problem, places), start)
-        self.fits += 1
-        if end is None or self._is_visited(end):
-            return None
-        paths, met = self._promising([(_Path(start), end)], places)
-        if paths:
-            met = self._exchanged(paths, met, _nearby)
+    @property
+    def _least(self) -> float:
+        """The objective that has to be undercut."""
+        return self.ceiling if self.best is None else self.best.objective
+
+    @property
+    def _may_give_up(self) -> bool:
+        """Whether only the best minimum is of use. Without constraints, the others are starts for other problems."""
+        return bool(self.problem.constraints)
+
+    def _followed(self, value: float, search: _Followed) -> Iterator[tuple[float, _Followed]]:
+        """Solve the next program of a search that has reached this objective; yield what is to be done next, and when.
+
+        Searches with a smaller objective go on earlier.
+        """
+        best = self.best
+        if search.is_going_on and value >= self._least:
+            yield from search.again()
+            return
+        paths, met = self._advanced([search.path], search.places, Program.minimise_nearby)
         if self.best is not best:
             self.active = met
-            return None
-        return met if paths else None
+        elif not paths or len(paths[0].rounds) > _MAX_ROUNDS:
+            yield from search.again()
+        elif search.is_going_on or not self._is_visited(paths[0].end):
+            yield paths[0].rounds[-1].objective, replace(search, path=paths[0], places=met)
 
-    def _exchanged(self, paths: Sequence[_Path], places: Places, step: Step) -> Places:
-        """Continue searches while they violate bounds at places that are not in their program; return all places."""
-        for _ in range(_MAX_ROUNDS):
-            if not paths:
-                break
-            program = Program(self.problem, places)
-            ends = [(path, step(program, path.end)) for path in paths]
-            self.fits += len(ends)
-            paths, places = self._promising(ends, places)
-        return places
+    def _advanced(self, paths: Sequence[_Path], places: Places, step: Step) -> tuple[list[_Path], Places]:
+        """Solve the program with these places from the ends of the paths.
 
-    def _promising(self, ends: Iterable[tuple[_Path, Array | None]], places: Places) -> tuple[list[_Path], Places]:
-        """Evaluate the ends of searches; return those that violate bounds but may become the best, and all places."""
-        promising, met, count = [], places, sum(map(len, places))
-        for path, end in _distinct(ends):
-            candidate = self._evaluated(end)
+        Return the paths that violate bounds but may become the best, and all places.
+        """
+        program, met = Program(self.problem, places), places
+        promising, ends, size = list[_Path](), list[Array](), sum(map(len, places))
+
+        def give_up(x: Array, merit: float, gain: float) -> bool:
+            is_hopeless = self._may_give_up and merit - _MORE_STEPS * gain >= self._least
+            return is_hopeless or any(np.max(np.abs(x - end)) < _SAME_BASIN for end in ends)
+
+        for path in paths:
+            self.fits += 1
+            found = step(program, path.end, None, _ROUGH, give_up)
+            if found is None or any(np.max(np.abs(found.x - end), initial=0.0) <= _SAME_POINT for end in ends):
+                continue
+            candidate = self._evaluated(found.x)
+            if candidate is not None and self._may_be_best(candidate) and candidate.violated(places) is None:
+                found = step(program, found.x, found.curvature, sqp.PRECISION, sqp.never) or found
+                candidate = self._evaluated(found.x)
+            ends.append(found.x)
             if candidate is not None and candidate.is_feasible:
-                self._ends.append((candidate.objective, end))
+                self._ends.append((candidate.objective, found.x))
             if candidate is None or self._is_no_better(candidate):
                 continue
-            done = Round(end, candidate.objective, candidate.worst[0], count)
-            longer = _Path(end, (*path.rounds, done))
+            done = Round(found.x, candidate.objective, candidate.worst[0], size)
+            longer = _Path(found.x, (*path.rounds, done))
             if candidate.is_feasible:
                 self._keep(candidate, longer.rounds)
             # Compare with the places of this program: another search of this round may have found the same ones.
@@ -169,8 +224,12 @@ class Exchange:
             self.best, self.rounds = candidate, rounds
             self._visited += [done.log_theta for done in rounds]
 
+    def _may_be_best(self, candidate: Candidate) -> bool:
+        """Whether the minimum near a rough minimiser may be better than the best."""
+        return candidate.objective - _MORE_STEPS * _ROUGH * (1 + abs(candidate.objective)) < self._least
+
     def _is_no_better(self, candidate: Candidate) -> bool:
-        return candidate.objective >= (self.ceiling if self.best is None else self.best.objective)
+        return candidate.objective >= self._least
 
     def _other_minima(self, best: Array) -> tuple[Array, ...]:
         """Return the other ends of searches that keep all bounds, the best first."""
@@ -183,15 +242,3 @@ class Exchange:
     def _is_visited(self, end: Array) -> bool:
         """Whether a search that led to a former best has passed this point, so that it would end there again."""
         return any(np.max(np.abs(end - other), initial=0.0) < _SAME_BASIN for other in self._visited)
-
-
-def _nearby(program: Program, start: Array) -> Array | None:
-    return program.minimise(start, _NEARBY)
-
-
-def _distinct(ends: Iterable[tuple[_Path, Array | None]]) -> list[tuple[_Path, Array]]:
-    kept: list[tuple[_Path, Array]] = []
-    for path, end in ends:
-        if end is not None and all(np.max(np.abs(end - other), initial=0.0) > _SAME_POINT for _, other in kept):
-            kept.append((path, end))
-    return kept

@@ -1,5 +1,6 @@
 """The problem with constraints at finitely many places: a nonlinear program in ln θ, with exact gradients."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,8 @@ from trackable.gp.posterior import IllConditioned
 from trackable.learning import sqp
 from trackable.learning.problem import ConstrainedProblem
 
+_NEARBY = 0.1  # in each ln θ
+
 
 @dataclass(frozen=True)
 class Program:
@@ -17,13 +20,47 @@ class Program:
     problem: ConstrainedProblem
     places: tuple[Array, ...]
 
-    def minimise(self, start: Array, radius: float = sqp.FIRST_RADIUS) -> Array | None:
-        """Return ln θ of a local minimum from `start`; None where the problem cannot be evaluated at `start`."""
-        return self._run(start, weight=1.0, radius=radius)
+    def minimise(
+        self,
+        start: Array,
+        curvature: Array | None = None,
+        precision: float = sqp.PRECISION,
+        give_up: sqp.GiveUp = sqp.never,
+    ) -> sqp.Minimum | None:
+        """Return a local minimum from `start`; None where there is no value at `start`, or the search is given up.
 
-    def minimise_violation(self, start: Array) -> Array | None:
-        """Return ln θ of a local minimum of the largest relative violation; None as in `minimise`."""
-        return self._run(start, weight=0.0)
+        See `sqp.minimise` for the options.
+        """
+        return self._minimised(self.evaluate, start, sqp.FIRST_RADIUS, curvature, precision, give_up)
+
+    def minimise_nearby(
+        self,
+        start: Array,
+        curvature: Array | None = None,
+        precision: float = sqp.PRECISION,
+        give_up: sqp.GiveUp = sqp.never,
+    ) -> sqp.Minimum | None:
+        """Return a local minimum as above; the first steps are short, to stay in the basin of a promising start."""
+        return self._minimised(self.evaluate, start, _NEARBY, curvature, precision, give_up)
+
+    def minimise_violation(
+        self,
+        start: Array,
+        curvature: Array | None = None,
+        precision: float = sqp.PRECISION,
+        give_up: sqp.GiveUp = sqp.never,
+    ) -> sqp.Minimum | None:
+        """Return a local minimum of the largest relative violation; None where there is no value at `start`.
+
+        The `curvature` of the objective says nothing of it, and no objective gives it up.
+        """
+
+        def evaluate(log_theta: Array) -> sqp.Evaluation | None:
+            if (at := self.evaluate(log_theta)) is None:
+                return None
+            return at._replace(value=0.0, gradient=np.zeros_like(at.gradient))
+
+        return self._minimised(evaluate, start, sqp.FIRST_RADIUS, None, precision, sqp.never)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return objective and slacks with their derivatives; None where one of them does not exist."""
@@ -45,12 +82,14 @@ class Program:
                 jacobian += [by_theta.T / bounds.width, -by_theta.T / bounds.width]
         return sqp.Evaluation(value, gradient, np.concatenate(slack), np.concatenate(jacobian))
 
-    def _run(self, start: Array, weight: float, radius: float = sqp.FIRST_RADIUS) -> Array | None:
-        def evaluate(log_theta: Array) -> sqp.Evaluation | None:
-            if (at := self.evaluate(log_theta)) is None:
-                return None
-            return at._replace(value=weight * at.value, gradient=weight * at.gradient)
-
+    def _minimised(
+        self,
+        evaluate: Callable[[Array], sqp.Evaluation | None],
+        start: Array,
+        radius: float,
+        curvature: Array | None,
+        precision: float,
+        give_up: sqp.GiveUp,
+    ) -> sqp.Minimum | None:
         space = self.problem.space
-        found = sqp.minimise(evaluate, start, space.log_lower, space.log_upper, radius)
-        return None if found is None else found.x
+        return sqp.minimise(evaluate, start, space.log_lower, space.log_upper, radius, curvature, precision, give_up)

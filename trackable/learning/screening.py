@@ -2,10 +2,13 @@
 
 The objective of a periodic kernel has a local minimum at nearly every period that samples do not exclude: a few starts
 find only a few of them. But K = θ₁² C, and the eigenvalues of C serve all amplitudes θ₁: evaluating all amplitudes at
-one length scale and period, bounds included, costs less than one step of an optimiser.
+one length scale and period costs less than one step of an optimiser. Bounds are evaluated last: the best objective
+without them is a lower bound of that with them, and tells which points are worth it.
 """
 
-from dataclasses import replace
+import heapq
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +17,9 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.prior import NOISE
 from trackable.gp.spectrum import Spectrum
+from trackable.gp.stencil import Stencil
+from trackable.gp.stencils import Stencils
+from trackable.learning.constraint import Bounded
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.space import SearchSpace, amplitude
 
@@ -39,66 +45,124 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
     if not can_screen(problem.prior):
         names = ", ".join(type(part.kernel).__name__ for part in problem.prior.parts)
         raise TypeError(f"screening needs periodic kernels, got {names}")
-    signals = _signals(problem)
-    evaluated = [_evaluate(signals, point) for point in problem.space.points(_POINTS)]
     apart = np.array([_APART.get(name.rsplit(".", 1)[-1], np.inf) for name in problem.prior.learned])
     kept: list[Array] = []
-    for _, _, point in sorted(evaluated, key=lambda found: found[:2]):
+
+    def is_apart(point: Array) -> bool:
+        return all(np.any(np.abs(point - other) > apart) for other in kept)
+
+    for point in _by_promise(_signals(problem), problem.space.points(_POINTS), is_apart):
+        if is_apart(point):
+            kept.append(point)
         if len(kept) == keep:
             break
-        if all(np.any(np.abs(point - other) > apart) for other in kept):
-            kept.append(point)
     return kept
 
 
-def _signals(problem: ConstrainedProblem) -> list[tuple[ConstrainedProblem, Array, list[int]]]:
-    """Return each signal as a problem of its own, the amplitudes to try, and the indices of its hyperparameters."""
+@dataclass(frozen=True)
+class _Signal:
+    """One signal as a `problem` of its own, the `amplitudes` to try, and the `places` of its hyperparameters."""
+
+    problem: ConstrainedProblem
+    amplitudes: Array
+    places: list[int]
+
+    def least(self, point: Array) -> float:
+        """Return the objective at the best amplitude, whatever the bounds."""
+        return float(np.min(_Ray.at(self.problem, self.amplitudes, point[self.places]).objective))
+
+    def best(self, point: Array) -> tuple[float, float, Array]:
+        """Return violation, objective and own ln θ at the best amplitude: of those that keep bounds the likeliest."""
+        ray, own = _Ray.at(self.problem, self.amplitudes, point[self.places]), point[self.places].copy()
+        margin = ray.margin(self.problem.constraints)
+        best = np.lexsort((ray.objective, -margin))[0]
+        if "signal_std" in self.problem.prior.learned:
+            own[self.problem.prior.learned.index("signal_std")] = np.log(self.amplitudes[best])
+        return -float(margin[best]), float(ray.objective[best]), own
+
+
+def _signals(problem: ConstrainedProblem) -> list[_Signal]:
     prior, bounds = problem.prior, list(problem.space.bounds.values())
     constraints = problem.constraints if len(prior.parts) == 1 else ()
     found = []
     for part, samples, places in zip(prior.parts, problem.samples, prior.places, strict=True):
         space = SearchSpace({name: bounds[place] for name, place in zip(part.learned, places, strict=True)})
         own = ConstrainedProblem((samples,), JointPrior((part,)), space, constraints)
-        found.append((own, _amplitudes(own), places))
+        found.append(_Signal(own, _amplitudes(own), places))
     return found
 
 
-def _evaluate(signals: list[tuple[ConstrainedProblem, Array, list[int]]], point: Array) -> tuple[float, float, Array]:
+def _by_promise(signals: list[_Signal], points: Array, is_apart: Callable[[Array], bool]) -> Iterator[Array]:
+    """Yield points, each at its best amplitudes: those that keep all bounds by objective, the others by violation.
+
+    Points that are not apart from what was kept meanwhile may be left out.
+    """
+    queue = [(sum(signal.least(point) for signal in signals), i, False) for i, point in enumerate(points)]
+    heapq.heapify(queue)
+    found, outside = dict[int, Array](), list[tuple[float, float, int]]()
+    while queue:
+        objective, i, is_evaluated = heapq.heappop(queue)
+        if is_evaluated:
+            yield found.pop(i)
+        elif is_apart(points[i]):
+            violation, objective, found[i] = _evaluate(signals, points[i])
+            if violation > 0:
+                outside.append((violation, objective, i))
+            else:
+                heapq.heappush(queue, (objective, i, True))
+    yield from (found[i] for _, _, i in sorted(outside))
+
+
+def _evaluate(signals: list[_Signal], point: Array) -> tuple[float, float, Array]:
     """Return violation, objective and ln θ, with the best amplitude of every signal."""
     found, violation, objective = point.copy(), 0.0, 0.0
-    for problem, amplitudes, places in signals:
-        own_violation, own, found[places] = _best_amplitude(problem, amplitudes, point[places])
+    for signal in signals:
+        own_violation, own, found[signal.places] = signal.best(point)
         violation, objective = max(violation, own_violation), objective + own
     return violation, objective, found
 
 
-def _best_amplitude(problem: ConstrainedProblem, amplitudes: Array, log_theta: Array) -> tuple[float, float, Array]:
-    """Return violation, objective and ln θ at the best of the amplitudes; the other hyperparameters do not change."""
-    (prior,), (samples,) = problem.prior.with_log_hyperparameters(log_theta).parts, problem.samples
-    kernel = prior.kernel
-    assert isinstance(kernel, Periodic)
-    unit = replace(kernel, signal_std=1.0)
-    residual = samples.values - samples.stencil.at_rest(prior.mean)
-    c = Spectrum.of(samples, unit, residual)
-    # Eigenvalues of K + σ_n² I, one row for each amplitude; those that C does not have are σ_n².
-    noise, beside = prior.noise_std**2, len(samples) - len(c.power)
-    spectrum = amplitudes[:, None] ** 2 * np.maximum(c.power, 0) + noise
-    objective = np.sum(np.log(spectrum) + c.along**2 / spectrum, axis=1)
-    objective += beside * np.log(noise) + c.rest / noise + len(samples) * np.log(2 * np.pi)
-    objective += samples.scatter.negative_log_likelihood(prior.noise_std)[0]
-    weights = (c.lift @ (amplitudes**2 * c.along[:, None] / spectrum.T)).T
-    centres, weights = samples.stencil.centres(c.instants), samples.stencil.spread(weights).T
-    phases = np.arange(_PHASES) / _PHASES * kernel.period
-    margin = np.zeros(len(amplitudes))
-    for constraint in problem.constraints:
-        quantity = constraint.quantity
-        rays = (lambda t: prior.mean + unit(t[..., None] - centres) @ weights,)  # one for each amplitude
-        margin = np.minimum(margin, np.min(quantity.margin(rays, phases), axis=0) / quantity.bounds.width)
-    best = np.lexsort((objective, -margin))[0]
-    if "signal_std" in problem.prior.learned:
-        log_theta = log_theta.copy()
-        log_theta[problem.prior.learned.index("signal_std")] = np.log(amplitudes[best])
-    return -float(margin[best]), float(objective[best]), log_theta
+@dataclass(frozen=True)
+class _Ray:
+    """A signal at amplitudes θ₁ of shape (a,): its `objective` l (a,), and what its means are made of.
+
+    `damped` (a, k) are the coefficients of the means along the k eigenvectors of the `spectrum`.
+    """
+
+    kernel: Periodic
+    mean: float
+    stencil: Stencil | Stencils
+    spectrum: Spectrum
+    damped: Array
+    objective: Array
+
+    @classmethod
+    def at(cls, problem: ConstrainedProblem, amplitudes: Array, log_theta: Array) -> "_Ray":
+        """Decompose the covariance at ln θ, whatever its amplitude."""
+        (prior,), (samples,) = problem.prior.with_log_hyperparameters(log_theta).parts, problem.samples
+        kernel = prior.kernel
+        assert isinstance(kernel, Periodic)
+        unit, stencil = replace(kernel, signal_std=1.0), samples.stencil
+        c = Spectrum.of(samples, unit, samples.values - stencil.at_rest(prior.mean))
+        # Eigenvalues of K + σ_n² I, one row for each amplitude; those that C does not have are σ_n².
+        noise, beside, powers = prior.noise_std**2, len(samples) - len(c.power), amplitudes[:, None] ** 2
+        spectrum = powers * np.maximum(c.power, 0) + noise
+        objective = np.sum(np.log(spectrum) + c.along**2 / spectrum, axis=1)
+        objective += beside * np.log(noise) + c.rest / noise + len(samples) * np.log(2 * np.pi)
+        objective += samples.scatter.negative_log_likelihood(prior.noise_std)[0]
+        return cls(unit, prior.mean, stencil, c, powers * c.along / spectrum, objective)
+
+    def margin(self, constraints: tuple[Bounded, ...]) -> Array:
+        """Return the smallest relative margin (a,) at some phases of a period, at most 0."""
+        centres = self.stencil.centres(self.spectrum.instants)
+        weights = self.stencil.spread(self.damped @ self.spectrum.lift.T).T
+        phases = np.arange(_PHASES) / _PHASES * self.kernel.period
+        margin = np.zeros(len(self.objective))
+        for constraint in constraints:
+            quantity = constraint.quantity
+            means = (lambda t: self.mean + self.kernel(t[..., None] - centres) @ weights,)  # one for each amplitude
+            margin = np.minimum(margin, np.min(quantity.margin(means, phases), axis=0) / quantity.bounds.width)
+        return margin
 
 
 def _amplitudes(problem: ConstrainedProblem) -> Array:

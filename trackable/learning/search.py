@@ -25,8 +25,7 @@ def best_solution(problem: ConstrainedProblem, near: Solution | None = None) -> 
         raise ValueError("pins: hyperparameters alone cannot move a reference to given values; learn it jointly")
     exchange = Exchange(problem)
     if can_screen(problem.prior):
-        for start in [*_point(near), *screened(problem, max(_FEWEST_BASINS, problem.space.starts))]:
-            exchange.follow(start)
+        exchange.follow([*_point(near), *screened(problem, max(_FEWEST_BASINS, problem.space.starts))])
     if exchange.best is None:
         _from_spread_starts(exchange, near)
     return exchange.outcome

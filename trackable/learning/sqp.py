@@ -9,6 +9,9 @@ exact penalty, because its slope in v is at least ρ. So a start may violate any
 them, the method still ends at a local minimum of the violation. Where the way asked for a penalty far beyond the
 multipliers, it is lowered at a point that keeps all constraints, a few times at most: steps along curved constraints
 would be tiny. The merit is f there, whatever the penalty.
+
+A search for the best of several minima may end early: `give_up` is asked after each step that the trust region did not
+shorten.
 """
 
 from collections.abc import Callable
@@ -22,13 +25,22 @@ from trackable.arrays import Array
 
 _MAX_ITERATIONS = 1000
 _STEP_TOLERANCE = 1e-10
-_PRECISION = 1e-15
+PRECISION = 1e-15
 _FEASIBLE = 1e-12
 _ROUNDING = 1e-10  # of constraints: a tenth of the back-off of their bounds
 FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
 _FIRST_PENALTY, _LARGEST_PENALTY = 1e2, 1e9
 _STEERED = 0.5
 _ENOUGH, _MOST_REDUCTIONS = 10.0, 5  # of the multipliers: a penalty beyond makes steps along curved bounds tiny
+
+
+GiveUp = Callable[[Array, float, float], bool]
+"""Whether a search may end at x with this merit, which none of its last two steps made smaller by more than a gain."""
+
+
+def never(x: Array, merit: float, gain: float) -> bool:
+    """Search on to the minimum."""
+    return False
 
 
 class Evaluation(NamedTuple):
@@ -73,9 +85,10 @@ def minimise(
     upper: Array,
     radius: float = FIRST_RADIUS,
     curvature: Array | None = None,
-    precision: float = _PRECISION,
+    precision: float = PRECISION,
+    give_up: GiveUp = never,
 ) -> Minimum | None:
-    """Return a local minimum from `start`; None if f has no value at `start`.
+    """Return a local minimum from `start`; None if f has no value at `start`, or where the search is given up.
 
     `evaluate` returns None where f has no value. The first step is no longer than `radius`: with a small radius the
     iteration stays in the basin of a good start. It starts with the `curvature` of a similar problem if there is one,
@@ -85,6 +98,7 @@ def minimise(
     if (here := evaluate(x)) is None:
         return None
     curvature, penalty, reductions = np.eye(len(x)) if curvature is None else curvature, _FIRST_PENALTY, 0
+    gained = np.inf
     if not len(x):
         return Minimum(x, here, True, curvature)
     for _ in range(_MAX_ITERATIONS):
@@ -107,10 +121,13 @@ def minimise(
             if radius < _SMALLEST_RADIUS:
                 return Minimum(x, here, False, curvature)
             continue
-        agreement = (here.merit(penalty) - there.merit(penalty)) / gain
+        last, gained = gained, here.merit(penalty) - there.merit(penalty)
+        agreement, is_whole = gained / gain, np.abs(d).max() < radius
         curvature = _updated(curvature, d, here, there, multipliers)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
+        if is_whole and give_up(x, here.merit(penalty), max(last, gained)):
+            return None
         enough = max(_FIRST_PENALTY, _ENOUGH * float(np.sum(multipliers)))
         if here.violation == 0 and penalty > _ENOUGH * enough and reductions < _MOST_REDUCTIONS:
             penalty, reductions = enough, reductions + 1

@@ -9,10 +9,9 @@ from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
 
 
 def followed(problem: ConstrainedProblem, starts: Iterable[np.ndarray]) -> Solution | NoSolution:
-    """The best local minimum that the starts lead to, one after the other."""
+    """The best local minimum that the starts lead to, each with places of its own."""
     exchange = Exchange(problem)
-    for start in starts:
-        exchange.follow(start)
+    exchange.follow(starts)
     return exchange.outcome
 
 

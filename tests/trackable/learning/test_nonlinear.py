@@ -143,7 +143,7 @@ def test_minimum_satisfies_the_first_order_conditions(seed):
     problem = instance(seed).problem
     program = Program(problem, (np.empty(0), np.empty(0)))
     for start in problem.space.start_points()[:3]:
-        found = program.minimise(start)
+        found = program.minimise(start).x
         at = program.evaluate(found)
         free = (found > problem.space.log_lower + 1e-9) & (found < problem.space.log_upper - 1e-9)
         assert np.all(np.abs(at.gradient[free]) < 1e-3)
@@ -155,6 +155,6 @@ def test_minimising_the_violation_lowers_it(seed):
     problem = instance(seed).problem
     program = Program(problem, (np.linspace(0, 2, 21), np.linspace(0, 1.9, 20)))
     for start in problem.space.start_points()[:3]:
-        found = program.minimise_violation(start)
+        found = program.minimise_violation(start).x
         assert program.evaluate(found).violation <= program.evaluate(start).violation + 1e-12
         assert np.all((found >= problem.space.log_lower - 1e-12) & (found <= problem.space.log_upper + 1e-12))

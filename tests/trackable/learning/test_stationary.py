@@ -15,7 +15,7 @@ from pipeline.generate import sampled_by
 from tests.project import ROOT
 from tests.trackable.learning.searches import followed
 from trackable.arrays import Array
-from trackable.learning import sqp
+from trackable.learning import exchange, sqp
 from trackable.learning.methods import all_phases
 from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.screening import screened
@@ -32,7 +32,7 @@ def ends(monkeypatch: pytest.MonkeyPatch) -> Ends:
     minimise: Callable[..., sqp.Minimum | None] = sqp.minimise
 
     def noted(
-        evaluate: Callable[[Array], sqp.Evaluation | None], start: Array, lower: Array, upper: Array, radius: float
+        evaluate: Callable[[Array], sqp.Evaluation | None], start: Array, lower: Array, upper: Array, *options: object
     ) -> sqp.Minimum | None:
         points: list[Array] = []
 
@@ -40,7 +40,7 @@ def ends(monkeypatch: pytest.MonkeyPatch) -> Ends:
             points.append(x)
             return evaluate(x)
 
-        end = minimise(counted, start, lower, upper, radius)
+        end = minimise(counted, start, lower, upper, *options)
         if end is not None:
             box = np.eye(len(start))
             active = end.at.jacobian[end.at.slack < _ACTIVE], box[end.x <= lower + 1e-9], -box[end.x >= upper - 1e-9]
@@ -48,6 +48,7 @@ def ends(monkeypatch: pytest.MonkeyPatch) -> Ends:
         return end
 
     monkeypatch.setattr(sqp, "minimise", noted)
+    monkeypatch.setattr(exchange, "_ROUGH", sqp.PRECISION)  # every program, not only the last one of a search
     return found
 
 
@@ -57,7 +58,7 @@ def test_multipliers_exist(ends: Ends) -> None:
     assert experiment.periodic
     system, space = experiment.plant, experiment.search_space((samples,))
     problem = ConstrainedProblem((samples,), prior, space, all_phases(system, experiment.periodic.backoff))
-    outcome = followed(problem, screened(problem, 4))
+    outcome = followed(problem, screened(problem, 16))
     assert isinstance(outcome, Solution)
     assert outcome.objective == pytest.approx(71.2587, abs=1e-4)
     assert len(ends) > 20
