@@ -125,6 +125,25 @@ def test_points_without_a_value_are_not_entered() -> None:
     assert 0.5 <= found.x[0] < 0.6
 
 
+def test_a_search_is_given_up_when_asked() -> None:
+    told: list[tuple[Array, float, float]] = []
+
+    def noted(x: Array, merit: float, gain: float) -> bool:
+        told.append((x, merit, gain))
+        return len(told) == 5
+
+    def at(x: Array) -> Evaluation:
+        return unconstrained(*rosenbrock(x))
+
+    start = np.array([-1.2, 1.0])
+    assert minimise(at, start, *WIDE, give_up=noted) is None
+    assert len(told) == 5
+    for x, merit, gain in told:
+        assert merit == rosenbrock(x)[0]
+        assert gain > 0
+    assert minimise(at, start, *WIDE, give_up=lambda *_: False) is not None
+
+
 @given(
     st.lists(st.floats(-3, 3), min_size=3, max_size=3),
     st.lists(st.floats(-2, 2), min_size=3, max_size=3),
