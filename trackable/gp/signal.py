@@ -62,7 +62,7 @@ class KernelSum:
         return float(np.sum(np.abs(self.weights)) * np.abs(self.kernel.jet(np.zeros(()), 2)[2]))
 
     def _sums(self, t: Array, order: int) -> Array:
-        if self.kernel.decays and len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS:
+        if len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS and self.kernel.decays:
             return summed_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
         terms = t.shape[-1] * self._most_relevant if t.ndim else 0
         if terms > _MANY and t.ndim > 1:

@@ -33,8 +33,9 @@ class _Matern(Radial):
 
     @property
     def decays(self) -> tuple[Decay, ...]:
-        rate = self.rate / self.lengthscale
-        return (Decay(rate, self.signal_std**2 * self.polynomial(Polynomial([0, rate]))),)
+        rate, coefficients = self.rate / self.lengthscale, self.polynomial.coef
+        powers = rate ** np.arange(len(coefficients))  # P(λ |r|) as a polynomial in |r|
+        return (Decay(rate, Polynomial(self.signal_std**2 * coefficients * powers)),)
 
     def correlation(self, s: Array, order: int) -> Array:
         x = self.rate * np.abs(s)
