@@ -33,7 +33,7 @@ class _Matern(Radial):
 
     @property
     def decays(self) -> tuple[Decay, ...]:
-        rate, coefficients = self.rate / self.lengthscale, self.polynomial.coef
+        rate, coefficients = self.rate / self.lengthscale, np.asarray(self.polynomial.coef, dtype=float)
         powers = rate ** np.arange(len(coefficients))  # P(λ |r|) as a polynomial in |r|
         return (Decay(rate, Polynomial(self.signal_std**2 * coefficients * powers)),)
 
