@@ -41,6 +41,8 @@ class Floats(Many):
             return number
         if isinstance(number, float):
             return cls.exact(number)
+        if isinstance(number, int) and abs(number) <= 2**53:
+            return cls.exact(float(number))
         number = exactly(number)
         return cls(np.asarray(_float(number.a, -np.inf)), np.asarray(_float(number.b, np.inf)))
 
@@ -76,12 +78,17 @@ class Floats(Many):
 
     def __mul__(self, other: Any) -> "Floats":
         y = self.of(other)
+        if y.low is y.high:  # numbers
+            return _hull(self.low * y.low, self.high * y.low)
         return _hull(self.low * y.low, self.low * y.high, self.high * y.low, self.high * y.high)
 
     def __truediv__(self, other: Any) -> "Floats":
         y = self.of(other)
         known = (y.low > 0) | (y.high < 0)
-        low, high = np.where(known, y.low, np.nan), np.where(known, y.high, np.nan)
+        low = np.where(known, y.low, np.nan)
+        if y.low is y.high:
+            return _hull(self.low / low, self.high / low)
+        high = np.where(known, y.high, np.nan)
         return _hull(self.low / low, self.low / high, self.high / low, self.high / high)
 
     def __rtruediv__(self, other: Any) -> "Floats":
@@ -140,9 +147,11 @@ def _outwards(low: Array, high: Array, part: float = _OPERATION, tiny: float = _
     return Floats(low - (np.abs(low) * part + tiny), high + (np.abs(high) * part + tiny))
 
 
-def _hull(a: Array, b: Array, c: Array, d: Array) -> Floats:
-    low = np.minimum(np.minimum(a, b), np.minimum(c, d))
-    return _outwards(low, np.maximum(np.maximum(a, b), np.maximum(c, d)))
+def _hull(first: Array, *others: Array) -> Floats:
+    low = high = first
+    for end in others:
+        low, high = np.minimum(low, end), np.maximum(high, end)
+    return _outwards(low, high)
 
 
 def _float(number: Real, towards: float) -> float:

@@ -101,7 +101,10 @@ class ManyCentres:
 
     def enclose(self, boxes: Boxes, n: int) -> Models:
         """Return Taylor models with n terms in the boxes."""
-        parts = [self._block(boxes.at(block), near, n) for block, near in self._blocks(boxes)]
+        oddness = Floats.exact(np.zeros(len(boxes.starts)))
+        if self.kernel.has_kink:
+            oddness = self.kernel.oddness(1.01 * boxes.halves, Floats.exact(boxes.radii), n)
+        parts = [self._block(boxes.at(block), near, oddness.at(block), n) for block, near in self._blocks(boxes)]
         coefficients, missed = ([part[i] for part in parts] for i in range(2))
         far = self.reach[1]
         return Models(_joined(coefficients), _joined(missed) + far)
@@ -123,7 +126,7 @@ class ManyCentres:
             pairs += count
         yield slice(begin, len(counts)), (first[begin:], counts[begin:])
 
-    def _block(self, boxes: Boxes, near: tuple[Indices, Indices], n: int) -> tuple[Floats, Floats]:
+    def _block(self, boxes: Boxes, near: tuple[Indices, Indices], oddness: Floats, n: int) -> tuple[Floats, Floats]:
         """Return coefficients and what is missed, for pairs of boxes and their near centres."""
         tick()
         first, counts = near
@@ -137,7 +140,7 @@ class ManyCentres:
             before, after = self._sides(boxes, of_box, centres, r, h)
             is_mirrored = before | ~after & (r.low < 0)
             r, h = r.choose(is_mirrored, -r, r), h.choose(is_mirrored, -h, h)
-            extra = self._beyond_kinks(boxes, r, abs(weights), ~(before | after), firsts, most, n)
+            extra = self._beyond_kinks(boxes, r, abs(weights), ~(before | after), firsts, most, oddness)
         ratio: Any = abs(h) / radius
         size = self.kernel.largest_on_disc(r, radius) * geometric_rest(ratio, n)
         missed = sums(abs(weights) * (size + self.kernel.jump(r, abs(h))), firsts, most)
@@ -153,7 +156,7 @@ class ManyCentres:
         return before, after
 
     def _beyond_kinks(
-        self, boxes: Boxes, r: Floats, sizes: Floats, across: Mask, firsts: Indices, most: int, n: int
+        self, boxes: Boxes, r: Floats, sizes: Floats, across: Mask, firsts: Indices, most: int, oddness: Floats
     ) -> Floats:
         """Bound what it costs to continue the branch of the middle beyond a kink at 0, in boxes that are `across`."""
         half, which = boxes.halves, np.repeat(np.arange(len(firsts)), np.diff(firsts, append=len(across)))
@@ -162,7 +165,6 @@ class ManyCentres:
         same_branch = np.asarray(self.kernel.jump(ZERO, abs(r)) <= 0)
         known = sizes.choose(reached & same_branch, sizes, np.nan)
         crossed = sums(sizes.choose(across, known, 0.0), firsts, most)
-        oddness = self.kernel.oddness(1.01 * half, Floats.exact(boxes.radii), n)
         return crossed.choose(np.logical_or.reduceat(across, firsts), crossed * oddness, 0.0)
 
 
