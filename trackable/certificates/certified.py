@@ -25,6 +25,7 @@ from trackable.systems.reference import Reference
 _LARGEST_BACKOFF = 1e-2
 _MOST_ATTEMPTS = 30
 _SAME_VALUE = 1e-6  # of 1 + |J|: so much a back-off costs anyway
+_NEARLY = 1e-3  # of 1 + |J|: more than a smaller back-off gains
 
 
 @dataclass(frozen=True)
@@ -73,16 +74,16 @@ def learn_certified(
 
     Without a `goal` all times are proved. `on_attempt` is called after each fit and its attempted proof. `pins` need a
     learner of functions. Where a learner finds nothing that is proved, its second choice tries, unless there are pins.
-    So it does where the proved function costs more than hyperparameters alone did with a smaller back-off: the better
-    of both is returned, so that J of functions is never larger than that of a second choice that is proved, up to a
-    millionth.
+    So it does where the proved function costs more than hyperparameters alone did with a smaller back-off, or nearly as
+    much: the better of both is returned, so that J of functions is never larger than that of a second choice that is
+    proved, up to a millionth.
     The search goes on from `last`, the solution of a problem that differs a little, such as other samples of a window.
     The solution's `fits` counts the nonlinear programs of all attempts.
     """
     goal = goal or for_all_times(samples, prior, plant)
     learning = _Learning(samples, prior, plant, space, on_attempt, learner, pins, last=last)
     found = _learn(goal, learning)
-    if learner.second_choice is None or pins or (isinstance(found, Certified) and not _costs_more(found.solution)):
+    if learner.second_choice is None or pins or (isinstance(found, Certified) and not _may_cost_more(found.solution)):
         return found
     other = _learn(goal, replace(learning, learner=learner.second_choice, attempts=0, last=None))
     if not isinstance(found, Certified):
@@ -91,9 +92,17 @@ def learn_certified(
     return other if is_better else found
 
 
-def _costs_more(solution: Solution) -> bool:
-    """Whether a larger back-off has made a function worse than hyperparameters alone were."""
-    return solution.objective > solution.alone + _SAME_VALUE * (1 + abs(solution.alone))
+def _may_cost_more(solution: Solution) -> bool:
+    """Whether hyperparameters alone may be better than a function, or than themselves, with a smaller back-off.
+
+    They are not where a function is clearly better than they were, or costs no more than without bounds.
+    """
+    if solution.objective < solution.alone - _NEARLY * (1 + abs(solution.alone)) or solution.alone == np.inf:
+        return False
+    if solution.unconstrained is None:
+        return True
+    least, _ = solution.unconstrained.negative_log_marginal_likelihood()
+    return solution.objective > least + _SAME_VALUE * (1 + abs(least))
 
 
 def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failure:

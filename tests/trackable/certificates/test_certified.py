@@ -97,3 +97,17 @@ def test_a_function_that_a_back_off_made_worse_than_hyperparameters_alone_is_not
     assert isinstance(found, Certified)
     assert found.solution.moved == kept
     assert found.solution.objective <= certified("example1").solution.objective
+
+
+def test_hyperparameters_alone_that_a_back_off_made_worse_are_not_the_answer():
+    """As where no function is found: bounds are drawn in by more than hyperparameters alone would need."""
+    samples, prior, plant, space = PROBLEMS["example1"]
+
+    def without_function(problem):
+        found = HYPERPARAMETERS.solve(problem)
+        return replace(found, alone=found.objective)
+
+    lost = replace(JOINT, solve=without_function, first_backoff=1e-3)
+    found = learn_certified(samples, prior, plant, space, learner=lost)
+    assert isinstance(found, Certified)
+    assert found.solution.objective == certified("example1").solution.objective
