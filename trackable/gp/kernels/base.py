@@ -186,6 +186,11 @@ class Sum(_Pair):
         right, right_gradient = self.right.jet_and_gradient(r, order)
         return left + right, np.concatenate([left_gradient, right_gradient])
 
+    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
+        left, left_gradient = self.left.value_and_gradient(r)
+        right, right_gradient = self.right.value_and_gradient(r)
+        return np.asarray(left + right), np.concatenate([left_gradient, right_gradient])
+
 
 @dataclasses.dataclass(frozen=True)
 class Product(_Pair):
@@ -211,6 +216,11 @@ class Product(_Pair):
         right, right_gradient = self.right.jet_and_gradient(r, order)
         gradient = np.concatenate([_leibniz(left_gradient, right[None]), _leibniz(left[None], right_gradient)])
         return _leibniz(left[None], right[None])[0], gradient
+
+    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
+        left, left_gradient = self.left.value_and_gradient(r)
+        right, right_gradient = self.right.value_and_gradient(r)
+        return np.asarray(left * right), np.concatenate([left_gradient * right, left * right_gradient])
 
 
 def _leibniz(f: Array, g: Array) -> Array:
