@@ -62,7 +62,7 @@ def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
     lowest = Window(start, end).minima_of_each(several, kernels)
     grid = np.linspace(start, end, _points((end - start) / min(k.correlation_time for k in kernels), several.is_linear))
     centres = (at for quantity in reference.quantities for at in _near_centres(reference, quantity))
-    times = np.unique(np.concatenate([grid, *lowest, *centres]))
+    times = np.unique(np.concatenate([grid, *(at for at, _ in lowest), *centres]))
     times = times[(times >= start) & (times <= end)]
     pairs = zip(reference.quantities, several.margins(times), strict=True)
     return [Sketch(times, margins, _sizes(quantity, signals, times)) for quantity, margins in pairs]

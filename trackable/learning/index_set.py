@@ -25,6 +25,9 @@ Indices = npt.NDArray[np.intp]
 Margin = Callable[[Array], Array]
 """A margin as a function of times [s]."""
 
+TimesAndMargins = tuple[Array, Array]
+"""Times [s] of local minima in increasing order, and the margins there: shape (n,) both."""
+
 
 class Margins(Protocol):
     """Some margins that are evaluated together."""
@@ -49,13 +52,14 @@ class IndexSet(ABC):
     def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
         """Return the times of the set at which `margin` has its local minima, in increasing order."""
 
-    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[Array]:
-        """Return the times of the local minima of each margin."""
+    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+        """Return the local minima of each margin: their times, and the margins there."""
 
         def one(q: int) -> Margin:
             return lambda t: margins.margins_of(np.full(t.shape[-1:], q), t)
 
-        return [self.local_minima(one(q), kernels) for q in range(len(margins))]
+        times = [self.local_minima(one(q), kernels) for q in range(len(margins))]
+        return [(at, one(q)(at)) for q, at in enumerate(times)]
 
     def nearest(self, t: Array) -> Array:
         """Return the times of the set that are nearest to t [s], which lies between times of the set."""
@@ -152,9 +156,9 @@ class Window(IndexSet):
     end: float
 
     def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
-        return self.minima_of_each(_Single(margin), kernels)[0]
+        return self.minima_of_each(_Single(margin), kernels)[0][0]
 
-    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[Array]:
+    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
         return _refined_minima(margins, self.start, self.end, kernels)
 
     def examined(self, centres: Array) -> Array:
@@ -169,9 +173,9 @@ class AllPhases(IndexSet):
     """
 
     def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
-        return self.minima_of_each(_Single(margin), kernels)[0]
+        return self.minima_of_each(_Single(margin), kernels)[0][0]
 
-    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[Array]:
+    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
         return _refined_minima(margins, 0.0, period_of(kernels), kernels)
 
 
@@ -191,7 +195,7 @@ class _Single:
         return self.margin(t)
 
 
-def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[Array]:
+def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
     """Return local minima of continuous margins: those on a grid, refined by parabolas through ever closer points."""
     times = np.linspace(start, end, _grid_intervals(end - start, kernels) + 1)
     values, reach = margins.margins(times), times[1] - times[0]
@@ -207,9 +211,16 @@ def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequenc
                 reach / 2 * (left - right), curvature, out=at - centre, where=np.isfinite(curvature) & (curvature > 0)
             )
         at, reach = np.clip(centre + step, centre - reach, centre + reach), reach * _NARROWER
-    at = np.clip(at, start, end)
-    at = np.where(margins.margins_of(which, at) < values[which, grid], at, times[grid])
-    return [np.unique(at[which == q]) for q in range(len(minima))]
+    at, lowest = np.clip(at, start, end), values[which, grid]
+    refined = margins.margins_of(which, at)
+    at, lowest = np.where(refined < lowest, at, times[grid]), np.minimum(refined, lowest)
+    return [_in_order(at[which == q], lowest[which == q]) for q in range(len(minima))]
+
+
+def _in_order(times: Array, margins: Array) -> TimesAndMargins:
+    """Return each time once, in increasing order."""
+    once, first = np.unique(times, return_index=True)
+    return once, margins[first]
 
 
 def _grid_intervals(length: float, kernels: Sequence[Kernel]) -> int:

@@ -85,7 +85,12 @@ class Balls:
 
     def at(self, index: Any) -> Self:
         """Return the balls at an index of arrays."""
-        return type(self)(self.mid[index], np.broadcast_to(self.rad, self.mid.shape)[index])
+        return type(self)(self.mid[index], self.rads[index])
+
+    @property
+    def rads(self) -> Array:
+        """The radii in the shape of the middles."""
+        return self.rad if self.rad.shape == self.mid.shape else np.broadcast_to(self.rad, self.mid.shape)
 
     def __add__(self, other: Any) -> Self:
         b = self.of(other)
@@ -184,8 +189,8 @@ class Balls:
 def joined(parts: Iterable[Balls]) -> Balls:
     """Join arrays of balls along their last axis."""
     found = list(parts)
-    rads = [np.broadcast_to(each.rad, each.mid.shape) for each in found]
-    return Balls(np.concatenate([each.mid for each in found], axis=-1), np.concatenate(rads, axis=-1))
+    mids, rads = zip(*((each.mid, each.rads) for each in found), strict=True)
+    return Balls(np.concatenate(mids, axis=-1), np.concatenate(rads, axis=-1))
 
 
 def sums_up(values: Array, terms: int) -> Array:

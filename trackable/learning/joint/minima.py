@@ -44,19 +44,19 @@ class Seen:
         """Return the places (n, 2) of those minima whose margin is small, each at the nearer bound."""
         times = [at[np.isfinite(margins) & (margins < _CLOSE)] for at, margins in found]
         which, (lower, upper) = _owners(times), self._all.bounds
-        values = self._all.values_of(which, _together(times))
+        values = self._all.values_of(which, np.concatenate([np.empty(0), *times]))
         sides = np.where(values - lower[which] < upper[which] - values, LOWER, UPPER)
         return tuple(np.column_stack(pair) for pair in zip(times, _parted(sides, times), strict=True))
 
     @property
     def _minima(self) -> Minima:
-        kernels, times = [signal.kernel for signal in self.signals], [np.empty(0) for _ in self._known]
+        kernels, found = [signal.kernel for signal in self.signals], dict[int, tuple[Array, Array]]()
         for index_set in dict.fromkeys(constraint.index_set for constraint in self._known):
             members = [i for i, constraint in enumerate(self._known) if constraint.index_set == index_set]
             several = self._several([self._known[i] for i in members])
-            for i, at in zip(members, index_set.minima_of_each(several, kernels), strict=True):
-                times[i] = at
-        return self._with_margins(times)
+            for i, (at, margins) in zip(members, index_set.minima_of_each(several, kernels), strict=True):
+                found[i] = at, margins / self._known[i].quantity.bounds.width
+        return [found[i] for i in range(len(self._known))]
 
     def _between(self, places: Sequence[Array]) -> Minima:
         """Return for each constraint the lowest margin between neighbouring places, in order, where it is negative."""
@@ -65,19 +65,12 @@ class Seen:
             for constraint, at in zip(self._known, places, strict=True)
         ]
         pairs, every = [at[0] for at in times], np.concatenate([np.empty((PARTS - 1, 0)), *times], axis=1)
-        margins = self._margins_of(_owners(pairs), every)
+        which, (lower, upper) = _owners(pairs), self._all.bounds
+        margins = self._all.margins_of(which, every) / (upper - lower)[which]
         lowest = np.argmin(margins, axis=0)
         at, least = (np.take_along_axis(x, lowest[None], 0)[0] for x in (every, margins))
         both = zip(_parted(at, pairs), _parted(least, pairs), strict=True)
         return [(t[below < 0], below[below < 0]) for t, below in both]
-
-    def _with_margins(self, times: Sequence[Array]) -> Minima:
-        margins = self._margins_of(_owners(times), _together(times))
-        return list(zip(times, _parted(margins, times), strict=True))
-
-    def _margins_of(self, which: Indices, t: Array) -> Array:
-        lower, upper = self._all.bounds
-        return np.asarray(self._all.margins_of(which, t) / (upper - lower)[which])
 
     @cached_property
     def _all(self) -> Several:
@@ -108,10 +101,6 @@ def _joined(one: Minima, other: Minima) -> Minima:
 def _owners(parts: Sequence[Array]) -> Indices:
     """Return the index of the part that each entry of the joined parts belongs to."""
     return np.repeat(np.arange(len(parts)), [len(part) for part in parts])
-
-
-def _together(parts: Sequence[Array]) -> Array:
-    return np.concatenate([np.empty(0), *parts])
 
 
 def _parted(joined: Array, parts: Sequence[Array]) -> list[Array]:
