@@ -1,7 +1,7 @@
 """Formulas as quotients of polynomials in names and atoms: values of functions, with what is known about them.
 
-  √a: its square is a. It is q √b for a = q² b with a number q > 0, q for a = q², √b √c for a = b c, and p for a = p²
-    with p > 0.
+  √a: its square is a. It is q √b for a = q² b with a number q > 0, q for a = q², q √b √c for a = q² b c, and p for
+    a = p² with p > 0.
   sin, cos: of a sum they follow from those of its terms. Of a term α, sin² α = 1 − cos² α. With v = (x, y) and
     |v| = √(x² + y²), sin(atan2(y, x)) = y/|v|, cos(atan2(y, x)) = x/|v|; sin(atan w) = w/√(1 + w²), cos(atan w) =
     1/√(1 + w²).
@@ -126,8 +126,12 @@ class Values:
                 return Quotient.number(q) * Quotient.variable(root.number)
         for i, first in enumerate(roots):
             for second in roots[i:]:
-                if self.is_zero(a - first.arguments[0] * second.arguments[0]):
-                    return self.reduced(Quotient.variable(first.number) * Quotient.variable(second.number))
+                product = self.reduced(first.arguments[0] * second.arguments[0])
+                both = self.reduced(Quotient.variable(first.number) * Quotient.variable(second.number))
+                if self.is_zero(a - product):
+                    return both
+                if product.above and (q := _rational_root((a / product).constant)):
+                    return Quotient.number(q) * both
         return self._atom("sqrt", (a,), a)
 
     def _length(self, x: Quotient, y: Quotient) -> Quotient:

@@ -5,7 +5,7 @@ believed: the flat form that comes out is verified as every other one is.
 """
 
 from dataclasses import replace
-from math import pi
+from math import pi, tan
 
 from trackable.systems.flat.form import FlatForm
 from trackable.systems.formulas.algebra import minus
@@ -27,6 +27,7 @@ from trackable.systems.formulas.substitution import rebuilt
 from trackable.systems.sets.interval import Interval
 
 _ZERO, _QUARTER_TURN = Constant(0.0), pi / 2
+_PARTS = 16  # of tan(φ/2): a heading jumps within 1/16 rad of where it should
 _MOST_QUARTERS = 16
 """Cosines and sines of more quarter turns than these have no normal form (`formulas.normal`)."""
 
@@ -44,25 +45,42 @@ def without_jumps(form: FlatForm) -> FlatForm:
 
 
 def with_heading_in(form: FlatForm, state: int, bounds: Interval) -> FlatForm:
-    """Return the form with a heading that jumps opposite to the middle of its `bounds` [rad], to a quarter turn.
+    """Return the form with a heading that jumps opposite to the middle of its `bounds` [rad], nearly.
 
-    So no heading jumps inside of bounds that are up to three quarters of a turn wide. The heading of v = (x, y) becomes
-    n π/2 + the angle of v turned back by n π/2, where π/2 is atan2(1, 0), exactly. The form is returned as it is if the
-    state is not the angle of a vector, or if its bounds are more than 16 quarter turns from zero.
+    So no heading jumps inside of bounds that are up to 6.1 rad wide. The heading of v = (x, y) becomes n π/2 + the
+    angle of v turned back by n π/2, where π/2 is atan2(1, 0), exactly. Where the nearest quarter turn is too far from
+    the middle, an angle whose cosine and sine are rational is added. The form is returned as it is if the state is not
+    the angle of a vector, or if its bounds are more than 16 quarter turns from zero.
     """
     heading = form.states[state]
     if not isinstance(heading, Angle):
         return form
-    n = round((bounds.lower / 2 + bounds.upper / 2) / _QUARTER_TURN)
-    if n == 0 or abs(n) > _MOST_QUARTERS:
+    middle = bounds.lower / 2 + bounds.upper / 2
+    n = round(middle / _QUARTER_TURN)
+    if abs(n) > _MOST_QUARTERS:
         return form
-    turned = Sum(Product(Constant(float(n)), Angle(ONE, _ZERO)), _turned_back(heading, n))
+    turned: Expression = _turned_back(heading, n)
+    more = middle - n * _QUARTER_TURN
+    if abs(more) + bounds.width / 2 >= pi:
+        turned = _turned_by(_turned_back(heading, n), round(_PARTS * tan(more / 2)))
+    elif n == 0:
+        return form
+    if n:
+        turned = Sum(Product(Constant(float(n)), Angle(ONE, _ZERO)), turned)
     return replace(form, states=(*form.states[:state], turned, *form.states[state + 1 :]))
 
 
 def _turned_back(heading: Angle, quarters: int) -> Angle:
     y, x = heading.y, heading.x
     return (heading, Angle(_negative(x), y), Angle(_negative(y), _negative(x)), Angle(x, _negative(y)))[quarters % 4]
+
+
+def _turned_by(heading: Angle, parts: int) -> Expression:
+    """Return φ + the heading turned back by φ with tan(φ/2) = parts/16, whose cosine and sine are rational."""
+    a, b = Constant(float(_PARTS**2 - parts**2)), Constant(float(2 * _PARTS * parts))
+    y, x = heading.y, heading.x
+    back = Angle(Difference(Product(a, y), Product(b, x)), Sum(Product(a, x), Product(b, y)))
+    return Sum(Angle(b, a), back)
 
 
 def _negative(formula: Expression) -> Expression:

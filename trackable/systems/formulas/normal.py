@@ -2,8 +2,8 @@
 
 Each value of a function that is no polynomial is a new variable, an atom, with what is known about it:
 
-- √a has the square a; it is √b · √c if a = b c for known roots, q √b if a = q² b for a number q, q if a = q², and p if
-  a = p² for a formula p that is known to be positive;
+- √a has the square a; it is q √b · √c if a = q² b c for known roots and a number q, q √b if a = q² b, q if a = q², and
+  p if a = p² for a formula p that is known to be positive;
 - sin² a is 1 − cos² a; sines and cosines of sums of terms are those of the terms; with v = (x, y), sin(atan2(y, x)) is
   y/|v| and cos(atan2(y, x)) is x/|v|, where |v| = √(x² + y²); sin(atan w) is w/√(1 + w²) and cos(atan w) 1/√(1 + w²).
 
@@ -135,8 +135,13 @@ class NormalForms:
                 return self._ratio(self._ring.constant(root)) * atom.value
         for i, a in enumerate(known):
             for b in known[i:]:
-                if self._same(of, self._reduced(a.arguments[0] * b.arguments[0])):
+                product = self._reduced(a.arguments[0] * b.arguments[0])
+                if self._same(of, product):
                     return self._reduced(a.value * b.value)
+                factor = (of / product).constant if product.numerator else None
+                root = None if factor is None else square_root(factor)
+                if root is not None and root > 0:
+                    return self._ratio(self._ring.constant(root)) * self._reduced(a.value * b.value)
         return self._atom("sqrt", (of,), of)
 
     def _size(self, a: Ratio, b: Ratio) -> Ratio:

@@ -44,10 +44,11 @@ def by_cosine(z):
     return states, [(now[0] * np.cos(states[2]) + now[1] * np.sin(states[2])) / T_S, turn]
 
 
+@pytest.mark.parametrize("half", [2.3, 3.05])
 @pytest.mark.parametrize("middle", np.linspace(-12.0, 12.0, 17))
-def test_a_heading_within_bounds_is_the_same_direction_and_does_not_jump_inside_of_them(middle: float):
-    form = with_heading_in(HEADING, 0, Interval(middle - 2.3, middle + 2.3))
-    true = middle + np.linspace(-2.3, 2.3, 51)
+def test_a_heading_within_bounds_is_the_same_direction_and_does_not_jump_inside_of_them(middle: float, half: float):
+    form = with_heading_in(HEADING, 0, Interval(middle - half, middle + half))
+    true = middle + np.linspace(-half, half, 51)
     at = {"z1[0]": 2.0 * np.cos(true), "z2[0]": 2.0 * np.sin(true)}
     np.testing.assert_allclose(evaluate_floats(form.states[0], at), true, atol=1e-12)
 
@@ -111,11 +112,24 @@ def test_bounds_of_a_heading_around_pi_are_proved_and_checked(turns: int):
         assert "flat: f does not lead" in verdict.reason
 
 
+def test_bounds_of_nearly_a_turn_are_proved_and_checked():
+    """The heading jumps opposite to their middle, which is no whole number of quarter turns."""
+    reference = westward(np.pi - 2.5, np.pi + 3.3)
+    found = prove_on_window(reference, 0.0, 6.0)
+    assert isinstance(found, Certificate), found
+    written = json.dumps(encode_certificate(found))
+    assert isinstance(check(json.loads(written)), Proved)
+    assert "247.0" in written, "cosine and sine are 247/265 and 96/265"
+    verdict = check(json.loads(written.replace("247.0", "246.0", 1)))
+    assert isinstance(verdict, Failed)
+    assert "flat: f does not lead" in verdict.reason
+
+
 def test_a_heading_that_jumps_is_refused_at_once(monkeypatch):
     monkeypatch.setattr(proofs, "covers", None)  # no box is tried
     found = prove(eight(heading=4.0))
     assert isinstance(found, Unproved)
-    assert "three quarters of a turn" in found.reason
+    assert "6.1 rad wide" in found.reason
     start, end = found.box
     before, after = eight().state_at(np.array([start - 1e-6, end + 1e-6]))[:, 2]
     assert abs(before - after) == pytest.approx(2 * np.pi, abs=1e-3)
