@@ -1,7 +1,7 @@
 """The problem with constraints at finitely many places: a nonlinear program in ln θ, with exact gradients."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,7 +58,7 @@ class Program:
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:
             if (at := self.evaluate(log_theta)) is None:
                 return None
-            return at._replace(value=0.0, gradient=np.zeros_like(at.gradient))
+            return replace(at, value=0.0, gradient=np.zeros_like(at.gradient))
 
         return self._minimised(evaluate, start, sqp.FIRST_RADIUS, None, precision, sqp.never)
 

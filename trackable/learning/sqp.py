@@ -16,7 +16,7 @@ shorten.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -43,7 +43,8 @@ def never(x: Array, merit: float, gain: float) -> bool:
     return False
 
 
-class Evaluation(NamedTuple):
+@dataclass(frozen=True)
+class Evaluation:
     """f, ∇f (p,), g (m,) and its Jacobian (m, p) at one point."""
 
     value: float
@@ -51,8 +52,9 @@ class Evaluation(NamedTuple):
     slack: Array
     jacobian: Array
 
-    @property
+    @cached_property
     def violation(self) -> float:
+        """The largest violation of the constraints; 0 where all are kept."""
         return _violation(self.slack)
 
     def merit(self, penalty: float) -> float:
@@ -170,21 +172,24 @@ def _quadratic_step(
     Otherwise they are found by the dual, a non-negative least squares problem.
     With z = (d, s), H = diag(B, ρ) = L Lᵀ and y = Lᵀ z + L⁻¹ c the quadratic program minimises ‖y‖ over a polyhedron
     A y ≥ b. Its solution follows from the residual of min ‖(Aᵀ; bᵀ) u − (0; 1)‖ over u ≥ 0 (Lawson and Hanson).
+    Constraints that no step in the box can violate are left out.
     """
-    p, m = len(at.gradient), len(slack)
+    p = len(at.gradient)
     root, info = scipy.linalg.lapack.dpotrf(curvature, lower=True)
     assert info == 0, "updates keep the curvature positive definite"
     newton = -scipy.linalg.lapack.dpotrs(root, at.gradient, lower=True)[0].reshape(p)
     if np.all((box[0] <= newton) & (newton <= box[1])) and np.all(slack + at.jacobian @ newton >= 0):
-        return newton, np.zeros(m)
+        return newton, np.zeros(len(slack))
+    near = np.flatnonzero(slack < np.abs(at.jacobian) @ np.maximum(-box[0], box[1]))
+    m = len(near)
     factor = np.zeros((p + 1, p + 1))
     factor[:p, :p] = root
     factor[p, p] = np.sqrt(penalty)
     identity = np.eye(p)
     rows = np.zeros((m + 1 + 2 * p, p + 1))
-    rows[:m, :p], rows[: m + 1, p] = at.jacobian, 1.0
+    rows[:m, :p], rows[: m + 1, p] = at.jacobian[near], 1.0
     rows[m + 1 : m + 1 + p, :p], rows[m + 1 + p :, :p] = identity, -identity
-    least = np.concatenate([-slack, [0.0], box[0], -box[1]])
+    least = np.concatenate([-slack[near], [0.0], box[0], -box[1]])
     shift = _solved(factor, np.append(at.gradient, penalty))
     normals = _solved(factor, rows.T)
     offsets = least + shift @ normals
@@ -193,7 +198,9 @@ def _quadratic_step(
     denominator = 1.0 - offsets / scale @ u
     y = scale * (normals @ u) / denominator
     z = _solved(factor, y - shift, transposed=True)
-    return np.clip(z[:p], *box), scale * u[:m] / denominator
+    multipliers = np.zeros(len(slack))
+    multipliers[near] = scale * u[:m] / denominator
+    return np.clip(z[:p], *box), multipliers
 
 
 def _solved(factor: Array, right: Array, transposed: bool = False) -> Array:

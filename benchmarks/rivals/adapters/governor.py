@@ -20,7 +20,7 @@ from trackable.systems.sets.polytope import Polytope
 
 _AHEAD = 300  # steps at most
 _SETTLED = 1e-12  # of an error: later steps bound the command alone
-_INSIDE = 1e-9  # of each width: for rounding
+_INSIDE = 1e-9  # of each width: for rounding, which may take half of it
 _UNSEEN = 1e-6
 _EFFORTS = (1e-6, 1e-3, 1e-2, 1e-1)  # weights of the input
 _LEADS = (0, 16, 32)  # steps by which commands come earlier: of all, those are taken that bring the plant closest
@@ -28,7 +28,7 @@ _LEADS = (0, 16, 32)  # steps by which commands come earlier: of all, those are 
 
 @dataclass(frozen=True, eq=False)
 class _Loop:
-    """The bounds of the next steps: `by_error` (x − x_v) + `by_command` v ≤ `limits`."""
+    """The bounds of the next steps: `by_error` (x − x_v) + `by_command` v ≤ `limits`, up to `rounding`."""
 
     plant: ConstrainedSystem
     gain: Array
@@ -37,6 +37,7 @@ class _Loop:
     by_error: Array
     by_command: Array
     limits: Array
+    rounding: Array
 
     @classmethod
     def of(cls, plant: ConstrainedSystem, effort: float, shown: tuple[int, ...]) -> "_Loop":
@@ -63,8 +64,8 @@ class _Loop:
             if not np.any(power):
                 break
             power = closed @ power
-        limits = np.tile(np.concatenate([h, g]) - inside, len(rows) // 2)
-        return cls(plant, gain, rest, input_rest, np.vstack(rows), np.vstack(commands), limits)
+        limits, rounding = np.tile([np.concatenate([h, g]) - inside, inside / 2], len(rows) // 2)
+        return cls(plant, gain, rest, input_rest, np.vstack(rows), np.vstack(commands), limits, rounding)
 
     def shares(self, x: Array, v: Array, wanted: Array) -> Array:
         """Return the largest κ with v + κ (wanted − v) admissible from x, one for each row; zero if not even v is."""
@@ -72,7 +73,7 @@ class _Loop:
         more = (wanted - v) @ (self.by_command - self.by_error @ self.at_rest).T
         room = self.limits - here
         allowed = np.divide(room, more, out=np.ones_like(room), where=more > 0)
-        return np.where(np.any(room < 0, axis=1), 0.0, np.clip(np.min(allowed, axis=1), 0.0, 1.0))
+        return np.where(np.any(room < -self.rounding, axis=1), 0.0, np.clip(np.min(allowed, axis=1), 0.0, 1.0))
 
 
 def _scales(bounded: Polytope, n: int) -> Array:
