@@ -13,13 +13,16 @@ _FEWEST_BASINS = 16
 _SPREAD_THINLY = 256
 
 
-def best_solution(problem: ConstrainedProblem, near: Solution | None = None) -> Solution | NoSolution:
+def best_solution(
+    problem: ConstrainedProblem, near: Solution | None = None, free: Solution | None = None
+) -> Solution | NoSolution:
     """Return the best local minimum that keeps every bound on its whole index set, or why there is none. Deterministic.
 
     The likelihood of periodic kernels has a basin for nearly every period: the most promising ones are searched one by
     one. Other kernels are searched from the starts of the search space, with the same places in their programs. `near`
-    is the solution of a problem with fewer or slightly different constraints: it is a start too. Raises ValueError for
-    pins, which a posterior mean does not meet.
+    is the solution of a problem with fewer or slightly different constraints: it is a start too. `free` is that without
+    constraints, where it is known: its minima are those to which the starts lead at first. Raises ValueError for pins,
+    which a posterior mean does not meet.
     """
     if problem.pins:
         raise ValueError("pins: hyperparameters alone cannot move a reference to given values; learn it jointly")
@@ -27,7 +30,7 @@ def best_solution(problem: ConstrainedProblem, near: Solution | None = None) -> 
     if can_screen(problem.prior):
         exchange.follow([*_point(near), *screened(problem, max(_FEWEST_BASINS, problem.space.starts))])
     if exchange.best is None:
-        _from_spread_starts(exchange, near)
+        _from_spread_starts(exchange, near, free)
     return exchange.outcome
 
 
@@ -62,7 +65,7 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
     return best_solution(problem, near=solution) if exchange.best is None else exchange.outcome
 
 
-def _from_spread_starts(exchange: Exchange, near: Solution | None) -> None:
+def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solution | None) -> None:
     """Search from the starts of the search space, and find a feasible point if these searches do not.
 
     If the prior mean is an equilibrium inside the bounds, a feasible point is found by scaling the signal down towards
@@ -71,7 +74,7 @@ def _from_spread_starts(exchange: Exchange, near: Solution | None) -> None:
     space = exchange.problem.space
     starts = list(space.start_points())
     exchange.active = near.active if near else ()
-    exchange.together([*_point(near), *starts])
+    exchange.together([*_point(near), *(starts if free is None else [*_point(free), *free.others])])
     if exchange.best is None:
         exchange.keep_scaled_down(starts)
     if any(places.size for places in exchange.active):

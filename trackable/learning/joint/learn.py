@@ -88,7 +88,7 @@ def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> S
     a function that is known is given up as soon as that is seen.
     """
     if best is None or sum(map(len, problem.samples)) < _MANY_SAMPLES:
-        return best_solution(problem)
+        return best_solution(problem, free=free)
     return better_solution(problem, free, best.objective)
 
 
