@@ -13,7 +13,7 @@ from trackable.learning.joint.places import Places, chosen
 from trackable.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 40
-_MOST_PLACES = 300  # rough functions touch a bound at ever more times: what is left is a larger back-off's task
+_MOST_PLACES = 1000  # rough functions touch a bound at ever more times: what is left is a larger back-off's task
 _SAME_TIME = 3e-4  # of a correlation time: between closer places a bound cannot be broken by much
 _NO_GAIN = 1e-9  # of the price: what is broken then is not worth another program
 

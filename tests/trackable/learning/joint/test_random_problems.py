@@ -76,7 +76,8 @@ def test_the_independent_checker_agrees(seed):
     assert isinstance(check(encode_certificate(learned(seed).certificate)), Proved)
 
 
-def test_where_the_function_would_need_too_many_places_hyperparameters_alone_are_proved():
+def test_where_the_function_would_need_too_many_places_hyperparameters_alone_are_proved(monkeypatch):
+    monkeypatch.setattr("trackable.learning.joint.settle._MOST_PLACES", 300)
     found = learned(ROUGH)
     assert found.solution.moved == "hyperparameters"
     assert (
