@@ -107,7 +107,7 @@ def decide(quantities: Sequence[Bounded], enclosures: Enclosures, wanted: Mask) 
     seen = [bounded.sketch.within(boxes.starts, boxes.ends) for bounded in quantities]
     margins = np.stack([each.smallest - bounded.reserve for bounded, each in zip(quantities, seen, strict=True)])
     # A cheap estimate rejects boxes that are much too wide.
-    sizes = np.stack([_weighted(each.steepest, rests) for each, rests in zip(seen, missed, strict=True)])
+    sizes = np.stack([_weighted(each.steepest, rests, len(boxes)) for each, rests in zip(seen, missed, strict=True)])
     tried = wanted & (sizes <= margins / 2)
     decisions = [Decision.none(len(boxes)) for _ in quantities]
     if not np.any(tried):
@@ -118,7 +118,8 @@ def decide(quantities: Sequence[Bounded], enclosures: Enclosures, wanted: Mask) 
     _decide_linear([each for each in tries if each.bounded.is_linear])
     _decide_formulas([each for each in tries if not each.bounded.is_linear])
     for q, (bounded, decision) in enumerate(zip(quantities, decisions, strict=True)):
-        rounded = _weighted(seen[q].steepest, {name: np.sum(each.rad, axis=0) for name, each in series[q].items()})
+        rounding = {name: np.sum(each.rad, axis=0) for name, each in series[q].items()}
+        rounded = _weighted(seen[q].steepest, rounding, len(boxes))
         for b in np.flatnonzero(tried[q] & ~decision.inside & ~(rounded <= _OPEN * margins[q])).tolist():
             decision.put(b, bounded, arguments_in(bounded.quantity, boxes.box(b), enclosures.terms), enclosures.terms)
     return decisions
@@ -169,5 +170,6 @@ def _with(first: Balls, polynomials: Balls) -> Balls:
     return Balls(np.vstack([first.mid, polynomials.mid[1:]]), np.vstack([first.rad, polynomials.rad[1:]]))
 
 
-def _weighted(slopes: Mapping[str, Array], sizes: Mapping[str, Array]) -> Array:
-    return np.asarray(sum(slopes[name] * size for name, size in sizes.items() if name in slopes))
+def _weighted(slopes: Mapping[str, Array], sizes: Mapping[str, Array], count: int) -> Array:
+    """Return Σ |∂q/∂q_i| size_i in so many boxes: 0 for a formula that depends on no argument."""
+    return sum((slopes[name] * size for name, size in sizes.items() if name in slopes), np.zeros(count))

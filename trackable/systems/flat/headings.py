@@ -50,19 +50,19 @@ def with_heading_in(form: FlatForm, state: int, bounds: Interval) -> FlatForm:
     So no heading jumps inside of bounds that are up to 6.1 rad wide. The heading of v = (x, y) becomes n π/2 + the
     angle of v turned back by n π/2, where π/2 is atan2(1, 0), exactly. Where the nearest quarter turn is too far from
     the middle, an angle whose cosine and sine are rational is added. The form is returned as it is if the state is not
-    the angle of a vector, or if its bounds are more than 16 quarter turns from zero.
+    the angle of a vector, and if its bounds are wider than a turn or more than 16 quarter turns from zero.
     """
     heading = form.states[state]
     if not isinstance(heading, Angle):
         return form
     middle = bounds.lower / 2 + bounds.upper / 2
     n = round(middle / _QUARTER_TURN)
-    if abs(n) > _MOST_QUARTERS:
+    if abs(n) > _MOST_QUARTERS or bounds.width >= 2 * pi:
         return form
     turned: Expression = _turned_back(heading, n)
     more = middle - n * _QUARTER_TURN
-    if abs(more) + bounds.width / 2 >= pi:
-        turned = _turned_by(_turned_back(heading, n), round(_PARTS * tan(more / 2)))
+    if (parts := round(_PARTS * tan(more / 2))) and abs(more) + bounds.width / 2 >= pi:
+        turned = _turned_by(_turned_back(heading, n), parts)
     elif n == 0:
         return form
     if n:

@@ -53,7 +53,7 @@ def test_a_heading_within_bounds_is_the_same_direction_and_does_not_jump_inside_
     np.testing.assert_allclose(evaluate_floats(form.states[0], at), true, atol=1e-12)
 
 
-@pytest.mark.parametrize("bounds", [(-3.0, 3.0), (-0.5, 1.0), (90.0, 91.0)])
+@pytest.mark.parametrize("bounds", [(-3.0, 3.0), (-0.5, 1.0), (90.0, 91.0), (-4.0, 4.0), (-3.05, 3.25), (-3.0, 5.0)])
 def test_other_headings_stay_as_they_are(bounds: tuple[float, float]):
     assert with_heading_in(HEADING, 0, Interval(*bounds)) is HEADING
 
