@@ -9,6 +9,7 @@ and precisely only where the rough minimiser violates no bound at a new place.
 import heapq
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import count
 
 import numpy as np
@@ -24,6 +25,7 @@ _MAX_ROUNDS = 60
 _MAX_HALVINGS = 60
 _SAME_POINT = 1e-3
 _SAME_BASIN = 1e-2
+_NEARBY = 0.1  # in each ln θ: so long are first steps from a promising start, to stay in its basin
 _ROUGH = 1e-8  # of 1 + |l|: a minimiser that violates a bound at a new place need not be more precise
 _MORE_STEPS = 30  # as good as the last one: where these do not lead below the best objective, a search is given up
 
@@ -56,7 +58,9 @@ class _Followed:
 
 
 Step = Callable[[Program, Array, Array | None, float, sqp.GiveUp], sqp.Minimum | None]
-"""Solves a program from a start with the curvature there, up to a precision: a method of `Program`."""
+"""Solves a program from a start with the curvature there, up to a precision, or gives up: see `Program.minimise`."""
+
+_minimise_nearby: Step = partial(Program.minimise, radius=_NEARBY)
 
 
 @dataclass
@@ -163,7 +167,7 @@ class Exchange:
         if search.is_going_on and value >= self._least:
             yield from search.again()
             return
-        paths, met = self._advanced([search.path], search.places, Program.minimise_nearby)
+        paths, met = self._advanced([search.path], search.places, _minimise_nearby)
         if self.best is not best:
             self.active = met
         elif not paths or len(paths[0].rounds) > _MAX_ROUNDS:

@@ -1,6 +1,5 @@
 """The problem with constraints at finitely many places: a nonlinear program in ln θ, with exact gradients."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,8 +8,6 @@ from trackable.arrays import Array
 from trackable.gp.posterior import IllConditioned
 from trackable.learning import sqp
 from trackable.learning.problem import ConstrainedProblem
-
-_NEARBY = 0.1  # in each ln θ
 
 
 @dataclass(frozen=True)
@@ -26,41 +23,27 @@ class Program:
         curvature: Array | None = None,
         precision: float = sqp.PRECISION,
         give_up: sqp.GiveUp = sqp.never,
+        radius: float = sqp.FIRST_RADIUS,
     ) -> sqp.Minimum | None:
         """Return a local minimum from `start`; None where there is no value at `start`, or the search is given up.
 
         See `sqp.minimise` for the options.
         """
-        return self._minimised(self.evaluate, start, sqp.FIRST_RADIUS, curvature, precision, give_up)
+        space = self.problem.space
+        return sqp.minimise(
+            self.evaluate, start, space.log_lower, space.log_upper, radius, curvature, precision, give_up
+        )
 
-    def minimise_nearby(
-        self,
-        start: Array,
-        curvature: Array | None = None,
-        precision: float = sqp.PRECISION,
-        give_up: sqp.GiveUp = sqp.never,
-    ) -> sqp.Minimum | None:
-        """Return a local minimum as above; the first steps are short, to stay in the basin of a promising start."""
-        return self._minimised(self.evaluate, start, _NEARBY, curvature, precision, give_up)
-
-    def minimise_violation(
-        self,
-        start: Array,
-        curvature: Array | None = None,
-        precision: float = sqp.PRECISION,
-        give_up: sqp.GiveUp = sqp.never,
-    ) -> sqp.Minimum | None:
-        """Return a local minimum of the largest relative violation; None where there is no value at `start`.
-
-        The `curvature` of the objective says nothing of it, and no objective gives it up.
-        """
+    def minimise_violation(self, start: Array, precision: float = sqp.PRECISION) -> sqp.Minimum | None:
+        """Return a local minimum of the largest relative violation; None where there is no value at `start`."""
 
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:
             if (at := self.evaluate(log_theta)) is None:
                 return None
             return replace(at, value=0.0, gradient=np.zeros_like(at.gradient))
 
-        return self._minimised(evaluate, start, sqp.FIRST_RADIUS, None, precision, sqp.never)
+        space = self.problem.space
+        return sqp.minimise(evaluate, start, space.log_lower, space.log_upper, precision=precision)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return objective and slacks with their derivatives; None where one of them does not exist."""
@@ -81,15 +64,3 @@ class Program:
                 ]
                 jacobian += [by_theta.T / bounds.width, -by_theta.T / bounds.width]
         return sqp.Evaluation(value, gradient, np.concatenate(slack), np.concatenate(jacobian))
-
-    def _minimised(
-        self,
-        evaluate: Callable[[Array], sqp.Evaluation | None],
-        start: Array,
-        radius: float,
-        curvature: Array | None,
-        precision: float,
-        give_up: sqp.GiveUp,
-    ) -> sqp.Minimum | None:
-        space = self.problem.space
-        return sqp.minimise(evaluate, start, space.log_lower, space.log_upper, radius, curvature, precision, give_up)
