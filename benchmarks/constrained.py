@@ -5,7 +5,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchmarks.duel import Row, agree, duel
+from benchmarks.duel import Disagreement, Row, agree, duel
 from benchmarks.problems import Example, example
 from benchmarks.solvers import OnGrid, by_ipopt, by_slsqp, by_trust_constr
 from trackable.arrays import Array
@@ -109,6 +109,8 @@ def _slsqp_algorithm1(of: Example, every_start: bool) -> tuple[int, float]:
     starts = of.space.start_points()
     for k_bar in range(_FIRST_STEP, 301):
         objective, at = by_slsqp(OnGrid(of, k_bar - 1), starts)
+        if not at.size:
+            raise Disagreement(f"SLSQP ends at nothing feasible with bounds at steps up to {k_bar - 1}")
         signal = JointPosterior(of.prior.with_log_hyperparameters(at), (of.samples,)).signals[0]
         bounds = tail(signal, k_bar * of.system.sampling_time)
         if bounds is not None and bounds.keeps_states(of.system):
