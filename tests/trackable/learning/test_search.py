@@ -52,6 +52,19 @@ def test_of_several_signals_the_most_promising_start_has_the_period_of_both():
     assert first[asked.prior.learned.index("period")] == pytest.approx(PERIOD, abs=0.05)
 
 
+def test_without_constraints_worse_minima_are_kept_as_starts_for_other_problems():
+    asked = problem(Periodic(1.0, 1.0, 1.0))
+    found = best_solution(asked)
+    assert isinstance(found, Solution)
+    periods = np.exp([found.posterior.prior.log_hyperparameters[2], *(other[2] for other in found.others)])
+    for multiple in (1, 2, 3):
+        assert np.min(np.abs(periods - multiple * PERIOD)) < 0.02
+    for other in found.others:
+        value, slope = asked.posterior(other).negative_log_marginal_likelihood()
+        assert value > found.objective
+        assert np.max(np.abs(slope)) < 0.1 * (1 + abs(value))
+
+
 def test_other_kernels_are_not_screened():
     with pytest.raises(TypeError, match="screening needs periodic kernels, got SquaredExponential"):
         screened(problem(SquaredExponential(1.0, 1.0)), 4)

@@ -26,7 +26,8 @@ def test_screened_starts_are_apart_inside_and_promising():
 def _screened_one_by_one(problem: ConstrainedProblem, keep: int) -> list[np.ndarray]:
     """Every point with every amplitude, each by a posterior of its own; then sort."""
     name = problem.prior.learned.index("signal_std")
-    amplitudes = np.geomspace(0.02, 5.0, 48) * np.sqrt(np.mean((SAMPLES.values - PRIOR.parts[0].mean) ** 2))
+    size = np.sqrt(np.mean((SAMPLES.values - PRIOR.parts[0].mean) ** 2))
+    amplitudes = size * np.geomspace(screening._LOWEST, 5.0, 48)
     amplitudes = np.clip(amplitudes, *[getattr(SPACE.bounds["signal_std"], side) for side in ("lower", "upper")])
     found = []
     for at in problem.space.points(screening._POINTS):
@@ -46,9 +47,10 @@ def _screened_one_by_one(problem: ConstrainedProblem, keep: int) -> list[np.ndar
     return kept
 
 
-@pytest.mark.parametrize("keep", [3, 40])  # of the 40, many break bounds
-def test_screened_starts_are_those_of_a_search_one_by_one(keep, monkeypatch):
+@pytest.mark.parametrize(("lowest", "keep"), [(0.02, 3), (0.8, 40)])  # large amplitudes break bounds at many points
+def test_screened_starts_are_those_of_a_search_one_by_one(lowest, keep, monkeypatch):
     monkeypatch.setattr(screening, "_POINTS", 60)
+    monkeypatch.setattr(screening, "_LOWEST", lowest)
     problem = ConstrainedProblem((SAMPLES,), PRIOR, SPACE, all_phases(SYSTEM))
     starts, naive = screened(problem, keep), _screened_one_by_one(problem, keep)
     assert len(starts) == len(naive)
