@@ -32,10 +32,11 @@ _MORE_STEPS = 30  # as good as the last one: where these do not lead below the b
 
 @dataclass(frozen=True)
 class _Path:
-    """The present end of a local search, and the rounds that led there."""
+    """The present end of a local search, the rounds that led there, and the curvature with which it goes on."""
 
     end: Array
     rounds: tuple[Round, ...] = ()
+    curvature: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class Exchange:
     `together` runs searches from several starts with the same places in their programs; `follow` runs searches with
     places of their own. `active` are the places of the last program, `rounds` are those that led to the best point, and
     `fits` counts the nonlinear programs. Searches whose l is not below the `ceiling` are given up: each program is
-    a relaxation, so that l only rises on the way.
+    a relaxation, so that l only rises on the way. So are those that come near to a minimum that is known.
     """
 
     problem: ConstrainedProblem
@@ -88,15 +89,9 @@ class Exchange:
         """The best solution, or why there is none."""
         if self.best is not None:
             posterior, objective = self.best.posterior, self.best.objective
-            return Solution(
-                posterior,
-                posterior.signals,
-                objective,
-                self.active,
-                self.fits,
-                self.rounds,
-                others=self._other_minima(self.best.log_theta),
-            )
+            others = self._other_minima(self.best.log_theta)
+            found = posterior, posterior.signals, objective, self.active, self.fits, self.rounds
+            return Solution(*found, others=others)
         return self.closest.infeasible(self.problem) if self.closest else NothingFactored(self.problem.prior)
 
     def follow(self, starts: Iterable[Array]) -> None:
@@ -129,6 +124,12 @@ class Exchange:
             paths, places = self._advanced(paths, places, step)
         self.active = places
 
+    def restore(self, points: Iterable[Array]) -> None:
+        """Move all points to where bounds are violated least; ends that keep them are no minima of l."""
+        known = len(self._ends)
+        self.together(points, Program.minimise_violation)
+        del self._ends[known:]
+
     def keep_scaled_down(self, points: Iterable[Array]) -> None:
         """Halve the signals' amplitudes at each point until all bounds hold; keep the best result."""
         for point in points:
@@ -140,8 +141,8 @@ class Exchange:
 
     def try_all(self, points: Iterable[Array]) -> None:
         """Evaluate some points without improving them; keep the best, or the one with the smallest violation."""
-        for point in points:
-            if (candidate := self._evaluated(point)) and candidate.is_feasible:
+        for candidate in map(self._evaluated, points):
+            if candidate and candidate.is_feasible:
                 self._keep(candidate)
 
     @property
@@ -152,11 +153,6 @@ class Exchange:
     def _least(self) -> float:
         """The objective that has to be undercut."""
         return self.ceiling if self.best is None else self.best.objective
-
-    @property
-    def _may_give_up(self) -> bool:
-        """Whether only the best minimum is of use. Without constraints, the others are starts for other problems."""
-        return bool(self.problem.constraints)
 
     def _followed(self, value: float, search: _Followed) -> Iterator[tuple[float, _Followed]]:
         """Solve the next program of a search that has reached this objective; yield what is to be done next, and when.
@@ -172,7 +168,7 @@ class Exchange:
             self.active = met
         elif not paths or len(paths[0].rounds) > _MAX_ROUNDS:
             yield from search.again()
-        elif search.is_going_on or not self._is_visited(paths[0].end):
+        elif search.is_going_on or not _is_near(paths[0].end, self._visited):
             yield paths[0].rounds[-1].objective, replace(search, path=paths[0], places=met)
 
     def _advanced(self, paths: Sequence[_Path], places: Places, step: Step) -> tuple[list[_Path], Places]:
@@ -182,14 +178,16 @@ class Exchange:
         """
         program, met = Program(self.problem, places), places
         promising, ends, size = list[_Path](), list[Array](), sum(map(len, places))
+        minima = [end for _, end in self._ends]
 
         def give_up(x: Array, merit: float, gain: float) -> bool:
-            is_hopeless = self._may_give_up and merit - _MORE_STEPS * gain >= self._least
-            return is_hopeless or any(np.max(np.abs(x - end)) < _SAME_BASIN for end in ends)
+            # Without constraints, worse minima are of use too: they are starts for other problems.
+            is_hopeless = bool(self.problem.constraints) and merit - _MORE_STEPS * gain >= self._least
+            return is_hopeless or _is_near(x, ends) or _is_near(x, minima)
 
         for path in paths:
             self.fits += 1
-            found = step(program, path.end, None, _ROUGH, give_up)
+            found = step(program, path.end, path.curvature, _ROUGH, give_up)
             if found is None or any(np.max(np.abs(found.x - end), initial=0.0) <= _SAME_POINT for end in ends):
                 continue
             candidate = self._evaluated(found.x)
@@ -202,7 +200,7 @@ class Exchange:
             if candidate is None or self._is_no_better(candidate):
                 continue
             done = Round(found.x, candidate.objective, candidate.worst[0], size)
-            longer = _Path(found.x, (*path.rounds, done))
+            longer = _Path(found.x, (*path.rounds, done), found.curvature)
             if candidate.is_feasible:
                 self._keep(candidate, longer.rounds)
             # Compare with the places of this program: another search of this round may have found the same ones.
@@ -239,10 +237,11 @@ class Exchange:
         """Return the other ends of searches that keep all bounds, the best first."""
         kept = [best]
         for _, end in sorted(self._ends, key=lambda found: found[0]):
-            if all(np.max(np.abs(end - other), initial=0.0) >= _SAME_BASIN for other in kept):
+            if not _is_near(end, kept):
                 kept.append(end)
         return tuple(kept[1:])
 
-    def _is_visited(self, end: Array) -> bool:
-        """Whether a search that led to a former best has passed this point, so that it would end there again."""
-        return any(np.max(np.abs(end - other), initial=0.0) < _SAME_BASIN for other in self._visited)
+
+def _is_near(point: Array, others: Iterable[Array]) -> bool:
+    """Whether a point lies so near to one of the others that searches from both end at the same minimum."""
+    return any(np.max(np.abs(point - other), initial=0.0) < _SAME_BASIN for other in others)

@@ -34,8 +34,18 @@ class Program:
             self.evaluate, start, space.log_lower, space.log_upper, radius, curvature, precision, give_up
         )
 
-    def minimise_violation(self, start: Array, precision: float = sqp.PRECISION) -> sqp.Minimum | None:
-        """Return a local minimum of the largest relative violation; None where there is no value at `start`."""
+    def minimise_violation(
+        self,
+        start: Array,
+        curvature: Array | None = None,
+        precision: float = sqp.PRECISION,
+        give_up: sqp.GiveUp = sqp.never,
+    ) -> sqp.Minimum | None:
+        """Return a local minimum of the largest relative violation; None where there is no value at `start`.
+
+        The options are those of `minimise`. Two of them are not used: the curvature of the objective says nothing of
+        the violation, and no objective ends the search.
+        """
 
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:
             if (at := self.evaluate(log_theta)) is None:

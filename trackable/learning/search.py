@@ -3,10 +3,8 @@
 from dataclasses import replace
 
 from trackable.arrays import Array
-from trackable.learning import sqp
 from trackable.learning.candidate import Candidate
 from trackable.learning.exchange import Exchange
-from trackable.learning.nonlinear import Program
 from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackable.learning.screening import can_screen, screened
 
@@ -84,19 +82,12 @@ def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solutio
     if exchange.closest is None:
         return
     if exchange.best is None:
-        exchange.together(starts, _violation)
+        exchange.restore(starts)
         exchange.together(_best(exchange) or [exchange.closest.log_theta])
     if exchange.best is None:  # the last resort: points of the whole space
         exchange.try_all(space.points(_SPREAD_THINLY))
-        exchange.together([exchange.closest.log_theta], _violation)
+        exchange.restore([exchange.closest.log_theta])
         exchange.together(_best(exchange) or [exchange.closest.log_theta])
-
-
-def _violation(
-    program: Program, start: Array, curvature: Array | None, precision: float, give_up: sqp.GiveUp
-) -> sqp.Minimum | None:
-    """Step to the smallest violation: of it the curvature of the objective says nothing, and no objective ends it."""
-    return program.minimise_violation(start, precision)
 
 
 def _best(exchange: Exchange) -> list[Array]:

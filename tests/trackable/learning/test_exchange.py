@@ -11,7 +11,9 @@ from tests.trackable.learning.instances import SEEDS, TIGHT_SEEDS, Instance, ins
 from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
+from trackable.learning.exchange import Exchange
 from trackable.learning.index_set import Steps
+from trackable.learning.nonlinear import Program
 from trackable.learning.problem import Solution
 from trackable.learning.search import best_solution, tightened
 
@@ -101,6 +103,35 @@ def test_what_no_look_meets_is_met_in_the_end(monkeypatch):
             np.arange(constraint.index_set.first, constraint.index_set.last + 1) * constraint.index_set.sampling_time
         )
         assert np.all(constraint.relative_margin(blind.posterior, times) >= 0)
+
+
+def test_a_search_ends_where_it_comes_near_to_a_known_minimum(monkeypatch):
+    problem = instance(SEEDS[0]).problem
+    evaluated, evaluate = [], Program.evaluate
+    monkeypatch.setattr(Program, "evaluate", lambda program, x: evaluated.append(x) or evaluate(program, x))
+    exchange = Exchange(problem)
+    exchange.together(problem.space.start_points()[:1])
+    assert exchange.best is not None
+    least, minimum, beside = exchange.best.objective, exchange.best.log_theta, exchange.best.log_theta + 0.02
+    fresh = Exchange(problem)
+    evaluated.clear()
+    fresh.together([beside])
+    assert fresh.best is not None
+    assert fresh.best.objective == pytest.approx(least, abs=1e-6)
+    alone = len(evaluated)
+    evaluated.clear()
+    exchange.together([beside])
+    assert len(evaluated) < alone / 2
+    assert exchange.best.log_theta is minimum
+
+
+def test_points_that_only_keep_the_bounds_are_no_minima():
+    """Searches from there have to go on: they must not end because a point nearby is known."""
+    problem = tight(TIGHT_SEEDS[0]).problem
+    exchange = Exchange(problem)
+    exchange.restore(problem.space.start_points())
+    assert exchange.best is not None
+    assert exchange.outcome.others == ()
 
 
 def test_active_times_are_steps(case, solution):
