@@ -15,7 +15,7 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.constraint import Constraint
 from trackable.learning.learner import HYPERPARAMETERS, Learner
-from trackable.learning.problem import ConstrainedProblem, NoSolution, Pin, Solution
+from trackable.learning.problem import ConstrainedProblem, Infeasible, NoSolution, Pin, Solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.work import done
 from trackable.systems.constrained import ConstrainedSystem
@@ -87,9 +87,26 @@ def learn_certified(
         return found
     other = _learn(goal, replace(learning, learner=learner.second_choice, attempts=0, last=None))
     if not isinstance(found, Certified):
-        return other
+        return other if isinstance(other, Certified) else _nearer(found, other)
     is_better = isinstance(other, Certified) and other.solution.objective < found.solution.objective
     return other if is_better else found
+
+
+def _nearer(one: NoSolution | Failure, other: NoSolution | Failure) -> NoSolution | Failure:
+    """Return the failure in which less is missing; `other` where it cannot be told."""
+    return one if _missing(one) < _missing(other) else other
+
+
+def _missing(failure: NoSolution | Failure) -> float:
+    """Return how far a bound is broken, or what its proof lacks, as a part of its width; infinite where unknown."""
+    match failure:
+        case Infeasible():
+            return failure.violation / failure.quantity.bounds.width
+        case Counterexample():
+            return failure.violation / failure.bounds.width
+        case Unproved():
+            return failure.shortfall / failure.bounds.width
+    return np.inf
 
 
 def _may_cost_more(solution: Solution) -> bool:

@@ -77,6 +77,21 @@ def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():
     assert found.solution.objective == certified("example1").solution.objective
 
 
+@pytest.mark.parametrize("missing", [(0.1, 1.0), (1.0, 0.1)])
+def test_of_two_failures_that_is_told_in_which_less_is_missing(missing):
+    samples, prior, plant, space = PROBLEMS["example1"]
+
+    def failing(by: float):
+        return lambda problem: Infeasible(
+            problem.posterior(prior.log_hyperparameters), plant.quantities[0], 0.5, by, ()
+        )
+
+    first, second = (replace(JOINT, solve=failing(by), second_choice=None) for by in missing)
+    found = learn_certified(samples, prior, plant, space, learner=replace(first, second_choice=second))
+    assert isinstance(found, Infeasible)
+    assert found.violation == min(missing)
+
+
 def test_given_values_have_no_second_choice():
     samples, prior, plant, space = PROBLEMS["example1"]
     lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))

@@ -13,7 +13,9 @@ from trackable.learning.joint.places import Places, chosen
 from trackable.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 40
-_MOST_PLACES = 1000  # rough functions touch a bound at ever more times: what is left is a larger back-off's task
+# Rough functions touch a bound at ever more times. Where there are many, those that are only near stay out; where there
+# are too many, what is left is a larger back-off's task.
+_MANY_PLACES, _MOST_PLACES = 1000, 1500
 _SAME_TIME = 3e-4  # of a correlation time: between closer places a bound cannot be broken by much
 _NO_GAIN = 1e-9  # of the price: what is broken then is not worth another program
 
@@ -66,11 +68,13 @@ def settled(
         margin, constraint, time = _worst(minima)
         kept = chosen(places, bent.multipliers > 0)
         met = merged(kept, seen.places(minima), same_time(bent.signals))
+        if _count(met) > _MANY_PLACES:
+            met = merged(kept, seen.places(_broken(minima)), same_time(bent.signals))
         best = Settled(bent, met, kept, margin, constraint, time, count)
         gain, price = bent.price - price, bent.price
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
             return best
-        if 0 <= gain <= _NO_GAIN * price or sum(map(len, met)) > _MOST_PLACES:
+        if 0 <= gain <= _NO_GAIN * price or _count(met) > _MOST_PLACES:
             return best
         places = met
         near = bent.signals
@@ -90,6 +94,15 @@ def merged(places: Places, new: Places, same: float) -> Places:
 def no_places(problem: ConstrainedProblem) -> Places:
     """Return no place for any constraint."""
     return tuple(np.empty((0, 2)) for _ in problem.constraints)
+
+
+def _broken(minima: Minima) -> Minima:
+    """Return the minima at which a bound is broken."""
+    return [(times[margins < 0], margins[margins < 0]) for times, margins in minima]
+
+
+def _count(places: Places) -> int:
+    return sum(map(len, places))
 
 
 def _worst(minima: Minima) -> tuple[float, int, float]:

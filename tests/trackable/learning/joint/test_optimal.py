@@ -5,6 +5,7 @@ import pytest
 
 from tests.trackable.learning.joint import naive
 from tests.trackable.learning.joint.instances import ALL, Case, solved
+from trackable.learning.joint import settle
 from trackable.learning.joint.settle import Settled, settled
 
 # Where a row spans a small part of a correlation time, seven kernels stand for it, up to this part of its bounds.
@@ -91,3 +92,14 @@ def test_starts_from_elsewhere_end_at_the_same_function(name):
     places = tuple(np.column_stack([case.times[::11], sides]) for _ in case.problem.constraints)
     again = settled(case.problem, case.posterior, places)
     assert again.bent.price == pytest.approx(found.bent.price, rel=1e-7)
+
+
+@pytest.mark.parametrize("name", ["matern52", "tight", "axis"])
+def test_of_many_places_those_that_are_only_near_a_bound_are_not_needed(name, monkeypatch):
+    """As if two places were many already: the function is the same, from a smaller program."""
+    case, whole = ALL[name], solved(name)
+    monkeypatch.setattr(settle, "_MANY_PLACES", 2)
+    found = settle.settled(case.problem, case.posterior, settle.no_places(case.problem))
+    assert found.keeps_bounds
+    assert found.bent.price == pytest.approx(whole.bent.price, rel=1e-6)
+    assert sum(map(len, found.places)) < sum(map(len, whole.places))
