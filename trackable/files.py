@@ -80,9 +80,19 @@ def from_json(data: bytes) -> object:
     """What the JSON in `data` says; ValueError where it is no UTF-8, no JSON, says NaN, or names a key twice."""
     try:
         value: object = _DECODER.decode(data.decode())
+    except UnicodeDecodeError as error:
+        raise ValueError("expected JSON, got bytes that are no text in UTF-8") from error
+    except json.JSONDecodeError as error:
+        raise ValueError(f"expected JSON, {_instead(error)}") from error
     except RecursionError as error:
         raise ValueError("JSON nested too deeply") from error
     return value
+
+
+def _instead(error: json.JSONDecodeError) -> str:
+    """What came where JSON was expected."""
+    found = error.doc[error.pos :].strip()
+    return f"got {short(found) if found else 'the end of the file'} in line {error.lineno}, column {error.colno}"
 
 
 def _refuse_constant(name: str) -> NoReturn:

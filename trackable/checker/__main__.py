@@ -87,6 +87,12 @@ def _content(path: Path) -> object:
         raise ValueError(f"it has more than {BYTES} bytes")
     try:
         content: object = json.loads(data.decode(), parse_constant=_refuse_constant, object_pairs_hook=_unique)
+    except UnicodeDecodeError as error:
+        raise ValueError("expected JSON, got bytes that are no text in UTF-8") from error
+    except json.JSONDecodeError as error:
+        found = error.doc[error.pos :].strip()
+        got = short(found) if found else "the end of the file"
+        raise ValueError(f"expected JSON, got {got} in line {error.lineno}, column {error.colno}") from error
     except RecursionError as error:
         raise ValueError("JSON nested too deeply") from error
     return content

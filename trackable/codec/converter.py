@@ -75,7 +75,7 @@ def loads(wanted: type[T], data: bytes) -> T:
     try:
         content = from_json(data)
     except ValueError as error:
-        raise CodecError(f"{_name(wanted)}: no valid JSON: {error}") from error
+        raise CodecError(f"{_name(wanted)}: {error}") from error
     return decode(wanted, content)
 
 

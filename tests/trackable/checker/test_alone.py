@@ -76,11 +76,12 @@ def test_exit_codes_and_words(bundle, tmp_path):
             2,
             "error: {}: is a certificate of version 2; this checker reads version 3",
         ),
-        "text": ("no JSON", 2, "error: {}: is not a certificate: Expecting value"),
+        "text": ("no JSON", 2, "error: {}: is not a certificate: expected JSON, got 'no JSON' in line 1, column 1"),
+        "empty": ("", 2, "error: {}: is not a certificate: expected JSON, got the end of the file in line 1, column 1"),
         "twice": ('{"a": 1, "a": 1}', 2, "error: {}: is not a certificate: key 'a' appears twice"),
         "nan": ('{"a": NaN}', 2, "error: {}: is not a certificate: NaN is no JSON number"),
         "deep": ("[" * 100_000, 2, "error: {}: is not a certificate: JSON nested too deeply"),
-        "bytes": (None, 2, "error: {}: is not a certificate: 'utf-8' codec"),
+        "bytes": (None, 2, "error: {}: is not a certificate: expected JSON, got bytes that are no text in UTF-8"),
     }
     for name, (text, _, _) in cases.items():
         (tmp_path / name).write_bytes(b"\xff" if text is None else text.encode())

@@ -104,7 +104,7 @@ def test_what_does_not_fit_is_refused_with_its_place(wanted: type, data: Any, co
 
 @pytest.mark.parametrize("data", [b"", b"{", b"\xff", b'{"lower": NaN, "upper": 1}', b'{"lower": 0, "lower": 0}'])
 def test_bytes_that_are_no_json_are_refused(data: bytes) -> None:
-    with pytest.raises(CodecError, match="Interval: no valid JSON"):
+    with pytest.raises(CodecError, match=r"Interval: (expected JSON|NaN is no|key .lower. appears)"):
         loads(Interval, data)
 
 
