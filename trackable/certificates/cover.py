@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from trackable.arrays import Array
 from trackable.certificates.boxes.boxes import Boxes
 from trackable.certificates.boxes.choice import Choice
-from trackable.certificates.boxes.decision import Bounded, Decision, decide
+from trackable.certificates.boxes.decision import Bounded, Decision, decide, worth_trying
 from trackable.certificates.boxes.enclosures import Enclosures
 from trackable.certificates.boxes.together import Group, Together
 from trackable.certificates.enclosure import Box
@@ -47,26 +47,56 @@ def covers(quantities: Sequence[Bounded], start: float, end: float) -> list[Cove
     here and by whoever checks the boxes.
     """
     together = Together.of([bounded.quantity for bounded in quantities])
-    choice = Choice(together.groups, TERMS)
     most = _MOST_BOXES + _MOST_BY_CENTRE * max((len(each.summands.centres) for each in together.groups), default=0)
     edges = _first_edges(together.groups, start, end)
     waiting = _Waiting(edges[:-1], edges[1:], np.ones((len(quantities), len(edges) - 1), dtype=bool))
     proved: list[list[Boxes]] = [[] for _ in quantities]
     while waiting.starts.size:
-        boxes = choice.boxes(waiting.starts, waiting.ends)
-        enclosures, missing = Enclosures(boxes, TERMS, together), waiting.wanted.copy()
+        narrow = _narrow_enough(quantities, together, waiting, most)
+        if isinstance(narrow, Hole):
+            return narrow
+        boxes, tried = narrow.enclosures.boxes, narrow.tried
         with np.errstate(all="ignore"):  # what is not finite is not proved
-            decisions = decide(quantities, enclosures, waiting.wanted)
-        for q, (bounded, decision) in enumerate(zip(quantities, decisions, strict=True)):
-            missing[q] &= ~decision.inside
-            proved[q].append(boxes.at(decision.inside))
-            for _ in range(len(proved[q][-1])):
+            decisions = decide(quantities, narrow.enclosures, tried)
+        missing = tried & ~np.stack([decision.inside for decision in decisions])
+        for found, decision in zip(proved, decisions, strict=True):
+            found.append(boxes.at(decision.inside))
+            for _ in range(len(found[-1])):
                 done("box")
-            hole = _hole(bounded, boxes, missing[q], decision, len(boxes) > most)
-            if hole is not None:
-                return hole
+        if hole := _hole(quantities, boxes, missing, decisions, len(boxes) > most):
+            return hole
         waiting = _halves(boxes, missing)
     return [_joined(start, boxes) for boxes in proved]
+
+
+class _Tried(NamedTuple):
+    """Boxes that are `tried` for each quantity: shape (Q, B)."""
+
+    enclosures: Enclosures
+    tried: Mask
+
+    @classmethod
+    def joined(cls, parts: "Sequence[_Tried]") -> Self:
+        """Join what is tried for any quantity."""
+        some = [(each, np.any(each.tried, axis=0)) for each in parts]
+        enclosures = Enclosures.joined([each.enclosures.at(wanted) for each, wanted in some])
+        return cls(enclosures, np.concatenate([each.tried[:, wanted] for each, wanted in some], axis=1))
+
+
+def _narrow_enough(quantities: Sequence[Bounded], together: Together, waiting: "_Waiting", most: int) -> _Tried | Hole:
+    """Return boxes that are worth trying: those that wait, or halves of halves of them."""
+    choice, levels = Choice(together.groups, TERMS), list[_Tried]()
+    while waiting.starts.size:
+        boxes = choice.boxes(waiting.starts, waiting.ends)
+        enclosures = Enclosures(boxes, TERMS, together)
+        with np.errstate(all="ignore"):
+            tried = worth_trying(quantities, enclosures, waiting.wanted)
+        rejected = waiting.wanted & ~tried
+        if hole := _hole(quantities, boxes, rejected, (), len(boxes) > most):
+            return hole
+        levels.append(_Tried(enclosures, tried))
+        waiting = _halves(boxes, rejected)
+    return _Tried.joined(levels)
 
 
 def _first_edges(groups: Sequence[Group], start: float, end: float) -> Array:
@@ -88,13 +118,18 @@ def _first_edges(groups: Sequence[Group], start: float, end: float) -> Array:
         edges = np.sort(np.concatenate([edges, starts + (ends - starts) / 2]))
 
 
-def _hole(bounded: Bounded, boxes: Boxes, missing: Mask, decision: Decision, is_last: bool) -> Hole | None:
+def _hole(
+    quantities: Sequence[Bounded], boxes: Boxes, missing: Mask, decisions: Sequence[Decision], is_last: bool
+) -> Hole | None:
     """Return a box that cannot be split, or in whose middle the bound is not kept; any one where this try `is_last`."""
-    hopeless = missing & (is_last | ~boxes.can_be_split | decision.outside)
+    hopeless = missing & (is_last | ~boxes.can_be_split)
+    for q, decision in enumerate(decisions):
+        hopeless[q] |= missing[q] & decision.outside
     if not np.any(hopeless):
         return None
-    b = int(np.argmax(hopeless))
-    return Hole(bounded.quantity, boxes.box(b), decision.reasons.get(b, _TOO_WIDE))
+    q, b = (int(i[0]) for i in np.nonzero(hopeless))
+    reason = decisions[q].reasons.get(b, _TOO_WIDE) if decisions else _TOO_WIDE
+    return Hole(quantities[q].quantity, boxes.box(b), reason)
 
 
 class _Waiting(NamedTuple):
@@ -114,9 +149,7 @@ def _halves(boxes: Boxes, missing: Mask) -> _Waiting:
     return _Waiting(np.stack([starts, middles], axis=1).ravel(), np.stack([middles, ends], axis=1).ravel(), both)
 
 
-def _joined(start: float, found: list[Boxes]) -> Cover:
-    starts, ends, radii = (
-        np.concatenate(parts) for parts in zip(*((b.starts, b.ends, b.radii) for b in found), strict=True)
-    )
-    order = np.argsort(starts)
-    return Cover((start, *ends[order].tolist()), tuple(radii[order].tolist()))
+def _joined(start: float, found: Sequence[Boxes]) -> Cover:
+    boxes = Boxes.joined(found)
+    order = np.argsort(boxes.starts)
+    return Cover((start, *boxes.ends[order].tolist()), tuple(boxes.radii[order].tolist()))

@@ -4,12 +4,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
+import numpy as np
 from flint import arb, arb_poly
 
+from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.balls.formulas import UndefinedError, at_balls, require
 from trackable.certificates.balls.models import Enclosure
 from trackable.certificates.exact import ExactFunctional, ExactQuantity, exact_quantities, rational
+from trackable.certificates.floats.balls import Balls, sums_up
 from trackable.certificates.kernels.base import Decay
 from trackable.certificates.kernels.table import balls_of
 from trackable.certificates.rounding.flat import FormulaRounding
@@ -61,12 +64,12 @@ def undefined_beyond(
     return found
 
 
-def _range(functional: ExactFunctional, envelopes: Mapping[int, Decay]) -> Enclosure:
+def _range(functional: ExactFunctional, envelopes: Mapping[int, Decay[arb]]) -> Enclosure:
     reach = sum((abs(w) * envelopes[id(shifted.signal)].size for w, shifted in functional.terms), arb(0))
     return Enclosure(arb_poly([functional.offset]), reach)
 
 
-def _limits(quantity: Quantity, exact: ExactQuantity, envelopes: list[Decay]) -> tuple[arb, arb]:
+def _limits(quantity: Quantity, exact: ExactQuantity, envelopes: list[Decay[arb]]) -> tuple[arb, arb]:
     trajectory, step = quantity.trajectory, arb(quantity.trajectory.sampling_time)
     reaches = {
         name: sum(
@@ -75,10 +78,10 @@ def _limits(quantity: Quantity, exact: ExactQuantity, envelopes: list[Decay]) ->
         for name, functional in trajectory.arguments
     }
     rest = {name: functional.offset for name, functional in exact.arguments.items()}
-    if trajectory.functional:
-        return at_balls(trajectory.formula, rest), at_balls(trajectory.formula, reaches)
     around = {name: level + arb(0, 1) * reaches[name] for name, level in rest.items()}
     try:
+        if trajectory.functional:
+            return at_balls(trajectory.formula, rest), at_balls(trajectory.formula, reaches)
         at_balls(trajectory.formula, around)  # raises where the formula may not be defined
         weights = zip(_formula_weights(trajectory, around), envelopes, strict=True)
         return at_balls(trajectory.formula, rest), sum((_reach(w, e, step) for w, e in weights), arb(0))
@@ -110,7 +113,7 @@ def _formula_weights(trajectory: Trajectory, around: dict[str, arb]) -> Iterator
         yield _Weights(each, at_balls(shift, around) if shift is not None else arb(0))
 
 
-def _reach(weights: _Weights, envelope: Decay, step: arb) -> arb:
+def _reach(weights: _Weights, envelope: Decay[arb], step: arb) -> arb:
     """Bound |Σ_j w_j e(t + j T_s)|."""
     size, rate = envelope
     by_size = sum((abs(w) for w in weights.each), arb(0)) * size
@@ -118,11 +121,15 @@ def _reach(weights: _Weights, envelope: Decay, step: arb) -> arb:
     return by_rate.min(by_size)
 
 
-def _envelope(signal: KernelSum, start: arb) -> Decay:
-    """Return bounds R of |z − m| and D of |ż| for all t ≥ `start`."""
-    kernel, size, slope = balls_of(signal.kernel), arb(0), arb(0)
-    for t_i, c in zip(signal.centres.tolist(), signal.weights.tolist(), strict=True):
-        of_kernel = kernel.beyond((start - arb(t_i)).max(arb(0)))
-        size += abs(arb(c)) * of_kernel.size
-        slope += abs(arb(c)) * of_kernel.slope
-    return Decay(size, slope)
+def _envelope(signal: KernelSum, start: arb) -> Decay[arb]:
+    """Return bounds R of |z − m| and D of |ż| for all t ≥ `start`, in float64: zero where all kernels are zero."""
+    with np.errstate(all="ignore"):  # what is not finite bounds nothing
+        of_kernels = balls_of(signal.kernel).beyond((Balls.of(start) - signal.centres).max(0.0))
+        return Decay(*(_total(np.abs(signal.weights), bounds) for bounds in of_kernels))
+
+
+def _total(sizes: Array, bounds: Balls) -> arb:
+    """Over-estimate Σ_i size_i |bound_i|."""
+    some = ~bounds.is_zero()
+    total = np.asarray(np.sum((sizes * bounds.size)[some]))
+    return arb(float(sums_up(total, len(sizes)))) if np.any(some) else arb(0)

@@ -6,13 +6,15 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from trackable.arrays import Array
+from trackable.certificates.floats.balls import Mask
 from trackable.gp.kernels.radial import Radial
 from trackable.gp.signal import KernelSum
 from trackable.systems.reference import Reference
 
 
-def nearly_settled(reference: Reference, reserve: Mapping[str, float]) -> Callable[[float], bool] | None:
-    """Return whether `settled_margins` from a start [s] on are positive, up to rounding; None where it is not known.
+def nearly_settled(reference: Reference, reserve: Mapping[str, float]) -> Callable[[Array], Mask] | None:
+    """Return whether `settled_margins` from starts [s] on are positive, up to rounding; None where it is not known.
 
     It is known of linear combinations of signals whose kernels fall with the distance.
     """
@@ -31,12 +33,11 @@ def nearly_settled(reference: Reference, reserve: Mapping[str, float]) -> Callab
         if functional is not None
     ]
 
-    def holds(start: float) -> bool:
-        envelopes = [_envelope(signal, start) for signal in signals]
-        return all(
-            sum(w.reach(*e, plant.sampling_time) for w, e in zip(weights, envelopes, strict=True)) <= room
-            for weights, room in rows
-        )
+    def holds(starts: Array) -> Mask:
+        envelopes, found = [_envelope(signal, starts) for signal in signals], np.ones(starts.shape, dtype=bool)
+        for weights, room in rows:
+            found &= sum(w.reach(*e, plant.sampling_time) for w, e in zip(weights, envelopes, strict=True)) <= room
+        return found
 
     return holds
 
@@ -53,13 +54,13 @@ class _Weights(NamedTuple):
         each = np.abs([float(w) for w in weights])
         return cls(float(np.sum(each)), abs(float(sum(weights))), float(np.arange(len(each)) @ each))
 
-    def reach(self, size: float, slope: float, step: float) -> float:
+    def reach(self, size: Array, slope: Array, step: float) -> Array:
         """Return the bound of |Σ_j w_j e(t + j T_s)| of `limits`."""
-        return min(self.each * size, self.whole * size + step * self.shifted * slope)
+        return np.minimum(self.each * size, self.whole * size + step * self.shifted * slope)
 
 
-def _envelope(signal: KernelSum, start: float) -> tuple[float, float]:
-    """Return Σ_i |c_i| K_i and Σ_i |c_i| D_i of `limits`."""
-    distances, sizes = np.maximum(start - signal.centres, 0.0), np.abs(signal.weights)
+def _envelope(signal: KernelSum, starts: Array) -> tuple[Array, Array]:
+    """Return Σ_i |c_i| K_i and Σ_i |c_i| D_i of `limits`: the shape of the starts each."""
+    distances, sizes = np.maximum(starts[:, None] - signal.centres, 0.0), np.abs(signal.weights)
     steepest = np.maximum(distances, signal.kernel.decay_distance)
-    return float(sizes @ signal.kernel.jet(distances, 0)[0]), float(sizes @ np.abs(signal.kernel.jet(steepest, 1)[1]))
+    return signal.kernel.jet(distances, 0)[0] @ sizes, np.abs(signal.kernel.jet(steepest, 1)[1]) @ sizes

@@ -5,13 +5,17 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from flint import arb
 
+from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
+from trackable.certificates.floats.balls import Mask
 from trackable.certificates.limits import limits_beyond, undefined_beyond
 from trackable.certificates.nearly import nearly_settled
 from trackable.certificates.rounding.flat import FormulaRounding
 from trackable.systems.reference import Reference
 
 _DOUBLINGS, _BISECTIONS = 100, 8
+_TOGETHER = 4
+"""So many bisections, and as many doublings as its square, look at their times together in float64."""
 
 
 def settled_margins(
@@ -37,26 +41,30 @@ def earliest_settled(
     float64 finds the time, it is proved once; the search in ball arithmetic takes as many proofs as steps.
     """
 
-    def holds(start: float) -> bool:
-        return min(settled_margins(reference, arb(start), reserve, roundings).values()) >= 0
+    def hold(starts: Array) -> Mask:
+        margins = (settled_margins(reference, arb(start), reserve, roundings) for start in starts.tolist())
+        return np.array([min(each.values()) >= 0 for each in margins])
 
     guess = nearly_settled(reference, reserve)
-    if guess is not None and (found := _earliest(reference, guess)) is not None and holds(found):
+    if guess is not None and (found := _earliest(reference, guess, _TOGETHER)) is not None and hold(np.array([found])):
         return found
-    return _earliest(reference, holds)
+    return _earliest(reference, hold, 1)
 
 
-def _earliest(reference: Reference, holds: Callable[[float], bool]) -> float | None:
+def _earliest(reference: Reference, hold: Callable[[Array], Mask], together: int) -> float | None:
+    """Return the earliest time [s] that doubling and bisection find, so many steps of it `together`; None for none."""
     origin = max(0.0, *(float(np.max(signal.centres)) for signal in reference.kernel_sums))
-    reach = reference.plant.sampling_time
-    for _ in range(_DOUBLINGS):
-        if holds(origin + reach):
+    reaches = reference.plant.sampling_time * 2.0 ** np.arange(_DOUBLINGS)
+    for several in np.split(reaches, range(together**2, _DOUBLINGS, together**2)):
+        if np.any(held := hold(origin + several)):
+            reach = several[np.argmax(held)]
             break
-        reach *= 2
     else:
         return None
-    before = reach / 2
-    for _ in range(_BISECTIONS):
-        middle = (before + reach) / 2
-        before, reach = (before, middle) if holds(origin + middle) else (middle, reach)
-    return origin + reach
+    ends = np.array([reach / 2, reach])
+    for _ in range(_BISECTIONS // together):
+        for _ in range(together):
+            ends = np.insert(ends, range(1, len(ends)), (ends[:-1] + ends[1:]) / 2)
+        first = int(np.argmax(np.append(hold(origin + ends[1:-1]), True)))
+        ends = ends[first : first + 2]
+    return float(origin + ends[1])

@@ -10,6 +10,7 @@ from mpmath import mp
 from tests.trackable.certificates import naive
 from tests.trackable.certificates.instances import case, chosen_box, general_case
 from tests.trackable.gp.instances import KERNELS, RADIAL, formula, over, time_scale
+from trackable.certificates import limits
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above, float_below
 from trackable.certificates.enclosure import Box, enclosure
 from trackable.certificates.exact import exact_quantities
@@ -21,6 +22,7 @@ from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackable.gp.kernels.rational_quadratic import RationalQuadratic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
+from trackable.gp.signal import KernelSum
 
 EXTREME: dict[str, Kernel] = {
     "tiny": SquaredExponential(1e-3, 1e-9),
@@ -108,6 +110,29 @@ def test_bounds_beyond_a_distance(kernel, distance):
     jet = np.abs(kernel.jet(np.append(farther, distance), 1)).max(axis=1)
     assert jet[0] <= float_above(size) * (1 + 1e-12)
     assert jet[1] <= float_above(rate) * (1 + 1e-12)
+
+
+def _envelope_is_too_small(kernel: Kernel, seed: int) -> bool:
+    """Whether a signal's envelope in float64 is smaller than in ball arithmetic; it has to be nearly the same."""
+    rng = np.random.default_rng(seed)
+    signal = KernelSum(kernel, 0.0, np.sort(rng.uniform(-3, 0, 7)) * time_scale(kernel), rng.normal(size=7))
+    too_small = False
+    with ball_arithmetic(2):
+        for start in (arb(t) * arb(time_scale(kernel)) / 3 for t in (0, 1, 7, 40, 10**12)):
+            found = limits._envelope(signal, start)
+            decays = [balls_of(kernel).beyond((start - arb(t)).max(arb(0))) for t in signal.centres.tolist()]
+            for bound, each in zip(found, zip(*decays, strict=True), strict=True):
+                total = sum((abs(arb(c)) * b for c, b in zip(signal.weights.tolist(), each, strict=True)), arb(0))
+                too_small |= not bound >= total.mid()
+                assert bound <= total * (1 + arb(10) ** -6) + arb(10) ** -250
+    return too_small
+
+
+@over(KERNELS | EXTREME)
+def test_envelopes_in_float64_are_no_smaller(kernel, monkeypatch):
+    assert not _envelope_is_too_small(kernel, 0)
+    monkeypatch.setattr(limits, "sums_up", lambda values, terms: values * (1 - 1e-12))
+    assert _envelope_is_too_small(kernel, 0)
 
 
 def test_floats_of_known_direction():

@@ -60,6 +60,12 @@ class Boxes:
     ends: Array
     radii: Array
 
+    @classmethod
+    def joined(cls, parts: Sequence["Boxes"]) -> Self:
+        """Join boxes, in the order of the parts."""
+        starts, ends, radii = zip(*((each.starts, each.ends, each.radii) for each in parts), strict=True)
+        return cls(np.concatenate(starts), np.concatenate(ends), np.concatenate(radii))
+
     def __len__(self) -> int:
         return len(self.starts)
 

@@ -12,8 +12,10 @@ from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.balls.formulas import UndefinedError, require_of
 from trackable.certificates.balls.models import Enclosure, Models
+from trackable.certificates.boxes.boxes import Boxes
 from trackable.certificates.boxes.enclosures import Enclosures, model
 from trackable.certificates.boxes.positive import are_positive
+from trackable.certificates.boxes.together import Combination
 from trackable.certificates.enclosure import ENLARGED, arguments_in, of_arguments
 from trackable.certificates.exact import ExactQuantity
 from trackable.certificates.floats.balls import Balls, Mask, joined
@@ -99,30 +101,38 @@ class Decision(NamedTuple):
             self.reasons[b] = str(undefined)
 
 
-def decide(quantities: Sequence[Bounded], enclosures: Enclosures, wanted: Mask) -> list[Decision]:
-    """Decide about the boxes that are `wanted` of each quantity: shape (Q, B)."""
+def worth_trying(quantities: Sequence[Bounded], enclosures: Enclosures, wanted: Mask) -> Mask:
+    """Return which of the `wanted` boxes may be narrow enough, by a cheap estimate: shape (Q, B) both."""
     of, boxes = enclosures.signals, enclosures.boxes
     enclosures.find_remainders(of.needed(wanted))
-    missed = [{name: enclosures.remainders(each) for name, each in found.items()} for found in of.arguments]
-    seen = [bounded.sketch.within(boxes.starts, boxes.ends) for bounded in quantities]
-    margins = np.stack([each.smallest - bounded.reserve for bounded, each in zip(quantities, seen, strict=True)])
-    # A cheap estimate rejects boxes that are much too wide.
-    sizes = np.stack([_weighted(each.steepest, rests, len(boxes)) for each, rests in zip(seen, missed, strict=True)])
-    tried = wanted & (sizes <= margins / 2)
-    decisions = [Decision.none(len(boxes)) for _ in quantities]
-    if not np.any(tried):
-        return decisions
+    found = np.zeros_like(wanted)
+    for q, (bounded, arguments) in enumerate(zip(quantities, of.arguments, strict=True)):
+        seen = bounded.sketch.within(boxes.starts, boxes.ends)
+        sizes = _weighted(seen.steepest, _missed(enclosures, arguments), len(boxes))
+        found[q] = wanted[q] & (sizes <= (seen.smallest - bounded.reserve) / 2)
+    return found
+
+
+def decide(quantities: Sequence[Bounded], enclosures: Enclosures, tried: Mask) -> list[Decision]:
+    """Decide about the boxes that are `tried` for each quantity: shape (Q, B)."""
+    of, boxes, decisions = enclosures.signals, enclosures.boxes, [Decision.none(tried.shape[1]) for _ in quantities]
+    enclosures.find_remainders(of.needed(tried))
     enclosures.find_polynomials(of.needed(tried))
+    missed = [_missed(enclosures, arguments) for arguments in of.arguments]
     series = [{name: enclosures.polynomials(each) for name, each in found.items()} for found in of.arguments]
     tries = [_Try(*each) for each in zip(quantities, decisions, series, missed, tried, strict=True)]
     _decide_linear([each for each in tries if each.bounded.is_linear])
     _decide_formulas([each for each in tries if not each.bounded.is_linear])
-    for q, (bounded, decision) in enumerate(zip(quantities, decisions, strict=True)):
-        rounding = {name: np.sum(each.rad, axis=0) for name, each in series[q].items()}
-        rounded = _weighted(seen[q].steepest, rounding, len(boxes))
-        for b in np.flatnonzero(tried[q] & ~decision.inside & ~(rounded <= _OPEN * margins[q])).tolist():
-            decision.put(b, bounded, arguments_in(bounded.quantity, boxes.box(b), enclosures.terms), enclosures.terms)
+    for each in tries:
+        for b in each.left_open_by_rounding(boxes):
+            arguments = arguments_in(each.bounded.quantity, boxes.box(b), enclosures.terms)
+            each.decision.put(b, each.bounded, arguments, enclosures.terms)
     return decisions
+
+
+def _missed(enclosures: Enclosures, arguments: Mapping[str, Combination]) -> dict[str, Array]:
+    """Bound the errors of the Taylor polynomials of a quantity's arguments: shape (B,) each."""
+    return {name: enclosures.remainders(each) for name, each in arguments.items()}
 
 
 class _Try(NamedTuple):
@@ -133,6 +143,17 @@ class _Try(NamedTuple):
     series: Mapping[str, Balls]
     missed: Mapping[str, Array]
     tried: Mask
+
+    def left_open_by_rounding(self, boxes: Boxes) -> list[int]:
+        """Return the boxes without a proof in which the rounding of float64 takes a large part of the margin."""
+        is_open = np.flatnonzero(self.tried & ~self.decision.inside)
+        if not is_open.size:
+            return []
+        seen = self.bounded.sketch.within(boxes.starts[is_open], boxes.ends[is_open])
+        rounding = {name: np.sum(each.rad[:, is_open], axis=0) for name, each in self.series.items()}
+        rounded = _weighted(seen.steepest, rounding, len(is_open))
+        found: list[int] = is_open[~(rounded <= _OPEN * (seen.smallest - self.bounded.reserve))].tolist()
+        return found
 
 
 def _decide_linear(tries: Sequence[_Try]) -> None:

@@ -1,8 +1,9 @@
 """Enclosures of shifted signals and of functionals in boxes, in float64: each is computed once where it is needed."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from flint import arb, arb_poly
@@ -26,6 +27,19 @@ class Enclosures:
     boxes: Boxes
     terms: int
     signals: Together
+
+    @classmethod
+    def joined(cls, parts: "Sequence[Enclosures]") -> Self:
+        """Join the boxes of some enclosures of the same signals; their remainders stay known."""
+        found = cls(Boxes.joined([each.boxes for each in parts]), parts[0].terms, parts[0].signals)
+        np.concatenate([each._remainders for each in parts], axis=1, out=found._remainders)
+        return found
+
+    def at(self, index: Mask) -> Self:
+        """Return the enclosures in some of the boxes; their remainders stay known."""
+        found = type(self)(self.boxes.at(index), self.terms, self.signals)
+        found._remainders[:] = self._remainders[:, index]
+        return found
 
     def find_remainders(self, wanted: Mask) -> None:
         """Find what `remainders` needs, of the `wanted` shifted signals in the wanted boxes: shape (S, B)."""

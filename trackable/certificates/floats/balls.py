@@ -157,10 +157,12 @@ class Balls:
         return type(self)(np.minimum(self.mid, b.mid), np.maximum(self.rad, b.rad))
 
     def exp(self) -> Self:
-        """Return e^x: e^(x + d) is within e^x (e^|d| − 1) of e^x."""
+        """Return e^x: e^(x + d) is within e^x (e^|d| − 1) of e^x, and at most e^(x + |d|) away."""
         mid = np.exp(self.mid)
         size = np.maximum(mid, _NORMAL)  # e^x where it is rounded to zero, or nearly
-        return type(self)(mid, size * (np.expm1(self.rad) * (1 + 4 * _FUNCTION) + _FUNCTION) * _UP + _TINY)
+        near = size * (np.expm1(self.rad) * (1 + 4 * _FUNCTION) + _FUNCTION)
+        # Far below zero the first bound may overflow.
+        return type(self)(mid, np.fmin(near, np.exp(self.highest) * (1 + 2 * _FUNCTION)) * _UP + _TINY)
 
     def log(self) -> Self:
         """Return ln x; everything where a ball does not lie above zero."""

@@ -22,6 +22,13 @@ def choose(condition: Any, one: _T, other: Any) -> _T:
     return found  # type: ignore[no-any-return]
 
 
+def from_point(start: Number, terms: int) -> Any:
+    """Return the power series start + x, or start alone where only one of its `terms` is wanted."""
+    if isinstance(start, Balls):
+        return Series.of([start, Balls.exact(np.ones_like(start.mid))], terms)
+    return arb_series([start, 1], prec=terms)
+
+
 def zero(like: Number) -> Number:
     """Return the number zero, as often as another number is there."""
     any_kind: Any = like

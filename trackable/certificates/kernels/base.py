@@ -3,28 +3,28 @@
 Hyperparameters are the stored float64 numbers, taken as exact reals; π is a ball. All bounds over-estimate. Distances
 and radii are in seconds.
 
-`taylor`, `on_disc`, `far` and `jump` are written once for two arithmetics: for arb and arb_series, and for arrays of
-float64 balls and of series of them (`floats`). So they compare numbers by `choose` only.
+`taylor`, `on_disc`, `far`, `beyond` and `jump` are written once for two arithmetics: for arb and arb_series, and for
+arrays of float64 balls and of series of them (`floats`). So they compare numbers by `choose` only.
 """
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Generic, NamedTuple
 
 from flint import arb, arb_series
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.floats.choice import Number, PowerSeries, zero
+from trackable.certificates.floats.choice import Number, PowerSeries, from_point, zero
 
 BEYOND_HALF = 1.01
 
 
-class Decay(NamedTuple):
+class Decay(NamedTuple, Generic[Number]):
     """Bounds of |κ| and |κ̇| from some distance on."""
 
-    size: arb
-    slope: arb
+    size: Number
+    slope: Number
 
 
 class Sensitivity(NamedTuple):
@@ -71,7 +71,7 @@ class KernelBalls(ABC):
         """Bound |κ(z)| over |z − r| ≤ radius for all |r| ≥ distance ≥ radius, of every branch; it may be infinite."""
 
     @abstractmethod
-    def beyond(self, distance: arb) -> Decay:
+    def beyond(self, distance: Number) -> Decay[Number]:
         """Bound |κ(r)| and |κ̇(r)| over all |r| ≥ distance ≥ 0."""
 
     @abstractmethod
@@ -100,10 +100,10 @@ class KernelBalls(ABC):
         """
         return zero(r)
 
-    def value(self, r: arb) -> arb:
+    def value(self, r: Number) -> Number:
         """Enclose κ(r)."""
-        found: arb = self.taylor(arb_series([abs(r)], prec=1))[0]
-        return found + arb(0, 1) * self.jump(r, arb(0))
+        found: Number = self.taylor(from_point(abs(r), 1))[0]
+        return found + arb(0, 1) * self.jump(r, zero(r))
 
     def polynomial(self, r: arb, box: Expansion, side: int) -> arb_series:
         """Return the Taylor polynomial of κ(r + half x) in x; `side` as in `missed`."""

@@ -39,7 +39,7 @@ class SumBalls(CombinationBalls):
     def jump(self, r: Number, half: Number) -> Number:
         return self.left.jump(r, half) + self.right.jump(r, half)
 
-    def beyond(self, distance: arb) -> Decay:
+    def beyond(self, distance: Number) -> Decay[Number]:
         f, g = self.left.beyond(distance), self.right.beyond(distance)
         return Decay(f.size + g.size, f.slope + g.slope)
 
@@ -77,7 +77,7 @@ class ProductBalls(CombinationBalls):
         left = choose(f.is_zero(), zero(r), f * self.right.beyond(arb(0)).size)
         return left + choose(g.is_zero(), zero(r), self.left.on_disc(r, half) * g)
 
-    def beyond(self, distance: arb) -> Decay:
+    def beyond(self, distance: Number) -> Decay[Number]:
         f, g = self.left.beyond(distance), self.right.beyond(distance)
         return Decay(f.size * g.size, f.slope * g.size + f.size * g.slope)
 

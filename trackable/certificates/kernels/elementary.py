@@ -4,10 +4,10 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
-from flint import arb, arb_series
+from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.floats.choice import Number
+from trackable.certificates.floats.choice import Number, from_point
 from trackable.certificates.kernels.base import Decay, KernelBalls, Sensitivity
 
 FORMULA = 40
@@ -57,8 +57,8 @@ class RadialBalls(ElementaryBalls):
         """Bound |r κ| for |r| ≤ reach, where |κ| ≤ size."""
         return reach * size
 
-    def beyond(self, distance: arb) -> Decay:
-        slope = self.taylor(arb_series([distance.max(self.steepest), 1], prec=2))[1]
+    def beyond(self, distance: Number) -> Decay[Number]:
+        slope: Number = self.taylor(from_point(distance.max(self.steepest), 2))[1]
         return Decay(self.value(distance), abs(slope))
 
     def sensitivity(self, reach: arb) -> Sensitivity:

@@ -6,7 +6,7 @@ from functools import cached_property
 from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
-from trackable.certificates.floats.choice import Number, PowerSeries, choose
+from trackable.certificates.floats.choice import Number, PowerSeries, choose, zero
 from trackable.certificates.kernels.base import Decay, Sensitivity
 from trackable.certificates.kernels.elementary import FORMULA, ElementaryBalls
 
@@ -45,9 +45,10 @@ class PeriodicBalls(ElementaryBalls):
     def _of_cosine(self, cosine: Number) -> Number:
         return self.variance * ((cosine - 1) / self.squared_length).exp()
 
-    def beyond(self, distance: arb) -> Decay:
+    def beyond(self, distance: Number) -> Decay[Number]:
         # |κ̇| = κ ω |sin ωr|/θ₂², and √(2v) e^(−v/θ₂²) with v = 1 − cos ωr is largest at v = θ₂²/2.
-        return Decay(self.variance, self.variance * self.omega * (arb(-1) / 2).exp() / self.length)
+        everywhere, slope = zero(distance), self.variance * self.omega * (arb(-1) / 2).exp() / self.length
+        return Decay(everywhere + self.variance, everywhere + slope)
 
     def sensitivity(self, reach: arb) -> Sensitivity:
         size, slope = self.beyond(arb(0))

@@ -8,6 +8,7 @@ from flint import arb, arb_series
 from trackable.certificates.floats.balls import Balls
 from trackable.certificates.floats.choice import Number, PowerSeries, choose, zero
 from trackable.certificates.floats.series import Series
+from trackable.certificates.kernels.base import Decay
 from trackable.certificates.kernels.elementary import RadialBalls
 
 _X = TypeVar("_X", arb, arb_series, Balls, Series)
@@ -37,6 +38,11 @@ class PiecewisePolynomialBalls(RadialBalls):
 
     def far(self, distance: Number, radius: Number) -> Number:
         return choose(distance - radius > self.length, zero(distance), arb.pos_inf())
+
+    def beyond(self, distance: Number) -> Decay[Number]:
+        size, slope = super().beyond(distance)
+        at_rest = distance > self.length
+        return Decay(choose(at_rest, zero(size), size), choose(at_rest, zero(slope), slope))
 
     def jump(self, r: Number, half: Number) -> Number:
         # |(1 − s)ᵖ Q(s)| falls up to s = 1 and rises from there on: it is largest at the end that is farther from 1.
