@@ -1,5 +1,6 @@
 """Eigenvalues of a covariance matrix K = θ₁² C, for likelihoods at many amplitudes θ₁ of one kernel."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ class Spectrum(NamedTuple):
 
     `power` is λ (k,), `along` is s = Uᵀ ϱ⁻¹ (y − m) (k,), and `rest` is |ϱ⁻¹ (y − m)|² − |s|². Weights ϱ⁻¹ U b of
     the samples give the sum of kernels centred at `instants` [s] (m,) with weights `lift` b, `lift` being (m, k).
+    Those of several kernels may be stacked: `power`, `along` and `lift` have their places as first axis then.
     """
 
     power: Array
@@ -42,9 +44,25 @@ class Spectrum(NamedTuple):
             power, vectors = np.linalg.eigh(r @ stencil.value(kernel, points[:, None] - points) @ r.T)
             along = vectors.T @ (scaled @ q)
             return cls(power, along, float(scaled @ scaled - along @ along), first + points, r.T @ vectors)
-        whole = stencil.between(kernel, samples.times)
+        return cls._of_whole(samples, stencil.between(kernel, samples.times), scaled)
+
+    @classmethod
+    def stacked(cls, samples: Samples, kernel: Callable[[Array], Array], residual: Array) -> "Spectrum":
+        """Decompose for b kernels at once, each at r[i] of an array r (b, …), and samples that `can_be_stacked`."""
+        assert isinstance(samples.stencil, Stencil), "covariances of several kinds of samples are not stacked"
+        whole = samples.stencil.value(kernel, (samples.times[:, None] - samples.times)[None])
+        return cls._of_whole(samples, whole, residual / samples.relative_noise)
+
+    @classmethod
+    def _of_whole(cls, samples: Samples, whole: Array, scaled: Array) -> "Spectrum":
+        """Decompose matrices C of shape (…, n, n)."""
         power, vectors = np.linalg.eigh(whole / np.outer(samples.relative_noise, samples.relative_noise))
-        return cls(power, vectors.T @ scaled, 0.0, samples.times, vectors / samples.relative_noise[:, None])
+        return cls(power, scaled @ vectors, 0.0, samples.times, vectors / samples.relative_noise[:, None])
+
+
+def can_be_stacked(samples: Samples) -> bool:
+    """Whether all eigenvalues are computed whatever the kernel, for samples of one kind."""
+    return len(samples) < _FEWEST and isinstance(samples.stencil, Stencil)
 
 
 def _start_and_bases(samples: Samples, kernel: Kernel) -> tuple[float, Bases]:

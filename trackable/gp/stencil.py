@@ -76,8 +76,8 @@ class Stencil:
         """Return the covariance of two samples, Σ_d ρ_d κ(r + d step) over the lags, with its ∂/∂ln θ."""
         return kernel.value_and_gradient if self.weights == POINT.weights else partial(self._covariance, kernel)
 
-    def value(self, kernel: Kernel, r: Array) -> Array:
-        """Return the covariance of two samples that lie r [s] apart, without derivatives: the shape of r."""
+    def value(self, kernel: Callable[[Array], Array], r: Array) -> Array:
+        """Return the covariance of two samples that lie r [s] apart, without derivatives: the shape of κ(r)."""
         return np.asarray(sum(rho * kernel(r + lag) for rho, lag in self.lags))
 
     def _covariance(self, kernel: Kernel, r: Array) -> tuple[Array, Array]:

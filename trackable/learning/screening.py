@@ -8,15 +8,16 @@ without them is a lower bound of that with them, and tells which points are wort
 
 import heapq
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.periodic import Periodic
+from trackable.gp.kernels.periodic import Periodic, correlation
 from trackable.gp.prior import NOISE
-from trackable.gp.spectrum import Spectrum
+from trackable.gp.spectrum import Spectrum, can_be_stacked
 from trackable.gp.stencil import Stencil
 from trackable.gp.stencils import Stencils
 from trackable.learning.constraint import Bounded
@@ -26,6 +27,8 @@ from trackable.learning.space import SearchSpace, amplitude
 _POINTS = 1200
 _AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0
 _PHASES = 24
+_AT_ONCE = 32  # points whose bounds are evaluated together
+_NUMBERS = 2**16  # of covariance matrices that are decomposed together
 # Two starts have to differ by more than this in some ln θ, otherwise only the better one is kept.
 _APART = {"lengthscale": 0.3, "period": 0.03, NOISE: 0.3}
 
@@ -67,18 +70,29 @@ class _Signal:
     amplitudes: Array
     places: list[int]
 
-    def least(self, point: Array) -> float:
-        """Return the objective at the best amplitude, whatever the bounds."""
-        return float(np.min(_Ray.at(self.problem, self.amplitudes, point[self.places]).objective))
+    def least(self, points: Array) -> Array:
+        """Return the objective at the best amplitude of each point, whatever the bounds: shape (b,)."""
+        return np.concatenate([np.min(rays.objective, axis=1) for rays in self._rays(points)])
 
-    def best(self, point: Array) -> tuple[float, float, Array]:
-        """Return violation, objective and own ln θ at the best amplitude: of those that keep bounds the likeliest."""
-        ray, own = _Ray.at(self.problem, self.amplitudes, point[self.places]), point[self.places].copy()
-        margin = ray.margin(self.problem.constraints)
-        best = np.lexsort((ray.objective, -margin))[0]
-        if "signal_std" in self.problem.prior.learned:
-            own[self.problem.prior.learned.index("signal_std")] = np.log(self.amplitudes[best])
-        return -float(margin[best]), float(ray.objective[best]), own
+    def best(self, points: Array) -> tuple[Array, Array, Array]:
+        """Return violations, objectives and own ln θ at the best amplitudes: shapes (b,), (b,) and (b, own p).
+
+        The best amplitude is the likeliest of those that keep bounds.
+        """
+        own, learned = points[:, self.places], self.problem.prior.learned
+        found = [(rays.objective, rays.margin(self.problem.constraints)) for rays in self._rays(points)]
+        objective, margin = map(np.concatenate, zip(*found, strict=True))
+        best = np.lexsort((objective, -margin))[:, 0]
+        if "signal_std" in learned:
+            own[:, learned.index("signal_std")] = np.log(self.amplitudes[best])
+        every = np.arange(len(points))
+        return -margin[every, best], objective[every, best], own
+
+    def _rays(self, points: Array) -> Iterator["_Rays"]:
+        (samples,) = self.problem.samples
+        together = max(1, _NUMBERS // len(samples) ** 2) if can_be_stacked(samples) else 1
+        for i in range(0, len(points), together):
+            yield _Rays.at(self.problem, self.amplitudes, points[i : i + together, self.places])
 
 
 def _signals(problem: ConstrainedProblem) -> list[_Signal]:
@@ -97,39 +111,46 @@ def _by_promise(signals: list[_Signal], points: Array, is_apart: Callable[[Array
 
     Points that are not apart from what was kept meanwhile may be left out.
     """
-    queue = [(sum(signal.least(point) for signal in signals), i, False) for i, point in enumerate(points)]
-    heapq.heapify(queue)
-    found, outside = dict[int, Array](), list[tuple[float, float, int]]()
-    while queue:
-        objective, i, is_evaluated = heapq.heappop(queue)
-        if is_evaluated:
-            yield found.pop(i)
-        elif is_apart(points[i]):
-            violation, objective, found[i] = _evaluate(signals, points[i])
-            if violation > 0:
-                outside.append((violation, objective, i))
-            else:
-                heapq.heappush(queue, (objective, i, True))
-    yield from (found[i] for _, _, i in sorted(outside))
+    least = sum((signal.least(points) for signal in signals), np.zeros(len(points))).tolist()
+    order = sorted(range(len(points)), key=lambda i: (least[i], i))
+    found = dict[int, tuple[float, float, Array]]()
+    inside, outside = list[tuple[float, int]](), list[tuple[float, float, int]]()
+    for place, i in enumerate(order):
+        while inside and inside[0] < (least[i], i):
+            yield found[heapq.heappop(inside)[1]][2]
+        if not is_apart(points[i]):
+            continue
+        if i not in found:
+            following = [j for j in order[place : place + _AT_ONCE] if is_apart(points[j])]
+            found.update(zip(following, _evaluated(signals, points[following]), strict=True))
+        violation, objective, _ = found[i]
+        if violation > 0:
+            outside.append((violation, objective, i))
+        else:
+            heapq.heappush(inside, (objective, i))
+    yield from (found[i][2] for _, i in sorted(inside))
+    yield from (found[i][2] for _, _, i in sorted(outside))
 
 
-def _evaluate(signals: list[_Signal], point: Array) -> tuple[float, float, Array]:
-    """Return violation, objective and ln θ, with the best amplitude of every signal."""
-    found, violation, objective = point.copy(), 0.0, 0.0
+def _evaluated(signals: list[_Signal], points: Array) -> Iterator[tuple[float, float, Array]]:
+    """Yield violation, objective and ln θ of each point, with the best amplitude of every signal."""
+    found, violation, objective = points.copy(), np.zeros(len(points)), np.zeros(len(points))
     for signal in signals:
-        own_violation, own, found[signal.places] = signal.best(point)
-        violation, objective = max(violation, own_violation), objective + own
-    return violation, objective, found
+        own_violation, own, found[:, signal.places] = signal.best(points)
+        violation, objective = np.maximum(violation, own_violation), objective + own
+    yield from zip(violation.tolist(), objective.tolist(), found, strict=True)
 
 
 @dataclass(frozen=True)
-class _Ray:
-    """A signal at amplitudes θ₁ of shape (a,): its `objective` l (a,), and what its means are made of.
+class _Rays:
+    """A signal at b points, with amplitudes θ₁ (a,) at each: `objective` l (b, a), and what its means are made of.
 
-    `damped` (a, k) are the coefficients of the means along the k eigenvectors of the `spectrum`.
+    `kernel` is κ/θ₁² of each point, for r of shape (…, b, ·, ·). `damped` (b, a, k) are the coefficients of the means
+    along the k eigenvectors of the `spectrum`.
     """
 
-    kernel: Periodic
+    kernel: Callable[[Array], Array]
+    period: Array
     mean: float
     stencil: Stencil | Stencils
     spectrum: Spectrum
@@ -137,31 +158,38 @@ class _Ray:
     objective: Array
 
     @classmethod
-    def at(cls, problem: ConstrainedProblem, amplitudes: Array, log_theta: Array) -> "_Ray":
-        """Decompose the covariance at ln θ, whatever its amplitude."""
-        (prior,), (samples,) = problem.prior.with_log_hyperparameters(log_theta).parts, problem.samples
-        kernel = prior.kernel
-        assert isinstance(kernel, Periodic)
-        unit, stencil = replace(kernel, signal_std=1.0), samples.stencil
-        c = Spectrum.of(samples, unit, samples.values - stencil.at_rest(prior.mean))
+    def at(cls, problem: ConstrainedProblem, amplitudes: Array, points: Array) -> "_Rays":
+        """Decompose the covariances at ln θ (b, p), whatever their amplitudes; those not to be stacked one by one."""
+        (prior,), (samples,) = problem.prior.parts, problem.samples
+        stencil, n = samples.stencil, len(samples)
+        known = {name: np.full(len(points), value) for name, value in prior.hyperparameters.items()}
+        theta = known | dict(zip(prior.learned, np.exp(points.T), strict=True))
+        lengthscale, period, noise = theta["lengthscale"], theta["period"], theta[NOISE][:, None] ** 2
+        kernel = partial(correlation, lengthscale=lengthscale[:, None, None], period=period[:, None, None])
+        residual = samples.values - stencil.at_rest(prior.mean)
+        if can_be_stacked(samples):
+            c = Spectrum.stacked(samples, kernel, residual)
+        else:
+            one = Spectrum.of(samples, Periodic(1.0, lengthscale.item(), period.item()), residual)
+            c = one._replace(power=one.power[None], along=one.along[None], lift=one.lift[None])
         # Eigenvalues of K + σ_n² I, one row for each amplitude; those that C does not have are σ_n².
-        noise, beside, powers = prior.noise_std**2, len(samples) - len(c.power), amplitudes[:, None] ** 2
-        spectrum = powers * np.maximum(c.power, 0) + noise
-        objective = np.sum(np.log(spectrum) + c.along**2 / spectrum, axis=1)
-        objective += beside * np.log(noise) + c.rest / noise + len(samples) * np.log(2 * np.pi)
-        objective += samples.scatter.negative_log_likelihood(prior.noise_std)[0]
-        return cls(unit, prior.mean, stencil, c, powers * c.along / spectrum, objective)
+        beside, powers = n - c.power.shape[1], amplitudes[:, None] ** 2
+        spectrum = powers * np.maximum(c.power, 0)[:, None] + noise[..., None]
+        objective = np.sum(np.log(spectrum) + c.along[:, None] ** 2 / spectrum, axis=2)
+        objective += beside * np.log(noise) + c.rest / noise + n * np.log(2 * np.pi)
+        objective += [[samples.scatter.negative_log_likelihood(each)[0]] for each in theta[NOISE].tolist()]
+        return cls(kernel, period, prior.mean, stencil, c, powers * c.along[:, None] / spectrum, objective)
 
     def margin(self, constraints: tuple[Bounded, ...]) -> Array:
-        """Return the smallest relative margin (a,) at some phases of a period, at most 0."""
+        """Return the smallest relative margin (b, a) at some phases of a period, at most 0."""
         centres = self.stencil.centres(self.spectrum.instants)
-        weights = self.stencil.spread(self.damped @ self.spectrum.lift.T).T
-        phases = np.arange(_PHASES) / _PHASES * self.kernel.period
-        margin = np.zeros(len(self.objective))
+        weights = self.stencil.spread(self.damped @ self.spectrum.lift.mT).mT
+        phases = np.arange(_PHASES) / _PHASES * self.period[:, None]
+        margin = np.zeros(self.objective.shape)
         for constraint in constraints:
             quantity = constraint.quantity
             means = (lambda t: self.mean + self.kernel(t[..., None] - centres) @ weights,)  # one for each amplitude
-            margin = np.minimum(margin, np.min(quantity.margin(means, phases), axis=0) / quantity.bounds.width)
+            margin = np.minimum(margin, np.min(quantity.margin(means, phases), axis=1) / quantity.bounds.width)
         return margin
 
 

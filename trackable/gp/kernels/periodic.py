@@ -67,3 +67,8 @@ class Periodic(Elementary):
     @property
     def decay_distance(self) -> float:
         return math.inf
+
+
+def correlation(r: Array, lengthscale: Array, period: Array) -> Array:
+    """Return κ(r)/θ₁² for length scales θ₂ and periods θ₃ [s]: arrays that broadcast."""
+    return np.asarray(np.exp(-2 * (np.sin(np.pi / period * r) / lengthscale) ** 2))
