@@ -1,11 +1,13 @@
 """Fits of both examples under their constraints, certified ones among them, and Algorithm 1."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import TypeVar
 
 import numpy as np
 
-from benchmarks.duel import Disagreement, Row, agree, duel
+from benchmarks.duel import Disagreement, Row, agree, duel, no_worse
 from benchmarks.problems import Example, example
 from benchmarks.solvers import OnGrid, by_ipopt, by_slsqp, by_trust_constr
 from trackable.arrays import Array
@@ -21,10 +23,11 @@ from trackable.learning.search import best_solution
 from trackable.systems.sets.interval import Interval
 
 T = TypeVar("T")
-_FIRST_STEP = 70
+_FIRST_STEP, _LAST_STEP = 70, 300
 # From the first start trust-constr takes a minute and does not arrive: it is spared that one.
 _LEFT_OUT = "the second start, as from the first one it does not arrive"
 _GIFT = "starts handed over"
+_WORSE = 1e-3  # in l: more than solvers leave
 
 
 def rows() -> Iterator[Row]:
@@ -32,6 +35,11 @@ def rows() -> Iterator[Row]:
     yield from _example1()
     yield from _algorithm1()
     yield from _example2()
+
+
+def _larger(by: float) -> str:
+    """Say by how much l is larger than ours; nothing where it is the same."""
+    return f"; it ends at a worse minimum: l larger by {by:.3g}" if by > _WORSE else ""
 
 
 def _kept(found: object, wanted: type[T]) -> T:
@@ -75,40 +83,59 @@ def _example1() -> Iterator[Row]:
 
 def _algorithm1() -> Iterator[Row]:
     of = example("example1")
-    run = algorithm1((of.samples,), of.prior, of.system, of.space, AS_PUBLISHED, _FIRST_STEP, 300)
-    final, wanted = _kept(run.final_step, int), _kept(run.outcome, Solution).objective
+    wanted = _certified(of).solution.objective
     for rival, every_start, target in (("8 starts each", True, 20.0), ("warm starts", False, 10.0)):
-
-        def same(every_start: bool = every_start) -> None:
-            last, found = _slsqp_algorithm1(of, every_start)
-            agree("last step", final, last, 0.0)
-            agree("l", wanted, found, 1e-6)
-
-        yield duel(
+        once = cache(lambda every_start=every_start: _slsqp_algorithm1(of, every_start))
+        row = duel(
             "certified fit, proof included",
             "Example 1",
-            f"Algorithm 1 by SLSQP ({final - _FIRST_STEP + 1} fits, {rival})",
+            f"Algorithm 1 by SLSQP ({rival})",
             lambda: _certified(of),
             lambda every_start=every_start: _slsqp_algorithm1(of, every_start),
             rounds=2 if every_start else 5,
             target=target,
-            check=same,
+            check=lambda once=once: no_worse("l", wanted, once().objective, 1e-6),
         )
+        yield row if row.failure else replace(row, note=once().told(wanted))
     yield duel(
         "certified fit, proof included",
         "Example 1",
         "own Algorithm 1",
         lambda: _certified(of),
-        lambda: algorithm1((of.samples,), of.prior, of.system, of.space, AS_PUBLISHED, _FIRST_STEP, 300),
+        lambda: algorithm1((of.samples,), of.prior, of.system, of.space, AS_PUBLISHED, _FIRST_STEP, _LAST_STEP),
         rounds=3,
     )
 
 
-def _slsqp_algorithm1(of: Example, every_start: bool) -> tuple[int, float]:
-    """The last k̄ and l there, with the paper's tests."""
-    starts = of.space.start_points()
-    for k_bar in range(_FIRST_STEP, 301):
-        objective, at = by_slsqp(OnGrid(of, k_bar - 1), starts)
+@dataclass(frozen=True)
+class Followed:
+    """Where Algorithm 1 ends: k̄ and l there, and in how many of its `fits` the warm start alone led nowhere."""
+
+    last_step: int
+    objective: float
+    fits: int
+    lost: int
+
+    def told(self, wanted: float) -> str:
+        said = f"{self.fits} fits, the last with k̄ = {self.last_step}"
+        if self.lost:
+            said += f"; in {self.lost} the warm start ends at nothing feasible, and all starts are tried"
+        return said + _larger(self.objective - wanted)
+
+
+def _slsqp_algorithm1(of: Example, every_start: bool) -> Followed:
+    """Run Algorithm 1 with the paper's tests, as its best user would: from where the last fit ended.
+
+    Other starts are tried each time, or where that ends at nothing feasible. Raises Disagreement where none leads to
+    anything feasible, and where the tests never hold.
+    """
+    starts, last, lost = of.space.start_points(), np.empty((0, 2)), 0
+    for k_bar in range(_FIRST_STEP, _LAST_STEP + 1):
+        problem = OnGrid(of, k_bar - 1)
+        objective, at = by_slsqp(problem, [*last, *starts] if every_start or not len(last) else last)
+        if not at.size and not every_start:
+            lost += 1
+            objective, at = by_slsqp(problem, starts)
         if not at.size:
             raise Disagreement(f"SLSQP ends at nothing feasible with bounds at steps up to {k_bar - 1}")
         signal = JointPosterior(of.prior.with_log_hyperparameters(at), (of.samples,)).signals[0]
@@ -117,9 +144,9 @@ def _slsqp_algorithm1(of: Example, every_start: bool) -> tuple[int, float]:
             centre = signal(np.array(bounds.start)).item()
             around = Interval(centre - bounds.mean_bound, centre + bounds.mean_bound)
             if bounds.keeps_rates(growth_rates(of.system, around)):
-                return k_bar, objective
-        starts = starts if every_start else [at]
-    return -1, np.nan
+                return Followed(k_bar, objective, k_bar - _FIRST_STEP + 1, lost)
+        last = at[None]
+    raise Disagreement(f"Algorithm 1 by SLSQP shows nothing for all times, with bounds at steps up to {_LAST_STEP}")
 
 
 def _example2() -> Iterator[Row]:
@@ -135,16 +162,17 @@ def _example2() -> Iterator[Row]:
     wanted = ours().objective
     proved = _certified(of).solution.objective
     for rival, method, rounds in (("SciPy SLSQP", by_slsqp, 2), ("CasADi + IPOPT", by_ipopt, 1)):
-        yield duel(
+        once = cache(lambda method=method: method(plain, starts)[0])
+        row = duel(
             "constrained fit",
             f"Example 2, {of.last_step + 1} steps, {len(starts)} starts",
             rival,
             ours,
             lambda method=method: method(plain, starts),
             rounds=rounds,
-            note=_GIFT,
-            check=lambda method=method: agree("l", wanted, method(plain, starts)[0], 1e-5),
+            check=lambda once=once: no_worse("l", wanted, once(), 1e-5),
         )
+        yield row if row.failure else replace(row, note=f"{_GIFT}{_larger(once() - wanted)}")
     for several in (starts, starts[:1]):
         yield duel(
             "certified fit, proof included",

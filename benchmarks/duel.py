@@ -93,6 +93,12 @@ def agree(what: str, ours: float, theirs: float, tolerance: float) -> None:
         raise Disagreement(f"{what}: {ours!r} and {theirs!r} differ by more than {tolerance:g}")
 
 
+def no_worse(what: str, ours: float, theirs: float, tolerance: float) -> None:
+    """Raises Disagreement where our objective value is the larger one, or theirs is none."""
+    if not ours <= theirs + tolerance * (1 + abs(ours)) < float("inf"):
+        raise Disagreement(f"{what}: {ours!r} is worse than {theirs!r}, by more than {tolerance:g}")
+
+
 def _calls(question: Callable[[], object]) -> int:
     """How many of them fill a burst; the first call, which loads and compiles, does not count."""
     taken = _burst(question, 1)
