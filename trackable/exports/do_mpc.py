@@ -25,6 +25,8 @@ _OF_STEP = 1e-6  # by how much a controller's clock may be off its grid, in samp
 def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None, start: float) -> TimeVarying:
     """Return what `controller.set_tvp_fun` takes; see `Conventions.to_do_mpc`."""
     plant = proved.reference.plant
+    if not hasattr(controller, "settings"):
+        raise TypeError(f"to_do_mpc: expected a controller or simulator of do-mpc, got {type(controller).__name__}")
     step = real("to_do_mpc: t_step of the controller", controller.settings.t_step)
     if abs(step - plant.sampling_time) > 1e-12 * step:
         raise ValueError(
@@ -34,12 +36,13 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
     declared = [str(name) for name in list(controller.model.tvp.keys()) if name != "default"]
     columns = _columns(proved, declared, parameters)
     horizon = getattr(controller.settings, "n_horizon", None)
-    begin = real("to_do_mpc: start", start)
+    first = _nearby(real("to_do_mpc: start", start) / step)
 
     def tvp_fun(t_now: ArrayLike) -> Any:
-        steps = _step(t_now, step) + np.arange(1.0 if horizon is None else horizon + 1.0)
-        t = proved_times(proved, begin + steps * step)
-        values = np.concatenate([_states(proved, begin, steps, t), proved.reference.input_at(t)], axis=-1)
+        elapsed = _elapsed(t_now, step)
+        steps = first + elapsed + np.arange(1.0 if horizon is None else horizon + 1.0)
+        proved_times(proved, proved.reference.instants(steps))
+        values = np.concatenate([_states(proved, steps, elapsed), proved.reference.input(steps)], axis=-1)
         template = controller.get_tvp_template()
         for name, chosen in columns.items():
             for k, row in enumerate(values[:, chosen]):
@@ -49,21 +52,28 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
     return tvp_fun
 
 
-def _states(proved: Proved, begin: float, steps: Array, t: Array) -> Array:
-    """Return the states at times t [s], with angles that have not jumped since the controller's time zero."""
-    if steps[0] <= 0 or not angles_of(proved.reference.plant):
-        return continuous(proved, proved.reference.state_at(t))
-    before = proved_times(proved, begin + np.arange(steps[0]) * proved.reference.plant.sampling_time)
-    return continuous(proved, proved.reference.state_at(np.concatenate([before, t])))[len(before) :]
+def _states(proved: Proved, steps: Array, elapsed: float) -> Array:
+    """Return the states at steps, with angles that have not jumped in the `elapsed` steps of the controller."""
+    if elapsed <= 0 or not angles_of(proved.reference.plant):
+        return continuous(proved, proved.reference.state(steps))
+    before = steps[0] - np.arange(elapsed, 0.0, -1.0)
+    proved_times(proved, proved.reference.instants(before))
+    return continuous(proved, proved.reference.state(np.concatenate([before, steps])))[len(before) :]
 
 
-def _step(t_now: ArrayLike, step: float) -> float:
-    """Return the step of the controller's clock, whose sums of T_s are rounded. ValueError: it is between two steps."""
+def _elapsed(t_now: ArrayLike, step: float) -> float:
+    """Return the steps on the controller's clock, whose sums of T_s are rounded. ValueError: a part of one."""
     now = float(np.asarray(t_now, dtype=float).reshape(()))
-    k = float(np.round(now / step))
-    if abs(now / step - k) > _OF_STEP:
+    k = _nearby(now / step)
+    if not k.is_integer():
         raise ValueError(f"tvp_fun: t_now = {now:g} s is no multiple of T_s = {step:g} s")
     return k
+
+
+def _nearby(steps: float) -> float:
+    """Return the whole number of steps that a quotient of rounded times means; the quotient, if it is near none."""
+    whole = float(np.round(steps))
+    return whole if abs(steps - whole) <= _OF_STEP else steps
 
 
 def _columns(proved: Proved, declared: Sequence[str], parameters: Parameters | None) -> dict[str, Array]:
