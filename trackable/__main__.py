@@ -45,7 +45,10 @@ def main(arguments: list[str]) -> int:
 
 def _positive(text: str) -> float:
     """Return a positive number, for argparse: it names the option where there is none."""
-    seconds = float(text)
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
     if not (seconds > 0 and math.isfinite(seconds)):
         raise argparse.ArgumentTypeError(f"must be a positive number, got {text!r}")
     return seconds

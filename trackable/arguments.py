@@ -96,7 +96,13 @@ def _came(given: object) -> str:
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Whether something is a real number; truth values are none."""
+    """Whether something is a real number that float64 can hold, if need be rounded; truth values are none."""
     if isinstance(value, float):  # by far the most are
         return True
-    return isinstance(value, Real | Decimal | Fraction) and not isinstance(value, bool | np.bool_)
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Real | Decimal | Fraction):
+        return False
+    try:
+        float(value)
+    except OverflowError:
+        return False
+    return True

@@ -39,6 +39,9 @@ def write_atomically(path: Path, data: bytes) -> None:
             file.flush()
             os.fsync(file.fileno())  # else a power failure may keep the new name and lose the bytes
         neighbour.replace(path)
+    except OSError as error:
+        error.filename = str(path)  # nobody knows the neighbour by name
+        raise
     finally:
         neighbour.unlink(missing_ok=True)  # once it took the name there is nothing left to remove
 
@@ -49,6 +52,12 @@ def read_bytes(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise unreadable(path, error) from error
+
+
+def unwritable(error: OSError) -> str:
+    """Say which file could not be written, or whatever else the system refused, and why."""
+    named = "" if error.filename is None else f"{error.filename}: "
+    return f"{named}{error.strerror or error}"
 
 
 def unreadable(path: Path, error: OSError) -> InputError:

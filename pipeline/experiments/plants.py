@@ -1,39 +1,35 @@
 """Systems and sets as written in params.yaml."""
 
-from inspect import signature
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BeforeValidator, Field, PositiveFloat, model_validator
 
-from pipeline.published.models import MODELS
 from pipeline.storage.yaml_file import Fields
+from trackable.arguments import is_number
 from trackable.systems.constrained import System
+from trackable.systems.library import model_of
 from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.polytope import Polytope
 
 
 def _matrix(written: object) -> object:
     rows = written if isinstance(written, list) and all(isinstance(row, list) for row in written) else None
-    if rows is None or len({len(row) for row in rows}) != 1 or not all(_is_number(v) for row in rows for v in row):
+    if rows is None or len({len(row) for row in rows}) != 1 or not all(is_number(v) for row in rows for v in row):
         raise ValueError("expected a matrix: a list of rows of numbers, all of one length")
     return tuple(tuple(float(v) for v in row) for row in rows)
 
 
 def _vector(written: object) -> object:
-    if not (isinstance(written, list) and written and all(map(_is_number, written))):
+    if not (isinstance(written, list) and written and all(map(is_number, written))):
         raise ValueError("expected a list of numbers")
     return tuple(float(v) for v in written)
 
 
 def _bounds(written: object) -> object:
-    if not (isinstance(written, list) and written and all(v is None or _is_number(v) for v in written)):
+    if not (isinstance(written, list) and written and all(v is None or is_number(v) for v in written)):
         raise ValueError("expected a list of numbers, with null for what is free")
     return tuple(None if v is None else float(v) for v in written)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 Matrix = Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_matrix)]
@@ -64,7 +60,7 @@ class LinearModel(Fields):
 
 
 class NamedModel(Fields):
-    """A nonlinear system of pipeline.published.models, x(k+1) = f(x(k), u(k)), one step every `sampling_time` [s].
+    """A nonlinear system that comes with the library, x(k+1) = f(x(k), u(k)), one step every `sampling_time` [s].
 
     `parameters` are those that the model has beside it, by name.
     """
@@ -76,14 +72,7 @@ class NamedModel(Fields):
     @property
     def discrete(self) -> System:
         """Return the system. Raises ValueError where there is none of that name, or where its parameters are others."""
-        if self.model not in MODELS:
-            raise ValueError(f"there is no model {self.model!r}; there are {', '.join(MODELS)}")
-        model = MODELS[self.model]
-        try:
-            signature(model).bind(self.sampling_time, **self.parameters)
-        except TypeError as error:
-            raise ValueError(f"parameters: those of {self.model} are others: {error}") from error
-        return model(self.sampling_time, **self.parameters)
+        return model_of(self.model, self.sampling_time, self.parameters)
 
 
 def which_model(written: object) -> object:

@@ -2,12 +2,13 @@
 
 import sys
 from argparse import Namespace
+from pathlib import Path
 
 from trackable.certificates.goal import Claim
-from trackable.certificates.outcome import Counterexample
+from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.codec.counterexamples import encode_counterexample
 from trackable.errors import InputError
-from trackable.files import write_json
+from trackable.files import unwritable, write_json
 from trackable.given.certified import CertifiedReference
 from trackable.given.certify import certify
 from trackable.given.plant_file import read_plant
@@ -19,42 +20,52 @@ from trackable.systems.constrained import ConstrainedSystem
 PROVED, REFUTED, UNUSABLE, UNDECIDED = 0, 1, 2, 3
 
 
+Answer = CertifiedReference | CertifiedTable | Counterexample | RefutedTable | Unproved
+
+
 def run(given: Namespace) -> int:
-    """Print the answer and return its exit code."""
+    """Print the answer, save it where that is asked for, and return the exit code."""
     try:
         plant = read_plant(given.system)
-        return _of_curves(given, plant) if given.interpolation else _of_rows(given, plant)
+        answer = _of_curves(given, plant) if given.interpolation else _of_rows(given, plant)
+        print(answer.explanation)
+        if given.save:
+            _save(answer, given.save)
+        return _code(answer)
     except (InputError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
-        return UNUSABLE
+    except OSError as error:
+        print(f"error: --save: {unwritable(error)}", file=sys.stderr)
+    return UNUSABLE
 
 
-def _of_rows(given: Namespace, plant: ConstrainedSystem) -> int:
+def _of_rows(given: Namespace, plant: ConstrainedSystem) -> Answer:
     if given.claim:
         raise InputError("--claim needs an --interpolation: rows alone say nothing about other times")
-    found = certify_table(read_columns(given.table).table(plant), plant, given.tolerance)
-    print(found.explanation)
-    if isinstance(found, CertifiedTable):
-        if given.save:
-            found.save_certificate(given.save)
-        return PROVED
-    if not isinstance(found, RefutedTable):
-        return UNDECIDED
-    if given.save:
-        found.save_counterexample(given.save)
-    return REFUTED
+    return certify_table(read_columns(given.table).table(plant), plant, given.tolerance)
 
 
-def _of_curves(given: Namespace, plant: ConstrainedSystem) -> int:
+def _of_curves(given: Namespace, plant: ConstrainedSystem) -> Answer:
     claim: Claim | None = given.claim
-    found = certify(read_columns(given.table).samples(plant), plant, claim, given.interpolation)
-    print(found.explanation)
-    if isinstance(found, CertifiedReference):
-        if given.save:
-            found.save_certificate(given.save)
-        return PROVED
-    if not isinstance(found, Counterexample):
-        return UNDECIDED
-    if given.save:
-        write_json(given.save, encode_counterexample(found))
-    return REFUTED
+    return certify(read_columns(given.table).samples(plant), plant, claim, given.interpolation)
+
+
+def _save(answer: Answer, path: Path) -> None:
+    """Write a proof or a counterexample; where there is neither, there is nothing to write. Raises OSError."""
+    match answer:
+        case CertifiedReference() | CertifiedTable():
+            answer.save_certificate(path)
+        case RefutedTable():
+            answer.save_counterexample(path)
+        case Counterexample():
+            write_json(path, encode_counterexample(answer))
+
+
+def _code(answer: Answer) -> int:
+    match answer:
+        case CertifiedReference() | CertifiedTable():
+            return PROVED
+        case RefutedTable() | Counterexample():
+            return REFUTED
+        case Unproved():
+            return UNDECIDED

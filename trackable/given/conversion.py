@@ -23,6 +23,8 @@ from trackable.systems.signals.pieces import Beyond, PolynomialPieces
 Interpolation = Literal["linear", "cubic", "quintic", "pchip", "akima"]
 """Between samples: straight lines, splines of degree 3 or 5, or cubic pieces with slopes from neighbours."""
 
+_FREE_QUINTIC = 6  # samples: as many as a polynomial of degree 5 has coefficients
+
 _ACCEPTED = (
     "a spline of SciPy (PPoly, CubicSpline, Akima1DInterpolator, PchipInterpolator, BSpline, BPoly, UnivariateSpline), "
     "PolynomialPieces, a flat trajectory of python-control, or samples with interpolation="
@@ -77,13 +79,26 @@ def _samples(given: Any, step: float | None) -> tuple[Array, Array]:
     values = numbers("trajectory", given)
     if values.ndim != 1 or step is None:
         raise TypeError(f"trajectory: expected {_ACCEPTED}, got an array of shape {values.shape}")
-    return np.arange(len(values), dtype=float) * step, values
+    samples = Samples(np.arange(len(values), dtype=float) * step, values)
+    return np.asarray(samples.times), samples.values
 
 
 def interpolated(times: Array, values: Array, how: Interpolation | None, beyond: Beyond) -> Any:
-    """Return the interpolation of samples. Splines come to rest with zero slopes, or are periodic, or free at ends."""
-    if how is None:
-        raise ValueError(f"interpolation: samples need one of {', '.join(get_args(Interpolation))}, got none")
+    """Return the interpolation of samples. Splines come to rest with zero slopes, or are periodic, or free at ends.
+
+    ValueError: the interpolation is unknown or None, there are too few samples for it, or they do not close a period.
+    """
+    if how is None or how not in get_args(Interpolation):
+        raise ValueError(f"interpolation: samples need one of {', '.join(get_args(Interpolation))}, got {how!r}")
+    if len(values) < (fewest := _FREE_QUINTIC if (how, beyond) == ("quintic", "end") else 2):
+        raise ValueError(f"interpolation: {how} needs {fewest} samples at least, got {len(values)}")
+    try:
+        return _interpolated(times, values, how, beyond)
+    except ValueError as error:  # of SciPy: a period that is not closed, for example
+        raise ValueError(f"interpolation: {how} of {len(values)} samples: {error}") from error
+
+
+def _interpolated(times: Array, values: Array, how: Interpolation, beyond: Beyond) -> Any:
     ends: Any = {"rest": "clamped", "period": "periodic", "end": "not-a-knot"}[beyond]
     match how:
         case "cubic":
@@ -98,4 +113,3 @@ def interpolated(times: Array, values: Array, how: Interpolation | None, beyond:
             return PchipInterpolator(times, values)
         case "akima":
             return Akima1DInterpolator(times, values)
-    raise ValueError(f"interpolation: must be one of {', '.join(get_args(Interpolation))}, got {how!r}")

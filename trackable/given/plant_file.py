@@ -3,27 +3,37 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from trackable.arguments import is_number
 from trackable.errors import InputError
 from trackable.files import from_json, read_bytes
-from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.constrained import ConstrainedSystem, System
+from trackable.systems.library import model_of
 from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.polytope import Polytope
 
-_SYSTEM = {"A", "B", "c", "continuous", "states", "inputs", "sampling_time"}
-_SET = {"rows", "lower", "upper"}
+_PARTS = {"system", "state_set", "input_set"}
+_LINEAR = {"A", "B", "c", "continuous", "states", "inputs", "sampling_time"}
+_NAMED = {"model", "sampling_time", "parameters"}
+_SET = {"lower", "upper", "H", "h", "rows"}
 
 
 def read_plant(path: Path) -> ConstrainedSystem:
-    """Return what a file says: `system` (A, B, c, continuous, states, inputs, sampling_time), `state_set`, `input_set`.
+    """Return what a file says: `system`, `state_set`, `input_set`.
 
-    A set is {lower, upper} of the coordinates, or {rows, lower, upper} of sums of them; bounds that are null are none.
-    A system that is `continuous` is sampled with its input held. Raises InputError with the file and what is wrong.
+    A system is linear (A, B, c, continuous, states, inputs, sampling_time), or a `model` of the library by its name
+    (sampling_time, parameters). One that is `continuous` is sampled with its input held. A set is a box (lower, upper),
+    the half-spaces H x ≤ h, or both; or the sums `rows` of coordinates between lower and upper. Bounds that are null
+    are none, and so is a set that is null. Raises InputError with the file and what is wrong.
     """
     try:
-        content = _fields(_content(path), "the file", {"system", "state_set", "input_set"})
-        system = _system(_fields(content.get("system"), "system", _SYSTEM))
+        content = _fields(_content(path), "the file", _PARTS)
+        if missing := sorted(_PARTS - content.keys()):
+            raise ValueError(f"the file lacks {missing[0]}; null says that nothing is bounded")
+        system = _system(content["system"])
         sides = (("state_set", len(system.states)), ("input_set", len(system.inputs)))
-        return ConstrainedSystem(system, *(_set(content.get(name), name, size) for name, size in sides))
+        return ConstrainedSystem(system, *(_set(content[name], name, size) for name, size in sides))
     except (TypeError, ValueError) as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -31,7 +41,10 @@ def read_plant(path: Path) -> ConstrainedSystem:
 def _content(path: Path) -> object:
     data = read_bytes(path)
     if path.suffix not in (".yaml", ".yml"):
-        return from_json(data)
+        try:
+            return from_json(data)
+        except ValueError as error:
+            raise ValueError(f"is not JSON: {error}; YAML is read from files named .yaml or .yml") from error
     try:
         from ruamel.yaml import YAML  # noqa: PLC0415  an extra
         from ruamel.yaml.error import YAMLError  # noqa: PLC0415
@@ -39,7 +52,7 @@ def _content(path: Path) -> object:
         raise InputError(f"{path}: YAML is read with ruamel.yaml: pip install ruamel.yaml, or write JSON") from None
     try:
         content: object = YAML(typ="safe", pure=True).load(data.decode())
-    except YAMLError as error:
+    except (YAMLError, UnicodeDecodeError) as error:
         raise ValueError(f"is not YAML: {' '.join(str(error).split())}") from error
     return content
 
@@ -52,11 +65,19 @@ def _fields(value: object, what: str, known: set[str]) -> dict[str, Any]:
     return value
 
 
-def _system(given: dict[str, Any]) -> LinearSystem:
-    if missing := [name for name in ("A", "B", "sampling_time") if name not in given]:
-        raise ValueError(f"system lacks {missing[0]}")
+def _system(value: object) -> System:
+    if isinstance(value, dict) and "model" in value:
+        named = _fields(value, "system", _NAMED)
+        _require("system", named, "sampling_time")
+        if not isinstance(parameters := named.get("parameters", {}), dict):
+            raise ValueError("system: parameters must be a mapping from names to numbers")
+        return model_of(str(named["model"]), named["sampling_time"], parameters)
+    given = _fields(value, "system", _LINEAR)
+    _require("system", given, "A", "B", "sampling_time")
+    if not isinstance(continuous := given.get("continuous", False), bool):
+        raise ValueError(f"system: continuous must be true or false, got {continuous!r}")
     rest = {name: given[name] for name in ("c", "states", "inputs") if name in given}
-    make = LinearSystem.discretised if given.get("continuous", False) else LinearSystem
+    make = LinearSystem.discretised if continuous else LinearSystem
     return make(given["A"], given["B"], sampling_time=given["sampling_time"], **rest)
 
 
@@ -64,13 +85,35 @@ def _set(value: object, name: str, size: int) -> Polytope:
     if value is None:
         return Polytope([], [], [], size)
     given = _fields(value, name, _SET)
-    if missing := [end for end in ("lower", "upper") if end not in given]:
-        raise ValueError(f"{name} lacks {missing[0]}")
+    try:
+        return _polytope(given, name, size)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name}{str(error).removeprefix('set').removeprefix(name)}") from error
+
+
+def _polytope(given: dict[str, Any], name: str, size: int) -> Polytope:
     if "rows" in given:
+        _require(name, given, "lower", "upper")
         return Polytope(given["rows"], given["lower"], given["upper"], size)
+    if "H" not in given and "h" not in given:
+        return _box(given, name)
+    _require(name, given, "H", "h")
+    if "lower" not in given and "upper" not in given:
+        return Polytope.halfspaces(given["H"], given["h"])
+    H, h = _box(given, name).inequalities
+    return Polytope.halfspaces(np.vstack([H, given["H"]]), np.concatenate([h, given["h"]]))
+
+
+def _box(given: dict[str, Any], name: str) -> Polytope:
+    _require(name, given, "lower", "upper")
+    for end in ("lower", "upper"):
+        if not isinstance(given[end], list) or not all(v is None or is_number(v) for v in given[end]):
+            raise ValueError(f"{name}: {end} must be a list of numbers, with null for what is free, got {given[end]!r}")
     infinite = float("inf")
-    lower, upper = (
-        [none if v is None else v for v in given[end]]
-        for end, none in zip(("lower", "upper"), (-infinite, infinite), strict=True)
-    )
-    return Polytope.box(lower, upper)
+    lower = [-infinite if v is None else v for v in given["lower"]]
+    return Polytope.box(lower, [infinite if v is None else v for v in given["upper"]])
+
+
+def _require(what: str, given: dict[str, Any], *fields: str) -> None:
+    if missing := [field for field in fields if field not in given]:
+        raise ValueError(f"{what} lacks {missing[0]}")

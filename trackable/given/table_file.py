@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from io import StringIO
 from math import isfinite
 from pathlib import Path
+from reprlib import repr as short
 
 import numpy as np
 
@@ -69,7 +70,11 @@ class Columns:
                 seen.setdefault(at, name)
         times = self.times(plant.sampling_time)
         if not seen:
-            raise InputError(f"{self.path}: no column shows a flat output; it has {', '.join(self.values)}")
+            shown = [name for name in plant.system.states if _shown(plant, name) is not None]
+            raise InputError(
+                f"{self.path}: no column shows a flat output; expected {' or '.join([*shown, *flat])}, got "
+                f"{', '.join(self.values)}"
+            )
         try:
             return {name: Samples(times, self.values[name]) for name in seen.values()}
         except ValueError as error:
@@ -90,13 +95,24 @@ def read_columns(path: Path) -> Columns:
         text = read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: cannot be read ({error})") from error
-    first = text.partition("\n")[0]
-    rows = list(csv.reader(StringIO(text), delimiter=max(",;\t", key=first.count)))
-    if len(rows) < 3 or len({*rows[0]}) < len(rows[0]):
-        raise InputError(f"{path}: expected a header of different names, and two rows at least")
-    heads = [head.partition("[")[0].strip() for head in rows[0]]
-    values = [_numbers(path, line, row, len(heads)) for line, row in enumerate(rows[1:], 2) if row]
+    lines = _lines(path, text)
+    if len(lines) < 3:
+        raise InputError(f"{path}: expected a header and two rows at least, got {len(lines)} lines that are not empty")
+    heads = [head.partition("[")[0].strip() for head in lines[0][1]]
+    if twice := [head for i, head in enumerate(heads) if head in heads[:i]]:
+        raise InputError(f"{path}: expected a header of different names, but {twice[0]!r} is there twice")
+    values = [_numbers(path, line, row, len(heads)) for line, row in lines[1:]]
     return Columns(path, dict(zip(heads, np.array(values).T, strict=True)))
+
+
+def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
+    """Return the cells of the lines that are not empty, each with the number at which it ends."""
+    header = text.lstrip().partition("\n")[0]
+    reader = csv.reader(StringIO(text, newline=""), delimiter=max(",;\t", key=header.count))
+    try:
+        return [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
+    except csv.Error as error:
+        raise InputError(f"{path}: line {reader.line_num}: is not CSV: {error}") from error
 
 
 def _numbers(path: Path, line: int, row: list[str], count: int) -> list[float]:
@@ -107,8 +123,8 @@ def _numbers(path: Path, line: int, row: list[str], count: int) -> list[float]:
         try:
             number = float(cell) if cell.strip() else float("nan")
         except ValueError:
-            raise InputError(f"{path}: line {line}: expected a number, got {cell!r}") from None
+            raise InputError(f"{path}: line {line}: expected a number, got {short(cell)}") from None
         if cell.strip() and not isfinite(number):
-            raise InputError(f"{path}: line {line}: expected a finite number, got {cell!r}")
+            raise InputError(f"{path}: line {line}: expected a finite number, got {short(cell)}")
         found.append(number)
     return found

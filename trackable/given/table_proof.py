@@ -48,7 +48,7 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
     if defect > Fraction(tolerance):
         short = float(defect - Fraction(tolerance))
         return _unproved(plant, table.first_step, tolerance, short, "the tolerance is next to what f leads to")
-    return CertifiedTable(table, plant, tolerance, nextafter(float(defect), inf))
+    return CertifiedTable(table, plant, tolerance, nextafter(float(defect), inf) if defect else 0.0)
 
 
 def _checked(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:

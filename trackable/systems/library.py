@@ -4,12 +4,16 @@ Angles are in rad, lengths in m, times in s. Vehicles and the pendulum are Euler
 test compares them with the differential equations that they are made from.
 """
 
+from collections.abc import Callable, Mapping
+from inspect import signature
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from trackable.arguments import real
 from trackable.systems.flat.form import FlatForm
+from trackable.systems.linear import positive_sampling_time
 from trackable.systems.nonlinear import Nonlinear
 
 GRAVITY = 9.81
@@ -30,7 +34,7 @@ def mobile_robot(sampling_time: float) -> Nonlinear:
     where the lines of two chords meet. But these are parallel where the robot drives straight on, so that neither a
     straight path nor a figure eight could be proved.
     """
-    h = sampling_time
+    h = positive_sampling_time(sampling_time)
 
     def f(state: Any, inputs: Any) -> list[Any]:
         x, y, heading = state
@@ -52,7 +56,7 @@ def kinematic_bicycle(sampling_time: float, wheelbase: float) -> Nonlinear:
     rear axle. States x, y [m] of the rear axle, heading θ [rad]; inputs speed v [m/s], steering δ [rad], between −π/2
     and π/2. The flat outputs are x and y. The car has a heading where it moves: bound its speed from below.
     """
-    h, length = sampling_time, real("wheelbase", wheelbase)
+    h, length = positive_sampling_time(sampling_time), _positive("wheelbase", wheelbase)
 
     def f(state: Any, inputs: Any) -> list[Any]:
         x, y, heading = state
@@ -74,7 +78,7 @@ def tank(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> Nonli
 
     `area` A [m²], `outflow` a [m^2.5/s]. State level x [m], input inflow u [m³/s].
     """
-    h, wide, hole = sampling_time, real("area", area), real("outflow", outflow)
+    h, wide, hole = positive_sampling_time(sampling_time), _positive("area", area), _positive("outflow", outflow)
     return Nonlinear.of(lambda x, u: [x[0] + h / wide * (u[0] - hole * np.sqrt(x[0]))], ["level"], ["inflow"], h)
 
 
@@ -84,7 +88,7 @@ def two_tanks(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> 
     A ẋ₁ = u − a √x₁, A ẋ₂ = a √x₁ − a √x₂ (Torricelli): `area` A [m²], `outflow` a [m^2.5/s]. States upper and lower
     level [m], input inflow u [m³/s]. The flat output is the lower level.
     """
-    h, wide, hole = sampling_time, real("area", area), real("outflow", outflow)
+    h, wide, hole = positive_sampling_time(sampling_time), _positive("area", area), _positive("outflow", outflow)
 
     def f(x: Any, u: Any) -> list[Any]:
         upper, lower = x
@@ -100,7 +104,8 @@ def pendulum(sampling_time: float, length: float = 0.5, mass: float = 0.2, frict
     A point mass m [kg] on a light rod of `length` l [m], with viscous `friction` b [N m s]. States angle θ [rad], which
     is zero where it hangs, and rate ω [rad/s]; input torque τ [N m]. The flat output is the angle.
     """
-    h, rod, weight, drag = sampling_time, real("length", length), real("mass", mass), real("friction", friction)
+    h = positive_sampling_time(sampling_time)
+    rod, weight, drag = _positive("length", length), _positive("mass", mass), real("friction", friction)
     inertia = weight * rod**2
 
     def f(x: Any, u: Any) -> list[Any]:
@@ -117,3 +122,27 @@ def _angle(vector: Any) -> Any:
 def _turned(one: Any, other: Any) -> Any:
     """Return by which angle a vector turns to another, between −π and π."""
     return np.arctan2(one[0] * other[1] - one[1] * other[0], one[0] * other[0] + one[1] * other[1])
+
+
+def _positive(what: str, given: object) -> float:
+    """Return a size or a mass. ValueError: it is not positive. TypeError: it is no number."""
+    if not (number := real(what, given)) > 0:
+        raise ValueError(f"{what} must be positive, got {number:g}")
+    return number
+
+
+MODELS: Mapping[str, Callable[..., Nonlinear]] = MappingProxyType(
+    {model.__name__: model for model in (tank, mobile_robot, kinematic_bicycle, two_tanks, pendulum)}
+)
+"""The systems above by name, for files: functions of a sampling time [s], and of parameters of their own."""
+
+
+def model_of(name: str, sampling_time: float, parameters: Mapping[str, float]) -> Nonlinear:
+    """Return the system of a name. ValueError: there is none, or its parameters are others."""
+    if name not in MODELS:
+        raise ValueError(f"there is no model {name!r}; there are {', '.join(MODELS)}")
+    try:
+        signature(MODELS[name]).bind(sampling_time, **parameters)
+    except TypeError as error:
+        raise ValueError(f"parameters: those of {name} are others: {error}") from error
+    return MODELS[name](sampling_time, **parameters)

@@ -134,7 +134,7 @@ def test_a_signal_that_jumps_is_proved_next_to_its_bounds():
         (CURVES["cubic"], (0.0, 4.0), None, "given from 0 s to 3 s"),
         (CURVES["cubic"], "always", None, "must be all_times"),
         (np.zeros(9), None, None, "samples need one of linear"),
-        (np.zeros(9), None, "nearest", "must be one of linear"),
+        (np.zeros(9), None, "nearest", "samples need one of linear.*got 'nearest'"),
         ({"velocity": CURVES["cubic"]}, None, None, "not where it is"),
         ({"speed": CURVES["cubic"]}, None, None, "neither a state"),
         (CubicSpline(X, np.zeros((4, 2))), None, None, "one value at a time"),

@@ -97,6 +97,15 @@ def test_what_is_undecided(folder, capsys):
         ("timeless.csv", "system.json", "expected a column k or step"),
         ("table.csv", "field.json", "system has no field D"),
         ("table.csv", "set.json", "input_set lacks upper"),
+        ("table.csv", "one_set.json", "the file lacks input_set; null says that nothing is bounded"),
+        ("table.csv", "bound.json", "input_set: lower must be a list of numbers, with null for what is free, got -1"),
+        ("table.csv", "flag.json", "system: continuous must be true or false, got 'yes'"),
+        ("table.csv", "model.json", "there is no model 'boat'; there are tank, mobile_robot"),
+        ("table.csv", "area.json", "area must be positive, got -1"),
+        ("table.csv", "half.json", "is not JSON: "),
+        ("empty.csv", "system.json", "expected a header and two rows at least, got 1 lines"),
+        ("twice.csv", "system.json", "but 'position' is there twice"),
+        ("quote.csv", "system.json", "line 2: is not CSV: field larger than field limit"),
         ("table.csv", "matrix.json", "A must be a square matrix"),
         ("table.csv", "broken.yaml", "is not YAML"),
     ],
@@ -110,6 +119,18 @@ def test_what_cannot_be_used(folder, capsys, table, system, reason):
     (folder / "field.json").write_text(json.dumps({**SYSTEM, "system": {**SYSTEM["system"], "D": 0}}))
     (folder / "set.json").write_text(json.dumps({**SYSTEM, "input_set": {"lower": [0]}}))
     (folder / "matrix.json").write_text(json.dumps({**SYSTEM, "system": {**SYSTEM["system"], "A": [[1, 0]]}}))
+    (folder / "one_set.json").write_text(json.dumps({name: SYSTEM[name] for name in ("system", "state_set")}))
+    (folder / "bound.json").write_text(json.dumps({**SYSTEM, "input_set": {"lower": -1, "upper": 1}}))
+    (folder / "flag.json").write_text(json.dumps({**SYSTEM, "system": {**SYSTEM["system"], "continuous": "yes"}}))
+    for name, model in (
+        ("model.json", {"model": "boat"}),
+        ("area.json", {"model": "tank", "parameters": {"area": -1}}),
+    ):
+        (folder / name).write_text(json.dumps({**SYSTEM, "system": {"sampling_time": 0.1, **model}}))
+    (folder / "half.json").write_text("{")
+    (folder / "empty.csv").write_text("\n\nk,position,velocity,force\n\n,,,\n")
+    (folder / "twice.csv").write_text("k,position [m],position [mm],force\n0,0,0,0\n1,0,0,0\n")
+    (folder / "quote.csv").write_text("k,position,velocity,force\n0," + 200_000 * "1" + ",0,0\n1,0,0,0\n")
     (folder / "broken.yaml").write_text("system: {A: [[0, 1]")
     code, text = said(capsys, table, "--system", system)
     assert code == 2
@@ -119,3 +140,20 @@ def test_what_cannot_be_used(folder, capsys, table, system, reason):
 def test_claims_about_other_times_need_an_interpolation(folder, capsys):
     code, text = said(capsys, "table.csv", "--system", "system.json", "--claim", "all_times")
     assert (code, "needs an --interpolation" in text) == (2, True)
+
+
+def test_a_proof_that_cannot_be_saved_is_told_nevertheless(folder, capsys):
+    code, text = said(capsys, "table.csv", "--system", "system.json", "--save", ".")
+    assert (code, text.startswith("proved for the steps 4 to 33")) == (2, True)
+    assert "error: --save: .: expected the name of a file, got a folder" in text
+
+
+def test_systems_and_sets_are_written_as_in_params_yaml(folder, capsys):
+    """A table at rest of the library's tank: its bounds are half-spaces, together with a box."""
+    rest = {"H": [[1], [-1]], "h": [3, -0.5]}, {"lower": [0], "upper": [3], "H": [[1]], "h": [2]}
+    system = {"model": "tank", "sampling_time": 1, "parameters": {"outflow": 0.5}}
+    (folder / "tank.json").write_text(json.dumps({"system": system, "state_set": rest[0], "input_set": rest[1]}))
+    (folder / "tank.csv").write_text("\n".join(["k,level,inflow", *(f"{k},1.0,0.5" for k in range(4))]))
+    code, text = said(capsys, "tank.csv", "--system", "tank.json", "--save", "proof.json")
+    assert (code, main(["check", "proof.json"])) == (0, 0)
+    assert "level in [0.5, 3], inflow in [0, 3], inflow (2) in [-1e-06, 2]" in text
