@@ -16,6 +16,7 @@ from pipeline.storage.results import Results
 from pipeline.viewer.command import view
 from trackable.codec import CodecError
 from trackable.errors import InputError, NoReferenceError
+from trackable.files import unwritable
 
 _NOTHING_FOUND, _UNUSABLE = 1, 2
 
@@ -83,8 +84,11 @@ def run() -> None:
     except NoReferenceError as error:
         click.echo(f"failed: {error}", err=True)
         sys.exit(_NOTHING_FOUND)
-    except (InputError, LogError, CodecError, OSError) as error:
+    except (InputError, LogError, CodecError) as error:
         click.echo(f"error: {error}", err=True)
+        sys.exit(_UNUSABLE)
+    except OSError as error:
+        click.echo(f"error: {unwritable(error)}", err=True)
         sys.exit(_UNUSABLE)
 
 

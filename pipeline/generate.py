@@ -55,7 +55,10 @@ def sampled_by(experiment: Experiment) -> Sampled:
             learned[name] = draw(GROUND_TRUTHS[source.ground_truth], times, source.noise_std, source.seed)
             continue
         signal = _read_csv(source, plant.sampling_time) if isinstance(source, CsvColumn) else _read_mcap(source)
-        learned[name], later = _excerpt(signal, source.excerpt)
+        try:
+            learned[name], later = _excerpt(signal, source.excerpt)
+        except InputError as error:
+            raise InputError(f"{source.file}: {error}") from error
         if later:
             held_out[name] = later
     names, samples = sampled_signals(plant, experiment.noisy(learned))

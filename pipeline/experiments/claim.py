@@ -5,6 +5,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator
 
+from trackable.arguments import is_number
 from trackable.certificates.goal import Claim
 
 
@@ -14,7 +15,9 @@ def parse_claim(written: object) -> Claim:
         case "all_times" | "all_phases":
             return written
         case {"window": [int() | float() as start, int() | float() as end], **rest} if not rest:
-            if not (math.isfinite(start) and math.isfinite(end) and start < end):
+            if not (
+                is_number(start) and is_number(end) and math.isfinite(start) and math.isfinite(end) and start < end
+            ):
                 raise ValueError(f"window: expected start < end, got {start} and {end}")
             return float(start), float(end)
     raise ValueError("expected all_times, all_phases or {window: [start, end]}")

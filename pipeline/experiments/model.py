@@ -51,7 +51,7 @@ def _names(written: object) -> object:
 def _methods(written: object) -> object:
     if not isinstance(written, list) or not written:
         raise ValueError("expected a list of methods")
-    if unknown := [name for name in written if name not in METHODS]:
+    if unknown := [name for name in written if not isinstance(name, str) or name not in METHODS]:
         raise ValueError(f"there is no method {unknown[0]!r}; there are {', '.join(METHODS)}")
     if len(set(written)) < len(written):
         raise ValueError(f"expected each method once, got {', '.join(written)}")
@@ -114,6 +114,9 @@ class Experiment(Fields):
             plant, prior, _ = self.plant, self.learned_prior, self.tightening
         except (TypeError, ValueError) as error:  # what the mathematics refuses
             yield str(error)
+            return
+        except OverflowError as error:
+            yield f"a number is too large to compute with: {error}"
             return
         if unknown := {*(self.plane or ())} - {*plant.system.states}:
             yield f"plane: expected two of the states {', '.join(plant.system.states)}, got {min(unknown)}"

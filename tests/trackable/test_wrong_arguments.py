@@ -5,6 +5,7 @@ from collections.abc import Callable
 from datetime import datetime
 from fractions import Fraction
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,8 +19,11 @@ from trackable import (
     Polytope,
     Samples,
     SquaredExponential,
+    certify,
     check,
     learn_reference,
+    simulate,
+    tank,
 )
 from trackable.certificates.claim import OnWindow
 from trackable.certificates.goal import on_window
@@ -35,6 +39,8 @@ learn = partial(
     learn_reference, **{"samples": SAMPLES, "plant": AXIS, "kernel": KERNEL, "claim": (0.0, 1.0), "noise_std": 0.02}
 )
 plant = partial(ConstrainedSystem, system=AXIS.system, state_set=AXIS.state_set, input_set=AXIS.input_set)
+
+RESTING: Any = certify(np.zeros(30), AXIS, interpolation="linear")
 
 WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
     "dates": (lambda: Samples(DAYS, [1, 2]), TypeError, f"times: expected numbers, got datetime64[ns]; {SECONDS}"),
@@ -170,6 +176,29 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
         TypeError,
         "controller: plant: expected a Cons",
     ),
+    "a push that is no function": (
+        lambda: simulate(Controller(AXIS, 9, Q, R), RESTING, [0, 0], 1, disturbances=[0, 0]),
+        TypeError,
+        "simulate: disturbances: expected a function of the step k and the state, got [0, 0]",
+    ),
+    "one number for two states": (
+        lambda: simulate(Controller(AXIS, 9, Q, R), RESTING, [0, 0], 1, noise=lambda k, x: 0.1),
+        ValueError,
+        "simulate: noise: expected 2 numbers at step 0, got shape ()",
+    ),
+    "joints in a list": (
+        lambda: RESTING.to_ros2("r.yaml", ["arm"]),
+        TypeError,
+        "joints: expected mappings such as {'sh",
+    ),
+    "no controller of do-mpc": (
+        lambda: RESTING.to_do_mpc(None),
+        TypeError,
+        "expected a controller or simulator of do-",
+    ),
+    "no samples": (lambda: learn(samples={}), ValueError, "samples: none are given; expected one of position, z1"),
+    "a tank without an area": (lambda: tank(1.0, area=0), ValueError, "area must be positive, got 0"),
+    "a whole number that float64 cannot hold": (lambda: tank(10**400), TypeError, "sampling_time: expected a nu"),
     "a mapping as file": (lambda: check_file({}), TypeError, "certificate: expected a path, got {}"),
     "no certificate": (lambda: check(None), TypeError, "certificate: expected a path, got None"),
 }

@@ -1,6 +1,7 @@
 """Simulate the closed loop of a controller and its system."""
 
 from collections.abc import Callable
+from reprlib import repr as short
 
 import numpy as np
 
@@ -49,7 +50,8 @@ def simulate(
     states; left out, there are none. The controller is given the state with `noise` added to it; states of the loop are
     the true ones. Where the controller finds no plan, `on_infeasible` chooses the input or ends the
     simulation early. The simulation also ends, as unsolved, where an input leads out of what the system's formulas
-    define. Raises as `Controller.step` and as `reference.window`.
+    define. Raises as `Controller.step` and as `reference.window`; TypeError and ValueError where disturbances or noise
+    are no function, or no n numbers.
     """
     if not callable(getattr(controller, "step", None)):
         raise TypeError(f"simulate: controller: expected a Controller(plant, horizon, Q, R), got {controller!r}")
@@ -61,7 +63,7 @@ def simulate(
     values, without_plan, widened = [], list[Infeasible | Unsolved](), 0
     initial_guess: Array | None = None
     for k in range(first_step, first_step + steps):
-        seen = states[-1] if noise is None else states[-1] + noise(k, states[-1])
+        seen = states[-1] if noise is None else states[-1] + _drawn("noise", noise, k, states[-1])
         result = repeated.step(k, seen, table, initial_guess)
         initial_guess = shifted_inputs(result, table) if isinstance(result, Plan) else None
         applied: Array | None
@@ -78,7 +80,9 @@ def simulate(
         inputs.append(applied)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             successor = system.successor(states[-1], applied)
-            states.append(successor if disturbances is None else successor + disturbances(k, successor))
+            if disturbances is not None:
+                successor = successor + _drawn("disturbances", disturbances, k, successor)
+            states.append(successor)
         if not np.all(np.isfinite(states[-1])):
             without_plan.append(Unsolved(k, "the system is not defined under the input applied", applied))
             del states[-1], inputs[-1], values[-1]
@@ -98,6 +102,16 @@ def simulate(
         without_plan=tuple(without_plan),
         widened=widened,
     )
+
+
+def _drawn(what: str, of: Disturbances, k: int, state: Array) -> Array:
+    """Return what is added to a state. Other shapes are refused, as NumPy would spread a number over all states."""
+    if not callable(of):
+        raise TypeError(f"simulate: {what}: expected a function of the step k and the state, got {short(of)}")
+    added = numbers(f"simulate: {what}", of(k, state))
+    if added.shape != state.shape:
+        raise ValueError(f"simulate: {what}: expected {state.size} numbers at step {k}, got shape {added.shape}")
+    return added
 
 
 def shifted_inputs(plan: Plan, reference: TrackedReference) -> Array:

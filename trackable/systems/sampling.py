@@ -54,7 +54,9 @@ def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[
             )
     if missing := [signal for signal, kinds in enumerate(ordered) if not kinds]:
         wanted = "; ".join(f"one of {', '.join(_sampled_names(plant, signal))}" for signal in missing)
-        given = ", ".join(name for kinds in ordered for name in kinds) or "nothing"
+        given = ", ".join(name for kinds in ordered for name in kinds)
+        if not given:
+            raise ValueError(f"samples: none are given; expected {wanted}")
         raise ValueError(
             f"samples: {plant.signal_count} flat outputs determine all states, one for each input that matters, but "
             f"{len(missing)} of them cannot be seen in samples of {given}: also give {wanted}"

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from trackable.arguments import text
+from trackable.arguments import instance, text
 from trackable.arrays import Array
 from trackable.exports.coordinates import chosen_steps, places, require_known, values_at
 from trackable.exports.proved import Proved
@@ -17,6 +17,7 @@ FIELDS: Final = ("positions", "velocities", "accelerations", "effort")
 Joints = Mapping[str, Mapping[str, str]]
 """For each joint, the state or input that each field of its points holds."""
 
+_EXAMPLE: Final = "{'shoulder': {'positions': 'angle'}}"
 _NANOSECONDS: Final = 1_000_000_000
 
 
@@ -56,8 +57,11 @@ def joint_trajectory(proved: Proved, joints: Joints, first: int | None, count: i
 
 def _fields(joints: Joints, proved: Proved) -> list[str]:
     """Return the fields that all joints have, in the order of the message. Raises as `joint_trajectory`."""
+    instance("joints", joints, Mapping, f"mappings such as {_EXAMPLE}")
+    for of in joints.values():
+        instance("joints", of, Mapping, f"mappings such as {_EXAMPLE}")
     if not joints:
-        raise ValueError("joints: none is given; for example {'shoulder': {'positions': 'angle'}}")
+        raise ValueError(f"joints: none is given; for example {_EXAMPLE}")
     first, *others = joints
     for joint, of in joints.items():
         text("joints: name", joint)
