@@ -48,8 +48,9 @@ u(k) = u_r(t₀ + k T) + K (y(k) − x_r(t₀ + k T)).
 Assumptions about rounding. Arithmetic is IEEE's. exp, log, sqrt, sin, cos, atan, atan2 and powers are within 4 units in
 the last place. The evaluated formulas are those of κ in `kernels`, sums of products in any order (no fast Fourier
 transforms), and for nonlinear systems the formulas of u found in step 0, or those of the flat form. The first pass of
-step 2 assumes the same of NumPy's arithmetic, exp, log and cos. A check that is `exact`, or without NumPy, leaves it
-out: then nothing but the errors of evaluation (step 5) rests on these assumptions.
+step 2 assumes the same of NumPy's arithmetic, exp, log and cos, and so do the six digits that are printed of x(0). A
+check that is `exact`, or without NumPy, leaves both out: then nothing but the errors of evaluation (step 5) rests on
+these assumptions.
 
 Polynomial pieces are evaluated in double-double arithmetic, at times that are not rounded; each state or
 input is rounded to float64 once.
@@ -93,7 +94,9 @@ step 2 first in arrays of float64 intervals, and in mpmath where these do not de
      bounds |κ| at all distances ≥ d, as in step 3 (`reach`). The first pass (`floats`) uses the same formulas. Each of
      its operations moves both ends of its result outwards, by more than rounding can be off; what overflows or is not
      defined becomes NaN, which no comparison calls certain. Whether a kink is inside a box is decided in rational
-     arithmetic.
+     arithmetic. Of a Matérn kernel, the first pass expands no centre outside of a box: on one side of all its centres
+     their sum is a polynomial times an exponential, whose coefficients are those of Taylor's formula for the polynomial
+     (`kernels.matern`). The sum is expanded in its place, and Σ |c_i| M bounds it on the disc.
   3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`steps.instants`).
      Let K_i and D_i bound |κ(r)| and |κ̇(r)| at all distances r = t − t_i with t ≥ t₀. Then, for all t ≥ t₀,
      |e(t)| ≤ R = Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i. So |Σ_j w_j e(t + j T)| is at most Σ_j |w_j| R. As the sum
@@ -147,6 +150,8 @@ from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.reading.counterexamples import read_counterexample
 from trackable.checker.reading.tables import read_refuted_table, read_table
 from trackable.checker.reading.values import UnreadableError
+from trackable.checker.statement import AtZero
+from trackable.checker.statement import in_mpmath as zero_in_mpmath
 from trackable.checker.steps.boxes import FirstPass, in_mpmath
 from trackable.checker.table import FORMAT as TABLE
 from trackable.checker.table import REFUTED as REFUTED_TABLE
@@ -155,8 +160,9 @@ from trackable.checker.watch import OutOfTimeError, Report, watched
 
 try:
     from trackable.checker.floats.boxes import first_pass
+    from trackable.checker.floats.start import at_zero
 except ImportError:  # there is no NumPy
-    first_pass = in_mpmath
+    first_pass, at_zero = in_mpmath, zero_in_mpmath
 
 __all__ = ["Failed", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
 
@@ -169,22 +175,22 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
     """
     try:
         with watched(seconds, report):
-            return _check(data, in_mpmath if exact else first_pass)
+            return _check(data, in_mpmath, zero_in_mpmath) if exact else _check(data, first_pass, at_zero)
     except OutOfTimeError:
         return Undecided(f"not decided within {seconds:g} s")
 
 
-def _check(data: object, first_pass: FirstPass) -> Verdict:
+def _check(data: object, first_pass: FirstPass, at_zero: AtZero) -> Verdict:
     kind = data.get("format") if isinstance(data, dict) else None
     try:
         if isinstance(data, dict) and kind == COUNTEREXAMPLE:
-            return refuted(read_counterexample(data))
+            return refuted(read_counterexample(data), at_zero)
         if isinstance(data, dict) and kind == TABLE:
             return of_table(read_table(data))
         if isinstance(data, dict) and kind == REFUTED_TABLE:
             return of_refuted_table(read_refuted_table(data))
         if isinstance(data, dict) and kind == FORMAT:
-            return proved(read_certificate(data), first_pass)
+            return proved(read_certificate(data), first_pass, at_zero)
     except UnreadableError as error:
         return NotACertificate(str(error))
     return NotACertificate(f"is not a certificate: certificate.format must be {FORMAT!r}")

@@ -7,7 +7,7 @@ from trackable.checker.certificate import Certificate
 from trackable.checker.counterexample import Counterexample
 from trackable.checker.formulas.affine import UnsolvableError
 from trackable.checker.robust_statement import robust_statement
-from trackable.checker.statement import refutation, statement, table_refutation, table_statement
+from trackable.checker.statement import AtZero, refutation, statement, table_refutation, table_statement
 from trackable.checker.steps.boxes import FirstPass, check_boxes
 from trackable.checker.steps.cover import check_cover
 from trackable.checker.steps.instants import check_instants
@@ -40,12 +40,12 @@ def of_refuted_table(refuted: RefutedTable) -> Refuted | Failed:
     return Failed(reason, "counterexample") if reason else Refuted(table_refutation(refuted))
 
 
-def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
+def proved(certificate: Certificate, first_pass: FirstPass, at_zero: AtZero) -> Proved | Failed:
     """Return what is shown of a certificate; `first_pass` decides the boxes that float64 intervals can decide."""
     subject = certificate.subject
     if subject.pieces:
         reason = _misfit(subject) or check_input_set(subject) or check_robust(subject, certificate.robust)
-        return _answer(certificate, reason or check_pieces(certificate))
+        return _answer(certificate, reason or check_pieces(certificate), at_zero)
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
     reason = reason or check_robust(subject, certificate.robust)
     if reason:
@@ -57,16 +57,16 @@ def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
     for check_step in (check_sizes, check_rounding, check_held, check_instants, check_tail):
         if reason := check_step(certificate, bounded):
             break
-    return _answer(certificate, reason)
+    return _answer(certificate, reason, at_zero)
 
 
-def _answer(certificate: Certificate, reason: str | None) -> Proved | Failed:
+def _answer(certificate: Certificate, reason: str | None, at_zero: AtZero) -> Proved | Failed:
     if reason:
         return Failed(reason)
-    return Proved(statement(certificate) + robust_statement(certificate.subject, certificate.robust))
+    return Proved(statement(certificate, at_zero) + robust_statement(certificate.subject, certificate.robust))
 
 
-def refuted(counterexample: Counterexample) -> Refuted | Failed:
+def refuted(counterexample: Counterexample, at_zero: AtZero) -> Refuted | Failed:
     """Return what is shown of a counterexample."""
     subject = counterexample.subject
     reason: str | None = _misfit(subject)
@@ -75,7 +75,7 @@ def refuted(counterexample: Counterexample) -> Refuted | Failed:
     elif not reason:
         bounded = _bounded(subject, {bound.name: 0.0 for bound in subject.bounds})
         reason = bounded if isinstance(bounded, str) else check_violation(counterexample, bounded)
-    return Failed(reason, "counterexample") if reason else Refuted(refutation(counterexample))
+    return Failed(reason, "counterexample") if reason else Refuted(refutation(counterexample, at_zero))
 
 
 def _misfit(subject: Subject) -> str | None:

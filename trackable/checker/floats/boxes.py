@@ -29,7 +29,7 @@ def first_pass(
 
     Only linear combinations of signals are proved here, and only for other quantities there are models.
     """
-    signals = {shifted: _many_centres(subject, shifted) for shifted in _needed([q for h in held.values() for q in h])}
+    signals = {shifted: many_centres(subject, shifted) for shifted in _needed([q for h in held.values() for q in h])}
     boxes = list(held)
     for begin in range(0, len(boxes), _AT_ONCE):
         some = boxes[begin : begin + _AT_ONCE]
@@ -44,17 +44,20 @@ def first_pass(
 
 
 def _needed(quantities: Sequence[Quantity]) -> set[Shifted]:
-    return {shifted for q in quantities for argument in q.arguments.values() for shifted, _ in _terms(argument)}
+    return {shifted for q in quantities for argument in q.arguments.values() for shifted in _shifted(argument)}
 
 
-def _terms(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
-    for s, weights in enumerate(argument.weights):
-        for j, w in enumerate(weights):
-            if w:
-                yield (s, j), ratio(w)
+def _shifted(argument: LinearCombination) -> list[Shifted]:
+    return [(s, j) for s, weights in enumerate(argument.weights) for j, w in enumerate(weights) if w]
 
 
-def _many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
+def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
+    """Return the shifted signals of a linear combination, with their weights."""
+    return (((s, j), ratio(argument.weights[s][j])) for s, j in _shifted(argument))
+
+
+def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
+    """Return a shifted signal, without its mean."""
     s, j = shifted
     return ManyCentres.of(subject.signals[s], j * Fraction(subject.system.sampling_time))
 
@@ -74,7 +77,7 @@ def _stays_inside(q: Quantity, models: Mapping[Shifted, Models]) -> Mask | None:
     """Return in which boxes a linear combination of signals certainly stays inside its bounds; None for others."""
     if q.combination is None or _is_formula(q):
         return None
-    summands = [models[shifted].times(weight) for shifted, weight in _terms(q.combination)]
+    summands = [models[shifted].times(weight) for shifted, weight in terms_of(q.combination)]
     if not summands:
         return None
     found = sum(summands[1:], summands[0])

@@ -6,13 +6,15 @@ operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that 
 NaN bounds nothing, and every comparison with it is False: minima, maxima and all operations hand it on.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from trackable.checker.arithmetic.intervals import Many, Real, exactly, pi
+from trackable.checker.arithmetic.intervals import ONE, ZERO, Many, Real, exactly, pi
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -44,7 +46,7 @@ class Floats(Many):
         if isinstance(number, int) and abs(number) <= 2**53:
             return cls.exact(float(number))
         number = exactly(number)
-        return cls(np.asarray(_float(number.a, -np.inf)), np.asarray(_float(number.b, np.inf)))
+        return _of_interval(number)
 
     @property
     def a(self) -> "Floats":
@@ -63,6 +65,8 @@ class Floats(Many):
         return Floats(np.where(condition, x.low, y.low), np.where(condition, x.high, y.high))
 
     def __add__(self, other: Any) -> "Floats":
+        if other is ZERO:
+            return self
         y = self.of(other)
         return _outwards(self.low + y.low, self.high + y.high, tiny=0.0)  # sums do not underflow
 
@@ -77,6 +81,8 @@ class Floats(Many):
         return self.of(other) - self
 
     def __mul__(self, other: Any) -> "Floats":
+        if other is ONE:
+            return self
         y = self.of(other)
         if y.low is y.high:  # numbers
             return _hull(self.low * y.low, self.high * y.low)
@@ -154,10 +160,22 @@ def _hull(first: Array, *others: Array) -> Floats:
     return _outwards(low, high)
 
 
+@lru_cache(maxsize=4096)
+def _of_interval(number: Any) -> Floats:
+    """Return the smallest interval with float64 ends that contains one of mpmath: the same few come again and again."""
+    low, high = _float(number.a, -np.inf), _float(number.b, np.inf)
+    return Floats.exact(low) if low == high else Floats(np.asarray(low), np.asarray(high))
+
+
 def _float(number: Real, towards: float) -> float:
     """Return a point of mpmath as a float64, rounded towards −∞ or ∞."""
     nearest = float(number)
     return nearest if exactly(nearest) == number else float(np.nextafter(nearest, towards))
+
+
+def joined(parts: Sequence[Floats], axis: int = -1) -> Floats:
+    """Return arrays of intervals as one, along an axis."""
+    return Floats(*(np.concatenate(ends, axis=axis) for ends in ([p.low for p in parts], [p.high for p in parts])))
 
 
 def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:

@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from trackable.checker.arithmetic.intervals import ZERO, Real, exactly
-from trackable.checker.floats.intervals import Array, Floats, Mask, sums
+from trackable.checker.arithmetic.intervals import SIGN, ZERO, Real, exactly
+from trackable.checker.floats.intervals import Array, Floats, Mask, joined, sums
+from trackable.checker.floats.one_sided import CentresBefore
 from trackable.checker.kernels.base import geometric_rest
+from trackable.checker.kernels.matern import Matern
 from trackable.checker.reach import reach
 from trackable.checker.subject import Signal
 from trackable.checker.watch import tick
@@ -99,32 +101,55 @@ class ManyCentres:
         weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp), len(self.weights))
         return distance, weight * decay.size
 
+    def at(self, time: float) -> Floats:
+        """Return the value at a time [s], as an array of one."""
+        r = Floats.exact(time) + self.exact_shift - Floats.exact(self.centres)
+        none = Floats.exact(np.zeros(len(self.centres)))
+        values = self.kernel.taylor(abs(r), none, 1)[0] + self.kernel.jump(r, none) * SIGN
+        return sums(values * Floats.exact(self.weights), np.zeros(1, dtype=np.intp), len(self.centres))
+
     def enclose(self, boxes: Boxes, n: int) -> Models:
         """Return Taylor models with n terms in the boxes."""
         oddness = Floats.exact(np.zeros(len(boxes.starts)))
         if self.kernel.has_kink:
             oddness = self.kernel.oddness(1.01 * boxes.halves, Floats.exact(boxes.radii), n)
-        parts = [self._block(boxes.at(block), near, oddness.at(block), n) for block, near in self._blocks(boxes)]
-        coefficients, missed = ([part[i] for part in parts] for i in range(2))
-        far = self.reach[1]
-        return Models(_joined(coefficients), _joined(missed) + far)
+        first, stop = self._inside(boxes) if isinstance(self.kernel, Matern) else self._near(boxes)
+        parts = [
+            self._block(boxes.at(some), (first[some], (stop - first)[some]), oddness.at(some), n)
+            for some in _blocks(stop - first)
+        ]
+        found = Models(*(joined([part[i] for part in parts]) for i in range(2)))
+        if not isinstance(self.kernel, Matern):
+            return Models(found.coefficients, found.missed + self.reach[1])
+        return found + self._outside(boxes, first, stop, n)
 
-    def _blocks(self, boxes: Boxes) -> Iterator[tuple[slice, tuple[Indices, Indices]]]:
-        """Yield slices of boxes with the first near centre, and the number of near centres, of each box."""
+    def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
+        """Return the first near centre of each box, and the first one after the near ones; at least one is near."""
         reach, shift = self.reach[0], float(self.exact_shift.low)
         sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + abs(shift)
         # Larger by more than the rounding of a few numbers of these sizes: what is left out is farther than the reach.
         reaches = reach * (1 + 2.0**-20) + 2.0**-48 * sizes
         first = np.searchsorted(self.centres, boxes.starts + shift - reaches)
-        first = np.minimum(first, len(self.centres) - 1)  # at least one
-        counts = np.maximum(np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right") - first, 1)
-        begin, pairs = 0, 0
-        for b, count in enumerate(counts.tolist()):
-            if pairs and pairs + count > _PAIRS:
-                yield slice(begin, b), (first[begin:b], counts[begin:b])
-                begin, pairs = b, 0
-            pairs += count
-        yield slice(begin, len(counts)), (first[begin:], counts[begin:])
+        first = np.minimum(first, len(self.centres) - 1)
+        return first, np.maximum(np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right"), first + 1)
+
+    def _inside(self, boxes: Boxes) -> tuple[Indices, Indices]:
+        """Return the first centre that may be inside each box, and the first one certainly after it; at least one may.
+
+        Those before the first one are before the box for certain.
+        """
+        start, end = (Floats.exact(times) + self.exact_shift for times in (boxes.starts, boxes.ends))
+        first = np.searchsorted(self.centres, start.low, side="right")
+        first = np.minimum(first, len(self.centres) - 1)
+        return first, np.maximum(np.searchsorted(self.centres, end.high), first + 1)
+
+    def _outside(self, boxes: Boxes, first: Indices, stop: Indices, n: int) -> Models:
+        """Return models of all centres before and after the boxes, of a Matérn kernel."""
+        middles, radii, after = boxes.middles + self.exact_shift, Floats.exact(boxes.radii), len(self.centres) - stop
+        left = CentresBefore(self.kernel, self.centres, self.weights, first, middles, boxes.halves)
+        # with time reversed, those after a box are before it
+        right = CentresBefore(self.kernel, -self.centres[::-1], self.weights[::-1], after, -middles, -boxes.halves)
+        return Models(*left.enclose(radii, n)) + Models(*right.enclose(radii, n))
 
     def _block(self, boxes: Boxes, near: tuple[Indices, Indices], oddness: Floats, n: int) -> tuple[Floats, Floats]:
         """Return coefficients and what is missed, for pairs of boxes and their near centres."""
@@ -137,7 +162,7 @@ class ManyCentres:
         h, radius = boxes.halves.at(of_box), Floats.exact(boxes.radii[of_box])
         extra = Floats.exact(np.zeros(len(boxes.starts)))
         if self.kernel.has_kink:
-            before, after = self._sides(boxes, of_box, centres, r, h)
+            before, after = self._sides(boxes, of_box, centres)
             is_mirrored = before | ~after & (r.low < 0)
             r, h = r.choose(is_mirrored, -r, r), h.choose(is_mirrored, -h, h)
             extra = self._beyond_kinks(boxes, r, abs(weights), ~(before | after), firsts, most, oddness)
@@ -147,12 +172,16 @@ class ManyCentres:
         terms = [sums(weights * c, firsts, most) for c in self.kernel.taylor(r, h, n)]
         return Floats(np.stack([c.low for c in terms]), np.stack([c.high for c in terms])), missed + extra
 
-    def _sides(self, boxes: Boxes, of_box: Indices, centres: Array, r: Floats, h: Floats) -> tuple[Mask, Mask]:
+    def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
         """Return where all times of a box are before the centre, or all after it, exactly."""
-        before, after = np.asarray(r <= -h), np.asarray(r >= h)
-        for i in np.flatnonzero(~(before | after)).tolist():
-            moved = Fraction(float(centres[i])) - self.shift
-            before[i], after[i] = boxes.ends[of_box[i]] <= moved, boxes.starts[of_box[i]] >= moved
+        starts, ends, moved = boxes.starts[of_box], boxes.ends[of_box], Floats.exact(centres) - self.exact_shift
+        if not self.shift:
+            moved = Floats.exact(centres)
+        before, after = ends <= moved.low, starts >= moved.high
+        unclear = ~(before | (ends > moved.high)) | ~(after | (starts < moved.low))
+        for i in np.flatnonzero(unclear).tolist():
+            exact = Fraction(float(centres[i])) - self.shift
+            before[i], after[i] = ends[i] <= exact, starts[i] >= exact
         return before, after
 
     def _beyond_kinks(
@@ -168,8 +197,15 @@ class ManyCentres:
         return crossed.choose(np.logical_or.reduceat(across, firsts), crossed * oddness, 0.0)
 
 
-def _joined(parts: list[Floats]) -> Floats:
-    return Floats(*(np.concatenate(ends, axis=-1) for ends in ([p.low for p in parts], [p.high for p in parts])))
+def _blocks(counts: Indices) -> Iterator[slice]:
+    """Yield slices of boxes, in order, with so few pairs of a box and a centre that they are enclosed at once."""
+    begin, pairs = 0, 0
+    for b, count in enumerate(counts.tolist()):
+        if pairs and pairs + count > _PAIRS:
+            yield slice(begin, b)
+            begin, pairs = b, 0
+        pairs += count
+    yield slice(begin, len(counts))
 
 
 def _spread(of: Floats, where: Indices, count: int) -> Floats:

@@ -1,30 +1,72 @@
-"""Matérn kernels κ(r) = θ₁² P(x) e^(−x), with x = √3 r/θ₂ or √5 r/θ₂ for the branch of r ≥ 0."""
+"""Matérn kernels κ(r) = θ₁² P(x) e^(−x) with x = λ r, for the branch of r ≥ 0; λ is √3/θ₂ or √5/θ₂.
 
+Sums of them with all centres before t are of the same form. Let a be a time with t_i ≤ a ≤ t, u = t − a and
+v_i = λ (a − t_i). By Taylor's formula, P(λu + v) = Σ_k P⁽ᵏ⁾(λu) vᵏ/k!, which ends with the degree of P. So
+Σ_i c_i κ(t − t_i) = θ₁² e^(−λu) Σ_k m_k P⁽ᵏ⁾(λu), with the moments m_k = Σ_i c_i v_iᵏ/k! e^(−v_i). A single kernel has
+a = t_i, and the moments 1, 0, …
+"""
+
+from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
 
-from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, exp, root
+from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, exp, root, total
 from trackable.checker.arithmetic.series import exp_series, times
 from trackable.checker.kernels.base import Decay, Sizes
 from trackable.checker.kernels.elementary import Elementary
 
 
 @dataclass(frozen=True)
-class Matern32(Elementary):
-    """P(x) = 1 + x with x = √3 r/θ₂; |κ̇| is largest at r = θ₂/√3."""
+class Matern(Elementary):
+    """P has no negative coefficients, and this `degree`; `square` is (λ θ₂)²."""
+
+    degree: ClassVar[int]
+    square: ClassVar[int]
 
     @property
     def has_kink(self) -> bool:
         return True
 
+    @cached_property
+    def rate(self) -> Real:
+        """λ."""
+        return root(self.square) / self.length
+
+    @abstractmethod
+    def slopes(self, x: Real) -> list[Real]:
+        """Return P(x), P'(x), … up to the last one that is not 0."""
+
+    def along(self, moments: Sequence[Real], x: Real, y: Real, n: int) -> list[Real]:
+        """Return n coefficients in ξ of θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z) with z = x + y ξ."""
+        slopes, power = self.slopes(x), ONE
+        found: list[Real] = []
+        for j in range(len(slopes)):
+            found.append(total(m * slope for m, slope in zip(moments, slopes[j:], strict=False)) * power)
+            power = y * power / (j + 1)
+        return self.scaled(times(found, exp_series([-x, -y], n), n))
+
+    def largest_around(self, moments: Sequence[Real], x: Real, y: Real) -> Real:
+        """Over-estimate |θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z)| on |z − x| < y, for moments of |c_i|: |P⁽ᵏ⁾(z)| ≤ P⁽ᵏ⁾(|z|)."""
+        shape = total(m * slope for m, slope in zip(moments, self.slopes(x + y), strict=False))
+        return self.variance * shape * exp(y - x)
+
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        rate = root(3) / self.length
-        x, y = rate * r, rate * h
-        return self.scaled(times([1 + x, y], exp_series([-x, -y], n), n))
+        return self.along([ONE], self.rate * r, self.rate * h, n)
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
-        rate = root(3) / self.length
-        x = rate * (abs(r) + radius)
-        return self.variance * (1 + x) * exp(rate * (radius - abs(r)))
+        return self.largest_around([ONE], self.rate * abs(r), self.rate * radius)
+
+
+@dataclass(frozen=True)
+class Matern32(Matern):
+    """P(x) = 1 + x with x = √3 r/θ₂; |κ̇| is largest at r = θ₂/√3."""
+
+    degree, square = 1, 3
+
+    def slopes(self, x: Real) -> list[Real]:
+        return [1 + x, ONE]
 
     def beyond(self, distance: Real) -> Decay:
         return self.falling(distance, self.length * (ONE / root(3)))
@@ -36,22 +78,13 @@ class Matern32(Elementary):
 
 
 @dataclass(frozen=True)
-class Matern52(Elementary):
+class Matern52(Matern):
     """P(x) = 1 + x + x²/3 with x = √5 r/θ₂; |κ̇| is largest at r = θ₂ (1 + √5)/(2 √5)."""
 
-    @property
-    def has_kink(self) -> bool:
-        return True
+    degree, square = 2, 5
 
-    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        rate = root(5) / self.length
-        x, y = rate * r, rate * h
-        return self.scaled(times([1 + x + x**2 / 3, y + 2 * x * y / 3, y**2 / 3], exp_series([-x, -y], n), n))
-
-    def largest_on_disc(self, r: Real, radius: Real) -> Real:
-        rate = root(5) / self.length
-        x = rate * (abs(r) + radius)
-        return self.variance * (1 + x + x**2 / 3) * exp(rate * (radius - abs(r)))
+    def slopes(self, x: Real) -> list[Real]:
+        return [1 + x + x**2 / 3, 1 + 2 * x / 3, ONE * 2 / 3]
 
     def beyond(self, distance: Real) -> Decay:
         return self.falling(distance, self.length * ((1 + root(5)) / (2 * root(5))))

@@ -11,9 +11,11 @@ from tests.trackable.certificates.test_prove import reference
 from tests.trackable.checker.instances import changed, scalar_certificate
 from tests.trackable.checker.redundant import in_the_plane, learned
 from tests.trackable.checker.tight import VALID
+from trackable import checker
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import prove
 from trackable.checker import Proved, check
+from trackable.checker.arithmetic.intervals import between, exactly
 from trackable.codec.certificates import encode_certificate
 from trackable.codec.fingerprint import fingerprint
 from trackable.gp.kernels.squared_exponential import SquaredExponential
@@ -50,6 +52,16 @@ def test_a_learned_reference_shows_the_same() -> None:
     assert found.identity in repr(found)
     assert found.identity.replace("x1 =", '"x1" =').split(", ", 1)[1].startswith("25 kernels centred from 0 s to 8 s")
     assert f"SHA-256 {found.fingerprint}, 25 kernels" in found.identity
+
+
+def test_digits_that_float64_does_not_determine_are_asked_of_mpmath(monkeypatch: pytest.MonkeyPatch) -> None:
+    data = scalar_certificate()
+    known = said(data)
+    for near in (None, between(-1, 1)):
+        monkeypatch.setattr(checker, "at_zero", lambda *_, near=near: near)
+        assert said(data) == known
+    monkeypatch.setattr(checker, "at_zero", lambda *_: exactly(0.5))
+    assert '"state" = 0.5 at t = 0 s' in said(data) != known
 
 
 def test_all_zero_weights_are_seen() -> None:

@@ -9,7 +9,7 @@ from mpmath import mp
 
 from tests.trackable.gp.instances import KERNELS, formula, over, time_scale
 from trackable.checker.arithmetic.intervals import ZERO
-from trackable.checker.floats import signals
+from trackable.checker.floats import one_sided, signals
 from trackable.checker.floats.intervals import Floats
 from trackable.checker.floats.signals import Boxes, ManyCentres
 from trackable.checker.kernels.matern import Matern52 as CheckedMatern52
@@ -81,6 +81,18 @@ def test_models_hold_the_signal(kernel, seed):
 
 
 @over(KERNELS)
+def test_values_hold_the_signal_to_six_digits(kernel):
+    rng, kappa = np.random.default_rng(0), formula(kernel)
+    of = drawn(kernel, rng)
+    with mp.workdps(50):
+        for time in rng.choice(of.centres, 4).tolist():
+            found, shift = of.at(time), mp.mpf(of.shift.numerator) / of.shift.denominator
+            true = sum(c * kappa(mp.mpf(time) + shift - t) for t, c in zip(of.centres, of.weights, strict=True))
+            assert found.low[0] <= true <= found.high[0]
+            assert found.high[0] - found.low[0] < 1e-9 * np.sum(np.abs(of.weights)) * kappa(mp.mpf(0))
+
+
+@over(KERNELS)
 def test_models_are_narrow_where_boxes_are(kernel):
     """A model that knows nothing holds everything: most small boxes have finite models, as narrow as rounding lets."""
     rng = np.random.default_rng(0)
@@ -104,8 +116,21 @@ FAULTS = {
         lambda patch: patch.setattr(signals, "geometric_rest", lambda ratio, n: ratio ** (2 * n)),
     ),
     "a wrong bound on discs": (
+        SquaredExponential(0.7, 0.22),
+        lambda patch: narrower(patch, "largest_on_disc", CheckedSquaredExponential, 1e-6),
+    ),
+    "a wrong bound of many centres on discs": (
         Matern52(1.0, 1.0),
-        lambda patch: narrower(patch, "largest_on_disc", CheckedMatern52, 1e-6),
+        lambda patch: narrower(patch, "largest_around", CheckedMatern52, 1e-6),
+    ),
+    "moments that do not move": (Matern52(1.0, 1.0), lambda patch: patch.setattr(one_sided, "_moved", lambda m, _: m)),
+    "moments without the last one": (
+        Matern52(1.0, 1.0),
+        lambda patch: patch.setattr(one_sided.CentresBefore, "moments", _without_the_last),
+    ),
+    "a centre inside a box taken for one before it": (
+        Matern32(1.0, 1.0),
+        lambda patch: patch.setattr(ManyCentres, "_inside", _one_too_late),
     ),
     "a wrong derivative": (
         SquaredExponential(1.0, 1.0),
@@ -122,6 +147,20 @@ FAULTS = {
     ),
 }
 _right_taylor = CheckedSquaredExponential.taylor
+
+
+_right_moments = one_sided.CentresBefore.moments
+_right_inside = ManyCentres._inside
+
+
+def _without_the_last(before, at):
+    *others, last = _right_moments(before, at)
+    return [*others, last * 0.0]
+
+
+def _one_too_late(of, boxes):
+    first, stop = _right_inside(of, boxes)
+    return np.minimum(first + 1, stop - 1), stop
 
 
 def _with_a_wrong_slope(kernel, r, h, n):
