@@ -11,6 +11,7 @@ from pipeline.experiments import load_experiments
 from pipeline.site.notebooks import errata, folded
 from pipeline.site.sources import write_sources
 from tests.pipeline.site.conftest import NAME
+from tests.pipeline.viewer.browser import opened
 from tests.project import ROOT
 from trackable.errors import InputError
 
@@ -66,6 +67,16 @@ def test_notebooks_are_shown_as_they_were_executed(built: Built) -> None:
     assert re.search(r"<th[^>]*>\s*<p>a</p>\s*</th>", html)
     assert "evidence of it" in html
     assert html.count('class="formula"') == 3
+
+
+def test_small_tables_and_sentences_do_not_scroll(built: Built) -> None:
+    with opened() as shown:
+        shown.goto((built[0] / f"notebook-{NAME}.html").as_uri())
+        sizes = shown.eval_on_selector_all(
+            ".cell_output, .cell_output pre, .table-wrapper", "all => all.map(e => [e.scrollWidth, e.clientWidth])"
+        )
+    assert len(sizes) >= 2
+    assert all(content <= width for content, width in sizes), sizes
 
 
 def test_errata_come_with_their_evidence_and_nothing_else(built: Built) -> None:
