@@ -1,6 +1,7 @@
 """Write a comparison as Markdown, for a comment on a pull request."""
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
 
 from pipeline.compare.model import Comparison, JudgedClaim, Row, Status
 from pipeline.compare.reports.wording import (
@@ -15,7 +16,8 @@ from pipeline.compare.reports.wording import (
     verdict,
 )
 
-_MOST = 60  # rows; a comment of more than 65,536 characters is refused by the best-known host
+_MOST = 60  # rows
+_LONGEST = 65_000  # characters; of more than 65,536, a comment is refused by the best-known host
 
 
 def to_markdown(comparison: Comparison) -> str:
@@ -34,7 +36,17 @@ def to_markdown(comparison: Comparison) -> str:
         _folded(f"Claims of the paper: {len(comparison.claims)}", _claims(comparison.claims)),
         _folded(f"Environment: {moved + ' differ' if moved else 'no difference known'}", _environment(comparison)),
     ]
-    return "\n\n".join(block for block in blocks if block) + "\n"
+    return "\n\n".join(fitting(block for block in blocks if block)) + "\n"
+
+
+def fitting(blocks: Iterable[str]) -> Iterator[str]:
+    """Yield the blocks of a comment while there is room for them, and their first lines where there is none."""
+    room = _LONGEST
+    for block in blocks:
+        title = re.sub(r"<[^>]+>|\*", "", block.partition("\n")[0])
+        shown = block if len(block) <= room else f"{title[:200]}: too long for a comment; `compare --json` has it all"
+        room -= len(shown) + 200
+        yield shown
 
 
 def _artifacts(rows: Sequence[Row]) -> str:
