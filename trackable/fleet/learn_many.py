@@ -20,7 +20,7 @@ from trackable.request import checked_plant, claimed
 from trackable.streams.reference import StreamReference
 from trackable.systems.constrained import ConstrainedSystem
 
-_FAILURES_SHOWN = 5
+_MOST_SHOWN = 5  # of the failures, and of the questions
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,15 @@ class Fleet:
     def __str__(self) -> str:
         failed = [row for row in self.rows if row.outcome != "proved"]
         lines = [f"{len(self.proved)} of {len(self)} references are proved; the table is {self.table}"]
-        lines += [f"{row.name}: {row.outcome}: {row.sentence}" for row in failed[:_FAILURES_SHOWN]]
-        if len(failed) > _FAILURES_SHOWN:
-            lines.append(f"… and {len(failed) - _FAILURES_SHOWN} more")
-        return "\n".join(lines)
+        lines += _first([f"{row.name}: {row.outcome}: {row.sentence}" for row in failed])
+        asked = [f"{row.name}: proved, but {'; '.join(row.questions)}" for row in self.proved if row.questions]
+        return "\n".join(lines + _first(asked))
+
+
+def _first(lines: list[str]) -> list[str]:
+    """Return some lines, and how many more there are."""
+    more = [f"… and {len(lines) - _MOST_SHOWN} more"] if len(lines) > _MOST_SHOWN else []
+    return lines[:_MOST_SHOWN] + more
 
 
 def learn_many(

@@ -2,6 +2,7 @@
 
 import dataclasses
 import hashlib
+import inspect
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -46,6 +47,7 @@ class Request:
     def __post_init__(self) -> None:
         if self.learn not in _KNOWN:
             raise TypeError(f"learn: expected learn_reference or learn_stream, got {short(self.learn)}")
+        _refuse_options(self.options, self.learn)
         _ = self._shared  # found now, to raise its error before anything is learned
 
     @cached_property
@@ -70,6 +72,24 @@ class Request:
         """Return the reference of one recording. Raises and warns as `learn` does."""
         claim = _recorded(samples) if self.claim == "recorded" else self.claim
         return self.learn(samples, self.plant, self.kernel, claim, progress=False, **self.options)
+
+
+def _refuse_options(options: Mapping[str, object], learn: Learn) -> None:
+    """Raise TypeError for an option that `learn` does not take, and where it lacks one."""
+    takes = {each: _named(each) for each in _KNOWN}
+    for name in options:
+        if name not in takes[learn]:
+            other = next((f"; learn={each.__name__} takes it" for each in _KNOWN if name in takes[each]), "")
+            raise TypeError(f"learn_many: {learn.__name__} takes no option {name!r}{other}")
+    lacking = [name for name, option in takes[learn].items() if option.default is option.empty and name not in options]
+    if lacking:
+        raise TypeError(f"learn_many: {learn.__name__} needs the option {lacking[0]!r}")
+
+
+def _named(learn: Learn) -> dict[str, inspect.Parameter]:
+    """Return the options by name."""
+    found = inspect.signature(learn).parameters
+    return {name: option for name, option in found.items() if option.kind is option.KEYWORD_ONLY}
 
 
 def _recorded(samples: Samples | Mapping[str, Samples]) -> tuple[float, float]:

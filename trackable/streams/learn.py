@@ -3,18 +3,20 @@
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Never
 
 from trackable.arguments import real
 from trackable.arrays import ArrayLike
 from trackable.beforehand import Beforehand, Ends, Mean, learned_beforehand, levels, split_means
 from trackable.certificates.goal import Claim
+from trackable.certificates.pinned import prove_pinned
 from trackable.certificates.robust import robust_of
 from trackable.condensed.asked import Centres, checked_centres, condensed_by_name, cost_of
 from trackable.condensed.bins import NODES
 from trackable.doubts import doubts
 from trackable.errors import DoubtfulInputWarning
-from trackable.explanation import IgnoresSamplesWarning
-from trackable.fit import edges_of
+from trackable.explanation import IgnoresSamplesWarning, ignored
+from trackable.fit import Fit, edges_of
 from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
@@ -42,9 +44,16 @@ from trackable.streams.reference import StreamReference
 from trackable.streams.windows import Stream, constraints_at, learn_proved
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
+from trackable.systems.reference import Reference
 from trackable.systems.sampling import kinds_by_name, sampled_signals
+from trackable.waypoints import Waypoints, waypoints
 
 _CALLER = 3  # frames up: the decorator of `learn_stream` is one of them
+_INSTEAD = {
+    "method": "a stream is always learned as a function, with the hyperparameters of its first window; leave it out",
+    "learn_from": "learn hyperparameters by `learn_reference` from these samples, and give them as known: numbers in "
+    "the kernel and for noise_std",
+}
 _MANY = 500  # samples of one name, from which on a stream is learned from fewer
 
 
@@ -59,12 +68,15 @@ def learn_stream(
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None = None,
     mean: Mean | Mapping[str, Mean] = 0.0,
     centres: Centres = "auto",
+    at: Waypoints | None = None,
+    at_tolerance: float | Mapping[str, float] | None = None,
     disturbance: DisturbanceSet | None = None,
     measurement_noise: DisturbanceSet | None = None,
     feedback: ArrayLike | None = None,
     margin: float = 0.0,
     starts: int = 8,
     progress: bool = True,
+    **others: Never,
 ) -> StreamReference:
     """Learn one reference from a stream that is much longer than the memory of its kernel, and prove it.
 
@@ -83,6 +95,10 @@ def learn_stream(
         "all_times", or (start, end) in seconds: what is proved of the whole.
     window
         The length of each window [s]: several times the kernel's correlation time.
+    at, at_tolerance
+        As of `learn_reference`; each value is met by the window that holds its time, and kept by those that follow.
+    others
+        None: `learn_from` and `method` are options of `learn_reference` alone.
 
     Warns
     -----
@@ -94,7 +110,7 @@ def learn_stream(
     Raises
     ------
     TypeError
-        Where an argument is of another type: the message names it.
+        Where an argument is of another type, or an option is none of these: the message names it.
     ValueError
         Where samples, kernels, claim and options do not fit together, where a kernel does not decay, and where the
         prior mean is no admissible equilibrium.
@@ -102,6 +118,7 @@ def learn_stream(
         Where no reference was found, or none that is proved.
 
     """
+    _refuse(others)
     checked_plant(plant)
     drawn_in = tightened(plant, disturbance, feedback, margin, measurement_noise)
     plant = drawn_in.plant if drawn_in else plant
@@ -122,21 +139,32 @@ def learn_stream(
     checked_goal("all_times", seen, prior, plant)  # between windows the function is at rest
     for doubt in doubts(claim, given, plant):
         warnings.warn(doubt, DoubtfulInputWarning, stacklevel=_CALLER)
+    pinned = waypoints(at or {}, at_tolerance, plant, claim)
     with progress_bar("learn stream", shown=progress):
         known = _known(first, prior, plant, starts)
-        stream = Stream(seen, known, plant, length, claim)
+        stream = Stream(seen, known, plant, length, claim, pinned)
         found = learn_proved(stream)
         if not isinstance(found, tuple):
             raise NotTrackableError(found)
+        proofs = prove_pinned(found[0], pinned)
+        if not isinstance(proofs, tuple):
+            raise NotTrackableError(proofs)
         cost = cost_of(plant, every, fewer, known)
     reference, certificate = found
     certificate = replace(certificate, robust=robust_of(drawn_in))
-    learned = StreamReference(reference, certificate, stream, cost, drawn_in)
+    learned = StreamReference(reference, certificate, stream, cost, drawn_in, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
         off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)
         sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     return learned
+
+
+def _refuse(others: Mapping[str, object]) -> None:
+    """Raise TypeError for an option that streams do not take, and say what to do instead."""
+    for name in others:
+        instead = _INSTEAD.get(name, "`help(learn_stream)` shows what it takes")
+        raise TypeError(f"learn_stream: takes no {name!r}: {instead}")
 
 
 def _first(samples: Mapping[str, Samples], length: float) -> dict[str, Samples]:
@@ -173,6 +201,14 @@ def _known(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSy
     found = learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant)))
     if not isinstance(found, Solution):
         raise NotTrackableError(found)
+    if found.unconstrained and (
+        sentence := ignored(Fit.of(Reference(found.signals, plant), found, found.unconstrained, ()))
+    ):
+        warnings.warn(
+            f"in the first window, from which hyperparameters are learned, {sentence}",
+            IgnoresSamplesWarning,
+            stacklevel=_CALLER + 1,
+        )
     for edge in edges_of(found.posterior.prior, samples):
         if edge.is_given:
             warnings.warn(

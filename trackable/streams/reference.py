@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.pinned import prove_pinned
 from trackable.condensed.cost import Condensation
 from trackable.explanation import kept_free
 from trackable.files import path_of
@@ -28,7 +29,8 @@ class StreamReference(ProvedReference):
     Nothing is handed over between windows: the signals are one sum of kernels, to which each window has added, and the
     proof is about the sum. `stream` holds the samples that were learned from and the prior, `condensed` what it costs
     that they are fewer than were given. `tightening` tells how the plant's bounds were drawn in, for disturbances or by
-    a margin; `reference` keeps what is left.
+    a margin; `reference` keeps what is left. `pin_certificates` prove the values of `stream.pinned`,
+    in that order.
     """
 
     learned: Reference
@@ -36,6 +38,7 @@ class StreamReference(ProvedReference):
     stream: Stream
     condensed: tuple[Condensation, ...] = ()
     tightening: Tightening | None = None
+    pin_certificates: tuple[Certificate, ...] = ()
 
     @property
     def reference(self) -> Reference:
@@ -66,15 +69,23 @@ class StreamReference(ProvedReference):
             for misfit in self.misfits
         ]
         learned = f"learned in windows of {self.stream.length:g} s, each of which continues the one before"
-        said = [self.certificate.explanation, kept_free(self.tightening), learned, *map(str, self.condensed), *off]
-        return "; ".join(filter(None, said))
+        said = [self.certificate.explanation, kept_free(self.tightening), *map(str, self.stream.pinned), learned]
+        return "; ".join(filter(None, [*said, *map(str, self.condensed), *off]))
 
     def save(self, path: Path | str) -> None:
         """Write everything as JSON, losslessly and atomically. Raises OSError."""
         stream, (start, end) = self.stream, window_of(self.certificate)
         drawn_in = SavedTightening.maybe(self.tightening)
         saved = SavedStream(
-            self.learned, stream.samples, stream.prior, stream.length, start, end, self.condensed, drawn_in
+            self.learned,
+            stream.samples,
+            stream.prior,
+            stream.length,
+            start,
+            end,
+            self.condensed,
+            drawn_in,
+            stream.pinned,
         )
         saved.write(path_of("save", path))
 
@@ -85,7 +96,10 @@ class StreamReference(ProvedReference):
         found = saved.proof()
         if not isinstance(found, Certificate):
             raise NotTrackableError(found)
-        return cls(saved.learned, found, saved.stream, saved.condensed, saved.drawn_in)
+        pinned = prove_pinned(saved.learned, saved.pinned)
+        if not isinstance(pinned, tuple):
+            raise NotTrackableError(pinned)
+        return cls(saved.learned, found, saved.stream, saved.condensed, saved.drawn_in, pinned)
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:

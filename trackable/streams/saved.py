@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from trackable.certificates.goal import Claim
+from trackable.certificates.pinned import Pinned
 from trackable.condensed.cost import Condensation
 from trackable.files import LEFT_OUT
 from trackable.gp.joint import JointPrior
@@ -24,6 +25,7 @@ class SavedStream(Saved):
     proved_until: float | None
     condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
     tightening: SavedTightening | None = field(default=None, metadata={LEFT_OUT: True})
+    pinned: tuple[Pinned, ...] = field(default=(), metadata={LEFT_OUT: True})
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -40,4 +42,4 @@ class SavedStream(Saved):
         """What the reference was learned from."""
         start, end = self.proved_from, self.proved_until
         claim: Claim = "all_times" if start is None or end is None else (start, end)
-        return Stream(self.samples, self.prior, self.learned.plant, self.length, claim)
+        return Stream(self.samples, self.prior, self.learned.plant, self.length, claim, self.pinned)

@@ -7,6 +7,7 @@ import numpy as np
 
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.goal import Claim
+from trackable.certificates.pinned import Pinned
 from trackable.certificates.prove import Failure, prove_on_window, prove_while_settling
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
@@ -14,7 +15,7 @@ from trackable.gp.signal import KernelSum
 from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Window
 from trackable.learning.joint.learn import learn_function
-from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackable.learning.problem import ConstrainedProblem, NoSolution, Pin, Solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.work import done
 from trackable.streams.continued import ContinuedProblem, with_memory
@@ -30,7 +31,7 @@ _BACKOFFS = 1e-5, 1e-4, 1e-3, 1e-2
 class Stream:
     """All `samples` of the flat outputs of a `plant`, with a `prior` whose hyperparameters are known.
 
-    Windows have a `length` [s]; the first begins with the first sample.
+    Windows have a `length` [s]; the first begins with the first sample. At some times values are `pinned`.
     """
 
     samples: tuple[Samples, ...]
@@ -38,6 +39,7 @@ class Stream:
     plant: ConstrainedSystem
     length: float
     claim: Claim
+    pinned: tuple[Pinned, ...] = ()
 
     @property
     def memory(self) -> float:
@@ -115,9 +117,18 @@ def _problem(
     earliest = stream.claim[0] if isinstance(stream.claim, tuple) else 0.0
     times = Window(max(min(earliest, now), now - 2 * memory), last + memory + stream.plant.sampling_time)
     constraints = constraints_at(times, stream.plant, backoff)
-    return ContinuedProblem(
-        given, stream.prior, SearchSpace.around(given, stream.prior, starts=1), constraints, bases=bases
-    )
+    space = SearchSpace.around(given, stream.prior, starts=1)
+    return ContinuedProblem(given, stream.prior, space, constraints, _pins(stream, times), bases=bases)
+
+
+def _pins(stream: Stream, times: Window) -> tuple[Pin, ...]:
+    """Return the given values that a window can still move, and those that it has to prepare for.
+
+    Times before the first sample belong to the first window, and times after the last sample to the last one.
+    """
+    ends = [float(of.times[i]) for of in stream.samples for i in (0, -1)]
+    within = (at for at in stream.pinned if times.start <= min(max(at.time, min(ends)), max(ends)) <= times.end)
+    return tuple(pin for at in within for pin in at.pins(stream.plant))
 
 
 def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BACKOFFS[0]) -> tuple[Constraint, ...]:

@@ -138,6 +138,7 @@ def test_warnings_are_questions_in_the_table(tmp_path):
     fleet = learned({"far": Samples([0.0, 0.1], [3.0, 3.0])}, tmp_path)
     assert "samples" in fleet.rows[0].questions[0]
     assert fleet.rows[0].questions[0] in fleet.table.read_text()
+    assert f"far: proved, but {fleet.rows[0].questions[0]}" in str(fleet)
 
 
 def test_the_recorded_window_is_that_of_each_recording(tmp_path):

@@ -54,9 +54,19 @@ def test_another_function_or_option_is_another_question(tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "said"),
-    [({"learn": np.mean}, "learn: expected learn_reference or learn_stream"), ({"learn": learn_reference}, "window")],
-    ids=["another function", "options of the other function"],
+    [
+        ({"learn": np.mean}, "learn: expected learn_reference or learn_stream"),
+        ({"learn": learn_reference}, "learn_reference takes no option 'window'; learn=learn_stream takes it"),
+        ({"windows": 1.0}, "learn_stream takes no option 'windows'$"),
+        ({"method": "joint"}, "learn_stream takes no option 'method'; learn=learn_reference takes it"),
+    ],
+    ids=["another function", "options of the other function", "of none", "of the other one"],
 )
 def test_wrong_arguments(tmp_path, options, said):
     with pytest.raises(TypeError, match=said):
         learned(tmp_path, **options)
+
+
+def test_an_option_that_is_lacking(tmp_path):
+    with pytest.raises(TypeError, match="learn_stream needs the option 'window'"):
+        learn_many({"run": Samples(TIMES, TIMES)}, PLANT, KERNEL, "recorded", folder=tmp_path, learn=learn_stream)

@@ -27,9 +27,9 @@ SAMPLES = {"position": Samples(TIMES, MOVED + 0.05 * np.random.default_rng(4).st
 learn = partial(
     learn_stream,
     SAMPLES,
-    AXIS,
-    SquaredExponential(),
-    (0.0, 39.0),
+    plant=AXIS,
+    kernel=SquaredExponential(),
+    claim=(0.0, 39.0),
     window=10.0,
     noise_std=(0.01, 0.5),
     mean=-0.45,
@@ -87,6 +87,15 @@ def test_a_reference_that_bounds_keep_from_its_samples_is_announced():
             mean=-0.45,
             centres=100,
         )
+
+
+def test_noise_that_only_the_bounds_explain_is_announced():
+    """The noise that is learned with bounds is as large as what they keep the reference off by."""
+    apart = ConstrainedSystem(AXIS.system, Polytope.box([-0.05, -1.0], [0.0, 1.0]), AXIS.input_set)
+    said = r"in the first window, from which hyperparameters are learned, the reference keeps its bounds but does not"
+    with pytest.warns(IgnoresSamplesWarning, match=said), pytest.warns(IgnoresSamplesWarning, match="^the reference"):
+        found = learn(plant=apart, mean=-0.02, window=8.0, centres=100, noise_std=(0.01, 5.0))
+    assert found.misfit["position"] > 0.3
 
 
 WRONG = {

@@ -87,6 +87,23 @@ def test_a_margin_is_kept_free():
     assert "0.05 of each width is kept free at either bound" in reference.explanation
 
 
+def test_given_values_are_met_and_proved(tmp_path):
+    """At the start, where windows meet, and within one; each is a little beside the samples."""
+    x, v, later = MOVED[0] + 0.03, 0.8, MOVED[48] - 0.03
+    at = {0.0: {"position": x, "velocity": v}, 8.0: {"position": later}, 13.1: {"velocity": 0.2}}
+    reference = learn(claim=(0.0, 20.0), mean=-0.45, centres=None, at=at, at_tolerance={"position": 1e-4})
+    found = reference.reference.state_at(np.array([*at]))
+    assert found[0] == pytest.approx([x, v], abs=1e-4)
+    assert (found[1, 0], found[2, 1]) == pytest.approx((later, 0.2), abs=1e-4)
+    assert f"position = {later:.6g} ± 0.0001 at 8 s" in reference.explanation
+    files = reference.save_certificate(tmp_path / "stream.json")
+    assert [type(check(file)) for file in files] == [Proved] * 4
+    reference.save(tmp_path / "saved.json")
+    loaded = StreamReference.load(tmp_path / "saved.json")
+    again = loaded.save_certificate(tmp_path / "again.json")
+    assert [file.read_bytes() for file in again] == [file.read_bytes() for file in files]
+
+
 def test_a_mean_is_learned_from_the_first_window_without_bounds():
     found = learn(claim=(0.0, 20.0), mean=(-1.0, 0.1), centres=None)
     (prior,) = found.stream.prior.parts
@@ -128,6 +145,12 @@ def test_another_kind_of_file_is_refused(saved, tmp_path):
     learned("pushed").save_certificate(tmp_path / "c.json")
     with pytest.raises(InputError, match="holds a certificate"):
         StreamReference.load(tmp_path / "c.json")
+
+
+def test_options_of_learn_reference_alone_are_refused_with_what_helps():
+    for name, said in [("method", "leave it out"), ("learn_from", "give them as known"), ("windows", "help\\(learn")]:
+        with pytest.raises(TypeError, match=f"learn_stream: takes no '{name}': .*{said}"):
+            learn(claim=(0.0, 20.0), **{name: None})
 
 
 HARM = {

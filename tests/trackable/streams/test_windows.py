@@ -12,6 +12,7 @@ from tests.trackable.plants import AXIS
 from trackable import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExponential
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample, Unproved
+from trackable.certificates.pinned import Pinned
 from trackable.gp.joint import JointPrior
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
@@ -64,6 +65,23 @@ def test_without_bounds_it_is_the_posterior_mean(kernel, length):
     assert isinstance(certificate, Certificate)
     mean = Posterior(of.prior.parts[0], of.samples[0]).mean(at := np.linspace(0, 29, 400))
     np.testing.assert_allclose(reference.signals[0](at), mean, atol=2e-4)
+
+
+@each_kernel
+@pytest.mark.parametrize("length", [3.0, 7.0])
+def test_given_values_are_those_of_all_samples_at_once(kernel, length):
+    """Before the first sample, within a window, where two of them meet, and after the last sample."""
+    tolerances = {"position": 1e-6}
+    pinned = tuple(
+        Pinned(t, {"position": x}, tolerances) for t, x in [(0.0, -1.0), (7.05, 0.3), (10.0, -0.9), (31.0, 0.2)]
+    )
+    windows, whole = (
+        learn_proved(replace(stream(kernel, FREE, of, (0.0, 31.5)), pinned=pinned))[0].signals for of in (length, 100.0)
+    )
+    position = FREE.flatness.states[0]
+    assert position(windows, np.array([at.time for at in pinned])) == pytest.approx([-1.0, 0.3, -0.9, 0.2], abs=1e-6)
+    at = np.linspace(0, 31.5, 400)
+    np.testing.assert_allclose(position(windows, at), position(whole, at), atol=2e-4)
 
 
 def test_with_bounds_it_stays_near_what_all_samples_give_at_once():
