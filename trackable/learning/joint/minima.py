@@ -64,13 +64,15 @@ class Seen:
             constraint.index_set.nearest(np.linspace(at[:-1], at[1:], PARTS + 1)[1:-1])
             for constraint, at in zip(self._known, places, strict=True)
         ]
-        pairs, every = [at[0] for at in times], np.concatenate([np.empty((PARTS - 1, 0)), *times], axis=1)
-        which, (lower, upper) = _owners(pairs), self._all.bounds
-        margins = self._all.margins_of(which, every) / (upper - lower)[which]
-        lowest = np.argmin(margins, axis=0)
-        at, least = (np.take_along_axis(x, lowest[None], 0)[0] for x in (every, margins))
-        both = zip(_parted(at, pairs), _parted(least, pairs), strict=True)
-        return [(t[below < 0], below[below < 0]) for t, below in both]
+        lower, upper = self._all.bounds
+        if times and all(np.array_equal(at, times[0]) for at in times[1:]):  # signals are evaluated there once
+            found = [_lowest(*pair) for pair in zip(times, self._all.margins(times[0]), strict=True)]
+        else:
+            pairs, every = [at[0] for at in times], np.concatenate([np.empty((PARTS - 1, 0)), *times], axis=1)
+            parts = [_parted(of_all, pairs) for of_all in _lowest(every, self._all.margins_of(_owners(pairs), every))]
+            found = list(zip(*parts, strict=True))
+        widths = (upper - lower).tolist()
+        return [(at[least < 0], least[least < 0] / w) for (at, least), w in zip(found, widths, strict=True)]
 
     @cached_property
     def _all(self) -> Several:
@@ -89,6 +91,12 @@ class Seen:
         if len(known) < len(self.constraints):
             raise TypeError("a function is learned with constraints that have an index set")
         return known
+
+
+def _lowest(times: Array, margins: Array) -> tuple[Array, Array]:
+    """Return the time of the lowest margin in each column, and that margin."""
+    lowest = np.argmin(margins, axis=0)[None]
+    return np.take_along_axis(times, lowest, 0)[0], np.take_along_axis(margins, lowest, 0)[0]
 
 
 def _joined(one: Minima, other: Minima) -> Minima:
