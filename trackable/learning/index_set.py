@@ -16,7 +16,7 @@ from trackable.gp.period import period_of
 # time the grid shows every local minimum, which is then refined.
 _POINTS_PER_CORRELATION_TIME = 12
 _FEWEST_POINTS, _MOST_POINTS = 64, 50_000
-_REFINEMENTS, _NARROWER = 4, 0.1
+_REFINEMENTS, _NARROWER = 3, 0.1
 _FEW_STEPS = 4096  # up to so many, all steps are evaluated
 _PARTS = 16  # into which an interval of steps is divided: the margin is evaluated at the ends of each
 

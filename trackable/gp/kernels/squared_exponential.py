@@ -16,7 +16,9 @@ class SquaredExponential(Radial):
 
     def correlation(self, s: Array, order: int) -> Array:
         phi = np.empty((order + 1, *s.shape))
-        np.exp(s * s * -0.5, out=phi[0, ...])
+        square = s * s
+        square *= -0.5
+        np.exp(square, out=phi[0, ...])
         for n in range(order):  # φ' = −s φ, differentiated n times
             phi[n + 1] = -s * phi[n]
             if n:
