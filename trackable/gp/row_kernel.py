@@ -10,7 +10,7 @@ has no such differences: L L' κ = Σ_n Σ_m μ_n μ'_m (−1)ᵐ κ⁽ⁿ⁺ᵐ
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import factorial
 
 import numpy as np
@@ -62,7 +62,7 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
     first = terms.first_times(count)
     after = terms.times - first[terms.of_row]
     moments = terms.summed(np.stack([after**n / factorial(n) for n in range(_LONGEST)], axis=1), count)
-    spread = np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))  # standard deviation of g⁽ⁿ⁾
+    spread = _standard_deviations(kernel)
     sizes = np.abs(moments) * spread
     row = np.max(sizes, axis=1)
     error = _EPS * (terms.absolute(count) * spread[0]) ** 2
@@ -72,6 +72,12 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
     if needed[-1] == _LONGEST - 1:  # the series does not end: h is not small beside the correlation time
         return direct
     return Taylor(kernel, first, moments[:, : needed[-1] + 1])
+
+
+@lru_cache(maxsize=8)
+def _standard_deviations(kernel: Kernel) -> Array:
+    """Return those of g⁽ⁿ⁾ for n < _LONGEST."""
+    return np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))
 
 
 @dataclass(frozen=True)
@@ -131,9 +137,9 @@ class Taylor(RowKernel):
 
     def among(self) -> Array:
         jet = self.kernel.jet(self.first[:, None] - self.first, 2 * self._order)
-        by_second = (self.moments * (-1.0) ** np.arange(self._order + 1)).T[:, None, :]
         orders = np.arange(self._order + 1)
-        return np.asarray(sum(self.moments[:, n, None] * np.sum(jet[n + orders] * by_second, axis=0) for n in orders))
+        by_second = np.sum(jet[orders[:, None] + orders] * (self.moments * (-1.0) ** orders).T[:, None], axis=1)
+        return np.asarray(np.sum(self.moments.T[:, :, None] * by_second, axis=0))
 
     def across(self, t: Array) -> Array:
         jet = self.kernel.jet(self.first[:, None] - t, self._order)

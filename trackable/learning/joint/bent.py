@@ -23,6 +23,7 @@ from trackable.learning.problem import ActiveBound, ConstrainedProblem
 _LINEARISATIONS = 40
 _CORRECTIONS = 5
 _SAME = 1e-9  # as a part of the bounds' widths
+_MET = 1e-10  # likewise: what is missed by less is less than any back-off, and little more than rounding
 _NEGLIGIBLE = 1e-6
 
 
@@ -60,6 +61,8 @@ class BentMean:
             if not largest < least / 2:
                 break
             kept, least = found, largest
+            if largest <= _MET:
+                break
             multipliers[active] += solve_symmetric(self.given.covariance[np.ix_(active, active)], missed)
             found = self.given.signals(multipliers)
         return kept

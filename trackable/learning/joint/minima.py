@@ -53,7 +53,8 @@ class Seen:
         kernels, found = [signal.kernel for signal in self.signals], dict[int, tuple[Array, Array]]()
         for index_set in dict.fromkeys(constraint.index_set for constraint in self._known):
             members = [i for i, constraint in enumerate(self._known) if constraint.index_set == index_set]
-            several = self._several([self._known[i] for i in members])
+            are_all = len(members) == len(self._known)
+            several = self._all if are_all else self._several([self._known[i] for i in members])
             for i, (at, margins) in zip(members, index_set.minima_of_each(several, kernels), strict=True):
                 found[i] = at, margins / self._known[i].quantity.bounds.width
         return [found[i] for i in range(len(self._known))]

@@ -11,6 +11,7 @@ from trackable.arrays import Array
 from trackable.gp.rows import Rows, Terms
 from trackable.gp.signal import KernelSum
 from trackable.learning.problem import ConstrainedProblem, Side
+from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
 
 LOWER, UPPER = 1.0, -1.0
@@ -91,22 +92,31 @@ def demands(problem: ConstrainedProblem, places: Places, near: Sequence[KernelSu
 
 
 def _rows(trajectory: Trajectory, times: Array, sides: Array, near: Sequence[KernelSum], processes: int) -> Rows:
-    """Linearise: q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), with v_i the arguments at the signals `near`.
-
-    A functional is linear whatever the signals are: v = 0 is as good.
-    """
-    at = {
-        name: np.zeros_like(times) if trajectory.functional else functional(near, times)
-        for name, functional in trajectory.arguments
-    }
-    slopes = trajectory.slopes(at)
-    offsets = np.array(trajectory.value(at))
+    """Return the rows that a trajectory has at these times and sides."""
+    offsets, parts = _linearised(trajectory, times, near)
     terms: list[list[Terms]] = [[] for _ in range(processes)]
-    for name, functional in trajectory.arguments:
-        slope = sides * slopes[name]
-        offsets += slopes[name] * (float(functional.offset) - at[name])
+    for functional, slope in parts:
         for c, weights in functional.rounded:
             instants = functional.instants(times, len(weights))
             of_row = np.broadcast_to(np.arange(len(times)), instants.shape)
-            terms[c].append(Terms(instants.ravel(), np.outer(weights, slope).ravel(), of_row.ravel()))
+            terms[c].append(Terms(instants.ravel(), np.outer(weights, sides * slope).ravel(), of_row.ravel()))
     return Rows(sides * offsets, tuple(Terms.joined(of_process) for of_process in terms))
+
+
+def _linearised(
+    trajectory: Trajectory, times: Array, near: Sequence[KernelSum]
+) -> tuple[Array, list[tuple[Functional, Array]]]:
+    """Return o and s_i of q ≈ o + Σ_i s_i (q_i − offset of q_i) at each time, for signals like those of `near`.
+
+    It is q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), with v_i the arguments at these signals. A functional is linear whatever
+    the signals are.
+    """
+    if trajectory.functional is not None:
+        return np.full(times.shape, float(trajectory.functional.offset)), [(trajectory.functional, np.ones(()))]
+    at = {name: functional(near, times) for name, functional in trajectory.arguments}
+    slopes = trajectory.slopes(at)
+    offsets, parts = np.array(trajectory.value(at)), []
+    for name, functional in trajectory.arguments:
+        offsets += slopes[name] * (float(functional.offset) - at[name])
+        parts.append((functional, slopes[name]))
+    return offsets, parts
