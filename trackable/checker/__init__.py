@@ -48,9 +48,9 @@ u(k) = u_r(t₀ + k T) + K (y(k) − x_r(t₀ + k T)).
 Assumptions about rounding. Arithmetic is IEEE's. exp, log, sqrt, sin, cos, atan, atan2 and powers are within 4 units in
 the last place. The evaluated formulas are those of κ in `kernels`, sums of products in any order (no fast Fourier
 transforms), and for nonlinear systems the formulas of u found in step 0, or those of the flat form. The first pass of
-step 2 assumes the same of NumPy's arithmetic, exp, log and cos, and so do the six digits that are printed of x(0). A
-check that is `exact`, or without NumPy, leaves both out: then nothing but the errors of evaluation (step 5) rests on
-these assumptions.
+steps 2 and 3 assumes the same of NumPy's arithmetic, exp, log and cos, and so do the six digits that are printed of
+x(0). A check that is `exact`, or without NumPy, leaves both out: then nothing but the errors of evaluation (step 5)
+rests on these assumptions.
 
 Polynomial pieces are evaluated in double-double arithmetic, at times that are not rounded; each state or
 input is rounded to float64 once.
@@ -63,7 +63,7 @@ values of functions. What exceeds them is refused (`reading.limits`). A check ma
 Undecided.
 
 Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0, 6, 7 and 8 in rational arithmetic;
-step 2 first in arrays of float64 intervals, and in mpmath where these do not decide.
+step 2, and R and D of step 3, first in arrays of float64 intervals, and in mpmath where these do not decide.
   0. Linear: x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j, with zeros beyond the ends
      (`steps.trajectories`). Nonlinear: f is split into f0(x) + G(x) u, or refused, and x⁺ = f0(x) + G(x) u is
      solved for u, by u_j = (x⁺_i − f0_i − Σ known G u)/G_ij for equations with a single unknown and by Cramer's rule
@@ -150,19 +150,16 @@ from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.reading.counterexamples import read_counterexample
 from trackable.checker.reading.tables import read_refuted_table, read_table
 from trackable.checker.reading.values import UnreadableError
-from trackable.checker.statement import AtZero
-from trackable.checker.statement import in_mpmath as zero_in_mpmath
-from trackable.checker.steps.boxes import FirstPass, in_mpmath
+from trackable.checker.steps.boxes import NO_FIRST_PASS, FirstPass
 from trackable.checker.table import FORMAT as TABLE
 from trackable.checker.table import REFUTED as REFUTED_TABLE
 from trackable.checker.verdicts import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
 from trackable.checker.watch import OutOfTimeError, Report, watched
 
 try:
-    from trackable.checker.floats.boxes import first_pass
-    from trackable.checker.floats.start import at_zero
+    from trackable.checker.floats.first_pass import FIRST_PASS
 except ImportError:  # there is no NumPy
-    first_pass, at_zero = in_mpmath, zero_in_mpmath
+    FIRST_PASS = NO_FIRST_PASS
 
 __all__ = ["Failed", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
 
@@ -175,22 +172,22 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
     """
     try:
         with watched(seconds, report):
-            return _check(data, in_mpmath, zero_in_mpmath) if exact else _check(data, first_pass, at_zero)
+            return _check(data, NO_FIRST_PASS if exact else FIRST_PASS)
     except OutOfTimeError:
         return Undecided(f"not decided within {seconds:g} s")
 
 
-def _check(data: object, first_pass: FirstPass, at_zero: AtZero) -> Verdict:
+def _check(data: object, first_pass: FirstPass) -> Verdict:
     kind = data.get("format") if isinstance(data, dict) else None
     try:
         if isinstance(data, dict) and kind == COUNTEREXAMPLE:
-            return refuted(read_counterexample(data), at_zero)
+            return refuted(read_counterexample(data), first_pass)
         if isinstance(data, dict) and kind == TABLE:
             return of_table(read_table(data))
         if isinstance(data, dict) and kind == REFUTED_TABLE:
             return of_refuted_table(read_refuted_table(data))
         if isinstance(data, dict) and kind == FORMAT:
-            return proved(read_certificate(data), first_pass, at_zero)
+            return proved(read_certificate(data), first_pass)
     except UnreadableError as error:
         return NotACertificate(str(error))
     return NotACertificate(f"is not a certificate: certificate.format must be {FORMAT!r}")

@@ -7,7 +7,7 @@ from trackable.checker.certificate import Certificate
 from trackable.checker.counterexample import Counterexample
 from trackable.checker.formulas.affine import UnsolvableError
 from trackable.checker.robust_statement import robust_statement
-from trackable.checker.statement import AtZero, refutation, statement, table_refutation, table_statement
+from trackable.checker.statement import refutation, statement, table_refutation, table_statement
 from trackable.checker.steps.boxes import FirstPass, check_boxes
 from trackable.checker.steps.cover import check_cover
 from trackable.checker.steps.instants import check_instants
@@ -40,12 +40,12 @@ def of_refuted_table(refuted: RefutedTable) -> Refuted | Failed:
     return Failed(reason, "counterexample") if reason else Refuted(table_refutation(refuted))
 
 
-def proved(certificate: Certificate, first_pass: FirstPass, at_zero: AtZero) -> Proved | Failed:
-    """Return what is shown of a certificate; `first_pass` decides the boxes that float64 intervals can decide."""
+def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
+    """Return what is shown of a certificate; `first_pass` decides what float64 intervals can decide."""
     subject = certificate.subject
     if subject.pieces:
         reason = _misfit(subject) or check_input_set(subject) or check_robust(subject, certificate.robust)
-        return _answer(certificate, reason or check_pieces(certificate), at_zero)
+        return _answer(certificate, reason or check_pieces(certificate), first_pass)
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
     reason = reason or check_robust(subject, certificate.robust)
     if reason:
@@ -53,20 +53,20 @@ def proved(certificate: Certificate, first_pass: FirstPass, at_zero: AtZero) -> 
     bounded = _bounded(subject, certificate.errors)
     if isinstance(bounded, str):
         return Failed(bounded)
-    check_held = partial(check_boxes, first_pass=first_pass)
-    for check_step in (check_sizes, check_rounding, check_held, check_instants, check_tail):
+    check_held, check_rest = (partial(check_these, first_pass=first_pass) for check_these in (check_boxes, check_tail))
+    for check_step in (check_sizes, check_rounding, check_held, check_instants, check_rest):
         if reason := check_step(certificate, bounded):
             break
-    return _answer(certificate, reason, at_zero)
+    return _answer(certificate, reason, first_pass)
 
 
-def _answer(certificate: Certificate, reason: str | None, at_zero: AtZero) -> Proved | Failed:
+def _answer(certificate: Certificate, reason: str | None, first_pass: FirstPass) -> Proved | Failed:
     if reason:
         return Failed(reason)
-    return Proved(statement(certificate, at_zero) + robust_statement(certificate.subject, certificate.robust))
+    return Proved(statement(certificate, first_pass) + robust_statement(certificate.subject, certificate.robust))
 
 
-def refuted(counterexample: Counterexample, at_zero: AtZero) -> Refuted | Failed:
+def refuted(counterexample: Counterexample, first_pass: FirstPass) -> Refuted | Failed:
     """Return what is shown of a counterexample."""
     subject = counterexample.subject
     reason: str | None = _misfit(subject)
@@ -75,7 +75,7 @@ def refuted(counterexample: Counterexample, at_zero: AtZero) -> Refuted | Failed
     elif not reason:
         bounded = _bounded(subject, {bound.name: 0.0 for bound in subject.bounds})
         reason = bounded if isinstance(bounded, str) else check_violation(counterexample, bounded)
-    return Failed(reason, "counterexample") if reason else Refuted(refutation(counterexample, at_zero))
+    return Failed(reason, "counterexample") if reason else Refuted(refutation(counterexample, first_pass))
 
 
 def _misfit(subject: Subject) -> str | None:

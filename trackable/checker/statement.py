@@ -1,28 +1,20 @@
 """What is shown, in words and numbers. Names are in quotes; no name contains a quote, a space or a comparison."""
 
-from collections.abc import Callable
 from fractions import Fraction
 
-from trackable.checker.arithmetic.intervals import ZERO, Real
+from trackable.checker.arithmetic.intervals import ZERO
 from trackable.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Instants, Window
 from trackable.checker.counterexample import Counterexample, Interval
 from trackable.checker.formulas.formula import text
+from trackable.checker.steps.boxes import FirstPass
 from trackable.checker.steps.instants import combination_at
 from trackable.checker.steps.pieces.place import where_pieces_are
 from trackable.checker.steps.quantities import LinearCombination, states_of
 from trackable.checker.subject import Bound, FlatForm, NonlinearSystem, Row, Subject, System, as_float
 from trackable.checker.table import RefutedTable, Table
 
-AtZero = Callable[[Subject, LinearCombination], Real | None]
-"""Encloses a linear combination at t = 0, or returns None."""
 
-
-def in_mpmath(subject: Subject, argument: LinearCombination) -> Real:
-    """Enclose a linear combination at t = 0 in mpmath."""
-    return combination_at(subject, argument, ZERO)
-
-
-def statement(certificate: Certificate, at_zero: AtZero = in_mpmath) -> str:
+def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     """Return what a certificate proves, and of which reference."""
     subject = certificate.subject
     kept = ", ".join(bound_text(bound, _names(subject.system, bound)) for bound in subject.bounds)
@@ -36,11 +28,11 @@ def statement(certificate: Certificate, at_zero: AtZero = in_mpmath) -> str:
     return (
         f"For {_times(certificate.claim)} the reference keeps {kept}, and the system {_dynamics(subject.system)} "
         f"follows it with {inputs} (T = {subject.system.sampling_time!r} s). The bounds hold with room for the error "
-        f"of {how}, at times up to {certificate.until:g} s. {identity(subject, at_zero)}"
+        f"of {how}, at times up to {certificate.until:g} s. {identity(subject, first_pass)}"
     )
 
 
-def refutation(counterexample: Counterexample, at_zero: AtZero = in_mpmath) -> str:
+def refutation(counterexample: Counterexample, first_pass: FirstPass) -> str:
     """Return what a counterexample shows, and of which reference."""
     subject, where = counterexample.subject, counterexample.where
     bound = next(bound for bound in subject.bounds if bound.name == counterexample.name)
@@ -54,7 +46,7 @@ def refutation(counterexample: Counterexample, at_zero: AtZero = in_mpmath) -> s
     return (
         f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, _names(subject.system, bound))} by at least "
         f"{counterexample.violation!r}, so it does not keep its bounds for {times}; the system "
-        f"{_dynamics(subject.system)}. {identity(subject, at_zero)}"
+        f"{_dynamics(subject.system)}. {identity(subject, first_pass)}"
     )
 
 
@@ -90,10 +82,10 @@ def table_refutation(refuted: RefutedTable) -> str:
     )
 
 
-def identity(subject: Subject, at_zero: AtZero) -> str:
+def identity(subject: Subject, first_pass: FirstPass) -> str:
     """Return which reference is meant: its fingerprint, where its kernels are, and its states at time zero.
 
-    These are asked of mpmath where `at_zero` does not determine their six digits.
+    These are asked of mpmath where the `first_pass` does not determine their six digits.
     """
     if subject.pieces:
         return f"The reference has the SHA-256 {subject.fingerprint}, {where_pieces_are(subject)}."
@@ -102,14 +94,14 @@ def identity(subject: Subject, at_zero: AtZero) -> str:
     is_flat = isinstance(subject.system, NonlinearSystem) and subject.system.flat is not None
     names = [f"z{s + 1}" for s in range(len(subject.signals))] if is_flat else subject.system.states
     states = zip(names, states_of(subject), strict=True)
-    values = ", ".join(f'"{name}" = {_six_digits(subject, state, at_zero)}' for name, state in states)
+    values = ", ".join(f'"{name}" = {_six_digits(subject, state, first_pass)}' for name, state in states)
     return f"The reference has the SHA-256 {subject.fingerprint}, {span}, and {values} at t = 0 s."
 
 
-def _six_digits(subject: Subject, state: LinearCombination, at_zero: AtZero) -> str:
-    near = at_zero(subject, state)
+def _six_digits(subject: Subject, state: LinearCombination, first_pass: FirstPass) -> str:
+    near = first_pass.at_zero(subject, state)
     shown = {f"{float(end):.6g}" for end in (near.a, near.b)} if near else set()
-    return shown.pop() if len(shown) == 1 else f"{float(in_mpmath(subject, state).mid):.6g}"
+    return shown.pop() if len(shown) == 1 else f"{float(combination_at(subject, state, ZERO).mid):.6g}"
 
 
 def _names(system: System, bound: Bound) -> tuple[str, ...]:

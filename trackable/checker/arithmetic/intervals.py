@@ -54,6 +54,9 @@ class Many(ABC):
     def sin(self) -> Any: ...
 
     @abstractmethod
+    def larger(self, other: Any) -> Any: ...
+
+    @abstractmethod
     def choose(self, condition: Any, one: Any, other: Any) -> Any:
         """Return one where the condition is certain, the other elsewhere."""
 
@@ -158,6 +161,9 @@ def at_most(x: Real | float, y: Real | float) -> bool:
 
 def max_of(x: Real, y: Real) -> Real:
     """Return an interval that contains the larger of two numbers."""
+    for one, other in ((x, y), (y, x)):
+        if isinstance(one, Many):
+            return one.larger(other)  # type: ignore[no-any-return]
     return between(x.a if x.a >= y.a else y.a, x.b if x.b >= y.b else y.b)
 
 

@@ -22,7 +22,7 @@ _AT_ONCE = 256
 """Boxes: memory is enough, whatever a file says."""
 
 
-def first_pass(
+def boxes_left(
     subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
 ) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
     """Yield each box with the quantities that are not proved here, and with models of the signals that they need.

@@ -60,6 +60,10 @@ class Floats(Many):
         """Return the intervals at an index of arrays."""
         return Floats(self.low[index], self.high[index])
 
+    def larger(self, other: Any) -> "Floats":
+        y = self.of(other)
+        return Floats(np.maximum(self.low, y.low), np.maximum(self.high, y.high))
+
     def choose(self, condition: Any, one: Any, other: Any) -> "Floats":
         x, y = self.of(one), self.of(other)
         return Floats(np.where(condition, x.low, y.low), np.where(condition, x.high, y.high))

@@ -1,32 +1,50 @@
 """Step 2 of the proof, second half: in each box of time each quantity stays inside its bounds."""
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 
 from trackable.checker.arithmetic.domains import UndefinedError
+from trackable.checker.arithmetic.intervals import Real
 from trackable.checker.arithmetic.models import Model
 from trackable.checker.arithmetic.polynomials import is_positive
 from trackable.checker.certificate import Certificate, Instants
+from trackable.checker.kernels.base import Decay
 from trackable.checker.steps.enclosures import Box, Enclosures
 from trackable.checker.steps.flat import FlatNeeds, FlatValues
-from trackable.checker.steps.quantities import Quantity
-from trackable.checker.subject import Subject
+from trackable.checker.steps.quantities import LinearCombination, Quantity
+from trackable.checker.subject import Signal, Subject
 from trackable.checker.watch import progress
 
-FirstPass = Callable[
-    [Subject, int, Mapping[Box, list[Quantity]]], Iterator[tuple[Box, list[Quantity], dict[tuple[int, int], Model]]]
-]
-"""Yields each box with the quantities that are left to be proved, and with models of signals for these."""
+Held = Mapping[Box, list[Quantity]]
+Left = Iterator[tuple[Box, list[Quantity], dict[tuple[int, int], Model]]]
 
 
-def in_mpmath(
-    subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
-) -> Iterator[tuple[Box, list[Quantity], dict[tuple[int, int], Model]]]:
-    """Leave everything to mpmath."""
+@dataclass(frozen=True)
+class FirstPass:
+    """What is tried before mpmath, which decides where this does not.
+
+    `boxes`: each box with the quantities that are left to be proved, and with models of signals for these;
+    `envelope`: over-estimates of |z − m| and |ż| of a signal from a time on; None where nothing is known;
+    `at_zero`: an interval that contains a linear combination of signals at t = 0; None where nothing is known.
+    """
+
+    boxes: Callable[[Subject, int, Held], Left]
+    envelope: Callable[[Signal, Real], Decay | None]
+    at_zero: Callable[[Subject, LinearCombination], Real | None]
+
+
+def _every_box(subject: Subject, terms: int, held: Held) -> Left:
     return ((box, inside, {}) for box, inside in held.items())
 
 
-def check_boxes(certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = in_mpmath) -> str | None:
+NO_FIRST_PASS = FirstPass(_every_box, lambda _signal, _start: None, lambda _subject, _argument: None)
+"""Everything is left to mpmath."""
+
+
+def check_boxes(
+    certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS
+) -> str | None:
     """Return the first box in which a quantity is not shown to stay inside its bounds; None where there is none.
 
     What the `first_pass` leaves is enclosed in mpmath.
@@ -41,7 +59,7 @@ def check_boxes(certificate: Certificate, quantities: list[Quantity], first_pass
             held.setdefault(Box(start, end, radius), []).append(q)
     needs = FlatNeeds.of(certificate, quantities)
     subject, terms = certificate.subject, claim.cover.terms
-    for i, (box, rest, known) in enumerate(first_pass(subject, terms, held)):
+    for i, (box, rest, known) in enumerate(first_pass.boxes(subject, terms, held)):
         progress(i, len(held))
         if known and not _why_not(needs, Enclosures(subject, terms, box, known), rest):
             continue

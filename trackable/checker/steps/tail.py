@@ -21,13 +21,19 @@ from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.slopes import Sloped, SlopedFormulas
 from trackable.checker.formulas.values import Intervals
 from trackable.checker.kernels.base import Decay
+from trackable.checker.steps.boxes import NO_FIRST_PASS, FirstPass
 from trackable.checker.steps.flat import FlatNeeds, FlatValues, constants
 from trackable.checker.steps.quantities import ITSELF, LinearCombination, Quantity
 from trackable.checker.subject import Signal, is_far
 
 
-def check_tail(certificate: Certificate, quantities: list[Quantity]) -> str | None:
-    """Return the first quantity that is not shown to stay inside its bounds after the boxes or instants."""
+def check_tail(
+    certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS
+) -> str | None:
+    """Return the first quantity that is not shown to stay inside its bounds after the boxes or instants.
+
+    Envelopes are found in mpmath where those of the `first_pass` do not suffice.
+    """
     claim, subject = certificate.claim, certificate.subject
     if isinstance(claim, AllTimes):
         start = exactly(claim.tail_start)
@@ -35,11 +41,17 @@ def check_tail(certificate: Certificate, quantities: list[Quantity]) -> str | No
         start = (claim.last_step + 1) * subject.step
     else:
         return None
-    envelopes = [_envelope(signal, start) for signal in subject.signals]
+    quick = [envelope for signal in subject.signals if (envelope := first_pass.envelope(signal, start))]
+    if len(quick) == len(subject.signals) and not _why_not(certificate, quantities, start, quick):
+        return None
+    return _why_not(certificate, quantities, start, [_envelope(signal, start) for signal in subject.signals])
+
+
+def _why_not(certificate: Certificate, quantities: list[Quantity], start: Real, envelopes: list[Decay]) -> str | None:
     needs = FlatNeeds.of(certificate, quantities)
     for q in quantities:
         try:
-            middle, reach = _limits(needs, q, envelopes, subject.step)
+            middle, reach = _limits(needs, q, envelopes, certificate.subject.step)
         except UndefinedError as undefined:
             return f"tail: the {q.name} is not shown to be defined from {float(start.mid):g} s on: {undefined}"
         if not (at_most(q.lower, middle - reach) and at_most(middle + reach, q.upper)):

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
@@ -10,9 +11,10 @@ from tests.trackable.checker.instances import changed
 from tests.trackable.checker.tight import VALID
 from trackable import checker
 from trackable.checker import Failed, Proved, check
+from trackable.checker.arithmetic.intervals import INFINITE, ZERO
 from trackable.checker.floats import boxes
 from trackable.checker.floats.polynomials import are_positive
-from trackable.checker.steps.boxes import in_mpmath
+from trackable.checker.kernels.base import Decay
 from trackable.codec.certificates import encode_certificate
 
 KINDS = {kind: lambda make=make: encode_certificate(make()) for kind, make in VALID.items()}
@@ -23,11 +25,11 @@ def left_by_first_pass(data: dict, monkeypatch) -> tuple[int, int]:
     counted = []
 
     def counting(subject, terms, held):
-        for box, rest, models in boxes.first_pass(subject, terms, held):
+        for box, rest, models in boxes.boxes_left(subject, terms, held):
             counted.append((len(held[box]), len(rest)))
             yield box, rest, models
 
-    monkeypatch.setattr(checker, "first_pass", counting)
+    monkeypatch.setattr(checker, "FIRST_PASS", replace(checker.FIRST_PASS, boxes=counting))
     assert isinstance(check(data), Proved)
     return sum(every for every, _ in counted), sum(rest for _, rest in counted)
 
@@ -50,7 +52,7 @@ def test_formulas_are_left_but_their_signals_are_not(monkeypatch):
 def test_an_exact_check_says_the_same(kind, monkeypatch):
     data = KINDS[kind]()
     known = check(data)
-    monkeypatch.setattr(checker, "first_pass", None)  # whoever asks for it fails
+    monkeypatch.setattr(checker, "FIRST_PASS", None)  # whoever asks for it fails
     assert check(data, exact=True) == known
 
 
@@ -74,9 +76,21 @@ def test_a_first_pass_that_believes_every_box_makes_another_verdict(monkeypatch)
     assert isinstance(check(data), Proved)
 
 
+def test_an_envelope_that_does_not_suffice_is_found_again_and_one_that_is_too_small_makes_another_verdict(monkeypatch):
+    data = encode_certificate(VALID["instants"]())
+    sooner = changed(data, "claim.last_step", 1)
+    assert check(sooner) == check(sooner, exact=True)
+    assert check(sooner).reason.startswith("tail: ")
+    for found, believed in ((None, data), (Decay(INFINITE, INFINITE), data), (Decay(ZERO, ZERO), sooner)):
+        quick = replace(checker.FIRST_PASS, envelope=lambda *_, found=found: found)
+        monkeypatch.setattr(checker, "FIRST_PASS", quick)
+        assert isinstance(check(believed), Proved)
+
+
 def test_without_numpy_everything_is_left_to_mpmath():
     script = (
-        "import sys; sys.modules['numpy'] = None; from trackable import checker; print(checker.first_pass.__name__)"
+        "import sys; sys.modules['numpy'] = None; from trackable import checker; "
+        "print(checker.FIRST_PASS is checker.NO_FIRST_PASS)"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == in_mpmath.__name__
+    assert done.stdout.strip() == "True"

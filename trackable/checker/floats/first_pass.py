@@ -1,0 +1,38 @@
+"""What is tried in float64 before mpmath."""
+
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from trackable.checker.arithmetic.intervals import Real, between, exactly
+from trackable.checker.floats.boxes import boxes_left, many_centres, terms_of
+from trackable.checker.floats.intervals import Floats, sums
+from trackable.checker.kernels.base import Decay
+from trackable.checker.steps.boxes import FirstPass
+from trackable.checker.steps.quantities import LinearCombination
+from trackable.checker.subject import Signal, Subject
+
+
+def envelope(signal: Signal, start: Real) -> Decay | None:
+    """Over-estimate |z − m| and |ż| from `start` on; None where nothing is known."""
+    with np.errstate(all="ignore"):
+        distance: Any = Floats.of(start) - Floats.exact(np.array(signal.centres))
+        each = signal.kernel.beyond(distance.choose(distance.low >= 0, distance, 0.0))
+        sizes, first = abs(Floats.exact(np.array(signal.weights))), np.zeros(1, dtype=np.intp)
+        size, slope = (float(sums(sizes * part, first, len(signal.weights)).high[0]) for part in each)
+    return Decay(exactly(size), exactly(slope)) if isfinite(size) and isfinite(slope) else None
+
+
+def at_zero(subject: Subject, argument: LinearCombination) -> Real | None:
+    """Return an interval that contains the linear combination at t = 0; None where nothing is known."""
+    found = Floats.of(argument.offset)
+    with np.errstate(all="ignore"):
+        for shifted, weight in terms_of(argument):
+            found = found + many_centres(subject, shifted).at(0.0) * weight
+    low, high = (float(end.max()) for end in (found.low, found.high))
+    return between(low, high) if isfinite(low) and isfinite(high) else None
+
+
+FIRST_PASS = FirstPass(boxes_left, envelope, at_zero)
+"""In arrays of float64 intervals."""
