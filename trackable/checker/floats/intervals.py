@@ -90,6 +90,8 @@ class Floats(Many):
         y = self.of(other)
         if y.low is y.high:  # numbers
             return _hull(self.low * y.low, self.high * y.low)
+        if self.low is self.high:
+            return _hull(self.low * y.low, self.low * y.high)
         return _hull(self.low * y.low, self.low * y.high, self.high * y.low, self.high * y.high)
 
     def __truediv__(self, other: Any) -> "Floats":
@@ -154,7 +156,8 @@ class Floats(Many):
 
 def _outwards(low: Array, high: Array, part: float = _OPERATION, tiny: float = _TINY) -> Floats:
     """Move the ends of intervals outwards, by a `part` of their sizes."""
-    return Floats(low - (np.abs(low) * part + tiny), high + (np.abs(high) * part + tiny))
+    down, up = np.abs(low) * part, np.abs(high) * part
+    return Floats(low - (down + tiny), high + (up + tiny)) if tiny else Floats(low - down, high + up)
 
 
 def _hull(first: Array, *others: Array) -> Floats:
