@@ -4,7 +4,6 @@ import math
 from collections import Counter
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
 
 from pipeline.compare.tolerances import Rule
 
@@ -53,13 +52,13 @@ class Difference:
         absolute = self.absolute
         return None if absolute is None or self.base == 0 else absolute / abs(float(self.base))  # type: ignore[arg-type]
 
-    @cached_property
+    @property
     def excess(self) -> float:
         """Return the difference as a multiple of what the rule allows; infinite where no rule can allow it."""
-        if self.absolute is None:
+        if (absolute := self.absolute) is None:
             return math.inf
         allowed = self.rule.allowed(float(self.base))  # type: ignore[arg-type]
-        return self.absolute / allowed if allowed else math.inf
+        return absolute / allowed if allowed else math.inf
 
 
 def _finite(value: Found) -> bool:

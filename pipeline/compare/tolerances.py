@@ -1,6 +1,6 @@
 """Rules by artifact, topic and field: how far values may move before a comparison says DIFFERENT."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
@@ -43,9 +43,6 @@ class Rule(Fields):
             raise ValueError(f"rule {self.name!r} needs absolute or relative, or else `ignore: true`")
         return self
 
-    def matches(self, artifact: str, topic: str, field: str) -> bool:
-        return _any(artifact, self.artifact) and _any(topic, self.topic) and _any(field, self.field)
-
     def allowed(self, base: float) -> float:
         """Return how far a number may move that is `base` in BASE."""
         return max(self.absolute, self.relative * abs(base))
@@ -71,12 +68,12 @@ class Tolerances(Fields):
 
     def rule(self, artifact: str, topic: str, field: str) -> Rule:
         """Return the rule that decides about a field."""
-        return _first(self, artifact, topic, field)
+        return self.rules_for(artifact, topic)(field)
 
-
-@cache
-def _first(tolerances: Tolerances, artifact: str, topic: str, field: str) -> Rule:
-    return next(rule for rule in tolerances.rules if rule.matches(artifact, topic, field))
+    def rules_for(self, artifact: str, topic: str) -> Callable[[str], Rule]:
+        """Return what finds the rule of a field: many values have the same, and it is sought once."""
+        among = [rule for rule in self.rules if _any(artifact, rule.artifact) and _any(topic, rule.topic)]
+        return cache(lambda field: next(rule for rule in among if _any(field, rule.field)))
 
 
 def _any(name: str, patterns: Iterable[str]) -> bool:

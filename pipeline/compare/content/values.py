@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from operator import itemgetter
 
 from pipeline.compare.model import ABSENT, Difference, Found, Row, Status, Value
 from pipeline.compare.tolerances import Tolerances
@@ -47,25 +48,29 @@ def judge(artifact: str, part: Part, tolerances: Tolerances) -> Row:
         status = Status.EXTRA if part.base is None else Status.MISSING
         return Row(artifact, part.topic, part.field, status, notes=part.notes)
     differences, left_out = [], set()
+    rule_of = tolerances.rules_for(artifact, part.topic)
     for place, base, new, field in _pairs(part.base, part.new):
         if _same(base, new):
             continue
-        rule = tolerances.rule(artifact, part.topic, field)
+        rule = rule_of(field)
         if rule.ignore:
             left_out.add(rule.name)
         else:
             differences.append(Difference(place, base, new, rule))
-    beyond = sum(difference.excess > 1 for difference in differences)
-    measured = [difference for difference in differences if difference.absolute is not None]
+    # There may be a million of them: each is measured once.
+    excess = [difference.excess for difference in differences]
+    beyond = sum(of > 1 for of in excess)
+    measured = [(absolute, d) for d in differences if (absolute := d.absolute) is not None]
+    relative = [(d.relative or 0.0, d) for _, d in measured]
     notes = part.notes + tuple(f"not compared, by rule {name!r}: some values that differ" for name in sorted(left_out))
     return Row(
         artifact,
         part.topic,
         part.field,
         _status(bool(beyond or part.moved), bool(differences or left_out)),
-        tuple(sorted(differences, key=lambda difference: -difference.excess)[:_SHOWN]),
-        max(measured, key=lambda difference: difference.absolute or 0.0, default=None),
-        max(measured, key=lambda difference: difference.relative or 0.0, default=None),
+        tuple(differences[i] for i in sorted(range(len(excess)), key=lambda i: -excess[i])[:_SHOWN]),
+        max(measured, key=itemgetter(0), default=(0.0, None))[1],
+        max(relative, key=itemgetter(0), default=(0.0, None))[1],
         compared=len(part.base.keys() | part.new.keys()),
         differing=len(differences),
         beyond=beyond,
