@@ -20,7 +20,10 @@ def test_the_library_example_runs(
     (tmp_path / "measured" / "monday.csv").write_text("t,x\n0.0,-1.0\n0.1,-0.4\n0.2,-0.05\n0.3,0.0\n", encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     exec(compile("\n".join(blocks), "README.md", "exec"), {})
-    assert re.match(r"proved for all real t ≥ 0: state in \[.*\], input in \[", capsys.readouterr().out)
+    said = capsys.readouterr().out
+    assert re.match(r"proved for all real t ≥ 0: state in \[.*\], input in \[", said)
+    assert "Proved(statement='For all real t ≥ 0 the reference keeps" in said
+    assert (tmp_path / "monday.h").stat().st_size > 1000
 
 
 def test_the_commands_exist() -> None:
