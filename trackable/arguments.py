@@ -79,7 +79,7 @@ def numbers(what: str, given: npt.ArrayLike) -> Array:
 
 
 def _from_objects(what: str, array: npt.NDArray[np.object_]) -> Array:
-    """Numbers that are Python's own, as of `Fraction`; None and the like are refused, with their place."""
+    """Return numbers that are Python's own, as of `Fraction`. TypeError: an entry is no number; it names the place."""
     for index, value in np.ndenumerate(array):
         if not is_number(value):
             place = f"[{', '.join(map(str, index))}]" if index else ""

@@ -25,7 +25,7 @@ def doubts(claim: Claim, samples: Mapping[str, Samples], plant: ConstrainedSyste
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
-    """exp(A T_s) is regular: a singular A comes of a delay, or is that of a differential equation."""
+    """Ask about a singular A: exp(A T_s) is regular, so it comes of a delay, or is that of a differential equation."""
     system = plant.system
     if isinstance(system, LinearSystem) and np.linalg.matrix_rank(system.A) < len(system.A):
         yield (

@@ -47,7 +47,7 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 
 def read_bytes(path: Path) -> bytes:
-    """A file's content. InputError where it cannot be read."""
+    """Return a file's content. Raises InputError where it cannot be read."""
     try:
         return path.read_bytes()
     except OSError as error:
@@ -61,7 +61,7 @@ def unwritable(error: OSError) -> str:
 
 
 def unreadable(path: Path, error: OSError) -> InputError:
-    """What to raise where `error` came of opening or reading `path`: why, in words for whoever named it."""
+    """Return what to raise where `error` came of opening or reading `path`: it says why, for whoever named the file."""
     if isinstance(error, FileNotFoundError):
         looked = "" if path.is_absolute() else f" in {Path.cwd()}"
         return InputError(f"{path}: there is no such file{looked}")
@@ -71,22 +71,22 @@ def unreadable(path: Path, error: OSError) -> InputError:
 
 
 def write_text(path: Path, text: str) -> None:
-    r"""UTF-8, and each newline as it stands in `text`: `\n` stays `\n` on every machine."""
+    r"""Write UTF-8, and each newline as it stands in `text`: `\n` stays `\n` on every machine. Raises OSError."""
     write_atomically(path, text.encode())
 
 
 def write_json(path: Path, value: object) -> None:
-    """The bytes of `to_json` at `path`."""
+    """Write the bytes of `to_json`. Raises OSError, and ValueError for NaN and infinities."""
     write_atomically(path, to_json(value))
 
 
 def to_json(value: object) -> bytes:
-    """Indented UTF-8 JSON in the order given, with a final newline; ValueError for NaN and infinities."""
+    """Return indented UTF-8 JSON in the order given, with a final newline. ValueError: NaN or an infinity."""
     return (json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
 
 
 def from_json(data: bytes) -> object:
-    """What the JSON in `data` says; ValueError where it is no UTF-8, no JSON, says NaN, or names a key twice."""
+    """Return what the JSON in `data` says. ValueError: it is no UTF-8, no JSON, says NaN, or names a key twice."""
     try:
         value: object = _DECODER.decode(data.decode())
     except UnicodeDecodeError as error:
@@ -99,7 +99,7 @@ def from_json(data: bytes) -> object:
 
 
 def _instead(error: json.JSONDecodeError) -> str:
-    """What came where JSON was expected."""
+    """Say what came where JSON was expected."""
     found = error.doc[error.pos :].strip()
     return f"got {short(found) if found else 'the end of the file'} in line {error.lineno}, column {error.colno}"
 

@@ -166,7 +166,7 @@ class TrackableReference(ProvedReference):
 
     @classmethod
     def load(cls, path: Path | str) -> Self:
-        """The inverse of `save`: what is read is proved again.
+        """Read what `save` wrote, and prove it again.
 
         Raises InputError where the file cannot be read or holds a certificate, CodecError where it is not what `save`
         wrote, and NotTrackableError where it holds a reference that cannot be proved to keep its bounds.

@@ -30,7 +30,7 @@ def _refusal(name: object) -> str | None:
 
 
 def _same_but_for_case(names: list[object]) -> list[str]:
-    """Some file systems hold only one of two names that differ by case."""
+    """Return a sentence for each pair that differs only by case: some file systems hold only one of the two."""
     first: dict[str, str] = {}
     found = []
     for name in names:

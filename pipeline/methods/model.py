@@ -65,7 +65,7 @@ class Claims(Enum):
 
 
 def _nothing_more(plant: ConstrainedSystem, prior: JointPrior) -> None:
-    """The methods of this check are for every system and prior."""
+    """Accept every system and prior."""
 
 
 @dataclass(frozen=True)

@@ -9,24 +9,24 @@ from trackable.gp.samples import Samples
 
 
 def setpoint_change(t: Array) -> Array:
-    """Example 1: r = sin(2π t) − 1 until 0.25 s, then 0 (with T_s = 0.01 s: sin(πk/50) − 1 for k < 25)."""
+    """Return r = sin(2π t) − 1 until 0.25 s, then 0, of Example 1 (T_s = 0.01 s: sin(πk/50) − 1 for k < 25)."""
     # k T_s = 0.25 counts as reached however it is rounded: hence half a millisecond less.
     return np.asarray(np.where(t < 0.25 - 5e-4, np.sin(2 * np.pi * t) - 1, 0.0))
 
 
 def two_harmonics(t: Array) -> Array:
-    """Example 2: r = sin(2t) + sin(4t + 1)/2, of period π s."""
+    """Return r = sin(2t) + sin(4t + 1)/2, of period π s, of Example 2."""
     return np.asarray(np.sin(2 * t) + 0.5 * np.sin(4 * t + 1))
 
 
 def docking_x(t: Array) -> Array:
-    """The position [m] of a vehicle that starts 3 m behind the origin and comes to rest there in 5 s."""
+    """Return the position [m] of a vehicle that starts 3 m behind the origin and comes to rest there in 5 s."""
     left = 1 - np.clip(t / 5, 0, 1)
     return np.asarray(-3 * left**2 * (3 - 2 * left))
 
 
 def docking_y(t: Array) -> Array:
-    """The position [m] to the side of the same vehicle, which drives around an obstacle."""
+    """Return the position [m] to the side of the same vehicle, which drives around an obstacle."""
     return np.asarray(1.2 * np.sin(np.pi * np.clip(t / 5, 0, 1)) ** 2)
 
 
@@ -35,12 +35,12 @@ _ROUND = 20.0
 
 
 def eight_x(t: Array) -> Array:
-    """The position [m] along a figure eight that is driven once in 20 s, with 0.4 to 0.9 m/s."""
+    """Return the position [m] along a figure eight that is driven once in 20 s, with 0.4 to 0.9 m/s."""
     return np.asarray(2 * np.sin(2 * np.pi * t / _ROUND))
 
 
 def eight_y(t: Array) -> Array:
-    """The position [m] across the same figure eight: two waves in each round."""
+    """Return the position [m] across the same figure eight: two waves in each round."""
     return np.asarray(np.sin(4 * np.pi * t / _ROUND))
 
 

@@ -20,8 +20,6 @@ from trackable.files import write_atomically, write_text
 _HERE = Path(__file__).parent
 _FLOAT_DIGITS = 6
 _TEMPLATE = "template.ipynb"
-_GUIDES = ("guide.ipynb", "trajectories.ipynb")
-_MORE = (*_GUIDES, "errata.ipynb", "benchmark.md")
 
 
 def write_sources(project: Path, into: Path) -> list[Page]:

@@ -56,7 +56,7 @@ def _proof(certificate: Certificate) -> dict[str, Any]:
 
 
 def _trajectories(plant: ConstrainedSystem) -> dict[str, Any]:
-    """States and inputs of a linear system as exact sums of the signals; a nonlinear system's follow from f."""
+    """Return states and inputs of a linear system as exact sums of the signals; a nonlinear system's follow from f."""
     if not isinstance(plant.system, LinearSystem):
         return {}
     sides = (("states", plant.flatness.states), ("inputs", plant.flatness.inputs))
@@ -65,13 +65,13 @@ def _trajectories(plant: ConstrainedSystem) -> dict[str, Any]:
 
 
 def _functional(functional: Functional) -> dict[str, Any]:
-    """Rational numbers as "p/q"."""
+    """Return the rational numbers of a functional, written as "p/q"."""
     weights = [[str(w) for w in of_signal] for of_signal in functional.weights]
     return {"offset": str(functional.offset), "weights": weights}
 
 
 def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
-    """Bounds of redundant inputs: where they are kept, some input in the input set acts alike."""
+    """Return bounds of redundant inputs: where they are kept, some input in the input set acts alike."""
     if plant.allocation is None:
         return {}
     rows = [limit for limit in plant.constraints if limit.side == "input"]

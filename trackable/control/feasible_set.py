@@ -98,7 +98,7 @@ class _Projection:
         return None if program.x is None else np.asarray(self.origin + self.scales * program.x[:n])
 
     def farthest(self, direction: Array) -> Array:
-        """As `support`, for a set that is not empty. Raises ArithmeticError where the solver fails."""
+        """Return the same as `support` for a set that is not empty. Raises ArithmeticError where the solver fails."""
         found = self.support(direction)
         if found is None:
             raise ArithmeticError("feasible set: the numbers are beyond the solver")

@@ -44,7 +44,7 @@ def _content(path: Path) -> object:
         try:
             return from_json(data)
         except ValueError as error:
-            raise ValueError(f"is not JSON: {error}; YAML is read from files named .yaml or .yml") from error
+            raise ValueError(f"{error}; YAML is read from files named .yaml or .yml") from error
     try:
         from ruamel.yaml import YAML  # noqa: PLC0415  an extra
         from ruamel.yaml.error import YAMLError  # noqa: PLC0415

@@ -102,7 +102,7 @@ def test_what_is_undecided(folder, capsys):
         ("table.csv", "flag.json", "system: continuous must be true or false, got 'yes'"),
         ("table.csv", "model.json", "there is no model 'boat'; there are tank, mobile_robot"),
         ("table.csv", "area.json", "area must be positive, got -1"),
-        ("table.csv", "half.json", "is not JSON: "),
+        ("table.csv", "half.json", "expected JSON, got "),
         ("empty.csv", "system.json", "expected a header and two rows at least, got 1 lines"),
         ("twice.csv", "system.json", "but 'position' is there twice"),
         ("quote.csv", "system.json", "line 2: is not CSV: field larger than field limit"),

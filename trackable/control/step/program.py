@@ -34,7 +34,7 @@ class Program:
 
 
 def tracking_program(plant: ConstrainedSystem, horizon: int, scales: Scales, Q: Array, R: Array) -> Program:
-    """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with e(N) as given (zero: on the reference) and e, v within their slack."""
+    """Return min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with e(N) as given (0: on the reference), e and v within their slack."""
     s = StepVariables.of(plant, horizon)
     scaled_Q, scaled_R = scales.weights(Q, R)
     cost = squared(s.e[:-1], scaled_Q) + squared(s.v, scaled_R)
@@ -42,21 +42,21 @@ def tracking_program(plant: ConstrainedSystem, horizon: int, scales: Scales, Q: 
 
 
 def widening_program(plant: ConstrainedSystem, horizon: int, scales: Scales) -> Program:
-    """The least part of their widths by which all sets must grow (or the most they may shrink) for the given e(N)."""
+    """Return the least part of their widths by which all sets must grow, or the most they may shrink, for an e(N)."""
     s = StepVariables.of(plant, horizon)
     widening = cp.Variable()
     return _compiled(s, widening, [*s.dynamics(), *s.bounds(plant, scales, widening), s.ends()])
 
 
 def terminal_error_program(plant: ConstrainedSystem, horizon: int, scales: Scales) -> Program:
-    """min ‖e(N)‖ (Euclidean, in scales) with e, v within their slack. The minimiser e(N) is unique, the plan is not."""
+    """Return min ‖e(N)‖ (Euclidean, in scales) with e, v within their slack: e(N) is unique then, the plan is not."""
     s = StepVariables.of(plant, horizon)
     missed = cp.sum_squares(s.e[horizon])
     return _compiled(s, missed, [*s.dynamics(), *s.bounds(plant, scales)])
 
 
 def squared(rows: cp.Expression, weight: Array) -> cp.Expression:
-    """Σ_i ‖row_i‖² in the norm of `weight`."""
+    """Return Σ_i ‖row_i‖² in the norm of `weight`."""
     return cp.quad_form(cp.vec(rows, order="C"), np.kron(np.eye(rows.shape[0]), weight), assume_PSD=True)
 
 

@@ -67,20 +67,20 @@ class TubeProgram:
     def tracking(
         cls, plant: ConstrainedSystem, horizon: int, scales: Scales, Q: Array, R: Array, errors: ErrorSet
     ) -> "TubeProgram":
-        """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with x − z(0) ∈ Z, z in X for all i < N, and v in U."""
+        """Return min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with x − z(0) ∈ Z, z in X for all i < N, and v in U."""
         s = StepVariables.of(plant, horizon)
         scaled_Q, scaled_R = scales.weights(Q, R)
         return cls._of(s, plant, scales, errors, squared(s.e[:-1], scaled_Q) + squared(s.v, scaled_R), 0.0)
 
     @classmethod
     def terminal_error(cls, plant: ConstrainedSystem, horizon: int, scales: Scales, errors: ErrorSet) -> "TubeProgram":
-        """min ‖e(N)‖ (Euclidean, in scales) with x − z(0) ∈ Z and all bounds kept."""
+        """Return min ‖e(N)‖ (Euclidean, in scales) with x − z(0) ∈ Z and all bounds kept."""
         s = StepVariables.of(plant, horizon)
         return cls._of(s, plant, scales, errors, cp.sum_squares(s.e[horizon]), 0.0, ends=False)
 
     @classmethod
     def widening(cls, plant: ConstrainedSystem, horizon: int, scales: Scales, errors: ErrorSet) -> "TubeProgram":
-        """The least part of their widths by which all sets must grow, or the most they may shrink."""
+        """Return the least part of their widths by which all sets must grow, or the most they may shrink."""
         by = cp.Variable()
         return cls._of(StepVariables.of(plant, horizon), plant, scales, errors, by, by)
 

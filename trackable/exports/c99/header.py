@@ -88,7 +88,7 @@ def _turning(reference: Reference, state: int) -> str:
 
 
 def _signals(reference: Reference, name: str) -> list[str]:
-    """The functions name_z0, … of the signals, of a double or of a time that is not rounded; and name_smallest."""
+    """Return the functions name_z0, … of the signals, of a double or of an exact time; and name_smallest."""
     found = arithmetic(name) if reference.pieces else []
     for c, pieces in enumerate(reference.pieces):
         found += pieces_function(pieces, name, f"{name}_z{c}")
@@ -100,7 +100,7 @@ def _signals(reference: Reference, name: str) -> list[str]:
 
 
 def _values(reference: Reference, name: str) -> list[str]:
-    """The function that evaluates everywhere, proved or not: for the two below only."""
+    """Return the function that evaluates at every time, proved or not: only name_at and name_step may call it."""
     step, coordinates = number(reference.plant.sampling_time), reference.plant.coordinates
     needed = counts((*coordinates["state"], *coordinates["input"]), len(reference.signals))
     kind, ahead, written = "double", f"t + j * {step}", plain_sum

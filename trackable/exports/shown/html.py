@@ -48,5 +48,5 @@ def _row(found: Reached) -> str:
 
 
 def _style(column: int) -> str:
-    """Numbers are aligned to the right, as they are compared down the column."""
+    """Return the style of a cell: numbers stand to the right, as they are compared down the column."""
     return _CELL.format(side="right" if 2 <= column <= 5 else "left")

@@ -122,7 +122,7 @@ class Symbol:
         return _binary(_hypotenuse, self, other)
 
     def __abs__(self) -> "Symbol":
-        """√(x²), which is defined, as a formula with derivatives, away from zero only."""
+        """Return √(x²), which is defined, as a formula with derivatives, away from zero only."""
         return Symbol(Function("sqrt", Power(self.expression, 2.0)))
 
     def tan(self) -> Any:
