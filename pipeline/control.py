@@ -10,9 +10,10 @@ from tqdm import tqdm
 from pipeline.disturbed.sizes import prices
 from pipeline.disturbed.stage import disturbed_loops
 from pipeline.experiments import Experiment
+from pipeline.experiments.fitted import read_fit_of
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.relearn import relearn
-from pipeline.storage.archive import Fitted, read_fit
+from pipeline.storage.archive import Fitted
 from pipeline.storage.loops import ClosedLoops, write_loops
 from pipeline.storage.results import Results
 from trackable.control.closed_loop import ClosedLoop
@@ -25,7 +26,7 @@ from trackable.control.references import InterpolatedReference, TrackedReference
 from trackable.control.scaling import scaled_controller
 from trackable.control.simulation import apply_fallback_for, simulate
 from trackable.errors import InputError
-from trackable.files import from_json, write_json
+from trackable.files import read_json, write_json
 
 INTERPOLATED = "interpolated"
 
@@ -36,7 +37,7 @@ def control(experiment: Experiment, results: Results) -> None:
     They run at steps for which the certified reference is proved. Raises InputError where no controller exists, or
     where a window is too short for one.
     """
-    fitted, wanted, plant = read_fit(results), experiment.control, experiment.plant
+    fitted, wanted, plant = read_fit_of(experiment, results), experiment.control, experiment.plant
     try:
         controller = scaled_controller(plant, wanted.horizon, wanted.input_weight)
     except ValueError as error:
@@ -112,5 +113,5 @@ def _loops(
 
 def _note(results: Results, seconds: dict[str, float]) -> None:
     """Add wall-clock times to those of the fit."""
-    before = from_json(results.timings.read_bytes()) if results.timings.exists() else {}
+    before = read_json(results.timings) if results.timings.exists() else {}
     write_json(results.timings, {**(before if isinstance(before, dict) else {}), "control": seconds})

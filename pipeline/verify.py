@@ -6,9 +6,10 @@ from typing import Any
 from tqdm import tqdm
 
 from pipeline.experiments import Experiment
+from pipeline.experiments.fitted import read_fit_of
 from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED
 from pipeline.metrics import margins_over_time, metrics_of, summary_of
-from pipeline.storage.archive import read_fit, write_margins
+from pipeline.storage.archive import write_margins
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
 from pipeline.storage.tables import to_csv
@@ -29,7 +30,7 @@ def verify(experiment: Experiment, results: Results) -> None:
 
     Raises NoReferenceError, before anything is written, where a method must have a proof and there is none.
     """
-    fitted = read_fit(results)
+    fitted = read_fit_of(experiment, results)
     baseline = fitted.learned[UNCONSTRAINED.name]
     margins: dict[str, list[MarginProfile]] = {}
     metrics: dict[str, dict[str, Any]] = {}

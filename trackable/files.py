@@ -80,6 +80,14 @@ def write_json(path: Path, value: object) -> None:
     write_atomically(path, to_json(value))
 
 
+def read_json(path: Path) -> object:
+    """Return what a JSON file says. Raises InputError where it cannot be read, or is no JSON."""
+    try:
+        return from_json(read_bytes(path))
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
 def to_json(value: object) -> bytes:
     """Return indented UTF-8 JSON in the order given, with a final newline. ValueError: NaN or an infinity."""
     return (json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()

@@ -1,7 +1,8 @@
 """Run the loops and print the counts: `python -m pipeline.disturbed [STEPS [RESULTS]]`, a million by default."""
 
-import sys
 from pathlib import Path
+
+import click
 
 from pipeline.disturbed.cases import experiments, random_systems
 from pipeline.disturbed.counts import Counts, disturbed_runs
@@ -37,5 +38,13 @@ def total(found: list[Counts]) -> Counts:
     return every
 
 
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.argument("steps", type=click.IntRange(1), default=1_000_000)
+@click.argument("results", type=click.Path(exists=True, file_okay=False, path_type=Path), default=Path("data/results"))
+def command(steps: int, results: Path) -> None:
+    """Count what becomes of STEPS disturbed steps: of the experiments in RESULTS, and of random systems."""
+    main(steps, results)
+
+
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000, Path(*sys.argv[2:3] or ["data/results"]))
+    command()

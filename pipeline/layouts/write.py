@@ -6,40 +6,41 @@ from typing import Any
 import numpy as np
 
 from pipeline.experiments import Experiment
+from pipeline.experiments.fitted import read_fit_of
 from pipeline.layouts.experiment import layout_of
 from pipeline.methods import JOINT
 from pipeline.scene.events import Event, event_topic, losses, offers, proof_topic
 from pipeline.scene.geometry import Plane, plane_of
 from pipeline.scene.scene import scene_topics
-from pipeline.storage.archive import Fitted, read_fit, write_stage
+from pipeline.storage.archive import Fitted, write_stage
 from pipeline.storage.documents import Documents
 from pipeline.storage.loops import ClosedLoops, read_loops
 from pipeline.storage.results import Results
 from pipeline.storage.topics import topics_of
 from trackable.arrays import Array
 from trackable.control.initial_states import ON
-from trackable.files import from_json, to_json, write_json
+from trackable.files import read_json, to_json, write_json
 
 STAGE = "scene"
 _POINTS = 401
 
 
 def write_scene(experiment: Experiment, results: Results) -> None:
-    """Write the log with scene and events, and the layout. Raises as `read_fit`."""
+    """Write the log with scene and events, and the layout. Raises as `read_fit_of`."""
     closed = read_loops(results, experiment.plant)
     plane = plane_of(experiment.plant, experiment.plane)
-    metrics: Any = from_json(results.metrics.read_bytes())
+    metrics: Any = read_json(results.metrics)
     topics = [proof_topic(metrics)]
     if events := [*_events(experiment, results, closed)]:
         topics.append(event_topic(events))
     if plane is not None:
-        topics += _scene(experiment, plane, read_fit(results), closed)
+        topics += _scene(experiment, plane, read_fit_of(experiment, results), closed)
     write_stage(results, STAGE, (), {"plane.json": to_json(plane)}, topics)
     write_json(results.layout, layout_of(experiment.plant, topics_of(results), plane))
 
 
 def _events(experiment: Experiment, results: Results, closed: ClosedLoops) -> Iterator[Event]:
-    control: Any = from_json(results.control.read_bytes())
+    control: Any = read_json(results.control)
     sampling_time = experiment.plant.sampling_time
     for reference, by_start in closed.courses.items():
         for start, course in by_start.items():

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from trackable.files import from_json, to_json
+from trackable.files import read_json, to_json
 
 _ERRATA = "## Where the paper must be read with care"
 _OPENING = "Misprints and gaps, each with its evidence. The notebooks of the examples define the symbols."
@@ -17,14 +17,14 @@ Cell = dict[str, Any]
 
 def folded(notebook: Path) -> bytes:
     """Return a notebook whose code is folded away, and whose setting-up cell is not shown."""
-    content: Any = from_json(notebook.read_bytes())
+    content: Any = read_json(notebook)
     content["cells"] = [_folded(cell) for cell in content["cells"]]
     return to_json(content)
 
 
 def errata(notebooks: Sequence[Path]) -> bytes:
     """Return one notebook with what all of these say about the paper, with the evidence."""
-    opened: Mapping[str, Any] = {path.stem: from_json(path.read_bytes()) for path in notebooks}
+    opened: Mapping[str, Any] = {path.stem: read_json(path) for path in notebooks}
     cells = [_markdown(f"{_ERRATA.removeprefix('#')}\n\n{_OPENING}")]
     for content in opened.values():
         if found := list(_about_the_paper(content["cells"])):

@@ -10,7 +10,7 @@ from pipeline.storage.loops import table_of_loops
 from pipeline.storage.methods import table_of_methods
 from pipeline.storage.results import Results
 from pipeline.storage.story import told_of_loops, told_of_price, told_of_proofs, told_of_system
-from trackable.files import from_json
+from trackable.files import read_json
 
 _LOGS = {
     "samples": "the samples",
@@ -41,9 +41,9 @@ class Page:
 
 
 def page_of(experiment: Experiment, results: Results, notebook: str = "") -> Page:
-    """Return the page of an experiment. Raises OSError where a stage has not run."""
-    metrics: Any = from_json(results.metrics.read_bytes())
-    summary: Any = from_json(results.summary.read_bytes())
+    """Return the page of an experiment. Raises InputError where a stage has not run."""
+    metrics: Any = read_json(results.metrics)
+    summary: Any = read_json(results.summary)
     return Page(
         experiment.name,
         experiment.title,

@@ -108,16 +108,21 @@ def write_margins(
 
 
 def read_margins(results: Results, learned: Mapping[str, LearnedReference]) -> dict[str, list[MarginProfile]]:
-    """Read what `write_margins` wrote, row by row, for the same references. Raises as `read_fit`."""
+    """Read what `write_margins` wrote, row by row, for the same references.
+
+    Raises as `read_fit`, and InputError where margins of a reference are not there, as it is a later one.
+    """
     topics = {series.topic: series.fields for series in read_stage(results, "verification").series}
-    return {
-        method: [
-            MarginProfile(quantity, fields["at_time"], fields["margin"], fields["margin_at_step"])
-            for quantity in reference.reference.quantities
-            for fields in [topics[f"/margins/{method}/{quantity.name}"]]
-        ]
-        for method, reference in learned.items()
-    }
+    found: dict[str, list[MarginProfile]] = {method: [] for method in learned}
+    for method, profiles in found.items():
+        for quantity in learned[method].reference.quantities:
+            if (fields := topics.get(f"/margins/{method}/{quantity.name}")) is None:
+                log = results.log("verification")
+                raise InputError(
+                    f"{log}: no margins of {method}, {quantity.name}; run the verify stage, or `dvc repro`"
+                )
+            profiles.append(MarginProfile(quantity, fields["at_time"], fields["margin"], fields["margin_at_step"]))
+    return found
 
 
 def _margins(topic: str, profile: MarginProfile) -> Series:

@@ -13,7 +13,7 @@ from pipeline.storage.results import Results
 from pipeline.storage.tables import Table
 from trackable.arrays import Array
 from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.files import from_json, to_json
+from trackable.files import from_json, read_json, to_json
 from trackable.systems.constrained import ConstrainedSystem
 
 STAGE = "control"
@@ -85,7 +85,7 @@ def table_of_loops(results: Results) -> Table:
 
     A cost that rises by less than 1e-12 of the highest one rises by rounding.
     """
-    metrics: Any = from_json(results.control.read_bytes())
+    metrics: Any = read_json(results.control)
     by_loop = {
         f"{reference}, {start}": found
         for reference, of in metrics.items()
@@ -112,7 +112,7 @@ def table_of_loops(results: Results) -> Table:
 
 def table_of_offers(results: Results) -> Table:
     """Return, for every reference that was learned again, whether it was taken over, and why."""
-    metrics = from_json(results.control.read_bytes())
+    metrics = read_json(results.control)
     assert isinstance(metrics, dict)
     offers = metrics.get("online", {}).get("offers", [])
     rows = [[o["step"], "taken" if o["taken"] else "not taken", o["reason"]] for o in offers]

@@ -5,7 +5,7 @@ from typing import Any
 
 from pipeline.storage.results import Results
 from pipeline.storage.tables import Table
-from trackable.files import from_json
+from trackable.files import read_json
 from trackable.learning.learned import LearnedReference
 from trackable.learning.problem import ActiveBound
 
@@ -15,7 +15,7 @@ _ERRORS = {"misfit": "misfit", "rmse": "error to the truth", "held_out": "error 
 
 def table_of_methods(results: Results) -> Table:
     """Return l, J, the price, root mean square errors and whether there is a proof, for each method."""
-    metrics: Any = from_json(results.metrics.read_bytes())
+    metrics: Any = read_json(results.metrics)
     first = next(iter(metrics.values()))
     errors = {
         key: _heading(key, kind) for kind in _ERRORS for key in first if key == kind or key.startswith(f"{kind}_")

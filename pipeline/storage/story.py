@@ -5,7 +5,7 @@ from typing import Any
 
 from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
-from trackable.files import from_json
+from trackable.files import read_json
 from trackable.fit import edges_of
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.margins import MarginProfile
@@ -70,7 +70,7 @@ def told_of_edges(fitted: Fitted) -> Told:
 
 def told_of_price(results: Results) -> Told:
     """Say what each proved method costs beside the unconstrained mean, and how far the samples are."""
-    metrics: Any = from_json(results.metrics.read_bytes())
+    metrics: Any = read_json(results.metrics)
     free = metrics[UNCONSTRAINED]
     said = [f"`{UNCONSTRAINED}`: {_distances(free)}."]
     for name, found in metrics.items():
@@ -83,19 +83,19 @@ def told_of_price(results: Results) -> Told:
 
 def told_of_proofs(results: Results) -> Told:
     """Say what is proved of each method's reference, or what refutes it."""
-    metrics: Any = from_json(results.metrics.read_bytes())
+    metrics: Any = read_json(results.metrics)
     return Told("\n".join(f"- `{name}`: {found['proof']}" for name, found in metrics.items()))
 
 
 def told_of_loops(results: Results) -> Told:
     """Say, for each reference, whether the controller had a plan at each step, and whether its cost fell."""
-    loops: Any = from_json(results.control.read_bytes())
+    loops: Any = read_json(results.control)
     return Told("\n".join(f"- {sentence}" for sentence in _loops(loops, loops["horizon"])))
 
 
 def told_of_room(results: Results) -> Told:
     """Say what room for disturbances costs, and for which sizes of their sets it was found."""
-    loops, metrics = (from_json(path.read_bytes()) for path in (results.control, results.metrics))
+    loops, metrics = (read_json(path) for path in (results.control, results.metrics))
     price: Any = loops["price_of_room"] if isinstance(loops, Mapping) else {}
     robust, joint = (metrics[name] for name in ("robust", "joint")) if isinstance(metrics, Mapping) else ({}, {})
     largest, dearest = price["sizes"][-1], price["price"][-1]
@@ -109,7 +109,7 @@ def told_of_room(results: Results) -> Told:
 
 def told_of_disturbances(results: Results) -> Told:
     """Say what each controller keeps on each reference under disturbances, and what became of many runs."""
-    loops: Any = from_json(results.control.read_bytes())
+    loops: Any = read_json(results.control)
     runs = loops["disturbed"]["tube"]
     kept = "no bound is broken" if not runs["broken"] else f"{runs['broken']} times a bound is broken"
     many = f"In {runs['runs']} runs from inside of the tube around `robust`, {runs['steps']} steps in all, {kept}."
