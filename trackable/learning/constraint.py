@@ -1,8 +1,9 @@
 """Constraints of the learning problem: a quantity, its bounds, and the places (times) at which they have to hold."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Protocol
 
 import numpy as np
@@ -126,24 +127,56 @@ class Constraint(Bounded):
         return sum(moved) / self.quantity.bounds.width
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        functionals = [(functional, places) for _, functional in self.quantity.trajectory.arguments]
+        return self.of_arguments(Arguments(functionals).values_and_gradients(posterior))
+
+    def of_arguments(self, found: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+        """Return `value_and_gradient` from those of the trajectory's arguments."""
         trajectory = self.quantity.trajectory
-        arguments = {name: _value_and_gradient(q, posterior, places) for name, q in trajectory.arguments}
-        values = {name: value for name, (value, _) in arguments.items()}
+        if trajectory.functional is not None:
+            return found[0]
+        names = [name for name, _ in trajectory.arguments]
+        values = {name: value for name, (value, _) in zip(names, found, strict=True)}
         slopes = trajectory.slopes(values)
-        gradients = (slopes[name] * gradient for name, (_, gradient) in arguments.items())
+        gradients = (slopes[name] * gradient for name, (_, gradient) in zip(names, found, strict=True))
         with np.errstate(invalid="ignore"):
             return trajectory.value(values), np.asarray(sum(gradients))
 
 
-def _value_and_gradient(functional: Functional, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-    value = np.full(len(places), float(functional.offset))
-    gradient = np.zeros((len(posterior.prior.learned), len(places)))
-    for c, weights in functional.rounded:
-        shifts = np.flatnonzero(weights)
-        if len(shifts) > 1:  # sums are taken over all shifts, in one order
-            shifts = np.arange(len(weights))
-        at = np.stack([places + j * functional.sampling_time for j in shifts])
-        jet, by_theta = posterior.jet_and_gradient(c, at, 0)
-        value += weights[shifts] @ jet[0]
-        gradient += weights[shifts] @ by_theta[:, 0]
-    return value, gradient
+@dataclass(frozen=True)
+class Arguments:
+    """Functionals, each with the places (n,) [s] at which it is asked for; each signal is evaluated once, for all."""
+
+    functionals: Sequence[tuple[Functional, Array]]
+
+    def values_and_gradients(self, posterior: JointPosterior) -> list[tuple[Array, Array]]:
+        """Return each functional at its places, and its ∂/∂ln θ: shapes (n,) and (p, n)."""
+        (times, terms), p, found = self._asked, len(posterior.prior.learned), []
+        signals = {c: posterior.jet_and_gradient(c, of_signal, 0) for c, of_signal in times.items()}
+        for (functional, places), of_functional in zip(self.functionals, terms, strict=True):
+            value, gradient = np.full(len(places), float(functional.offset)), np.zeros((p, len(places)))
+            for c, weights, at in of_functional:
+                jet, by_theta = signals[c]
+                value += weights @ jet[0, at].reshape(len(weights), len(places))
+                gradient += weights @ by_theta[:, 0, at].reshape(p, len(weights), len(places))
+            found.append((value, gradient))
+        return found
+
+    @cached_property
+    def _asked(self) -> tuple[dict[int, Array], list[list[tuple[int, Array, slice]]]]:
+        """Times [s] at which each signal c is needed; for each functional its signals c, weights, and their times."""
+        times, terms = dict[int, list[Array]](), list[list[tuple[int, Array, slice]]]()
+        for functional, places in self.functionals:
+            terms.append([])
+            for c, weights in functional.rounded:
+                of_signal, shifts = times.setdefault(c, []), _shifts(weights)
+                start = sum(map(len, of_signal))
+                of_signal += [places + j * functional.sampling_time for j in shifts]
+                terms[-1].append((c, weights[shifts], slice(start, start + len(shifts) * len(places))))
+        return {c: np.concatenate(parts) for c, parts in times.items()}, terms
+
+
+def _shifts(weights: Array) -> list[int]:
+    """Return the shifts j that matter; of several ones all, as sums are taken over all shifts in one order."""
+    shifts: list[int] = np.flatnonzero(weights).tolist()
+    return shifts if len(shifts) == 1 else list(range(len(weights)))

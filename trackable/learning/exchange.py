@@ -178,7 +178,7 @@ class Exchange:
         """
         program, met = Program(self.problem, places), places
         promising, ends, size = list[_Path](), list[Array](), sum(map(len, places))
-        minima = [end for _, end in self._ends]
+        minima = list[Array]()
 
         def give_up(x: Array, merit: float, gain: float) -> bool:
             # Without constraints, worse minima are of use too: they are starts for other problems.
@@ -186,13 +186,16 @@ class Exchange:
             return is_hopeless or _is_near(x, ends) or _is_near(x, minima)
 
         for path in paths:
+            # A search that starts at a minimum may find it more precisely.
+            minima[:] = [end for _, end in self._ends if path.rounds or not _is_near(end, [path.end])]
             self.fits += 1
             found = step(program, path.end, path.curvature, _ROUGH, give_up)
             if found is None or any(np.max(np.abs(found.x - end), initial=0.0) <= _SAME_POINT for end in ends):
                 continue
             candidate = self._evaluated(found.x)
             if candidate is not None and self._may_be_best(candidate) and candidate.violated(places) is None:
-                found = step(program, found.x, found.curvature, sqp.PRECISION, sqp.never) or found
+                # The curvature so far may be so badly conditioned that its steps stop short of the minimum.
+                found = step(program, found.x, None, sqp.PRECISION, sqp.never) or found
                 candidate = self._evaluated(found.x)
             ends.append(found.x)
             if candidate is not None and candidate.is_feasible:

@@ -1,12 +1,15 @@
 """The problem with constraints at finitely many places: a nonlinear program in ln θ, with exact gradients."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import islice
 
 import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.posterior import IllConditioned
 from trackable.learning import sqp
+from trackable.learning.constraint import Arguments, Bounded, Constraint
 from trackable.learning.problem import ConstrainedProblem
 
 
@@ -62,15 +65,31 @@ class Program:
             value, gradient = posterior.negative_log_marginal_likelihood()
         except IllConditioned:
             return None
-        slack, jacobian = [np.empty(0)], [np.empty((0, len(log_theta)))]
-        for constraint, places in zip(self.problem.constraints, self.places, strict=True):
-            if len(places):
-                bounds, backoff = constraint.quantity.bounds, constraint.backoff
+        slacks, jacobians = [np.empty(0)], [np.empty((0, len(log_theta)))]
+        arguments = iter(self._arguments.values_and_gradients(posterior))
+        for constraint, places in self._asked:
+            bounds, backoff = constraint.quantity.bounds, constraint.backoff
+            if isinstance(constraint, Constraint):
+                count = len(constraint.quantity.trajectory.arguments)
+                quantity, by_theta = constraint.of_arguments([*islice(arguments, count)])
+            else:
                 quantity, by_theta = constraint.value_and_gradient(posterior, places)
-                if not (np.all(np.isfinite(quantity)) and np.all(np.isfinite(by_theta))):
-                    return None
-                slack += [
-                    (side / bounds.width - backoff) for side in (quantity - bounds.lower, bounds.upper - quantity)
-                ]
-                jacobian += [by_theta.T / bounds.width, -by_theta.T / bounds.width]
-        return sqp.Evaluation(value, gradient, np.concatenate(slack), np.concatenate(jacobian))
+            slacks += [(side / bounds.width - backoff) for side in (quantity - bounds.lower, bounds.upper - quantity)]
+            relative = by_theta.T / bounds.width
+            jacobians += [relative, -relative]
+        slack, jacobian = np.concatenate(slacks), np.concatenate(jacobians)
+        if not (np.isfinite(slack).all() and np.isfinite(jacobian).all()):
+            return None
+        return sqp.Evaluation(value, gradient, slack, jacobian)
+
+    @cached_property
+    def _asked(self) -> list[tuple[Bounded, Array]]:
+        """The constraints that have places."""
+        pairs = zip(self.problem.constraints, self.places, strict=True)
+        return [(constraint, places) for constraint, places in pairs if len(places)]
+
+    @cached_property
+    def _arguments(self) -> Arguments:
+        """The arguments of all constraints that are functions of functionals, one constraint after the other."""
+        known = [(constraint, places) for constraint, places in self._asked if isinstance(constraint, Constraint)]
+        return Arguments([(q, places) for of, places in known for _, q in of.quantity.trajectory.arguments])
