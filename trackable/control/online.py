@@ -6,19 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.certificates.certified import Certified, learn_certified
+from trackable.certificates.certified import Certified
 from trackable.certificates.claim import AllPhases, AllTimes
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.control.closed_loop import ClosedLoop, concatenate
 from trackable.control.controller import Controller
 from trackable.control.simulation import simulate
 from trackable.control.step.result import Infeasible, Status, Unsolved
-from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
-from trackable.learning.learner import JOINT
 from trackable.learning.problem import NoSolution
-from trackable.learning.space import SearchSpace
-from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 
 
@@ -130,13 +126,6 @@ def decide_update(
 def holds_for_all_times(learned: Certified) -> bool:
     """Whether the certificate covers every step from now on, whenever that is."""
     return isinstance(learned.certificate.claim, AllTimes | AllPhases)
-
-
-def certified_learner(prior: JointPrior, plant: ConstrainedSystem, starts: int = 8) -> Learner:
-    """Return a learner of function and hyperparameters, in intervals chosen from the samples of each window."""
-    return lambda samples: learn_certified(
-        samples, prior, plant, SearchSpace.around(samples, prior, starts=starts), learner=JOINT
-    )
 
 
 def receding_window(samples: tuple[Samples, ...], until: float, count: int) -> tuple[Samples, ...]:

@@ -10,11 +10,12 @@ from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.claim import OnWindow
 from trackable.certificates.outcome import Unproved
 from trackable.control.controller import TOLERANCE, Controller
-from trackable.control.online import OnlineLoop, certified_learner, decide_update, receding_window, simulate_online
+from trackable.control.online import LearningResult, OnlineLoop, decide_update, receding_window, simulate_online
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
+from trackable.learning.learner import JOINT
 from trackable.learning.problem import NoSolution
 from trackable.learning.published.scalar import scalar
 from trackable.learning.space import SearchSpace
@@ -27,17 +28,20 @@ NOISE = 0.02 * np.random.default_rng(5).standard_normal(TIMES.size)
 STREAM = (Samples(TIMES, 0.6 * np.sin(2 * TIMES) - 0.5 + NOISE),)
 CONTROLLER = Controller(PLANT, 10, np.eye(1), np.eye(1))
 ARRIVALS = [(k, receding_window(STREAM, k * 0.01, 8)) for k in (120, 160, 200, 240, 300)]
-LEARNER = certified_learner(PRIOR, PLANT)
+
+
+def certified_by_search(samples: tuple[Samples, ...], prior: JointPrior = PRIOR, starts: int = 8) -> LearningResult:
+    return learn_certified(samples, prior, PLANT, SearchSpace.around(samples, prior, starts=starts), learner=JOINT)
 
 
 @pytest.fixture(scope="module")
 def first() -> Certified:
-    return LEARNER(receding_window(STREAM, 0.8, 8))
+    return certified_by_search(receding_window(STREAM, 0.8, 8))
 
 
 @pytest.fixture(scope="module")
 def online(first) -> OnlineLoop:
-    return simulate_online(CONTROLLER, first, first.reference.state(0), 600, ARRIVALS, LEARNER)
+    return simulate_online(CONTROLLER, first, first.reference.state(0), 600, ARRIVALS, certified_by_search)
 
 
 def test_the_loop_stays_feasible_over_every_change_of_reference(online):
@@ -68,7 +72,7 @@ def test_costs_rise_only_where_a_reference_is_accepted(online):
 
 
 def test_a_reference_out_of_the_controllers_reach_is_not_accepted(first):
-    far = LEARNER((Samples(TIMES[:8], np.full(8, -1.9)),))
+    far = certified_by_search((Samples(TIMES[:8], np.full(8, -1.9)),))
     short = Controller(PLANT, 1, np.eye(1), np.eye(1))
     update = decide_update(short, 30, np.array([0.0]), STREAM, far)
     assert not update.accepted
@@ -104,7 +108,7 @@ def test_a_problem_without_solution_is_not_accepted():
 def test_a_function_that_comes_to_rest_elsewhere_is_not_accepted():
     """It keeps its bounds for as long as they are constrained, and breaks them later, as hyperparameters alone do."""
     elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0),))
-    failed = certified_learner(elsewhere, PLANT, starts=2)(receding_window(STREAM, 0.8, 8))
+    failed = certified_by_search(receding_window(STREAM, 0.8, 8), elsewhere, starts=2)
     assert isinstance(failed, NoSolution)
     assert "no admissible equilibrium" in failed.explanation
     update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
@@ -125,7 +129,7 @@ def test_a_reference_proved_on_a_window_only_is_not_accepted(first):
     assert not update.accepted
     assert update.reason == "proved for all real t from 0 s to 2 s only"
     with pytest.raises(ValueError, match="must be certified for all time"):
-        simulate_online(CONTROLLER, brief, np.array([0.0]), 10, [], LEARNER)
+        simulate_online(CONTROLLER, brief, np.array([0.0]), 10, [], certified_by_search)
 
 
 @pytest.mark.parametrize("steps", [(30, 20), (30, 30), (70,)])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.trackable.control.test_online import CONTROLLER, LEARNER, PRIOR, STREAM
+from tests.trackable.control.test_online import CONTROLLER, PRIOR, STREAM, certified_by_search
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.control.online import Late, receding_window, simulate_online
 from trackable.control.windows import WindowLearner
@@ -19,7 +19,7 @@ WINDOWS = [receding_window(STREAM, 0.8 + 0.1 * i, 8) for i in range(8)]
 
 @pytest.fixture(scope="module")
 def first() -> Certified:
-    return LEARNER(WINDOWS[0])
+    return certified_by_search(WINDOWS[0])
 
 
 def ticking(*durations: float):

@@ -12,7 +12,7 @@ from trackable.arrays import Array
 def ends_shown(lower: float, upper: float) -> tuple[str, str]:
     """Format two bounds with the digits that show a thousandth of their distance; with 6 at least."""
     digits = _digits(lower, upper)
-    return f"{lower:.{digits}g}", f"{upper:.{digits}g}"
+    return f"{lower + 0.0:.{digits}g}", f"{upper + 0.0:.{digits}g}"  # zero has no sign for people
 
 
 def _digits(lower: float, upper: float) -> int:

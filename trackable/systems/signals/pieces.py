@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -145,16 +144,6 @@ class PolynomialPieces:
             c = c[:, 1:] * np.arange(1, c.shape[1]) if c.shape[1] > 1 else np.zeros_like(c)
             found.append(c)
         return found
-
-    @cached_property
-    def largest_jump(self) -> float:
-        """About how far pieces are from meeting where they should: zero for splines, up to rounding."""
-        ends = _horner(self.coefficients, np.arange(len(self.coefficients)), np.diff(self.breakpoints))
-        starts = self.coefficients[:, 0]
-        jumps = np.abs(ends[:-1] - starts[1:])
-        if self.beyond == "period":
-            jumps = np.append(jumps, abs(ends[-1] - starts[0]))
-        return float(np.max(jumps, initial=0.0))
 
 
 def _horner(coefficients: Array, piece: npt.NDArray[np.intp], local: Array) -> Array:

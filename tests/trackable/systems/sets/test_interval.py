@@ -78,3 +78,7 @@ def test_a_value_beside_a_bound_is_not_printed_as_the_bound(by: float, bound: fl
     interval = Interval(-0.3, 0.3)
     for value in (bound + 1e-9 * by, float(np.nextafter(bound, np.inf)), bound):
         assert (float(interval.shown(value)) in {-0.3, 0.3}) == (value in {-0.3, 0.3})
+
+
+def test_zero_is_shown_without_a_sign() -> None:
+    assert (str(Interval(-0.0, 1.0)), str(Interval(-1.0, -0.0))) == ("[0, 1]", "[-1, 0]")

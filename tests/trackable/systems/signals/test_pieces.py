@@ -55,14 +55,6 @@ def test_a_periodic_signal_repeats(name):
     assert signal.period == 4.0
 
 
-def test_jumps_are_what_splines_have_not():
-    assert pieces(PARTNERS["cubic"], "rest").largest_jump < 1e-15
-    assert pieces(PARTNERS["steps"], "rest").largest_jump == 3.0
-    assert pieces(PARTNERS["akima"], "period").largest_jump < 1e-15
-    ramp = PolynomialPieces([0, 1], [[0, 1]], "period")
-    assert (ramp.largest_jump, PolynomialPieces([0, 1], [[0, 1]]).largest_jump) == (1.0, 0.0)
-
-
 @pytest.mark.parametrize(
     ("breakpoints", "coefficients", "beyond", "reason"),
     [
