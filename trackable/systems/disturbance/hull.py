@@ -14,6 +14,7 @@ from trackable.arguments import numbers
 from trackable.arrays import Array, ArrayLike
 from trackable.systems.disturbance.rationals import Vector, as_array, vectors, whole
 from trackable.systems.flat.rationals import fraction
+from trackable.systems.formulas.ratios import as_fmpq
 from trackable.systems.sets.polytope import Polytope
 
 _MOST_CANDIDATES = 200_000
@@ -95,7 +96,7 @@ class ConvexHull:
 def _vertices(H: Array, h: Array) -> Iterator[Vector]:
     """Yield every point at which n rows that are independent hold with equality, and all others hold: in rationals."""
     r, n = H.shape
-    exact = [[_rational(v) for v in (*row, side)] for row, side in zip(H.tolist(), h.tolist(), strict=True)]
+    exact = [[as_fmpq(v) for v in (*row, side)] for row, side in zip(H.tolist(), h.tolist(), strict=True)]
     candidates = combinations(range(r), n)
     for count, chosen in enumerate(candidates):
         if count >= _MOST_CANDIDATES:
@@ -109,8 +110,3 @@ def _vertices(H: Array, h: Array) -> Iterator[Vector]:
         entries = [point[j, 0] for j in range(n)]
         if all(sum((a * x for a, x in zip(row, entries, strict=False)), fmpq(0)) <= row[n] for row in exact):
             yield tuple(fraction(entry) for entry in entries)
-
-
-def _rational(value: float) -> fmpq:
-    exact = Fraction(value)
-    return fmpq(exact.numerator, exact.denominator)
