@@ -104,7 +104,8 @@ def learn_reference(
         At most how many centres the reference has for the samples of each name. None: each sample is one. A whole
         number: the time of the samples is divided into bins, and the samples in each are replaced by four that say the
         same of every signal that is a cubic polynomial in each bin, noise included. "auto": of more than 2000 samples,
-        as few as lose nothing that all of them show. What is proved is the reference that is handed out; its
+        as few as lose nothing that all of them show; for long recordings, of which a quarter loses something,
+        `learn_stream` is faster. What is proved is the reference that is handed out; its
         `explanation` says how many samples are learned by how many centres, and what that changes in l and in the mean.
     at
         Values of states and inputs, by name, that the reference has at times [s]: {0.0: {"position": -0.08, "velocity":

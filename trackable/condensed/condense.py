@@ -40,16 +40,22 @@ def condensed_enough(samples: Samples, noise_std: float | None = None) -> Sample
     From a quarter on, centres are halved while the mean square of what polynomials leave grows by less than 1 % and
     what chance explains: percentages of σ_n² where `noise_std` σ_n is known and larger. It would be wrong to begin with
     few: two numbers of centres leave the same where neither resolves the signal. The fewest that pass are doubled, to
-    lose far less still.
+    lose far less still. Where less than a quarter does not pass, a quarter does if it leaves no more than half of them.
     """
-    finest = len(samples) // _LEAST_GAIN
+    for finest in (len(samples) // _LEAST_GAIN, len(samples) // 2):
+        centres, allowed = finest, _allowed(samples, finest, noise_std)
+        while centres // 2 >= NODES and _mean_square(condensed(samples, centres // 2).scatter) <= allowed:
+            centres //= 2
+        if centres < finest:
+            return condensed(samples, 2 * centres)
+    return samples
+
+
+def _allowed(samples: Samples, finest: int, noise_std: float | None) -> float:
+    """Return the mean square that fewer centres than the `finest` may leave."""
     least = _mean_square(condensed(samples, finest).scatter)
     chance = _DEVIATIONS * np.sqrt(2 / len(samples) * finest / (len(samples) - finest))
-    allowed = least + (_LOST + chance) * max(least, (noise_std or 0.0) ** 2)
-    centres = finest
-    while centres // 2 >= NODES and _mean_square(condensed(samples, centres // 2).scatter) <= allowed:
-        centres //= 2
-    return samples if centres == finest else condensed(samples, 2 * centres)
+    return float(least + (_LOST + chance) * max(least, (noise_std or 0.0) ** 2))
 
 
 def finer(samples: Samples, fewer: Samples, most: int) -> Samples:

@@ -135,6 +135,19 @@ def test_an_automatic_number_is_larger_where_the_signal_is_faster():
     assert counts == sorted(set(counts))
 
 
+@pytest.mark.parametrize(("count", "w", "few"), [(2500, 1.4, 1248), (5000, 1.4, 2500)])
+def test_where_less_than_a_quarter_is_not_enough_a_quarter_may_be(count, w, few):
+    """Half of the samples at most: their posterior is that of all, up to a small part of the noise."""
+    times = np.arange(count) / 10
+    noise = 0.05 * np.random.default_rng(0).standard_normal(count)
+    samples = Samples(times, np.sin(w * times + np.sin(0.13 * times)) + noise)
+    found = condensed_enough(samples)
+    assert len(found) == few
+    prior = replace(PRIOR, kernel=SquaredExponential(0.8, 1.5), noise_std=0.05)
+    one, other = (Posterior(prior, of).mean(times[::7]) for of in (samples, found))
+    assert float(np.sqrt(np.mean((one - other) ** 2))) < 0.05 * 0.05
+
+
 def test_known_noise_spares_what_it_hides():
     times = np.arange(3000) / 100
     samples = Samples(times, np.sin(times) + 0.01 * np.sin(40 * times))
