@@ -11,6 +11,7 @@ from trackable.certificates.boxes.boxes import Boxes
 from trackable.certificates.boxes.choice import Choice
 from trackable.certificates.boxes.decision import Bounded, Decision, decide, worth_trying
 from trackable.certificates.boxes.enclosures import Enclosures
+from trackable.certificates.boxes.nearby import FEW
 from trackable.certificates.boxes.together import Group, Together
 from trackable.certificates.enclosure import Box
 from trackable.certificates.exact import ExactQuantity
@@ -19,6 +20,7 @@ from trackable.progress.work import done
 
 TERMS = 16
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
+_GENERATIONS = 3  # of halves that are looked at together where they are few: that takes hardly longer than one
 _HOPELESS = 2.5  # correlation times: in a wider box with a centre, Taylor polynomials err by more than the signal
 _TOO_WIDE = "no enclosure found in this box is narrow enough"
 
@@ -65,7 +67,7 @@ def covers(quantities: Sequence[Bounded], start: float, end: float) -> list[Cove
                 done("box")
         if hole := _hole(quantities, boxes, missing, decisions, len(boxes) > most):
             return hole
-        waiting = _halves(boxes, missing)
+        waiting = _halves(boxes.starts, boxes.ends, missing)
     return [_joined(start, boxes) for boxes in proved]
 
 
@@ -85,18 +87,27 @@ class _Tried(NamedTuple):
 
 def _narrow_enough(quantities: Sequence[Bounded], together: Together, waiting: "_Waiting", most: int) -> _Tried | Hole:
     """Return boxes that are worth trying: those that wait, or halves of halves of them."""
-    choice, levels = Choice(together.groups, TERMS), list[_Tried]()
+    choice, found = Choice(together.groups, TERMS), list[_Tried]()
     while waiting.starts.size:
-        boxes = choice.boxes(waiting.starts, waiting.ends)
+        first = len(waiting.starts)
+        family = waiting.with_halves(FEW // together.pairs_in_a_box)
+        boxes, wanted = choice.boxes(family.starts, family.ends), family.wanted
         enclosures = Enclosures(boxes, TERMS, together)
         with np.errstate(all="ignore"):
-            tried = worth_trying(quantities, enclosures, waiting.wanted)
-        rejected = waiting.wanted & ~tried
+            tried = worth_trying(quantities, enclosures, wanted)
+        # Halves are wanted where boxes are rejected.
+        generation = slice(0, first)
+        while generation.stop < len(boxes):
+            halves = slice(first + 2 * generation.start, first + 2 * generation.stop)
+            wanted[:, halves] = np.repeat(wanted[:, generation] & ~tried[:, generation], 2, axis=1)
+            generation = halves
+        tried &= wanted
+        rejected = wanted & ~tried
         if hole := _hole(quantities, boxes, rejected, (), len(boxes) > most):
             return hole
-        levels.append(_Tried(enclosures, tried))
-        waiting = _halves(boxes, rejected)
-    return _Tried.joined(levels)
+        found.append(_Tried(enclosures, tried))
+        waiting = _halves(boxes.starts[generation], boxes.ends[generation], rejected[:, generation])
+    return _Tried.joined(found)
 
 
 def _first_edges(groups: Sequence[Group], start: float, end: float) -> Array:
@@ -139,11 +150,19 @@ class _Waiting(NamedTuple):
     ends: Array
     wanted: Mask
 
+    def with_halves(self, most: int) -> "_Waiting":
+        """Return these boxes, then their halves, then the halves of these: generations of at most so many boxes."""
+        every = [self]
+        while len(every) < _GENERATIONS and (2 ** (len(every) + 1) - 1) * len(self.starts) <= most:
+            every.append(_halves(*every[-1]))
+        starts, ends, wanted = zip(*every, strict=True)
+        return _Waiting(np.concatenate(starts), np.concatenate(ends), np.concatenate(wanted, axis=1))
 
-def _halves(boxes: Boxes, missing: Mask) -> _Waiting:
+
+def _halves(starts: Array, ends: Array, missing: Mask) -> _Waiting:
     """Return the halves of all boxes in which some quantity is not proved."""
     wanted = np.any(missing, axis=0)
-    starts, ends = boxes.starts[wanted], boxes.ends[wanted]
+    starts, ends = starts[wanted], ends[wanted]
     middles = starts + (ends - starts) / 2
     both = np.repeat(missing[:, wanted], 2, axis=1)
     return _Waiting(np.stack([starts, middles], axis=1).ravel(), np.stack([middles, ends], axis=1).ravel(), both)

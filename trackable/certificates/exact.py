@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from flint import arb
 
@@ -91,6 +91,7 @@ class ExactQuantity:
             return (q - arb(self.bounds.lower)).min(arb(self.bounds.upper) - q)
 
 
+@lru_cache(4)  # a proof asks more than once
 def exact_quantities(reference: Reference) -> tuple[ExactQuantity, ...]:
     """Return all bounded quantities."""
     known: dict[tuple[int, int], ShiftedSignal] = {}

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property, lru_cache
 
 import numpy as np
 from flint import arb, arb_poly
@@ -17,6 +18,7 @@ from trackable.certificates.kernels.base import Decay
 from trackable.certificates.kernels.table import balls_of
 from trackable.certificates.rounding.flat import FormulaRounding
 from trackable.gp.signal import KernelSum
+from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
@@ -37,7 +39,8 @@ def limits_beyond(reference: Reference, start: arb) -> dict[str, tuple[arb, arb]
     with ball_arithmetic(2):
         envelopes = [_envelope(signal, start) for signal in reference.kernel_sums]
         exact = exact_quantities(reference)
-        return {q.name: _limits(q, e, envelopes) for q, e in zip(reference.quantities, exact, strict=True)}
+        every = zip(reference.quantities, exact, _weights(reference.plant), strict=True)
+        return {q.name: _limits(q, e, weights, envelopes) for q, e, weights in every}
 
 
 def undefined_beyond(
@@ -69,13 +72,13 @@ def _range(functional: ExactFunctional, envelopes: Mapping[int, Decay[arb]]) -> 
     return Enclosure(arb_poly([functional.offset]), reach)
 
 
-def _limits(quantity: Quantity, exact: ExactQuantity, envelopes: list[Decay[arb]]) -> tuple[arb, arb]:
+def _limits(
+    quantity: Quantity, exact: ExactQuantity, weighted: Mapping[str, list["_Weights"]], envelopes: list[Decay[arb]]
+) -> tuple[arb, arb]:
     trajectory, step = quantity.trajectory, arb(quantity.trajectory.sampling_time)
     reaches = {
-        name: sum(
-            (_reach(_exact_weights(w), e, step) for w, e in zip(functional.weights, envelopes, strict=True)), arb(0)
-        )
-        for name, functional in trajectory.arguments
+        name: sum((_reach(w, e, step) for w, e in zip(weights, envelopes, strict=True)), arb(0))
+        for name, weights in weighted.items()
     }
     rest = {name: functional.offset for name, functional in exact.arguments.items()}
     around = {name: level + arb(0, 1) * reaches[name] for name, level in rest.items()}
@@ -95,6 +98,26 @@ class _Weights:
 
     each: list[arb]
     sum: arb
+
+    @cached_property
+    def sizes(self) -> arb:
+        """Σ_j |w_j|."""
+        return sum((abs(w) for w in self.each), arb(0))
+
+    @cached_property
+    def shifted(self) -> arb:
+        """Σ_j j |w_j|."""
+        return sum((j * abs(w) for j, w in enumerate(self.each)), arb(0))
+
+
+@lru_cache
+def _weights(plant: ConstrainedSystem) -> list[dict[str, list[_Weights]]]:
+    """Return the weights of each signal in each argument of each quantity."""
+    with ball_arithmetic():
+        return [
+            {name: [_exact_weights(w) for w in functional.weights] for name, functional in q.trajectory.arguments}
+            for q in plant.quantities
+        ]
 
 
 def _exact_weights(weights: tuple[Fraction, ...]) -> _Weights:
@@ -116,8 +139,8 @@ def _formula_weights(trajectory: Trajectory, around: dict[str, arb]) -> Iterator
 def _reach(weights: _Weights, envelope: Decay[arb], step: arb) -> arb:
     """Bound |Σ_j w_j e(t + j T_s)|."""
     size, rate = envelope
-    by_size = sum((abs(w) for w in weights.each), arb(0)) * size
-    by_rate = abs(weights.sum) * size + step * sum((j * abs(w) for j, w in enumerate(weights.each)), arb(0)) * rate
+    by_size = weights.sizes * size
+    by_rate = abs(weights.sum) * size + step * weights.shifted * rate
     return by_rate.min(by_size)
 
 

@@ -13,7 +13,7 @@ from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.enclosure import Box
 from trackable.certificates.exact import ShiftedSignal
-from trackable.certificates.floats.balls import Balls, Mask
+from trackable.certificates.floats.balls import Balls, Mask, U
 
 Indices = npt.NDArray[np.intp]
 
@@ -40,8 +40,12 @@ class Shifts:
         return type(self)(self.high[index], self.low[index])
 
     def differences(self, times: Balls, centres: Array) -> Balls:
-        """Return times + s − centres."""
-        return times + self.high - centres + self.low
+        """Return times + s − centres: each of the three sums is rounded once."""
+        shifted = times.mid + self.high
+        far = shifted - centres
+        mid = far + self.low
+        off = times.rad + U * (np.abs(shifted) + np.abs(far) + np.abs(mid))
+        return Balls(mid, off * (1 + 16 * U))
 
     def signs(self, times: Array, centres: Array) -> Array:
         """Return the signs of times + s − centres, exactly: −1, 0 or 1."""

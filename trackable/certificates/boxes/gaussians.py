@@ -11,7 +11,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.certificates.boxes.boxes import Boxes, Indices
 from trackable.certificates.boxes.mirrored import Mirrored
-from trackable.certificates.floats.balls import Balls, U, sums_up
+from trackable.certificates.floats.balls import TINY, Balls, U, sums_up
 from trackable.certificates.floats.series import exponential_terms
 from trackable.certificates.kernels.squared_exponential import SquaredExponentialBalls
 
@@ -26,9 +26,12 @@ def sums(kernel: SquaredExponentialBalls, of: Mirrored, terms: int) -> Balls:
 
 def size_on_discs(kernel: SquaredExponentialBalls, of: Mirrored) -> Array:
     """Bound Σ_i |c_i| |κ(z_i)| over |z_i − r_i| ≤ ρ in each box, where Re z² ≥ r²/2 − ρ²: shape (B,)."""
-    d, reach = of.r * _per_length(kernel), Balls.exact(of.pairs.boxes.radii) * _per_length(kernel)
-    sizes = ((reach * reach * 0.5).at(of.pairs.of_box) - d * d * 0.25).exp()
-    return (Balls.exact(of.pairs.summed_up(sizes.highest)) * kernel.variance).highest
+    per_length, boxes = _per_length(kernel), of.pairs.boxes
+    least = np.maximum(of.r.lowest, 0.0) * per_length.lowest
+    most = boxes.radii * per_length.highest
+    exponents = (most * most * (0.5 * (1 + 8 * U)))[of.pairs.of_box] - least * least * (0.25 * (1 - 8 * U))
+    sizes = np.exp(exponents + _SPARE) + TINY
+    return sums_up(of.pairs.summed_up(sizes) * _variance(kernel).highest, 1)
 
 
 def polynomial(kernel: SquaredExponentialBalls, weighted: Balls, boxes: Boxes) -> Balls:
@@ -41,7 +44,17 @@ def polynomial(kernel: SquaredExponentialBalls, weighted: Balls, boxes: Boxes) -
     rounded = weighted.rad + (terms + 4) * U * size
     mid = np.sum(factors.mid * weighted.mid, axis=1)
     rad = np.sum(np.abs(factors.mid) * rounded + factors.rad * whole, axis=1)
-    return Balls(mid, sums_up(rad, 2 * terms)) * kernel.variance
+    return Balls(mid, sums_up(rad, 2 * terms)) * _variance(kernel)
+
+
+_SPARE = 2.0**-38
+"""More than what rounding takes from an exponent where e^x is finite, and from e^x."""
+
+
+@lru_cache
+def _variance(kernel: SquaredExponentialBalls) -> Balls:
+    """θ₁²."""
+    return Balls.of(kernel.variance)
 
 
 @lru_cache

@@ -19,7 +19,7 @@ from trackable.gp.signal import KernelSum
 _NEGLIGIBLE = 2.0**-60
 """Of κ(0): less than what one rounding adds, and far less than the reserve for evaluation, which counts all centres."""
 
-_FEW = 2**12  # pairs: of fewer all are within reach, as finding out takes longer than it saves
+FEW = 2**12  # pairs: of fewer all are within reach, as finding out takes longer than it saves
 _FRACTIONS = 2.0 ** (-np.arange(48) / 4)
 _INSIDE = 1 - 2.0**-20
 _SERIES, _FEW_NUMBERS = 2**11, 2**14  # pairs that are held at once: their series, or a few numbers, stay in the cache
@@ -38,22 +38,23 @@ class Pairs:
 
     def weighted(self, values: Balls, weights: Array) -> Balls:
         """Return Σ_i w_i v_i over the centres of each box, along the last axis."""
-        off = (values.rad + (self._most + 4) * U * np.abs(values.mid)) * np.abs(weights)
-        return Balls(self._summed(values.mid * weights), sums_up(self._summed(off), self._most))
+        off = (values.rad + (self.most + 4) * U * np.abs(values.mid)) * np.abs(weights)
+        return Balls(self.summed(values.mid * weights), sums_up(self.summed(off), self.most))
 
     def summed_up(self, values: Array) -> Array:
         """Over-estimate Σ_i |c_i| v_i over the centres of each box, for positive values."""
-        return sums_up(self._summed(values * np.abs(self.weights)), self._most)
+        return sums_up(self.summed(values * np.abs(self.weights)), self.most)
 
     def largest(self, values: Array) -> Array:
         """Return the largest value of each box."""
         return np.maximum.reduceat(values, self.firsts)
 
-    def _summed(self, values: Array) -> Array:
+    def summed(self, values: Array) -> Array:
+        """Return Σ_i v_i over the centres of each box, along the last axis."""
         return np.add.reduceat(values, self.firsts, axis=-1)
 
     @cached_property
-    def _most(self) -> int:
+    def most(self) -> int:
         """The number of centres of a box, at most."""
         return int(np.max(np.diff(self.firsts, append=len(self.weights))))
 
@@ -83,7 +84,7 @@ class Summands:
         The distance is infinite, and the bound zero, where all centres matter.
         """
         boxes, times = shifted.boxes, shifted.times
-        if len(boxes) * len(self.centres) <= _FEW:
+        if len(boxes) * len(self.centres) <= FEW:
             return np.full(len(boxes), np.inf), np.zeros(len(boxes))
         farthest = np.maximum(np.abs(times - self.centres[0]), np.abs(times - self.centres[-1]))
         distances, radii = farthest[:, None] * _FRACTIONS, boxes.radii[:, None]

@@ -74,6 +74,11 @@ class Together:
                 found[each.rows] |= where
         return found
 
+    @property
+    def pairs_in_a_box(self) -> int:
+        """The number of pairs of a shift and a centre in each box, of the signal with the most of them."""
+        return max(len(each.shifts.high) * len(each.summands.centres) for each in self.groups)
+
     def __len__(self) -> int:
         """The number of shifted signals."""
         return self.groups[-1].rows.stop if self.groups else 0

@@ -5,6 +5,7 @@ NumPy's functions within 4 units in the last place. A ball that is not finite en
 holds a NaN: every comparison with it is False.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Self
@@ -17,13 +18,13 @@ from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above
 
 U = 2.0**-53
-_FUNCTION = 9 * U
+FUNCTION = 9 * U
 """4 units in the last place are at most 8 u of the value, and a little more of the computed one."""
 
 _UP = 1 + 2.0**-49
 """Radii are sums and products of few positive numbers: this covers their own rounding."""
 
-_TINY, _NORMAL = 2.0**-1000, 2.0**-1020
+TINY, _NORMAL = 2.0**-1000, 2.0**-1020
 """More than any underflow, and than any number below which precision is lost."""
 
 Mask = npt.NDArray[np.bool_]
@@ -51,7 +52,7 @@ class Balls:
             return cls.exact(number)
         with ball_arithmetic():
             mid = float(number.mid())
-            off = abs(number - arb(mid)) if np.isfinite(mid) else arb.pos_inf()
+            off = abs(number - arb(mid)) if math.isfinite(mid) else arb.pos_inf()
             return cls(np.asarray(mid), np.asarray(0.0 if off.is_zero() else float_above(off)))
 
     @classmethod
@@ -111,7 +112,7 @@ class Balls:
         b = self.of(other)
         mid = self.mid * b.mid
         size = np.abs(b.mid)
-        rad = (np.abs(self.mid) * b.rad + self.rad * (size + b.rad) + U * np.abs(mid)) * _UP + _TINY
+        rad = (np.abs(self.mid) * b.rad + self.rad * (size + b.rad) + U * np.abs(mid)) * _UP + TINY
         return type(self)(mid, rad)
 
     def inverse(self) -> Self:
@@ -119,7 +120,7 @@ class Balls:
         least = (np.abs(self.mid) - self.rad) / _UP
         mid = 1 / self.mid
         off = self.rad / np.abs(self.mid) / least + U * np.abs(mid)  # their product could overflow
-        return type(self)(mid, np.where(least > 0, off * _UP, np.inf) + _TINY)
+        return type(self)(mid, np.where(least > 0, off * _UP, np.inf) + TINY)
 
     def __truediv__(self, other: Any) -> Self:
         if isinstance(other, Balls):
@@ -160,16 +161,16 @@ class Balls:
         """Return e^x: e^(x + d) is within e^x (e^|d| − 1) of e^x, and at most e^(x + |d|) away."""
         mid = np.exp(self.mid)
         size = np.maximum(mid, _NORMAL)  # e^x where it is rounded to zero, or nearly
-        near = size * (np.expm1(self.rad) * (1 + 4 * _FUNCTION) + _FUNCTION)
+        near = size * (np.expm1(self.rad) * (1 + 4 * FUNCTION) + FUNCTION)
         # Far below zero the first bound may overflow.
-        return type(self)(mid, np.fmin(near, np.exp(self.highest) * (1 + 2 * _FUNCTION)) * _UP + _TINY)
+        return type(self)(mid, np.fmin(near, np.exp(self.highest) * (1 + 2 * FUNCTION)) * _UP + TINY)
 
     def log(self) -> Self:
         """Return ln x; everything where a ball does not lie above zero."""
         least = (self.mid - self.rad) / _UP
         with np.errstate(invalid="ignore", divide="ignore"):
             mid = np.log(self.mid)
-            rad = np.where(least > 0, (self.rad / least + _FUNCTION * np.abs(mid)) * _UP + _TINY, np.inf)
+            rad = np.where(least > 0, (self.rad / least + FUNCTION * np.abs(mid)) * _UP + TINY, np.inf)
         return type(self)(np.where(least > 0, mid, 0.0), rad)
 
     def cosh(self) -> Self:
@@ -185,7 +186,7 @@ class Balls:
         off = (self.rad + 2.0**-50 * (np.abs(self.mid) + 1)) * _UP
         high = np.cos(np.maximum(angle - off, 0.0))
         low = np.cos(np.minimum(angle + off, np.pi))
-        return type(self)((high + low) / 2, ((high - low) / 2 + _FUNCTION + 4 * U) * _UP)
+        return type(self)((high + low) / 2, ((high - low) / 2 + FUNCTION + 4 * U) * _UP)
 
 
 def joined(parts: Iterable[Balls]) -> Balls:
@@ -197,4 +198,4 @@ def joined(parts: Iterable[Balls]) -> Balls:
 
 def sums_up(values: Array, terms: int) -> Array:
     """Enlarge sums of so many positive `terms`, in any order, to what they are at most in exact arithmetic."""
-    return np.asarray(values * (1 + (terms + 8) * 2 * U) + _TINY * terms)
+    return np.asarray(values * (1 + (terms + 8) * 2 * U) + TINY * terms)

@@ -89,6 +89,11 @@ class KernelBalls(ABC):
         return ()
 
     @property
+    def has_one_branch(self) -> bool:
+        """Whether one branch holds for all positive differences."""
+        return len(self.kinks) < 2
+
+    @property
     def has_periodic_part(self) -> bool:
         """Whether any part of κ repeats for ever."""
         return False
@@ -103,7 +108,7 @@ class KernelBalls(ABC):
     def value(self, r: Number) -> Number:
         """Enclose κ(r)."""
         found: Number = self.taylor(from_point(abs(r), 1))[0]
-        return found + arb(0, 1) * self.jump(r, zero(r))
+        return found if self.has_one_branch else found + arb(0, 1) * self.jump(r, zero(r))
 
     def polynomial(self, r: arb, box: Expansion, side: int) -> arb_series:
         """Return the Taylor polynomial of κ(r + half x) in x; `side` as in `missed`."""

@@ -4,6 +4,7 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
 from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
@@ -58,8 +59,10 @@ class RadialBalls(ElementaryBalls):
         return reach * size
 
     def beyond(self, distance: Number) -> Decay[Number]:
-        slope: Number = self.taylor(from_point(distance.max(self.steepest), 2))[1]
-        return Decay(self.value(distance), abs(slope))
+        steepest = self.taylor(from_point(distance.max(self.steepest), 2))
+        # Where |κ̇| falls already, its series begins with the value.
+        is_here = self.has_one_branch and np.all(distance >= self.steepest)
+        return Decay(steepest[0] if is_here else self.value(distance), abs(steepest[1]))
 
     def sensitivity(self, reach: arb) -> Sensitivity:
         size, slope = self.beyond(arb(0))

@@ -68,8 +68,7 @@ def why_unbounded(reference: Reference, until: float) -> str:
 def _row_error(plant: ConstrainedSystem, row: Row, of_signals: SignalErrors) -> float:
     """Bound the error of a row. UndefinedError where there is no bound."""
     if not row.formulas:
-        weights, offset = absolute_weights([w for w, _ in row.used], row.functionals)
-        return float_above(SLACK * of_signals.of_sum(weights, offset).error)
+        return float_above(SLACK * of_signals.of_sum(*row.gross).error)
     total, size = arb(0), arb(0)
     for weight, part in row.used:
         if isinstance(part, Trajectory):

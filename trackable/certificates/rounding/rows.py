@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property, lru_cache
 
 from flint import arb
 
@@ -34,15 +35,21 @@ class Row:
     def functionals(self) -> list[Functional]:
         return [part for _, part in self.used if isinstance(part, Functional)]
 
+    @cached_property
+    def gross(self) -> tuple[list[Fraction], Fraction]:
+        """What `absolute_weights` are, where all states or inputs are functionals."""
+        return absolute_weights([w for w, _ in self.used], self.functionals)
+
     @property
     def formulas(self) -> list[Trajectory]:
         return [part for _, part in self.used if isinstance(part, Trajectory)]
 
 
-def rows(plant: ConstrainedSystem) -> list[Row]:
+@lru_cache
+def rows(plant: ConstrainedSystem) -> tuple[Row, ...]:
     """Return all bounded quantities."""
     parts = {"state": plant.flatness.states, "input": plant.flatness.inputs}
-    return [Row(limit.name, limit.row, parts[limit.side]) for limit in plant.constraints]
+    return tuple(Row(limit.name, limit.row, parts[limit.side]) for limit in plant.constraints)
 
 
 @dataclass(frozen=True)

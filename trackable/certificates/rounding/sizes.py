@@ -1,13 +1,15 @@
 """Sizes of stored numbers for which the analysis of rounding holds: nothing overflows, and no factor is lost."""
 
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.kernels.table import balls_of
-from trackable.certificates.rounding.rows import absolute_weights, rows
+from trackable.certificates.rounding.rows import rows
+from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.formulas.expression import Constant, Power, all_nodes
 from trackable.systems.reference import Reference
@@ -20,15 +22,17 @@ _LARGEST_POWER, _HIGHEST_DEGREE = 1e100, 50
 
 def has_sane_numbers(reference: Reference) -> bool:
     """Whether all stored numbers have sizes for which roundings can be bounded."""
-    plant = reference.plant
+    return _has_sane_weights(reference.plant) and all(_is_sane(signal) for signal in reference.signals)
+
+
+@lru_cache
+def _has_sane_weights(plant: ConstrainedSystem) -> bool:
     every = rows(plant)
-    gross = [absolute_weights([w for w, _ in row.used], row.functionals) for row in every if not row.formulas]
+    gross = [row.gross for row in every if not row.formulas]
     weights = [w for of_signals, offset in gross for w in (*of_signals, offset) if w]
     weights += [abs(w) for row in every if row.formulas for w, _ in row.used]
     weights += [abs(Fraction(c)) for row in every for part in row.formulas for c in _constants(part) if c]
-    if not (plant.sampling_time >= _SMALLEST and all(_SMALLEST <= w <= _LARGEST for w in weights)):
-        return False
-    return all(_is_sane(signal) for signal in reference.signals)
+    return plant.sampling_time >= _SMALLEST and all(_SMALLEST <= w <= _LARGEST for w in weights)
 
 
 def _constants(trajectory: Trajectory) -> list[float]:

@@ -72,7 +72,7 @@ def escapes(kernel: Kernel, seed: int) -> Iterator[bool]:
 def test_enclosures_hold_the_signal(kernel, seed, monkeypatch):
     """Whether all centres are summed, or only those within reach."""
     assert not any(escapes(kernel, seed))
-    monkeypatch.setattr(nearby, "_FEW", 0)
+    monkeypatch.setattr(nearby, "FEW", 0)
     assert not any(escapes(kernel, seed))
 
 
@@ -111,7 +111,7 @@ def nothing_far(monkeypatch):
 
 
 def half_an_envelope(monkeypatch):
-    monkeypatch.setattr(nearby, "_FEW", 0)
+    monkeypatch.setattr(nearby, "FEW", 0)
     monkeypatch.setattr(nearby, "_NEGLIGIBLE", 1.0)
     right = Summands.reach
 

@@ -98,7 +98,7 @@ def test_series_hold_the_coefficients(name, degree):
 
 @pytest.mark.parametrize("name", ["product", "exp", "cos"])
 def test_balls_without_rounding_hold_nothing(name, monkeypatch):
-    for constant in ("U", "_FUNCTION", "_TINY"):
+    for constant in ("U", "FUNCTION", "TINY"):
         monkeypatch.setattr(balls, constant, 0.0)
     monkeypatch.setattr(balls, "_UP", 1.0)
     assert number_escapes(FUNCTIONS[name], 0)
