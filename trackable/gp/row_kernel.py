@@ -137,9 +137,9 @@ class Taylor(RowKernel):
 
     def among(self) -> Array:
         jet = self.kernel.jet(self.first[:, None] - self.first, 2 * self._order)
+        by_second = (self.moments * (-1.0) ** np.arange(self._order + 1)).T[:, None, :]
         orders = np.arange(self._order + 1)
-        by_second = np.sum(jet[orders[:, None] + orders] * (self.moments * (-1.0) ** orders).T[:, None], axis=1)
-        return np.asarray(np.sum(self.moments.T[:, :, None] * by_second, axis=0))
+        return np.asarray(sum(self.moments[:, n, None] * np.sum(jet[n + orders] * by_second, axis=0) for n in orders))
 
     def across(self, t: Array) -> Array:
         jet = self.kernel.jet(self.first[:, None] - t, self._order)
