@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from trackable.checker import Undecided as Undecided
     from trackable.checking import check as check
     from trackable.control.controller import Controller as Controller
+    from trackable.control.online import Late as Late
     from trackable.control.simulation import simulate as simulate
     from trackable.control.step.result import Infeasible as Infeasible
     from trackable.control.step.result import Plan as Plan
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from trackable.saved import NotTrackableError as NotTrackableError
     from trackable.streams.learn import learn_stream as learn_stream
     from trackable.streams.reference import StreamReference as StreamReference
+    from trackable.streams.relearner import Relearner as Relearner
     from trackable.systems.constrained import ConstrainedSystem as ConstrainedSystem
     from trackable.systems.disturbance.hull import ConvexHull as ConvexHull
     from trackable.systems.disturbance.zonotope import Zonotope as Zonotope
@@ -91,6 +93,7 @@ _MODULES = {
     "IgnoresSamplesWarning": "explanation",
     "Infeasible": "control.step.result",
     "Kernel": "gp.kernels.base",
+    "Late": "control.online",
     "LinearSystem": "systems.linear",
     "Matern32": "gp.kernels.matern",
     "Matern52": "gp.kernels.matern",
@@ -108,6 +111,7 @@ _MODULES = {
     "RationalQuadratic": "gp.kernels.rational_quadratic",
     "Recording": "recordings.recording",
     "Refuted": "checker",
+    "Relearner": "streams.relearner",
     "RefutedTable": "given.table",
     "Samples": "gp.samples",
     "Source": "fleet.sources",

@@ -174,7 +174,7 @@ def learn_reference(
     if between or learn_from is not None:
         of = seen
         if learn_from is not None:
-            other = same_states(learn_from, plant, kinds, noise_std)
+            other = same_states("learn_from", learn_from, plant, kinds, noise_std)
             _, of = sampled_signals(plant, condensed_by_name(other, kinds, centres, noise_std))
         first = learned_beforehand(of, prior, levels(between, names, of), starts, keep=learn_from is not None)
         if not isinstance(first, Beforehand):

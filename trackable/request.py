@@ -95,18 +95,20 @@ def with_noise(
 
 
 def same_states(
+    what: str,
     samples: Given,
     plant: ConstrainedSystem,
     kinds: list[tuple[str, ...]],
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None,
 ) -> dict[str, Samples]:
-    """Return the samples `learn_from` by name, with their relative noise. ValueError: they are not
-    of the states of `samples`.
+    """Return other samples by name, with their relative noise; `what` names them in messages.
+
+    ValueError: they are not of the states of the first samples, which have these `kinds`.
     """
-    given = samples_by_name(samples, plant, "learn_from")
+    given = samples_by_name(samples, plant, what)
     if [tuple(shown) for shown in kinds_by_name(plant, given)] != kinds:
         expected = ", ".join(name for shown in kinds for name in shown)
-        raise ValueError(f"learn_from: expected samples of {expected}, as of `samples`, got {', '.join(given)}")
+        raise ValueError(f"{what}: expected samples of {expected}, as of the first ones, got {', '.join(given)}")
     return with_noise(given, kinds, noise_std)
 
 

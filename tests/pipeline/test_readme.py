@@ -1,6 +1,7 @@
 """What the README shows works as it is shown."""
 
 import json
+import math
 import re
 from pathlib import Path
 
@@ -17,7 +18,8 @@ def test_the_library_example_runs(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "measured").mkdir()
-    (tmp_path / "measured" / "monday.csv").write_text("t,x\n0.0,-1.0\n0.1,-0.4\n0.2,-0.05\n0.3,0.0\n", encoding="utf-8")
+    rows = [f"{0.1 * i:.1f},{-math.exp(-0.2 * i):.3f}" for i in range(32)]
+    (tmp_path / "measured" / "monday.csv").write_text("\n".join(["t,x", *rows]), encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     exec(compile("\n".join(blocks), "README.md", "exec"), {})
     said = capsys.readouterr().out

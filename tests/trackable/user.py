@@ -24,6 +24,7 @@ from trackable import (
     IgnoresSamplesWarning,
     Infeasible,
     Kernel,
+    Late,
     LinearSystem,
     Matern32,
     Matern52,
@@ -42,6 +43,7 @@ from trackable import (
     Recording,
     Refuted,
     RefutedTable,
+    Relearner,
     Samples,
     Source,
     SquaredExponential,
@@ -166,6 +168,13 @@ if reference.tightening is not None:
     tube = TubeController(reference.tightening, 10, [[1, 0], [0, 1]], [[0.1]])
     assert_type(tube.step(0, np.zeros(2), reference), Plan | Infeasible | Unsolved)
     simulate(tube, reference, np.zeros(2), 100, disturbances=lambda k, successor: 0.01 * successor)
+relearn = Relearner(reference, budget=0.05, moving_every=10)
+answer = relearn(recording.samples("position"))
+if isinstance(answer, TrackableReference):
+    assert_type(controller.step(0, np.zeros(2), answer), Plan | Infeasible | Unsolved)
+else:
+    assert_type(answer.explanation, str)
+    assert_type(answer.seconds if isinstance(answer, Late) else 0.0, float)
 assert_type(check(Path("proof.json"), seconds=9.0), Proved | Refuted | Failed | NotACertificate | Undecided)
 
 # What is wrong is found: without the mistake, mypy complains of the comment.

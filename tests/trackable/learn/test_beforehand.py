@@ -118,7 +118,7 @@ def test_hyperparameters_from_samples_of_their_own() -> None:
 
 
 def test_samples_to_learn_from_are_of_the_same_states() -> None:
-    with pytest.raises(ValueError, match="learn_from: expected samples of position, as of `samples`, got z1"):
+    with pytest.raises(ValueError, match="learn_from: expected samples of position, as of the first ones, got z1"):
         learned(learn_from={"z1": SHIFTED})
     with pytest.raises(ValueError, match='learn_from: needs method="joint"'):
         learned(learn_from=SHIFTED, method="hyperparameters")

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from trackable.arrays import Array
 from trackable.gp.rows import Rows, Terms
 from trackable.gp.signal import KernelSum
-from trackable.learning.problem import ConstrainedProblem, Side
+from trackable.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
 
@@ -59,6 +59,15 @@ def chosen(places: Places, flags: Flags) -> Places:
     """Return the places whose rows have a flag; rows of pins come after those of all places, and are no places."""
     parts = np.split(flags, np.cumsum([len(of_constraint) for of_constraint in places]))
     return tuple(of_constraint[part] for of_constraint, part in zip(places, parts, strict=False))
+
+
+def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
+    """Return the places of active bounds for the quantities with these names; pins are no places."""
+    sides = {"lower": LOWER, "upper": UPPER}
+    return tuple(
+        np.array([(b.time, sides[b.side]) for b in active if b.name == name and b.side in sides]).reshape(-1, 2)
+        for name in names
+    )
 
 
 def flags(places: Places, among: Places) -> Flags:

@@ -1,0 +1,97 @@
+"""Learning in the loop: samples arrive, and a reference is learned and proved again from where the last one ended."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+
+from trackable.arguments import instance, real, whole
+from trackable.certificates.certified import Certified
+from trackable.certificates.claim import OnWindow
+from trackable.certificates.outcome import Counterexample, Unproved
+from trackable.certificates.robust import robust_of
+from trackable.control.online import Late
+from trackable.control.windows import Clock, WindowLearner
+from trackable.fit import Fit
+from trackable.learning.joint.places import places_of
+from trackable.learning.problem import NoSolution, Solution
+from trackable.reference import TrackableReference
+from trackable.request import Given, same_states
+from trackable.systems.sampling import kinds_by_name, sampled_signals
+
+
+@dataclass
+class Relearner:
+    """Learn a reference again from each window of samples that arrives, while a loop runs.
+
+    Each window begins where the last one ended: with its hyperparameters, and with the times at which bounds held it
+    back. In every `moving_every`-th window the hyperparameters move too, which takes a few times longer; with 0 they
+    stay as they are. Times of samples are those of the loop: step k is at k T_s.
+
+    `reference` is the last one that was proved within the `budget` [s], if there is one; at first it is the one that is
+    given. It holds for all times, so that a loop tracks it for as long as it has no other. A controller says whether it
+    can go over to another one from the state where it is: `Controller.step` then returns a `Plan`. `seconds` are what
+    the windows have taken by the `clock`, late ones too. `noise_std` is needed where several states show one flat
+    output, as in `learn_reference`.
+
+    Raises TypeError and ValueError for other arguments, for a reference that is proved for a window only, and where
+    hyperparameters shall move and all of them are known.
+    """
+
+    reference: TrackableReference
+    budget: float | None = None
+    moving_every: int = 0
+    noise_std: Mapping[str, float] | None = None
+    clock: Clock = perf_counter
+    _windows: WindowLearner = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        instance("reference", self.reference, TrackableReference, "one that learn_reference returns")
+        if isinstance(self.reference.certificate.claim, OnWindow):
+            raise ValueError(
+                "reference: a loop may need it for ever, so that it has to be proved for all times, but it is "
+                f"for {self.reference.certificate.claim} only; learn it with the claim 'all_times' or 'all_phases'"
+            )
+        budget = float("inf") if self.budget is None else real("budget", self.budget)
+        if not budget > 0:
+            raise ValueError(f"budget: expected a positive number of seconds, got {self.budget!r}")
+        every = whole("moving_every", self.moving_every, least=0)
+        self._windows = WindowLearner(_certified(self.reference), budget, self.clock, moving_every=every)
+
+    @property
+    def seconds(self) -> list[float]:
+        """What each window has taken [s]."""
+        return self._windows.seconds
+
+    def __call__(self, samples: Given) -> TrackableReference | Late | NoSolution | Counterexample | Unproved:
+        """Return a reference learned from a window of samples, with its proof; or why there is none in time.
+
+        The samples are of the same states as those of the first reference, and count in this window alone. Every answer
+        has an `explanation`. What was late is proved, too: the next window begins where it ended. Raises TypeError and
+        ValueError for samples that do not fit.
+        """
+        plant = self.reference.reference.plant
+        kinds = [tuple(shown) for shown in kinds_by_name(plant, self.reference.sampled)]
+        _, seen = sampled_signals(plant, same_states("samples", samples, plant, kinds, self.noise_std))
+        found = self._windows(seen)
+        if not isinstance(found, Certified):
+            return found
+        self.reference = _with_proof(found, self.reference)
+        return self.reference
+
+
+def _certified(reference: TrackableReference) -> Certified:
+    """Return a reference as a search goes on from it."""
+    fit, plant = reference.fit, reference.reference.plant
+    places = places_of(fit.active_bounds, [quantity.name for quantity in plant.quantities])
+    signals = reference.reference.kernel_sums
+    solution = Solution(
+        fit.posterior, signals, fit.objective, places, 0, active_bounds=fit.active_bounds, moved=fit.moved
+    )
+    return Certified(solution, reference.reference, reference.certificate, backoff=0.0, cost=0.0, attempts=0)
+
+
+def _with_proof(found: Certified, last: TrackableReference) -> TrackableReference:
+    """Return what was found for the plant of the last reference; without bounds, l is that of the same θ."""
+    fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
+    certificate = replace(found.certificate, robust=robust_of(last.tightening))
+    return TrackableReference(fit, certificate, tightening=last.tightening)
