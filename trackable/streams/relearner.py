@@ -66,8 +66,8 @@ class Relearner:
         """Return a reference learned from a window of samples, with its proof; or why there is none in time.
 
         The samples are of the same states as those of the first reference, and count in this window alone. Every answer
-        has an `explanation`. What was late is proved, too: the next window begins where it ended. Raises TypeError and
-        ValueError for samples that do not fit.
+        has an `explanation`. The next window begins where the last proof was found, a late one too. Raises TypeError
+        and ValueError for samples that do not fit.
         """
         plant = self.reference.reference.plant
         kinds = [tuple(shown) for shown in kinds_by_name(plant, self.reference.sampled)]
