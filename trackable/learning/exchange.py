@@ -32,11 +32,10 @@ _MORE_STEPS = 30  # as good as the last one: where these do not lead below the b
 
 @dataclass(frozen=True)
 class _Path:
-    """The present end of a local search, the rounds that led there, and the curvature with which it goes on."""
+    """The present end of a local search, and the rounds that led there."""
 
     end: Array
     rounds: tuple[Round, ...] = ()
-    curvature: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -189,13 +188,13 @@ class Exchange:
             # A search that starts at a minimum may find it more precisely.
             minima[:] = [end for _, end in self._ends if path.rounds or not _is_near(end, [path.end])]
             self.fits += 1
-            found = step(program, path.end, path.curvature, _ROUGH, give_up)
+            # The curvature of the last program may be badly conditioned: with it, searches stop short of the minimum.
+            found = step(program, path.end, None, _ROUGH, give_up)
             if found is None or any(np.max(np.abs(found.x - end), initial=0.0) <= _SAME_POINT for end in ends):
                 continue
             candidate = self._evaluated(found.x)
             if candidate is not None and self._may_be_best(candidate) and candidate.violated(places) is None:
-                # The curvature so far may be so badly conditioned that its steps stop short of the minimum.
-                found = step(program, found.x, None, sqp.PRECISION, sqp.never) or found
+                found = step(program, found.x, found.curvature, sqp.PRECISION, sqp.never) or found
                 candidate = self._evaluated(found.x)
             ends.append(found.x)
             if candidate is not None and candidate.is_feasible:
@@ -203,7 +202,7 @@ class Exchange:
             if candidate is None or self._is_no_better(candidate):
                 continue
             done = Round(found.x, candidate.objective, candidate.worst[0], size)
-            longer = _Path(found.x, (*path.rounds, done), found.curvature)
+            longer = _Path(found.x, (*path.rounds, done))
             if candidate.is_feasible:
                 self._keep(candidate, longer.rounds)
             # Compare with the places of this program: another search of this round may have found the same ones.
