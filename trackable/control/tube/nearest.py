@@ -43,16 +43,32 @@ class Nearest:
         return np.asarray(self.root.T @ (self.root @ (e - nearest)))
 
     def _by_blocks(self, e: Array) -> Array | None:
-        """Return the nearest point of a product of polygons: in turn in the coordinates of each, the others held."""
-        d, edges = e.copy(), list[int | None]([None]) * len(self._polygons)
+        """Return the nearest point of a product of polygons: in turn in the coordinates of each, the others held.
+
+        Where e leaves one of them only, the best point for the others left free is nearest, if it does not leave them.
+        """
+        left = [i for i, polygon in enumerate(self._polygons) if not polygon.contains(e[polygon.block])]
+        if len(left) <= 1 < len(self._polygons) and (found := self._with_others_free(e, left)) is not None:
+            return found
+        d = e.copy()
         for turn in range(_MOST_ROUNDS):
-            for i, polygon in enumerate(self._polygons):
-                d[polygon.block], edges[i] = polygon.nearest(e, d, edges[i])
-            if len(edges) == 1:
+            for polygon in self._polygons:
+                d[polygon.block] = polygon.nearest(e, d)
+            if len(self._polygons) == 1:
                 return d
             if turn and self._is_nearest(e, d):  # the first turn is hardly ever enough
                 return d
         return None
+
+    def _with_others_free(self, e: Array, left: list[int]) -> Array | None:
+        """Return the nearest d that keeps the polygon in `left` (at most one); None where it leaves another."""
+        d = e.copy()
+        for i in left:
+            polygon, response = self._relaxed[i]
+            d[polygon.block] = polygon.nearest(e, e)
+            d += response @ (e[polygon.block] - d[polygon.block])
+        kept = (polygon.contains(d[polygon.block]) for i, polygon in enumerate(self._polygons) if i not in left)
+        return d if all(kept) else None
 
     def _is_nearest(self, e: Array, d: Array) -> bool:
         """Whether no error is farther in the direction from d, which is in Z, to e."""
@@ -91,8 +107,24 @@ class Nearest:
         return Faces.of(self.errors, self.root)
 
     @cached_property
-    def _polygons(self) -> tuple["Polygon", ...]:
+    def _polygons(self) -> tuple[Polygon, ...]:
         return tuple(Polygon(self.errors, block, self.root) for block in self.errors.blocks)
+
+    @cached_property
+    def _relaxed(self) -> tuple[tuple[Polygon, Array], ...]:
+        """Each polygon with the distance that is left where all other coordinates are free, and how these respond.
+
+        ‖root (e − d)‖ is least for (e − d)_others = −(root_others)⁺ root_block (e − d)_block. The response (n, b) is
+        what is added to d for each unit of (e − d)_block.
+        """
+        found = []
+        for block in self.errors.blocks:
+            others = [i for i in range(self.errors.dimension) if i not in block]
+            response, left = np.zeros((self.errors.dimension, len(block))), np.zeros_like(self.root)
+            response[others] = np.linalg.pinv(self.root[:, others]) @ self.root[:, block]
+            left[:, block] = self.root[:, block] - self.root[:, others] @ response[others]
+            found.append((Polygon(self.errors, block, left), response))
+        return tuple(found)
 
     @cached_property
     def _vertices(self) -> tuple[Array, Array, Array]:

@@ -20,43 +20,47 @@ class Polygon:
     block: list[int]
     root: Array
 
-    def nearest(self, e: Array, d: Array, likely: int | None = None) -> tuple[Array, int | None]:
+    def nearest(self, e: Array, d: Array) -> Array:
         """Return the best d in these coordinates, (1,) or (2,), for an error e (n,), with the others of d (n,) held.
 
-        Beside it comes the edge on which it lies, None inside; the edge that is `likely` is tried first.
+        Outside of a convex polygon, a point is nearest to an edge if it is outside of the edge's line and beside the
+        edge, and to a corner if it is behind the end of one edge and before the start of the next one.
         """
         aim = e[self.block] + self._coupling @ (e - d)
-        if likely is not None and (part := self._part(likely, aim)) is not None:
-            return np.asarray(self._corners[likely] + part * self._edges[likely]), likely
-        rows, sides = self._halfspaces
-        if (rows @ aim <= sides).all():
-            return np.asarray(aim), None
-        (x, y), (dx, dy), (along_x, along_y) = self._image
-        a, b = self._embedding @ aim
-        off_x, off_y = a - x, b - y
-        part = off_x * along_x
-        part += off_y * along_y
-        np.maximum(part, 0.0, out=part)
-        np.minimum(part, 1.0, out=part)
-        off_x -= part * dx
-        off_y -= part * dy
-        off_x *= off_x
-        off_y *= off_y
-        off_x += off_y
-        at = int(off_x.argmin())
-        return np.asarray(self._corners[at] + part[at] * self._edges[at]), at
+        rows, offsets = self._sides
+        placed = rows @ aim - offsets
+        along, outside = placed[: len(self._edges) + 1], placed[len(self._edges) + 1 :]
+        before, part = along[:-1], along[1:]
+        found = (part <= 1) & np.where(part < 0, before >= 1, outside > 0)
+        at = int(found.argmax())
+        if not found[at]:
+            if self.contains(aim):
+                return np.asarray(aim)
+            at = self._closest(aim, part)  # on a border, up to rounding
+        return np.asarray(self._corners[at] + min(max(part[at], 0.0), 1.0) * self._edges[at])
 
-    def _part(self, at: int, aim: Array) -> float | None:
-        """Return how far along an edge the nearest point lies, if it lies inside of the edge; None elsewhere.
+    def contains(self, point: Array) -> bool:
+        """Whether a point (1,) or (2,) lies in it."""
+        rows, limits = self._halfspaces
+        return bool((rows @ point <= limits).all())
 
-        It does where the point of the edge's line that is nearest lies on the edge, and `aim` outside of the line: then
-        all of the polygon is on the other side.
+    def _closest(self, aim: Array, part: Array) -> int:
+        """Return the edge with the least distance of all, `part` (v,) of its way along each."""
+        points = self._corners + np.clip(part, 0.0, 1.0)[:, None] * self._edges
+        return int(np.argmin(np.linalg.norm((points - aim) @ self._embedding.T, axis=1)))
+
+    @cached_property
+    def _sides(self) -> tuple[Array, Array]:
+        """Rows and offsets (1 + 2 v,) of where a point is: how far along each edge, in parts of it, the last one first.
+
+        Then how far it is outside of each edge's line, in any unit; zero for intervals.
         """
-        corners, edges, along = self._image
-        x, y = self._embedding @ aim - corners[:, at]
-        part = float(x * along[0, at] + y * along[1, at])
-        outside = (x * edges[1, at] - y * edges[0, at]) * self._turn
-        return part if 0 < part < 1 and outside > 0 else None
+        corners, edges = self._corners @ self._embedding.T, self._edges @ self._embedding.T
+        squares = np.sum(edges**2, axis=1, keepdims=True)
+        along = edges / np.where(squares > 0, squares, 1.0)
+        outward = self._turn * edges[:, ::-1] * [1.0, -1.0]
+        rows, starts = np.vstack([along[-1:], along, outward]), np.vstack([corners[-1:], corners, corners])
+        return rows @ self._embedding, np.einsum("ij,ij->i", rows, starts)
 
     @cached_property
     def _turn(self) -> float:
@@ -90,10 +94,3 @@ class Polygon:
     def _edges(self) -> Array:
         """From each corner to the next."""
         return np.asarray(np.roll(self._corners, -1, axis=0) - self._corners)
-
-    @cached_property
-    def _image(self) -> tuple[Array, Array, Array]:
-        """Corners and edges (2, v) such that distances are Euclidean, and edges over their squared lengths (2, v)."""
-        corners, edges = self._embedding @ self._corners.T, self._embedding @ self._edges.T
-        squares = np.sum(edges**2, axis=0)
-        return corners, edges, edges / np.where(squares > 0, squares, 1.0)

@@ -50,6 +50,21 @@ def test_no_error_is_farther_in_the_direction_from_the_nearest_one(name):
             assert nearest(0.9 * found) == pytest.approx(0.9 * found, rel=1e-9, abs=1e-12)
 
 
+def test_errors_that_leave_one_polygon_of_a_product_only():
+    """From its middle to its edge in the other one, so that it is left, too, where the distance couples the two."""
+    errors, rng = LOOPS["two carts"].controller.errors, np.random.default_rng(6)
+    corners = errors.corners([0, 1])
+    for root in roots(LOOPS["two carts"]):
+        nearest = Nearest(errors, root)
+        for part in rng.uniform(0, 1, 40):
+            e = 2 * errors.extents * rng.choice([-1, 1], 4)
+            e[:2] = part * rng.choice(corners)
+            found = nearest(e)
+            normal = nearest.normal(e, found)
+            assert errors.support(normal) - normal @ found <= 1e-8 * (normal @ (e - found))
+            assert errors.contains((1 - 1e-9) * found)
+
+
 def test_faces_of_three_states_are_enough_and_agree_with_the_method_for_any_set():
     """Near the edges of Z and far from them: facets, edges and vertices are all met; and not one is overlooked."""
     loop, rng = LOOPS["three states"], np.random.default_rng(4)
@@ -64,15 +79,26 @@ def test_faces_of_three_states_are_enough_and_agree_with_the_method_for_any_set(
     assert Faces.of(LOOPS["three states, a hull"].controller.errors, np.eye(3)) is None
 
 
-def test_an_edge_that_is_likely_is_taken_only_where_the_nearest_point_lies_on_it():
-    errors = LOOPS["pushed cart"].controller.errors
-    polygon, rng = Polygon(errors, [0, 1], roots(LOOPS["pushed cart"])[1]), np.random.default_rng(2)
-    for e in 2 * errors.extents * rng.uniform(-1, 1, (20, 2)):
-        found, at = polygon.nearest(e, e)
-        for likely in range(len(errors.corners([0, 1]))):
-            again, edge = polygon.nearest(e, e, likely)
-            assert again == pytest.approx(found, abs=1e-12)
-            assert edge == at or likely != at
+def test_edges_and_corners_of_polygons_are_the_nearest_of_all():
+    """In the plane, beside a product's other coordinates, and of intervals; beside a naive search over all edges."""
+    for name, block in (("pushed cart", [0, 1]), ("two carts", [2, 3]), ("two carts", [1])):
+        errors, rng = LOOPS[name].controller.errors, np.random.default_rng(2)
+        for root in roots(LOOPS[name]):
+            polygon = Polygon(errors, block, root)
+            corners = errors.corners(block)
+            steps = np.linspace(0, 1, 2001)[:, None, None]
+            points = (corners + steps * (np.roll(corners, -1, axis=0) - corners)).reshape(-1, len(block))
+            for e in 3 * errors.extents * rng.uniform(-1, 1, (20, len(root))):
+                found, offs = polygon.nearest(e, e), np.zeros((len(points), len(root)))
+                if polygon.contains(e[block]):
+                    assert found == pytest.approx(e[block])
+                    continue
+                offs[:, block] = points - e[block]
+                off = np.zeros(len(root))
+                off[block] = found - e[block]
+                assert np.linalg.norm(root @ off) == pytest.approx(
+                    np.linalg.norm(offs @ root.T, axis=1).min(), rel=1e-5
+                )
 
 
 def test_products_of_polygons_are_seen_as_such():
