@@ -3,12 +3,10 @@
 import mimetypes
 import re
 import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from threading import Thread
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
@@ -29,19 +27,6 @@ def server_of(served: Served, port: int = 0) -> ThreadingHTTPServer:
 def address_of(server: ThreadingHTTPServer) -> str:
     """Return the address of the page that a server serves."""
     return f"http://{LOOPBACK}:{server.server_port}/"
-
-
-@contextmanager
-def serving(served: Served) -> Iterator[str]:
-    """Serve files in the background on a free port, and give the address."""
-    with server_of(served) as server:
-        thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
-        thread.start()
-        try:
-            yield address_of(server)
-        finally:
-            server.shutdown()
-            thread.join()
 
 
 class _Server(ThreadingHTTPServer):

@@ -5,8 +5,8 @@ import scipy
 from mpmath import mp
 
 from tests.trackable.certificates import naive
+from tests.trackable.certificates.decoded import decode_certificate
 from tests.trackable.checker.truth import as_stored, is_true, statement
-from trackable.codec.certificates import decode_certificate
 from trackable.codec.converter import decode
 from trackable.systems.reference import Reference
 

@@ -58,4 +58,7 @@ def _license(distribution: str) -> bytes:
 if __name__ == "__main__":
     if len(sys.argv) != 2:
         sys.exit("usage: python -m trackable.checker.bundle OUT")
-    write_bundle(Path(sys.argv[1]))
+    try:
+        write_bundle(Path(sys.argv[1]))
+    except OSError as error:
+        sys.exit(f"error: {sys.argv[1]}: cannot be written ({error.strerror or error})")

@@ -1,15 +1,12 @@
 """Certificates as JSON: a claim, the reference it is about in the form of the codec, and what verifies the claim."""
 
 import dataclasses
-from collections.abc import Mapping
 from typing import Any
 
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
-from trackable.certificates.cover import Cover
-from trackable.codec.converter import decode, encode
-from trackable.codec.robust import decode_robust, encode_robust
-from trackable.codec.values import CodecError
+from trackable.codec.converter import encode
+from trackable.codec.robust import encode_robust
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.functional import Functional
 from trackable.systems.linear import LinearSystem
@@ -81,29 +78,3 @@ def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
             for limit in rows
         ]
     }
-
-
-def decode_certificate(data: Mapping[str, Any]) -> Certificate:
-    """Return the certificate whose `encode_certificate` is `data`; what follows from its reference is not compared.
-
-    Raises CodecError where there is none.
-    """
-    if (data.get("format"), data.get("version")) != (FORMAT, VERSION):
-        raise CodecError(
-            f"expected {FORMAT!r} version {VERSION}, got {data.get('format')!r} version {data.get('version')!r}"
-        )
-    try:
-        claim, evaluation = dict(data["claim"]), data["evaluation"]
-        covers, terms = claim.pop("covers", {}), claim.pop("terms", 0)
-        reference = decode(Reference, data["reference"])
-        return Certificate(
-            reference=reference,
-            claim=_CLAIMS[claim.pop("kind")](**claim),
-            terms=terms,
-            covers={name: Cover(tuple(c["ends"]), tuple(c["radii"])) for name, c in covers.items()},
-            evaluation_error=dict(evaluation["errors"]),
-            evaluated_until=evaluation["until"],
-            robust=decode_robust(data.get("disturbance"), reference.plant.system),
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise CodecError(f"certificate: {error}") from error

@@ -7,9 +7,9 @@ from PIL import Image
 
 from pipeline.experiments import load_experiment
 from pipeline.storage.results import Results
-from pipeline.viewer.server import serving
 from pipeline.viewer.view import shown
 from tests.pipeline.viewer import browser
+from tests.pipeline.viewer.background import serving
 from tests.project import ROOT
 
 PICTURE = ROOT / "pipeline" / "viewer" / "picture.png"

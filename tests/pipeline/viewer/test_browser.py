@@ -9,9 +9,9 @@ import pytest
 from pipeline.experiments import load_experiment
 from pipeline.storage.results import Results
 from pipeline.storage.topics import topics_of
-from pipeline.viewer.server import serving
 from pipeline.viewer.view import shown
 from tests.pipeline.viewer import browser
+from tests.pipeline.viewer.background import serving
 from tests.project import ROOT
 
 EXPERIMENTS = sorted(path.name for path in (ROOT / "data" / "results").iterdir() if [*path.glob("*.mcap")])

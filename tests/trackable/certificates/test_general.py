@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackable.certificates import naive
+from tests.trackable.certificates.decoded import decode_certificate
 from tests.trackable.checker.changes import PLANT, changed
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.certified import Certified, learn_certified
@@ -14,7 +15,7 @@ from trackable.certificates.claim import AllPhases, AllTimes
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
 from trackable.checker import Failed, Proved, check
-from trackable.codec.certificates import decode_certificate, encode_certificate
+from trackable.codec.certificates import encode_certificate
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.matern import Matern52

@@ -117,3 +117,10 @@ def test_the_library_says_the_same(tmp_path):
     alone, library = run("-m", "trackable.checker", narrow, cwd=ROOT), run("-m", "trackable", "check", narrow, cwd=ROOT)
     assert (alone.returncode, alone.stderr) == (library.returncode, library.stderr)
     assert alone.returncode == 1
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path):
+    found = run("-m", "trackable.checker.bundle", tmp_path)
+    assert found.returncode == 1
+    assert found.stderr.startswith(f"error: {tmp_path}: cannot be written (")
+    assert "Traceback" not in found.stderr

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.trackable.certificates.decoded import decode_certificate
 from tests.trackable.checker.redundant import PLANE, PLANT, STEPS, as_read, in_the_plane, learned
 from tests.trackable.systems.instances import controllable
 from tests.trackable.systems.redundant_instances import excess
@@ -12,7 +13,7 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
 from trackable.checker import Proved, check
-from trackable.codec.certificates import decode_certificate, encode_certificate
+from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum

@@ -5,8 +5,8 @@ from fractions import Fraction
 from functools import cache
 
 from tests.trackable.certificates import naive
+from tests.trackable.certificates.decoded import decode_certificate
 from tests.trackable.checker.test_soundness import smallest_margin
-from trackable.codec.certificates import decode_certificate
 from trackable.systems.flat.flatness import Flatness
 from trackable.systems.flat.functional import Functional
 from trackable.systems.reference import Reference

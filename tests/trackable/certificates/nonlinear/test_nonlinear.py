@@ -7,6 +7,7 @@ import pytest
 from flint import arb
 from mpmath import mp
 
+from tests.trackable.certificates.decoded import decode_certificate
 from tests.trackable.certificates.instances import chosen_box
 from tests.trackable.certificates.nonlinear.instances import (
     BOX,
@@ -30,7 +31,6 @@ from trackable.certificates.prove import prove as prove_always
 from trackable.certificates.prove import prove_at_instants, prove_on_window
 from trackable.certificates.rounding.references import evaluation_errors
 from trackable.checker import Proved, check
-from trackable.codec.certificates import decode_certificate
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from flint import arb
 
+from tests.trackable.certificates.decoded import decode_certificate
 from tests.trackable.certificates.instances import wide
 from tests.trackable.certificates.nonlinear.instances import (
     BOX,
@@ -28,7 +29,6 @@ from trackable.certificates.prove import prove as prove_always
 from trackable.certificates.prove import prove_on_window
 from trackable.certificates.sketch import Sketch
 from trackable.checker import Failed, NotACertificate, Proved, check
-from trackable.codec.certificates import decode_certificate
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.nonlinear import Nonlinear
 from trackable.systems.reference import Reference

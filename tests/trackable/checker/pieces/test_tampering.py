@@ -6,10 +6,10 @@ from fractions import Fraction
 import pytest
 
 from tests.splines.naive import extremes
+from tests.trackable.certificates.decoded import decode_certificate
 from tests.trackable.checker.changes import changed, leaves, replacements, without
 from tests.trackable.checker.pieces.instances import WINDOW, certificate, moved
 from trackable.checker import Failed, NotACertificate, Proved, check
-from trackable.codec.certificates import decode_certificate
 
 SIGNAL = ("reference", "signals", 0)
 KINDS = ("rest", "period", "end")

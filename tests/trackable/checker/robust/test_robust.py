@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import pytest
 
+from tests.trackable.certificates.decoded import decode_certificate
 from tests.trackable.certificates.nonlinear.instances import proved as nonlinear
 from tests.trackable.checker.changes import changed
 from tests.trackable.checker.instances import scalar_certificate
@@ -15,7 +16,7 @@ from tests.trackable.systems.disturbance.naive import naive_support
 from trackable.checker import Failed, NotACertificate, Proved, check
 from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.steps import robust as step
-from trackable.codec.certificates import decode_certificate, encode_certificate
+from trackable.codec.certificates import encode_certificate
 
 PUSHED = "pushed cart"
 
