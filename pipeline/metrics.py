@@ -13,7 +13,7 @@ from trackable.learning.learned import LearnedReference
 from trackable.learning.problem import ActiveBound
 from trackable.learning.published.scalar import is_scalar, state_and_input
 from trackable.learning.published.tail import tail
-from trackable.systems.definition import smallest_defect
+from trackable.systems.defect import smallest_defect
 from trackable.systems.margins import MarginProfile, margin_profile
 from trackable.systems.reference import Reference
 

@@ -72,7 +72,7 @@ if TYPE_CHECKING:
     from trackable.systems.library import tank as tank
     from trackable.systems.library import two_tanks as two_tanks
     from trackable.systems.linear import LinearSystem as LinearSystem
-    from trackable.systems.nonlinear import Nonlinear as Nonlinear
+    from trackable.systems.nonlinear import NonlinearSystem as NonlinearSystem
     from trackable.systems.sets.polytope import Polytope as Polytope
     from trackable.systems.signals.pieces import PolynomialPieces as PolynomialPieces
 
@@ -87,8 +87,8 @@ _MODULES = {
     "CsvLayout": "recordings.csv_files.table",
     "DoubtfulInputWarning": "errors",
     "Failed": "checker",
-    "FlatForm": "systems.flat.form",
     "Field": "recordings.mcap_files.reader",
+    "FlatForm": "systems.flat.form",
     "Fleet": "fleet.learn_many",
     "IgnoresSamplesWarning": "explanation",
     "Infeasible": "control.step.result",
@@ -97,7 +97,7 @@ _MODULES = {
     "LinearSystem": "systems.linear",
     "Matern32": "gp.kernels.matern",
     "Matern52": "gp.kernels.matern",
-    "Nonlinear": "systems.nonlinear",
+    "NonlinearSystem": "systems.nonlinear",
     "NotACertificate": "checker",
     "NotTrackableError": "saved",
     "Periodic": "gp.kernels.periodic",
@@ -111,8 +111,8 @@ _MODULES = {
     "RationalQuadratic": "gp.kernels.rational_quadratic",
     "Recording": "recordings.recording",
     "Refuted": "checker",
-    "Relearner": "streams.relearner",
     "RefutedTable": "given.table",
+    "Relearner": "streams.relearner",
     "Samples": "gp.samples",
     "Source": "fleet.sources",
     "SquaredExponential": "gp.kernels.squared_exponential",
@@ -128,23 +128,23 @@ _MODULES = {
     "certify": "given.certify",
     "certify_table": "given.table_proof",
     "check": "checking",
-    "learn_many": "fleet.learn_many",
-    "mobile_robot": "systems.library",
     "kinematic_bicycle": "systems.library",
-    "two_tanks": "systems.library",
-    "pendulum": "systems.library",
-    "tank": "systems.library",
+    "learn_many": "fleet.learn_many",
     "learn_reference": "learn",
     "learn_stream": "streams.learn",
+    "mobile_robot": "systems.library",
     "parts_of_csv": "fleet.parts",
     "parts_of_parquet": "fleet.parts",
+    "pendulum": "systems.library",
     "read_csv": "recordings.csv_files.reader",
     "read_mcap": "recordings.mcap_files.reader",
     "read_parquet": "recordings.parquet_files.reader",
     "recordings_in": "fleet.sources",
     "repair": "given.repair",
     "simulate": "control.simulation",
+    "tank": "systems.library",
     "topics_of": "fleet.parts",
+    "two_tanks": "systems.library",
 }
 """The module of each public name. A test compares this table with the imports above, which only type checkers see."""
 

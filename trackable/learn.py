@@ -26,7 +26,7 @@ from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
 from trackable.reference import TrackableReference
 from trackable.request import (
-    Given,
+    SamplesLike,
     checked_goal,
     checked_plant,
     claimed,
@@ -49,14 +49,14 @@ _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMET
 
 @one_blas_thread()
 def learn_reference(
-    samples: Given,
+    samples: SamplesLike,
     plant: ConstrainedSystem,
     kernel: Kernel | Mapping[str, Kernel],
     claim: Claim,
     *,
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None = None,
     mean: Mean | Mapping[str, Mean] = 0.0,
-    learn_from: Given | None = None,
+    learn_from: SamplesLike | None = None,
     method: Moved = "joint",
     centres: Centres = "auto",
     at: Waypoints | None = None,

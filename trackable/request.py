@@ -22,7 +22,7 @@ from trackable.systems.sampling import default_sample, kinds_by_name, relative_t
 
 T = TypeVar("T")
 
-Given = Samples | Column | Frame | Mapping[str, Samples | Column]
+SamplesLike = Samples | Column | Frame | Mapping[str, Samples | Column]
 """Samples as users have them: pandas Series and DataFrames too, with an index of times [s]."""
 
 
@@ -43,7 +43,7 @@ def tightened(
     return found if found.margin or found.invariant is not None else None
 
 
-def samples_by_name(given: Given, plant: ConstrainedSystem, what: str = "samples") -> dict[str, Samples]:
+def samples_by_name(given: SamplesLike, plant: ConstrainedSystem, what: str = "samples") -> dict[str, Samples]:
     """Return samples by the name of what is sampled. TypeError: something else was given."""
     if is_frame(given):
         return samples_of_frame(what, given)
@@ -96,7 +96,7 @@ def with_noise(
 
 def same_states(
     what: str,
-    samples: Given,
+    samples: SamplesLike,
     plant: ConstrainedSystem,
     kinds: list[tuple[str, ...]],
     noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None,

@@ -11,7 +11,7 @@ from trackable.control.step.result import Plan, StepResult
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
@@ -43,7 +43,9 @@ class Case:
 
 
 def plant(sine: Sine) -> ConstrainedSystem:
-    system = Nonlinear.of(lambda x, u: [x[0] + sine.alpha * np.sin(4 * x[0]) + sine.gain * u[0]], ["x"], ["u"], 0.1)
+    system = NonlinearSystem.of(
+        lambda x, u: [x[0] + sine.alpha * np.sin(4 * x[0]) + sine.gain * u[0]], ["x"], ["u"], 0.1
+    )
     return ConstrainedSystem(system, Polytope.box([-sine.reach], [sine.reach]), Polytope.box([-sine.most], [sine.most]))
 
 

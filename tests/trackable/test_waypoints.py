@@ -12,7 +12,7 @@ from tests.trackable.plants import AXIS, CART, SAMPLES
 from trackable import (
     ConstrainedSystem,
     Failed,
-    Nonlinear,
+    NonlinearSystem,
     NotTrackableError,
     Polytope,
     Proved,
@@ -34,7 +34,7 @@ from trackable.systems.sets.interval import Interval
 KNOWN = SquaredExponential(0.5, 0.6)
 AT = {1.0: {"force": -1.0}, 0.0: {"position": -0.98, "velocity": 0.0}}
 TANK = ConstrainedSystem(
-    Nonlinear.of(lambda x, u: [x[0] + 0.1 * u[0] - 0.05 * x[0] ** 2], ["level"], ["inflow"], 0.1),
+    NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * u[0] - 0.05 * x[0] ** 2], ["level"], ["inflow"], 0.1),
     Polytope.box([0.1], [2.0]),
     Polytope.box([-2.0], [4.0]),
 )

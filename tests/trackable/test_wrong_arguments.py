@@ -15,7 +15,7 @@ from trackable import (
     ConstrainedSystem,
     Controller,
     LinearSystem,
-    Nonlinear,
+    NonlinearSystem,
     Polytope,
     Samples,
     SquaredExponential,
@@ -76,7 +76,7 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
         "sampling_time must be a pos",
     ),
     "of formulas": (
-        lambda: Nonlinear.of(lambda x, u: [u[0]], ["a"], ["b"], "1"),
+        lambda: NonlinearSystem.of(lambda x, u: [u[0]], ["a"], ["b"], "1"),
         TypeError,
         "sampling_time: expected a",
     ),
@@ -95,7 +95,7 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
     "no system": (
         lambda: plant(system=(1, 2)),
         TypeError,
-        "system: expected a LinearSystem or a Nonlinear, got (1, 2)",
+        "system: expected a LinearSystem or a NonlinearSystem, got (1, 2)",
     ),
     "two sampling times": (lambda: plant(sampling_time=0.01), TypeError, "unexpected keyword argument 'sampling_time'"),
     "bare system": (
@@ -156,11 +156,15 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
     ),
     "stencil": (lambda: Samples([0], [1], [1], "a"), TypeError, "stencil: expected a Stencil, or Stencils, got 'a'"),
     "a name as names": (
-        lambda: Nonlinear.of(lambda x, u: [u[0]], "a", "b", 1),
+        lambda: NonlinearSystem.of(lambda x, u: [u[0]], "a", "b", 1),
         TypeError,
         "states: expected a list of n",
     ),
-    "no function": (lambda: Nonlinear.of(3, ["a"], ["b"], 1), TypeError, "f: expected a function of x and u, got 3"),
+    "no function": (
+        lambda: NonlinearSystem.of(3, ["a"], ["b"], 1),
+        TypeError,
+        "f: expected a function of x and u, got 3",
+    ),
     "enormous": (lambda: learn(samples=Samples([0, 1, 2], [1e300, -1e300, 0])), ValueError, "choose another unit"),
     "learn from": (lambda: learn(learn_from=[1]), TypeError, "learn_from: expected Samples, or a mapping from names"),
     "interval": (lambda: SearchSpace({"lengthscale": 1.0}), TypeError, "bounds of lengthscale: expected an Interval"),

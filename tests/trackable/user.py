@@ -28,7 +28,7 @@ from trackable import (
     LinearSystem,
     Matern32,
     Matern52,
-    Nonlinear,
+    NonlinearSystem,
     NotACertificate,
     NotTrackableError,
     Periodic,
@@ -99,12 +99,14 @@ assert_type(recording.samples("position"), Samples)
 
 axis = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.01, states=("position", "velocity"))
 assert_type(axis, LinearSystem)
-tank = Nonlinear.of(lambda x, u: [x[0] + u[0]], ["level"], ["inflow"], 5.0)
-assert_type(tank, Nonlinear)
+tank = NonlinearSystem.of(lambda x, u: [x[0] + u[0]], ["level"], ["inflow"], 5.0)
+assert_type(tank, NonlinearSystem)
 for system in (mobile_robot(0.1), kinematic_bicycle(0.1, wheelbase=2.7), two_tanks(1.0), pendulum(0.05), draining(1.0)):
-    assert_type(system, Nonlinear)
+    assert_type(system, NonlinearSystem)
 chain = FlatForm.of(lambda z: ([z[0][0], z[1][0] - z[0][0]], [z[2][0] - 2 * z[1][0] + z[0][0]]), outputs=1)
-assert_type(Nonlinear.of(lambda x, u: [x[0] + x[1], x[1] + u[0]], ["x", "v"], ["a"], 1.0, flat=chain), Nonlinear)
+assert_type(
+    NonlinearSystem.of(lambda x, u: [x[0] + x[1], x[1] + u[0]], ["x", "v"], ["a"], 1.0, flat=chain), NonlinearSystem
+)
 plant = ConstrainedSystem(axis, Polytope.box([-1.0, -1.0], [1.0, 1.0]), Polytope.box([-1.0], [1.0]))
 assert_type(plant.sampling_time, float)
 
@@ -162,8 +164,8 @@ warnings.simplefilter("error", IgnoresSamplesWarning)
 warnings.simplefilter("ignore", DoubtfulInputWarning)
 
 controller = Controller(plant, 10, [[1, 0], [0, 1]], [[0.1]])
-assert_type(controller.step(0, np.zeros(2), reference.reference), Plan | Infeasible | Unsolved)
-simulate(controller, reference.reference, np.zeros(2), 100)
+assert_type(controller.step(0, [0.0, 0.0], reference.reference), Plan | Infeasible | Unsolved)
+simulate(controller, reference.reference, [0, 0], 100)
 if reference.tightening is not None:
     tube = TubeController(reference.tightening, 10, [[1, 0], [0, 1]], [[0.1]])
     assert_type(tube.step(0, np.zeros(2), reference), Plan | Infeasible | Unsolved)

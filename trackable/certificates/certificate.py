@@ -42,6 +42,9 @@ class Certificate:
         disturbed = f"; {self.robust.explanation}" if self.robust else ""
         return f"proved for {self.claim}: {kept}{chosen}{disturbed}"
 
+    def __repr__(self) -> str:
+        return f"Certificate({self.explanation})"
+
     @property
     def hair(self) -> float:
         """By which part of itself a time may lie outside of what is proved, as k T_s is rounded.

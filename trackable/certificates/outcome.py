@@ -27,6 +27,9 @@ class Counterexample:
         when = f"t = {self.time!r} s" if self.step is None else f"step {self.step} (t = {self.time:.6g} s)"
         return f"at {when} the {self.quantity} certainly breaks {self.bounds}, by at least {self.violation:.3g}"
 
+    def __repr__(self) -> str:
+        return f"Counterexample({self.explanation})"
+
 
 @dataclass(frozen=True)
 class Unproved:
@@ -48,3 +51,6 @@ class Unproved:
             f"from t = {start:.9g} s to {end:.9g} s it is not proved that the {self.quantity} stays in {self.bounds}: "
             f"{self.reason} (short by {self.shortfall:.3g})"
         )
+
+    def __repr__(self) -> str:
+        return f"Unproved({self.explanation})"

@@ -11,9 +11,9 @@ from trackable.arrays import Array
 from trackable.gp.remembered import Remembered
 from trackable.learning.index_set import Window
 from trackable.systems.flat.functional import Signals
+from trackable.systems.quantities import Quantities
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
-from trackable.systems.several import Several
 
 _GRID_POINTS, _MOST_POINTS = 1025, 50_000
 _POINTS_PER_CORRELATION_TIME, _FEW_CENTRES = 4, 100
@@ -58,7 +58,7 @@ def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
     The times are the same for all quantities.
     """
     signals = Remembered.of(reference.kernel_sums).signals
-    kernels, several = [signal.kernel for signal in signals], Several(reference.quantities, signals)
+    kernels, several = [signal.kernel for signal in signals], Quantities(reference.quantities, signals)
     lowest = Window(start, end).minima_of_each(several, kernels)
     grid = np.linspace(start, end, _points((end - start) / min(k.correlation_time for k in kernels), several.is_linear))
     centres = (at for quantity in reference.quantities for at in _near_centres(reference, quantity))

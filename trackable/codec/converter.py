@@ -34,7 +34,7 @@ from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.formulas.expression import Expression
 from trackable.systems.formulas.nested_lists import from_lists, to_lists
 from trackable.systems.linear import LinearSystem
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.signals.pieces import PolynomialPieces
 from trackable.systems.signals.signal import Signal
 
@@ -226,7 +226,7 @@ def _converter() -> Converter:
     converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
     converter.register_structure_hook_func(is_frozenset, _read_set)
     system, signal = (
-        _read_either("f", Nonlinear, LinearSystem),
+        _read_either("f", NonlinearSystem, LinearSystem),
         _read_either("breakpoints", PolynomialPieces, KernelSum),
     )
     converter.register_structure_hook_func(lambda cls: cls == System, system)

@@ -30,6 +30,14 @@ class ClosedLoop:
     without_plan: tuple[Infeasible | Unsolved, ...]
     widened: int
 
+    def __repr__(self) -> str:
+        last = self.first_step + len(self.inputs)
+        largest = np.max(np.abs(self.errors), axis=0).tolist()
+        return (
+            f"ClosedLoop(steps {self.first_step} to {last}, largest errors {', '.join(f'{e:.3g}' for e in largest)}, "
+            f"{len(self.infeasible)} infeasible, {len(self.unsolved)} unsolved)"
+        )
+
     @property
     def infeasible(self) -> tuple[Infeasible, ...]:
         """The steps at which there is no plan."""

@@ -10,15 +10,19 @@ import scipy
 from trackable.arguments import instance, numbers, whole
 from trackable.arrays import Array, ArrayLike
 from trackable.control.angles import turned_near
-from trackable.control.references import TrackedReference, check_reference
+from trackable.control.references import TrackedReference
 from trackable.control.step.formulation import Formulation
 from trackable.control.step.problem import TOLERANCE, StepProblem
 from trackable.control.step.result import Infeasible, Plan, StepResult, Unsolved
 from trackable.control.step.sequential import solve_by_linearisation
+from trackable.control.stepping import StepArguments
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Window
 
 __all__ = ["TOLERANCE", "Controller"]
+
+_ZERO = 1e-12
+"""An eigenvalue of a weight counts as zero up to this part of the largest one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,20 +49,8 @@ class Controller:
             "controller: plant", self.plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)"
         )
         n, m = len(self.plant.system.states), len(self.plant.system.inputs)
-        for name, size, least in (("Q", n, -1e-12), ("R", m, 1e-12)):
-            weight = numbers(f"controller: {name}", getattr(self, name))
-            if weight.shape != (size, size) or not np.all(np.isfinite(weight)) or not np.array_equal(weight, weight.T):
-                raise ValueError(
-                    f"controller: {name} must be a symmetric matrix of shape ({size}, {size}), got {weight}"
-                )
-            unit = np.sqrt(np.where(np.diag(weight) == 0, 1.0, np.abs(np.diag(weight))))
-            values = scipy.linalg.eigvalsh(weight / unit[:, None] / unit)  # whatever the units of the coordinates are
-            if not values[0] >= least * max(values[-1], 0.0) or not values[-1] > 0:
-                kind = "semidefinite and not zero" if least < 0 else "definite"
-                found = scipy.linalg.eigvalsh(weight).tolist()
-                raise ValueError(f"controller: {name} must be positive {kind}, got eigenvalues {found}")
-            weight.flags.writeable = False
-            object.__setattr__(self, name, weight)
+        object.__setattr__(self, "Q", _checked_weight("Q", self.Q, n, -_ZERO, "semidefinite and not zero"))
+        object.__setattr__(self, "R", _checked_weight("R", self.R, m, _ZERO, "definite"))
         object.__setattr__(self, "horizon", whole("controller: horizon", self.horizon))
         if self.horizon < (fewest := shortest_horizon(self.plant)):
             raise ValueError(
@@ -66,7 +58,9 @@ class Controller:
                 f"terminal equality the horizon must be at least {fewest}, got {self.horizon}"
             )
 
-    def step(self, k: int, state: Array, reference: TrackedReference, initial_guess: Array | None = None) -> StepResult:
+    def step(
+        self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
+    ) -> StepResult:
         """Return the optimal plan at step `k` from `state` (n,), or why there is none.
 
         For a nonlinear system the optimum is searched near the inputs `initial_guess` (N, m), by default near the
@@ -80,20 +74,13 @@ class Controller:
           without an explanation, or a formula of the system or of the reference is not defined.
         - ValueError: the state is not n finite numbers, or what `reference.window` raises outside of its steps.
         """
-        k, state = whole("controller: k", k), numbers("controller: state", state)
-        check_reference("controller", reference)
-        if state.shape != (n := len(self.Q),) or not np.all(np.isfinite(state)):
-            raise ValueError(f"controller: a state is {n} finite numbers, got {state.tolist()} at step {k}")
-        if initial_guess is not None:
-            initial_guess = numbers("controller: initial_guess", initial_guess)
-            if initial_guess.shape != (shape := (self.horizon, len(self.R))):
-                raise ValueError(f"controller: initial_guess must have shape {shape}, got {initial_guess.shape}")
-        safe = () if initial_guess is None else (initial_guess[0],)
+        k, x, guess = StepArguments.checked(k, state, reference, initial_guess, self.shape)
+        safe = () if guess is None else (guess[0],)
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
                 window = reference.window(k, self.horizon)
                 safe = (*safe, window.inputs[0])
-                return self._solved(k, state, window, initial_guess)
+                return self._solved(k, x, window, guess)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             return Unsolved(k, str(error), self.formulation.admissible.first_finite(safe))
 
@@ -105,10 +92,33 @@ class Controller:
             return problem.optimum or problem.infeasible
         return solve_by_linearisation(self.formulation, k, state, turned_near(self.plant, window, state), initial_guess)
 
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """N, n, m: the horizon, and the numbers of states and inputs."""
+        return self.horizon, len(self.Q), len(self.R)
+
     @cached_property
     def formulation(self) -> Formulation:
         """The programs, built once for all steps."""
         return Formulation(self.plant, self.horizon, self.Q, self.R)
+
+
+def _checked_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:
+    """Return a weight (size, size) of the cost. ValueError: it is not symmetric, or not positive `kind`.
+
+    Its smallest eigenvalue is at least `least` times the largest, where the coordinates are scaled to a diagonal of
+    ones: so units do not matter.
+    """
+    weight = numbers(f"controller: {name}", given)
+    if weight.shape != (size, size) or not np.all(np.isfinite(weight)) or not np.array_equal(weight, weight.T):
+        raise ValueError(f"controller: {name} must be a symmetric matrix of shape ({size}, {size}), got {weight}")
+    unit = np.sqrt(np.where(np.diag(weight) == 0, 1.0, np.abs(np.diag(weight))))
+    values = scipy.linalg.eigvalsh(weight / unit[:, None] / unit)
+    if not values[0] >= least * max(values[-1], 0.0) or not values[-1] > 0:
+        found = scipy.linalg.eigvalsh(weight).tolist()
+        raise ValueError(f"controller: {name} must be positive {kind}, got eigenvalues {found}")
+    weight.flags.writeable = False
+    return weight
 
 
 def shortest_horizon(plant: ConstrainedSystem) -> int:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackable.arrays import Array
+from trackable.arrays import Array, ArrayLike
 from trackable.certificates.certified import Certified
 from trackable.certificates.claim import AllPhases, AllTimes
 from trackable.certificates.outcome import Counterexample, Unproved
@@ -64,7 +64,7 @@ class OnlineLoop:
 def simulate_online(
     controller: Controller,
     first: Certified,
-    initial_state: Array,
+    initial_state: ArrayLike,
     steps: int,
     arrivals: Iterable[tuple[int, tuple[Samples, ...]]],
     learner: Learner,

@@ -6,7 +6,7 @@ from reprlib import repr as short
 import numpy as np
 
 from trackable.arguments import numbers, whole
-from trackable.arrays import Array
+from trackable.arrays import Array, ArrayLike
 from trackable.control.angles import nearest_turns
 from trackable.control.closed_loop import ClosedLoop
 from trackable.control.references import TabulatedReference, TrackedReference, check_reference
@@ -36,7 +36,7 @@ def apply_fallback_for(steps: int) -> InfeasibilityPolicy:
 def simulate(
     controller: SteppedController,
     reference: TrackedReference,
-    initial_state: Array,
+    initial_state: ArrayLike,
     steps: int,
     *,
     first_step: int = 0,

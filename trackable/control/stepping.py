@@ -1,9 +1,12 @@
-"""What a closed loop needs of a controller, and of what disturbs it."""
+"""What a closed loop needs of a controller, and of what disturbs it; the arguments of a step, checked."""
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
-from trackable.arrays import Array
-from trackable.control.references import TrackedReference
+import numpy as np
+
+from trackable.arguments import numbers, whole
+from trackable.arrays import Array, ArrayLike
+from trackable.control.references import TrackedReference, check_reference
 from trackable.control.step.result import StepResult
 from trackable.systems.constrained import ConstrainedSystem
 
@@ -21,9 +24,44 @@ class SteppedController(Protocol):
         """N, in steps."""
         ...
 
-    def step(self, k: int, state: Array, reference: TrackedReference, initial_guess: Array | None = None) -> StepResult:
+    def step(
+        self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
+    ) -> StepResult:
         """Return a plan at step `k` from `state` (n,), or why there is none."""
         ...
+
+
+class StepArguments(NamedTuple):
+    """The step `k`, the `state` (n,), and the inputs `guess` (N, m) that a search begins with, if there is one."""
+
+    k: int
+    state: Array
+    guess: Array | None
+
+    @classmethod
+    def checked(
+        cls,
+        k: int,
+        state: ArrayLike,
+        reference: TrackedReference,
+        guess: ArrayLike | None,
+        shape: tuple[int, int, int],
+    ) -> "StepArguments":
+        """Return the arguments of a step of a controller with this `shape` N, n, m.
+
+        Raises ValueError where the state is not n finite numbers or the guess has another shape, and TypeError where an
+        argument is of another type.
+        """
+        horizon, n, m = shape
+        k, state = whole("controller: k", k), numbers("controller: state", state)
+        check_reference("controller", reference)
+        if state.shape != (n,) or not np.all(np.isfinite(state)):
+            raise ValueError(f"controller: a state is {n} finite numbers, got {state.tolist()} at step {k}")
+        if guess is not None:
+            guess = numbers("controller: initial_guess", guess)
+            if guess.shape != (horizon, m):
+                raise ValueError(f"controller: initial_guess must have shape {(horizon, m)}, got {guess.shape}")
+        return cls(k, state, guess)
 
 
 class Disturbances(Protocol):

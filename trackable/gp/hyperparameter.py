@@ -100,6 +100,14 @@ def learned(value: float) -> Learned:
     return value if isinstance(value, Learned) else Learned(value)
 
 
+def shown(value: float) -> str:
+    """Return a hyperparameter for people: its value, and whether it is learned and in which interval."""
+    if not isinstance(value, Learned):
+        return repr(value)
+    within = "" if value.interval is None else f" in [{value.interval[0]:.4g}, {value.interval[1]:.4g}]"
+    return f"{value:.4g} (learned{within})"
+
+
 def with_value(stored: float, value: float) -> float:
     """Return `stored` with another value: learned in the same interval, or known."""
     return Learned(value, stored.interval) if isinstance(stored, Learned) else float(value)

@@ -28,7 +28,7 @@ from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
 from trackable.request import (
-    Given,
+    SamplesLike,
     checked_goal,
     checked_plant,
     claimed,
@@ -59,7 +59,7 @@ _MANY = 500  # samples of one name, from which on a stream is learned from fewer
 
 @one_blas_thread()
 def learn_stream(
-    samples: Given,
+    samples: SamplesLike,
     plant: ConstrainedSystem,
     kernel: Kernel | Mapping[str, Kernel],
     claim: Claim,

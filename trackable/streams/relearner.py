@@ -15,7 +15,7 @@ from trackable.fit import Fit
 from trackable.learning.joint.places import places_of
 from trackable.learning.problem import NoSolution, Solution
 from trackable.reference import TrackableReference
-from trackable.request import Given, same_states
+from trackable.request import SamplesLike, same_states
 from trackable.systems.sampling import kinds_by_name, sampled_signals
 
 
@@ -62,7 +62,7 @@ class Relearner:
         """What each window has taken [s]."""
         return self._windows.seconds
 
-    def __call__(self, samples: Given) -> TrackableReference | Late | NoSolution | Counterexample | Unproved:
+    def __call__(self, samples: SamplesLike) -> TrackableReference | Late | NoSolution | Counterexample | Unproved:
         """Return a reference learned from a window of samples, with its proof; or why there is none in time.
 
         The samples are of the same states as those of the first reference, and count in this window alone. Every answer

@@ -17,12 +17,12 @@ from trackable.systems.flat.requirements import Requirement
 from trackable.systems.flat.trajectory import Coordinate, combined
 from trackable.systems.formulas.wording import shortened, weighted_sum_text
 from trackable.systems.linear import LinearSystem
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.quantity import Quantity
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
-System = LinearSystem | Nonlinear
+System = LinearSystem | NonlinearSystem
 
 Side = Literal["state", "input"]
 
@@ -49,7 +49,7 @@ class ConstrainedSystem:
     input_set: Polytope
 
     def __post_init__(self) -> None:
-        instance("plant: system", self.system, LinearSystem | Nonlinear, "a LinearSystem or a Nonlinear")
+        instance("plant: system", self.system, LinearSystem | NonlinearSystem, "a LinearSystem or a NonlinearSystem")
         for name in ("state_set", "input_set"):
             instance(f"plant: {name}", getattr(self, name), Polytope, "a Polytope, as of Polytope.box(lower, upper)")
         n, m = len(self.system.states), len(self.system.inputs)
@@ -57,7 +57,7 @@ class ConstrainedSystem:
             if bounds.dimension != dimension:
                 raise ValueError(f"system: {name} must have dimension {dimension}, got {bounds.dimension}")
         if (
-            isinstance(self.system, Nonlinear)
+            isinstance(self.system, NonlinearSystem)
             and not self.system.flat
             and (free := _free(self.system.inputs, self.input_set))
         ):
@@ -65,7 +65,7 @@ class ConstrainedSystem:
                 f"system: every input of a nonlinear system must be bounded, as nothing else proves that an input "
                 f"exists, but {', '.join(free)} is free; a bound that is never reached will do"
             )
-        if isinstance(self.system, Nonlinear) and self.system.angles:
+        if isinstance(self.system, NonlinearSystem) and self.system.angles:
             object.__setattr__(self, "system", self.system.heading_in(_bounds_of_states(self)))
         _ = self.flatness, self.constraints  # computed now, to raise their errors
 
@@ -87,12 +87,12 @@ class ConstrainedSystem:
     @property
     def flat_form(self) -> FlatForm | None:
         """The flat form of a nonlinear system that has one."""
-        return self.system.flat if isinstance(self.system, Nonlinear) else None
+        return self.system.flat if isinstance(self.system, NonlinearSystem) else None
 
     @cached_property
     def needs(self) -> tuple[Requirement, ...]:
         """What must hold along a reference beside the bounds, so that its flat form is defined and right."""
-        return self.system.needs if isinstance(self.system, Nonlinear) else ()
+        return self.system.needs if isinstance(self.system, NonlinearSystem) else ()
 
     @property
     def linear(self) -> LinearSystem:

@@ -14,13 +14,13 @@ import numpy as np
 from trackable.arguments import real
 from trackable.systems.flat.form import FlatForm
 from trackable.systems.linear import positive_sampling_time
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 
 GRAVITY = 9.81
 """[m/s²]"""
 
 
-def mobile_robot(sampling_time: float) -> Nonlinear:
+def mobile_robot(sampling_time: float) -> NonlinearSystem:
     """Return a robot with two driven wheels (the unicycle), by Euler's step.
 
     ẋ = v cos θ, ẏ = v sin θ, θ̇ = ω: R. Siegwart and I. Nourbakhsh, Introduction to Autonomous Mobile Robots, 2004, 3.2.
@@ -45,10 +45,10 @@ def mobile_robot(sampling_time: float) -> Nonlinear:
         now = z[1] - z[0]
         return [*z[0], _angle(now)], [np.hypot(*now) / h, _turned(now, z[2] - z[1]) / h]
 
-    return Nonlinear.of(f, ["x", "y", "heading"], ["speed", "turn"], h, FlatForm.of(flat, 2, ["heading"]))
+    return NonlinearSystem.of(f, ["x", "y", "heading"], ["speed", "turn"], h, FlatForm.of(flat, 2, ["heading"]))
 
 
-def kinematic_bicycle(sampling_time: float, wheelbase: float) -> Nonlinear:
+def kinematic_bicycle(sampling_time: float, wheelbase: float) -> NonlinearSystem:
     """Return a car that steers with its front wheels and does not slip, by Euler's step.
 
     ẋ = v cos θ, ẏ = v sin θ, θ̇ = v tan δ/L with the `wheelbase` L [m]: P. Polack et al., The kinematic bicycle model: A
@@ -70,19 +70,19 @@ def kinematic_bicycle(sampling_time: float, wheelbase: float) -> Nonlinear:
         steering = np.arctan(length * _turned(now, z[2] - z[1]) / way)
         return [*z[0], _angle(now)], [way / h, steering]
 
-    return Nonlinear.of(f, ["x", "y", "heading"], ["speed", "steering"], h, FlatForm.of(flat, 2, ["heading"]))
+    return NonlinearSystem.of(f, ["x", "y", "heading"], ["speed", "steering"], h, FlatForm.of(flat, 2, ["heading"]))
 
 
-def tank(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> Nonlinear:
+def tank(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> NonlinearSystem:
     """Return a tank that empties through a hole, by Euler's step: A ẋ = u − a √x (Torricelli).
 
     `area` A [m²], `outflow` a [m^2.5/s]. State level x [m], input inflow u [m³/s].
     """
     h, wide, hole = positive_sampling_time(sampling_time), _positive("area", area), _positive("outflow", outflow)
-    return Nonlinear.of(lambda x, u: [x[0] + h / wide * (u[0] - hole * np.sqrt(x[0]))], ["level"], ["inflow"], h)
+    return NonlinearSystem.of(lambda x, u: [x[0] + h / wide * (u[0] - hole * np.sqrt(x[0]))], ["level"], ["inflow"], h)
 
 
-def two_tanks(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> Nonlinear:
+def two_tanks(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> NonlinearSystem:
     """Return two equal tanks, the upper of which empties into the lower one, by Euler's step.
 
     A ẋ₁ = u − a √x₁, A ẋ₂ = a √x₁ − a √x₂ (Torricelli): `area` A [m²], `outflow` a [m^2.5/s]. States upper and lower
@@ -95,10 +95,10 @@ def two_tanks(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> 
         between = hole * np.sqrt(upper)
         return [upper + h / wide * (u[0] - between), lower + h / wide * (between - hole * np.sqrt(lower))]
 
-    return Nonlinear.of(f, ["upper", "lower"], ["inflow"], h)
+    return NonlinearSystem.of(f, ["upper", "lower"], ["inflow"], h)
 
 
-def pendulum(sampling_time: float, length: float = 0.5, mass: float = 0.2, friction: float = 0.02) -> Nonlinear:
+def pendulum(sampling_time: float, length: float = 0.5, mass: float = 0.2, friction: float = 0.02) -> NonlinearSystem:
     """Return a pendulum on an actuated joint, by Euler's step: m l² ω̇ = τ − b ω − m g l sin θ, θ̇ = ω.
 
     A point mass m [kg] on a light rod of `length` l [m], with viscous `friction` b [N m s]. States angle θ [rad], which
@@ -112,7 +112,7 @@ def pendulum(sampling_time: float, length: float = 0.5, mass: float = 0.2, frict
         angle, rate = x
         return [angle + h * rate, rate + h / inertia * (u[0] - drag * rate - weight * GRAVITY * rod * np.sin(angle))]
 
-    return Nonlinear.of(f, ["angle", "rate"], ["torque"], h)
+    return NonlinearSystem.of(f, ["angle", "rate"], ["torque"], h)
 
 
 def _angle(vector: Any) -> Any:
@@ -131,13 +131,13 @@ def _positive(what: str, given: object) -> float:
     return number
 
 
-MODELS: Mapping[str, Callable[..., Nonlinear]] = MappingProxyType(
+MODELS: Mapping[str, Callable[..., NonlinearSystem]] = MappingProxyType(
     {model.__name__: model for model in (tank, mobile_robot, kinematic_bicycle, two_tanks, pendulum)}
 )
 """The systems above by name, for files: functions of a sampling time [s], and of parameters of their own."""
 
 
-def model_of(name: str, sampling_time: float, parameters: Mapping[str, float]) -> Nonlinear:
+def model_of(name: str, sampling_time: float, parameters: Mapping[str, float]) -> NonlinearSystem:
     """Return the system of a name. ValueError: there is none, or its parameters are others."""
     if name not in MODELS:
         raise ValueError(f"there is no model {name!r}; there are {', '.join(MODELS)}")

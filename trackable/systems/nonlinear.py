@@ -34,7 +34,7 @@ MAX_SIZE = 1000
 
 
 @dataclass(frozen=True)
-class Nonlinear:
+class NonlinearSystem:
     """x(k+1) = f(x(k), u(k)), one formula `f` for each state, every `sampling_time` [s].
 
     `states` and `inputs` are different names, and the variables of the formulas. The `flat` form gives both as formulas

@@ -33,7 +33,7 @@ from trackable.systems.formulas.expression import (
     Sum,
     Variable,
 )
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
@@ -86,7 +86,7 @@ def case(seed: int) -> Case | None:
     centres = np.sort(rng.uniform(0, 1, draw.randint(1, 4)))
     signal = KernelSum(draw.choice(kernels), draw.choice([1.0, 0.6]), centres, rng.uniform(-0.3, 0.3, centres.size))
     wide, times = Polytope.box([-1e6], [1e6]), np.linspace(0, 1, 4001)
-    loose = Reference((signal,), ConstrainedSystem(Nonlinear((law,), ("x",), ("u",), T_S), wide, wide))
+    loose = Reference((signal,), ConstrainedSystem(NonlinearSystem((law,), ("x",), ("u",), T_S), wide, wide))
     values, at_rest = loose.input_at(times), loose.quantity("u").at_rest([signal.mean])
     if not (np.all(np.isfinite([*values[:, 0], at_rest])) and 1e-6 < np.ptp(values) < 1e5):
         return None

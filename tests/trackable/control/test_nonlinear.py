@@ -14,13 +14,13 @@ from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.library import tank
 from trackable.systems.linear import LinearSystem
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
 TANK = ConstrainedSystem(tank(5.0, outflow=0.05), Polytope.box([0.3], [1.25]), Polytope.box([0.02], [0.068]))
 PAIR = ConstrainedSystem(
-    Nonlinear.of(
+    NonlinearSystem.of(
         lambda x, u: [0.9 * x[0] + 0.3 * np.sin(x[1]) + u[0], 0.8 * x[1] + 0.2 * x[0] * x[1] + (1 + x[0] ** 2) * u[1]],
         ["a", "b"],
         ["u", "w"],
@@ -111,7 +111,7 @@ def test_infeasibility_is_explained_by_the_least_widening():
 
 def test_a_linear_system_written_as_nonlinear_has_the_same_optimum():
     sets = (Polytope.box([-2.0], [0.05]), Polytope.box([-0.5], [0.5]))
-    written = Nonlinear.of(lambda x, u: [0.9 * x[0] + 0.5 * u[0]], ["state"], ["input"], 0.01)
+    written = NonlinearSystem.of(lambda x, u: [0.9 * x[0] + 0.5 * u[0]], ["state"], ["input"], 0.01)
     results = []
     for system in (LinearSystem.scalar(0.9, 0.5, sampling_time=0.01), written):
         plant = ConstrainedSystem(system, *sets)

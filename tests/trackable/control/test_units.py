@@ -16,7 +16,7 @@ from trackable.control.step.result import Infeasible, Plan
 from trackable.control.step.scales import Scales
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Window
 from trackable.systems.sets.polytope import Polytope
 
@@ -88,7 +88,7 @@ def _system(system, x, u):
     def tank(level, inflow):
         return [x[0] * (level[0] / x[0] + 2.5 * (inflow[0] / u[0] - 0.05 * np.sqrt(level[0] / x[0])))]
 
-    return Nonlinear.of(tank, ["level"], ["inflow"], system.sampling_time)
+    return NonlinearSystem.of(tank, ["level"], ["inflow"], system.sampling_time)
 
 
 def _box(bounded: Polytope, unit: np.ndarray) -> Polytope:

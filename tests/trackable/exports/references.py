@@ -8,7 +8,7 @@ from tests.trackable.plants import AXIS, SAMPLES
 from trackable import (
     ConstrainedSystem,
     LinearSystem,
-    Nonlinear,
+    NonlinearSystem,
     Periodic,
     Polytope,
     Samples,
@@ -19,7 +19,7 @@ from trackable import (
 
 KERNEL = SquaredExponential(0.3, 0.5)
 TANK = ConstrainedSystem(
-    Nonlinear.of(lambda x, u: [x[0] - 0.1 * x[0] ** 2 + 0.5 * u[0]], ["level"], ["inflow"], 0.2),
+    NonlinearSystem.of(lambda x, u: [x[0] - 0.1 * x[0] ** 2 + 0.5 * u[0]], ["level"], ["inflow"], 0.2),
     Polytope.box([-1.0], [1.5]),
     Polytope.box([-1.0], [0.6]),
 )

@@ -22,7 +22,7 @@ from trackable import (
     CertifiedReference,
     Counterexample,
     LinearSystem,
-    Nonlinear,
+    NonlinearSystem,
     PolynomialPieces,
     Polytope,
     Proved,
@@ -152,7 +152,7 @@ def test_what_is_no_curve_is_refused(curve):
 
 
 def test_nonlinear_systems_are_refused_in_a_sentence():
-    system = Nonlinear.of(lambda x, u: [x[0] + 0.1 * x[0] ** 2 + u[0]], ["x"], ["u"], 0.1)
+    system = NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * x[0] ** 2 + u[0]], ["x"], ["u"], 0.1)
     plant = Plant(system, Polytope.box([-2], [2]), Polytope.box([-1], [1]))
     with pytest.raises(ValueError, match="linear systems only"):
         certify({"x": CURVES["cubic"]}, plant)

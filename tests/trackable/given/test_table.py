@@ -11,7 +11,7 @@ from trackable import (
     CertifiedTable,
     ConstrainedSystem,
     Failed,
-    Nonlinear,
+    NonlinearSystem,
     NotACertificate,
     Polytope,
     Proved,
@@ -24,7 +24,7 @@ from trackable import (
 )
 
 TANK = ConstrainedSystem(
-    Nonlinear.of(lambda x, u: [x[0] + 0.1 * u[0] / (1 + x[0] ** 2)], ["level"], ["flow"], 0.1),
+    NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * u[0] / (1 + x[0] ** 2)], ["level"], ["flow"], 0.1),
     Polytope.box([-2], [2]),
     Polytope.box([-1], [1]),
 )
@@ -86,7 +86,7 @@ def test_a_bound_that_is_broken_by_a_hair(tmp_path):
 
 
 def test_formulas_that_may_not_be_defined():
-    system = Nonlinear.of(lambda x, u: [u[0] / x[0]], ["x"], ["u"], 0.1)
+    system = NonlinearSystem.of(lambda x, u: [u[0] / x[0]], ["x"], ["u"], 0.1)
     plant = ConstrainedSystem(system, Polytope.box([-1], [1]), Polytope.box([-1], [1]))
     found = certify_table(Table([[1.0], [0.0], [0.0]], [[0.0], [0.0]]), plant, 1e-9)
     assert isinstance(found, Unproved)

@@ -9,7 +9,7 @@ import pytest
 from tests.trackable.gp.instances import over
 from trackable import ConstrainedSystem, Polytope, Samples, SquaredExponential, learn_reference
 from trackable.systems.library import pendulum, tank
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 
 
 class Instance(NamedTuple):
@@ -39,7 +39,7 @@ INSTANCES = {
     ),
     "chain": Instance(
         ConstrainedSystem(
-            Nonlinear.of(_chain, ["position", "speed"], ["force"], 0.1),
+            NonlinearSystem.of(_chain, ["position", "speed"], ["force"], 0.1),
             Polytope.box([-1.0, -0.7], [1.0, 0.7]),
             Polytope.box([-3.0], [3.0]),
         ),

@@ -12,7 +12,7 @@ from trackable.gp.signal import KernelSum
 from trackable.learning.published.scalar import scalar
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
@@ -85,7 +85,7 @@ def is_stable(system: LinearSystem) -> bool:
     return bool(np.max(np.abs(np.linalg.eigvals(system.A))) < 0.98)
 
 
-def unbounded(system: LinearSystem | Nonlinear) -> ConstrainedSystem:
+def unbounded(system: LinearSystem | NonlinearSystem) -> ConstrainedSystem:
     n, m = len(system.states), len(system.inputs)
     sets = (Polytope(np.empty((0, d)), np.empty(0), np.empty(0), d) for d in (n, m))
     return ConstrainedSystem(system, *sets)

@@ -11,7 +11,7 @@ from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
@@ -30,8 +30,8 @@ class Instance:
     rest: list[float]
 
     @property
-    def system(self) -> Nonlinear:
-        return Nonlinear.of(lambda x, u: self.f(x, u, np), self.states, self.inputs, T_S)
+    def system(self) -> NonlinearSystem:
+        return NonlinearSystem.of(lambda x, u: self.f(x, u, np), self.states, self.inputs, T_S)
 
     @property
     def plant(self) -> ConstrainedSystem:
@@ -145,6 +145,6 @@ LINEAR = LinearSystem(
 )
 
 
-def as_formulas(system: LinearSystem) -> Nonlinear:
+def as_formulas(system: LinearSystem) -> NonlinearSystem:
     """The same system, written as formulas."""
-    return Nonlinear.of(lambda x, u: system.A @ x + system.B @ u + system.c, system.states, system.inputs, T_S)
+    return NonlinearSystem.of(lambda x, u: system.A @ x + system.B @ u + system.c, system.states, system.inputs, T_S)

@@ -14,7 +14,7 @@ from tests.trackable.systems.redundant_instances import (
 )
 from trackable.systems.allocation import Allocation
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.definition import smallest_defect
+from trackable.systems.defect import smallest_defect
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope

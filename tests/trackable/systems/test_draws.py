@@ -22,7 +22,7 @@ from trackable.reference import TrackableReference
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.draws import MOST_VALUES, band, bounded_steps, draws_within_bounds
 from trackable.systems.linear import LinearSystem
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
@@ -151,7 +151,7 @@ def test_several_signals_are_drawn_together():
 
 
 def test_inputs_of_a_nonlinear_system_are_drawn_to_first_order():
-    tank = Nonlinear.of(lambda x, u: [x[0] + 0.1 * (u[0] - 0.6 * np.sqrt(x[0]))], ("level",), ("inflow",), 0.1)
+    tank = NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * (u[0] - 0.6 * np.sqrt(x[0]))], ("level",), ("inflow",), 0.1)
     sets = ConstrainedSystem(tank, Polytope.box([0.5], [1.3]), Polytope.box([0.0], [0.84]))
     posterior = JointPosterior(
         JointPrior((Prior(SquaredExponential(0.3, 1.0), 0.02, 1.0),)),

@@ -6,7 +6,7 @@ import pytest
 from tests.trackable.gp.instances import over
 from tests.trackable.systems.instances import PLANTS, SIGNAL, bounded
 from trackable.learning.published.scalar import coefficients, interval_sets
-from trackable.systems.definition import smallest_defect
+from trackable.systems.defect import smallest_defect
 from trackable.systems.margins import margin_profile
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval

@@ -6,7 +6,7 @@ import pytest
 from trackable.codec import CodecError, decode, encode
 from trackable.systems.linear import LinearSystem
 from trackable.systems.naming import LONGEST, require_names
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 
 NAMES = (
     *("x", "x1", "_x", "vx", "z_dot", "level-left", "Höhe", "Température", "ẋ", "θ", "ω_1", "x₁", "Δp", "x" * LONGEST),
@@ -65,8 +65,8 @@ def test_anything_else_is_refused_in_one_printable_sentence(name: str) -> None:
         lambda: LinearSystem([[0.9]], [[0.5]], states=(name,), inputs=("input",), sampling_time=0.1),
         lambda: LinearSystem([[0.9]], [[0.5]], states=("state",), inputs=(name,), sampling_time=0.1),
         lambda: LinearSystem.discretised([[0.9]], [[0.5]], 0.1, states=("state",), inputs=(name,)),
-        lambda: Nonlinear.of(lambda x, u: [x[0] + u[0]], (name,), ("input",), 0.1),
-        lambda: Nonlinear.of(lambda x, u: [x[0] + u[0]], ("state",), (name,), 0.1),
+        lambda: NonlinearSystem.of(lambda x, u: [x[0] + u[0]], (name,), ("input",), 0.1),
+        lambda: NonlinearSystem.of(lambda x, u: [x[0] + u[0]], ("state",), (name,), 0.1),
     ):
         with pytest.raises(
             ValueError, match=r"^system: a name of a state or an input must be a letter or _, then"

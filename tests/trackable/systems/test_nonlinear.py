@@ -22,11 +22,11 @@ from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.published.scalar import growth_rates
 from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.definition import smallest_defect
+from trackable.systems.defect import smallest_defect
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.formulas.nested_lists import to_lists
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
@@ -165,7 +165,7 @@ def test_references_return_from_json(name):
         ({"f": [["sqrt", "inflow"]]}, r"must be affine in its inputs, .* but holds sqrt\(inflow\)"),
         ({"f": ["nobody"]}, "the formula of level uses nobody, which is no state or input"),
         ({"f": []}, "f must have a formula for each of 1 states, got 0"),
-        ({"A": [[1.0]]}, "Nonlinear has no A"),
+        ({"A": [[1.0]]}, "NonlinearSystem has no A"),
         ({"states": "level"}, "states and inputs need names, all different"),
         ({"states": [1.0]}, "must be of type str"),
     ],
@@ -194,7 +194,7 @@ REFUSED = {
 def test_f_that_cannot_be_solved_is_refused(name):
     f, reason = REFUSED[name]
     with pytest.raises(ValueError, match=reason):
-        Nonlinear.of(f, ("a",), ("p",), T_S)
+        NonlinearSystem.of(f, ("a",), ("p",), T_S)
 
 
 @pytest.mark.parametrize(
@@ -212,7 +212,7 @@ def test_f_that_cannot_be_solved_is_refused(name):
 )  # fmt: skip
 def test_names_and_numbers_have_to_fit(f, states, inputs, reason):
     with pytest.raises(ValueError, match=reason):
-        Nonlinear.of(f, tuple(states), tuple(inputs), T_S)
+        NonlinearSystem.of(f, tuple(states), tuple(inputs), T_S)
 
 
 def test_every_input_has_to_be_bounded():
@@ -232,7 +232,7 @@ def test_only_linear_systems_have_growth_rates():
 
 
 def test_four_inputs_may_lead_four_states_where_few_are_coupled():
-    system = Nonlinear.of(
+    system = NonlinearSystem.of(
         lambda x, u: [x[0] + u[0], x[1] + u[1] * x[0] + u[0], x[2] + u[2] + u[3], x[3] + x[0] * u[2] - u[3]],
         tuple("abcd"), tuple("pqrs"), T_S,
     )  # fmt: skip

@@ -48,6 +48,9 @@ class Plan:
         """Say in a sentence how the plan was found, what it costs, and its slack."""
         return f"at step {self.k} feasible ({self.status}), V = {self.cost:.4g}, slack {self.slack:.3g} of a width"
 
+    def __repr__(self) -> str:
+        return f"Plan({self.explanation}; input {self.input.tolist()})"
+
 
 @dataclass(frozen=True)
 class Infeasible:
@@ -87,6 +90,9 @@ class Infeasible:
             f"their widths, and the {self.quantity} by {self.excess:.3g} at step {self.at_step}; {missed}"
         )
 
+    def __repr__(self) -> str:
+        return f"Infeasible({self.explanation}; fallback {self.fallback.tolist()})"
+
 
 @dataclass(frozen=True)
 class Unsolved:
@@ -105,6 +111,9 @@ class Unsolved:
     def explanation(self) -> str:
         """Say in a sentence why there is no answer."""
         return f"at step {self.k} no answer: {self.reason}"
+
+    def __repr__(self) -> str:
+        return f"Unsolved({self.explanation}; fallback {self.fallback.tolist()})"
 
 
 StepResult = Plan | Infeasible | Unsolved

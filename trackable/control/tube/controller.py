@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trackable.arguments import instance, numbers, whole
+from trackable.arguments import instance
 from trackable.arrays import Array, ArrayLike
 from trackable.control.controller import Controller
 from trackable.control.references import TrackedReference
 from trackable.control.step.result import Infeasible, Plan, StepResult, Unsolved
+from trackable.control.stepping import StepArguments
 from trackable.control.tube.error_set import ErrorSet
 from trackable.control.tube.formulation import TubeFormulation
 from trackable.control.tube.problem import TubeProblem
@@ -74,7 +75,9 @@ class TubeController:
         """The same set in float64."""
         return self.formulation.errors
 
-    def step(self, k: int, state: Array, reference: TrackedReference, initial_guess: Array | None = None) -> StepResult:
+    def step(
+        self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
+    ) -> StepResult:
         """Return the optimal plan at step `k` from the measured `state` (n,), or why there is none.
 
         The `states` and `inputs` of a `Plan` are nominal, and so are its cost and slack; its `input` is the one to
@@ -88,19 +91,13 @@ class TubeController:
         if it is one, with the status `KEPT`. On a robust reference the last plan, shifted by a step (`shifted_inputs`),
         is one; its start is found again where Aᴺ can be inverted in float64. Raises ValueError as `Controller.step`.
         """
-        k, state = whole("controller: k", k), numbers("controller: state", state)
-        if state.shape != (n := len(self.Q),) or not np.all(np.isfinite(state)):
-            raise ValueError(f"controller: a state is {n} finite numbers, got {state.tolist()} at step {k}")
-        if initial_guess is not None:
-            initial_guess = numbers("controller: initial_guess", initial_guess)
-            if initial_guess.shape != (shape := (self.horizon, len(self.R))):
-                raise ValueError(f"controller: initial_guess must have shape {shape}, got {initial_guess.shape}")
+        k, x, guess = StepArguments.checked(k, state, reference, initial_guess, self.nominal.shape)
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
                 window = reference.window(k, self.horizon)
                 if not all(np.isfinite(values).all() for values in window):
                     raise ArithmeticError("the reference is not defined")
-                return self._solved(k, state, window, initial_guess)
+                return self._solved(k, x, window, guess)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             return Unsolved(k, str(error), self.formulation.admissible.first_finite(()))
 

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.hyperparameter import Hyperparameter, Scales, Search
+from trackable.gp.hyperparameter import Hyperparameter, Scales, Search, shown
 from trackable.gp.kernels.base import Kernel
 
 
@@ -20,6 +20,18 @@ class Elementary(Kernel):
     def hyperparameters(self) -> dict[str, float]:
         values = vars(self)
         return {name: values[name] for name in _fields(type(self))}
+
+    def __new__(cls, *given: object, **named: object) -> Self:
+        """Refuse unknown hyperparameters here: Python's own message would name the base class that has the fields."""
+        known = _fields(cls)
+        if named and (unknown := next((name for name in named if name not in known), None)):
+            raise TypeError(f"{cls.__name__} has no hyperparameter {unknown!r}; it has {', '.join(known)}")
+        if len(given) > len(known):
+            raise TypeError(f"{cls.__name__} takes {', '.join(known)}, got {len(given)} values")
+        return super().__new__(cls)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{name}={shown(v)}' for name, v in self.hyperparameters.items())})"
 
     def changed(self, change: Callable[[str, float], float]) -> Self:
         return type(self)(*[change(name, value) for name, value in self.hyperparameters.items()])

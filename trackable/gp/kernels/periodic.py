@@ -11,7 +11,7 @@ from trackable.gp.hyperparameter import Hyperparameter, amplitude, fraction_of_p
 from trackable.gp.kernels.elementary import Elementary, stretched
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Periodic(Elementary):
     """κ(r) = θ₁² exp(−(2/θ₂²) sin²(π r/θ₃)) with `signal_std` θ₁, `lengthscale` θ₂ (no unit) and `period` θ₃ [s]."""
 

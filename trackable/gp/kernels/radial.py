@@ -16,7 +16,7 @@ NEGLIGIBLE = 56.0
 """e^(−x) is below 2⁻⁸⁰ for every x beyond, and below 2⁻⁶⁰ after multiplication with the polynomials of derivatives."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Radial(Elementary):
     """κ(r) = θ₁² φ(r/θ₂) with `signal_std` θ₁ (the unit of the signal) and `lengthscale` θ₂ [s]."""
 

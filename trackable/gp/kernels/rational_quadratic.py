@@ -10,7 +10,7 @@ from trackable.gp.hyperparameter import Hyperparameter, amplitude, duration, tai
 from trackable.gp.kernels.radial import Radial
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RationalQuadratic(Radial):
     """φ(s) = (1 + s²/(2α))^(−α), with the hyperparameter `shape` α: squared exponentials of many length scales.
 

@@ -12,7 +12,7 @@ from trackable.gp.signal import KernelSum
 from trackable.learning.constraint import PARTS, Bounded, Constraint
 from trackable.learning.index_set import Indices
 from trackable.learning.joint.places import LOWER, UPPER, Places
-from trackable.systems.several import Several
+from trackable.systems.quantities import Quantities
 
 _CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
 
@@ -76,11 +76,11 @@ class Seen:
         return [(at[least < 0], least[least < 0] / w) for (at, least), w in zip(found, widths, strict=True)]
 
     @cached_property
-    def _all(self) -> Several:
+    def _all(self) -> Quantities:
         return self._several(self._known)
 
-    def _several(self, constraints: Sequence[Constraint]) -> Several:
-        return Several(tuple(constraint.quantity for constraint in constraints), self._remembered.signals)
+    def _several(self, constraints: Sequence[Constraint]) -> Quantities:
+        return Quantities(tuple(constraint.quantity for constraint in constraints), self._remembered.signals)
 
     @cached_property
     def _remembered(self) -> Remembered:

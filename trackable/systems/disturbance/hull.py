@@ -12,7 +12,7 @@ from flint import fmpq, fmpq_mat
 
 from trackable.arguments import numbers
 from trackable.arrays import Array, ArrayLike
-from trackable.systems.disturbance.rationals import Vector, as_array, vectors, whole
+from trackable.systems.disturbance.rationals import Vector, as_array, printed, vectors, whole
 from trackable.systems.flat.rationals import fraction
 from trackable.systems.formulas.ratios import as_fmpq
 from trackable.systems.sets.polytope import Polytope
@@ -88,6 +88,9 @@ class ConvexHull:
     @cached_property
     def _whole(self) -> tuple[int, list[list[int]]]:
         return whole(self.vertices)
+
+    def __repr__(self) -> str:
+        return f"ConvexHull({printed(self.vertices)})"
 
     def __str__(self) -> str:
         return f"a polytope with {len(self.vertices)} vertices"

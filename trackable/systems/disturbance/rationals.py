@@ -33,6 +33,11 @@ def as_array(rows: Sequence[Vector], dimension: int) -> Array:
     return np.array([[float(value) for value in row] for row in rows]).reshape(len(rows), dimension)
 
 
+def printed(rows: Sequence[Vector]) -> list[list[float]]:
+    """Return rationals as the nearest float64 numbers, for people."""
+    return [[float(value) for value in row] for row in rows]
+
+
 def common_denominator(numbers: Iterable[Fraction]) -> int:
     """Return the least number that makes all of them whole."""
     return math.lcm(*(number.denominator for number in numbers))

@@ -53,6 +53,11 @@ class Tightening:
             input_set=self._drawn_in(self.given.input_set, self.taken[states:]),
         )
 
+    def __repr__(self) -> str:
+        noise = f", noise={self.noise!r}" if self.noise else ""
+        sets = f"state_set={self.plant.state_set}, input_set={self.plant.input_set}"
+        return f"Tightening(margin={self.margin:g}, disturbance={self.disturbance!r}{noise}; {sets})"
+
     @property
     def disturbance(self) -> DisturbanceSet | None:
         """W, without measurement noise; None where nothing is disturbed."""

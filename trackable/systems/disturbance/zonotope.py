@@ -10,7 +10,7 @@ import numpy as np
 
 from trackable.arguments import numbers
 from trackable.arrays import Array, ArrayLike
-from trackable.systems.disturbance.rationals import Vector, as_array, vectors, whole
+from trackable.systems.disturbance.rationals import Vector, as_array, printed, vectors, whole
 
 
 @dataclass(frozen=True)
@@ -108,6 +108,9 @@ class Zonotope:
     @cached_property
     def _whole(self) -> tuple[int, list[list[int]]]:
         return whole([self.centre, *self.generators])
+
+    def __repr__(self) -> str:
+        return f"Zonotope(centre={printed([self.centre])[0]}, generators={printed(self.generators)})"
 
     def __str__(self) -> str:
         axes = [[i for i, value in enumerate(generator) if value] for generator in self.generators]

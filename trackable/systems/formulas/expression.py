@@ -16,7 +16,7 @@ FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos", "atan")
 
 
 class Expression:
-    """A node of a formula; `str` gives the formula as text."""
+    """A node of a formula; `str` gives the formula as text, `repr` its outer parts."""
 
     @cached_property
     def steps(self) -> "tuple[tuple[Expression, tuple[int, ...]], ...]":
@@ -29,22 +29,25 @@ class Expression:
     def __str__(self) -> str:
         return _text(self, 0, _ALL)
 
+    def __repr__(self) -> str:
+        return _text(self, 0, _PRINTED)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Constant(Expression):
     """A finite number, exactly."""
 
     value: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Variable(Expression):
     """A variable, by its name."""
 
     name: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Binary(Expression):
     """left ∘ right, where `symbol` is ∘."""
 
@@ -82,7 +85,7 @@ class Quotient(Binary):
     operate = operator.truediv
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Power(Expression):
     """base^exponent with a constant exponent: defined for base > 0; for a whole exponent everywhere, except 1/0."""
 
@@ -90,7 +93,7 @@ class Power(Expression):
     exponent: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Function(Expression):
     """One of `FUNCTIONS`, applied to an argument."""
 
@@ -98,7 +101,7 @@ class Function(Expression):
     argument: Expression
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Angle(Expression):
     """The angle of the vector (x, y), atan2(y, x) in (−π, π]: not defined where both are zero."""
 
@@ -160,7 +163,7 @@ def size_and_depth(expression: Expression) -> tuple[int, int]:
     return known[id(expression)]
 
 
-_OUTER, _ALL = 6, 10_000
+_OUTER, _PRINTED, _ALL = 6, 12, 10_000
 _BINDING = {Sum: 1, Difference: 1, Product: 2, Quotient: 2}
 
 
@@ -190,5 +193,5 @@ def _text(node: Expression, binding: int, deepest: int) -> str:
         case Angle(y, x):
             found = f"atan2({_text(y, 0, deepest - 1)}, {_text(x, 0, deepest - 1)})"
         case _:
-            raise TypeError(f"not an expression: {node!r}")
+            raise TypeError(f"not an expression: {type(node).__name__}")
     return found

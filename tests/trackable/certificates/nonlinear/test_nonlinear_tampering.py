@@ -30,7 +30,7 @@ from trackable.certificates.prove import prove_on_window
 from trackable.certificates.sketch import Sketch
 from trackable.checker import Failed, NotACertificate, Proved, check
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Reference
 
 
@@ -145,7 +145,7 @@ def test_a_formula_that_is_deep_or_long_is_no_certificate():
 
 def test_a_prover_with_a_wrong_function(monkeypatch):
     """Its exponential is a tenth too small, and with it the input that is certified."""
-    steep = Nonlinear.of(lambda x, u: [x[0] + T_S * (u[0] - 5 * np.exp(20 * x[0]))], ("x",), ("u",), T_S)
+    steep = NonlinearSystem.of(lambda x, u: [x[0] + T_S * (u[0] - 5 * np.exp(20 * x[0]))], ("x",), ("u",), T_S)
     loose = Reference(moving(INSTANCES["pendulum"]).signals, ConstrainedSystem(steep, WIDE, WIDE))
     highest, right = loose.input_at(np.linspace(0, 1, 2001)).max(), models.composed
 
@@ -169,7 +169,8 @@ def test_a_prover_that_takes_another_law(monkeypatch):
     other = replace(
         tight("tank"),
         plant=replace(
-            tight("tank").plant, system=Nonlinear.of(lambda x, u: [x[0] + 0.05 * u[0]], ("level",), ("inflow",), T_S)
+            tight("tank").plant,
+            system=NonlinearSystem.of(lambda x, u: [x[0] + 0.05 * u[0]], ("level",), ("inflow",), T_S),
         ),
     )
     monkeypatch.setattr(prove._ProofProblem, "_failure_at", lambda *_: None)

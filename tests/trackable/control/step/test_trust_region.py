@@ -14,7 +14,7 @@ from trackable.control.step.starts import starts
 from trackable.control.step.trajectories import Trajectories
 from trackable.control.step.trust_region import cheaper, followed, restored
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Window
 from trackable.systems.sets.polytope import Polytope
 
@@ -96,7 +96,7 @@ def test_short_horizons_and_states_without_bounds(horizon, reach):
 
 
 def test_coupled_states_far_from_the_reference():
-    pair = Nonlinear.of(
+    pair = NonlinearSystem.of(
         lambda x, u: [x[0] + 0.6 * np.sin(3 * x[1]) + 0.3 * u[0], x[1] + 0.5 * x[0] * x[1] + 0.3 * u[1]],
         ["a", "b"],
         ["u", "w"],

@@ -201,5 +201,7 @@ def test_what_does_not_fit_is_refused():
         TubeController(CART, 12, np.eye(2), np.eye(1))
     with pytest.raises(ValueError, match="horizon must be at least 2"):
         TubeController(ALL["pushed"].tightening, 1, np.eye(2), np.eye(1))
+    with pytest.raises(TypeError, match="expected a reference"):
+        LOOPS["example1"].controller.step(0, [0.0], None)
     with pytest.raises(ValueError, match="a state is 1 finite numbers"):
         LOOPS["example1"].controller.step(0, np.array([np.nan]), LOOPS["example1"].reference)

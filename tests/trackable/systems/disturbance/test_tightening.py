@@ -13,7 +13,7 @@ from trackable.systems.disturbance.decay import closed_loop, spectral_radius
 from trackable.systems.disturbance.feedback import INPUT_WEIGHTS, RATES, best_feedback, regulator, room
 from trackable.systems.disturbance.tightening import tightening
 from trackable.systems.disturbance.zonotope import Zonotope
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.sets.polytope import Polytope
 
 
@@ -160,7 +160,7 @@ def test_what_does_not_fit_is_refused(arguments, words):
 
 def test_nonlinear_systems_are_refused():
     plant = ConstrainedSystem(
-        Nonlinear.of(lambda x, u: [x[0] + 0.1 * u[0]], ("x",), ("u",), 0.1),
+        NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * u[0]], ("x",), ("u",), 0.1),
         Polytope.box([-1.0], [1.0]),
         Polytope.box([-1.0], [1.0]),
     )

@@ -11,7 +11,7 @@ from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.flat.form import FlatForm
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
@@ -36,8 +36,8 @@ def along(z):
     )
 
 
-def robot(flat=along, f=drives) -> Nonlinear:
-    return Nonlinear.of(f, STATES, INPUTS, T_S, FlatForm.of(flat, outputs=2, angles=["heading"]))
+def robot(flat=along, f=drives) -> NonlinearSystem:
+    return NonlinearSystem.of(f, STATES, INPUTS, T_S, FlatForm.of(flat, outputs=2, angles=["heading"]))
 
 
 def plant(slowest: float = 0.1, heading: float = np.inf) -> ConstrainedSystem:

@@ -18,19 +18,19 @@ from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.formulas.expression import all_nodes, size_and_depth
 from trackable.systems.library import kinematic_bicycle, mobile_robot, pendulum, two_tanks
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
 T_S = 0.1
 
 
-def random_chain(rng: np.random.Generator) -> Nonlinear:
+def random_chain(rng: np.random.Generator) -> NonlinearSystem:
     """Strict feedback of two or three states, with drifts and gains that vary; now and then two chains that meet."""
     return strict_feedback(rng, int(rng.integers(2, 4)), bool(rng.integers(2)))
 
 
-def strict_feedback(rng: np.random.Generator, length: int, several: bool = False) -> Nonlinear:
+def strict_feedback(rng: np.random.Generator, length: int, several: bool = False) -> NonlinearSystem:
     a, b, c, d = rng.uniform(-0.5, 0.5, (4, length))
 
     def f(x, u):
@@ -44,10 +44,10 @@ def strict_feedback(rng: np.random.Generator, length: int, several: bool = False
         return later
 
     states = [f"x{i}" for i in range(length + several)]
-    return Nonlinear.of(f, states, ["u0", "u1"][: 1 + several], T_S)
+    return NonlinearSystem.of(f, states, ["u0", "u1"][: 1 + several], T_S)
 
 
-def bounded(system: Nonlinear, signals: tuple[KernelSum, ...]) -> Reference:
+def bounded(system: NonlinearSystem, signals: tuple[KernelSum, ...]) -> Reference:
     """A reference with bounds around what its inputs are."""
     wide = ConstrainedSystem(system, free(len(system.states)), free(len(system.inputs)))
     inputs = Reference(signals, wide).input_at(np.linspace(0.0, 12.0, 2001))
@@ -71,7 +71,7 @@ def long_chain(length: int) -> Reference:
     return bounded(system, (through(0.4 * rng.uniform(-1, 1, 8)),))
 
 
-def arm() -> Nonlinear:
+def arm() -> NonlinearSystem:
     """An arm with two joints: its torques are coupled by the inverse of the inertia."""
 
     def f(x, u):
@@ -89,7 +89,7 @@ def arm() -> Nonlinear:
             other + T_S * (inertia[0] * torques[1] - inertia[1] * torques[0]) / size,
         ]
 
-    return Nonlinear.of(f, ["first", "second", "rate", "other"], ["shoulder", "elbow"], T_S)
+    return NonlinearSystem.of(f, ["first", "second", "rate", "other"], ["shoulder", "elbow"], T_S)
 
 
 def vehicle(seed: int) -> Reference:
@@ -130,7 +130,7 @@ def test_a_chain_of_five_is_followed_and_its_parts_are_few():
     reference = long_chain(5)
     assert_follows(reference)
     system = reference.plant.system
-    for flat in (system.flat, loads(Nonlinear, dumps(system)).flat):
+    for flat in (system.flat, loads(NonlinearSystem, dumps(system)).flat):
         (formula,) = flat.inputs
         assert size_and_depth(formula)[0] > 20_000
         assert len(list(all_nodes(formula))) < 500
@@ -149,7 +149,7 @@ def test_coupled_inputs_that_are_one_are_not_found():
         return [x[0] + x[1], x[1] + np.cos(x[0]) * (u[0] + u[1]), x[2] + x[0] * (u[0] + u[1])]
 
     with pytest.raises(ValueError, match="flat form"):
-        Nonlinear.of(f, ["a", "b", "c"], ["u", "v"], T_S)
+        NonlinearSystem.of(f, ["a", "b", "c"], ["u", "v"], T_S)
 
 
 @pytest.mark.parametrize(("make", "seed"), [(chain, 11), (vehicle, 1)])
@@ -193,7 +193,7 @@ def test_a_pendulum_is_proved_for_all_times():
 
 def test_a_system_with_its_flat_form_is_stored_losslessly():
     for system in (two_tanks(1.0), mobile_robot(0.1)):
-        assert loads(Nonlinear, dumps(system)) == system
+        assert loads(NonlinearSystem, dumps(system)) == system
 
 
 def test_a_wrong_wheelbase_is_refused():
@@ -216,4 +216,4 @@ def test_a_wrong_wheelbase_is_refused():
 
 def test_what_is_no_chain_is_refused():
     with pytest.raises(ValueError, match="found for short chains only"):
-        Nonlinear.of(lambda x, u: [x[0] + x[1] ** 2, u[0] * x[0]], ["a", "b"], ["u"], T_S)
+        NonlinearSystem.of(lambda x, u: [x[0] + x[1] ** 2, u[0] * x[0]], ["a", "b"], ["u"], T_S)

@@ -21,7 +21,7 @@ from trackable.systems.flat.form import FlatForm
 from trackable.systems.flat.headings import with_heading_in, without_jumps
 from trackable.systems.formulas.evaluation import evaluate_floats
 from trackable.systems.formulas.expression import Angle, Variable
-from trackable.systems.nonlinear import Nonlinear
+from trackable.systems.nonlinear import NonlinearSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
@@ -78,7 +78,7 @@ def test_a_difference_that_is_no_angle_stays_as_it_is():
         return [*states, z[0][2]], [inputs[0], z[1][2] - z[0][2]]
 
     with pytest.raises(ValueError, match="flat form"):
-        Nonlinear.of(f, (*STATES, "turned"), INPUTS, T_S, FlatForm.of(flat, 3, ["heading"]))
+        NonlinearSystem.of(f, (*STATES, "turned"), INPUTS, T_S, FlatForm.of(flat, 3, ["heading"]))
     form = FlatForm.of(along, 2, ["heading"])
     assert without_jumps(form) is form
 
@@ -104,7 +104,7 @@ def test_bounds_of_a_heading_around_pi_are_proved_and_checked(turns: int):
         assert isinstance(check(data), Proved)
     heading = reference.state_at(np.linspace(0.0, 6.0, 301))[:, 2]
     assert low < np.min(heading) < np.pi * (1 + 2 * turns) < np.max(heading) < high
-    assert loads(Nonlinear, dumps(reference.plant.system)) == reference.plant.system
+    assert loads(NonlinearSystem, dumps(reference.plant.system)) == reference.plant.system
     quarters = "reference.plant.system.flat.states.2.1.1"
     for wrong in (1.0, 2.0 + 4 * turns + 1e-9, -1.0 + 4 * turns):
         verdict = check(changed(data, quarters, wrong))

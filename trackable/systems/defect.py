@@ -1,6 +1,6 @@
-"""Trackability by its definition (Definition 1 of the paper): do admissible inputs exist?
+"""Decide trackability by its definition (Definition 1 of the paper): do admissible inputs exist?
 
-An independent check that does not solve the dynamics for the input: a convex program searches for the inputs.
+This is an independent check: a convex program searches for the inputs, and the dynamics are not solved for them.
 """
 
 import cvxpy as cp

@@ -10,8 +10,8 @@ from tests.trackable.systems.nonlinear_instances import INSTANCES, moving
 from trackable.learning.constraint import Constraint
 from trackable.learning.index_set import Steps, Window
 from trackable.learning.joint.minima import Seen
+from trackable.systems.quantities import Quantities
 from trackable.systems.reference import Reference
-from trackable.systems.several import Several
 
 
 def references() -> list[Reference]:
@@ -19,10 +19,10 @@ def references() -> list[Reference]:
     return [*linear, *map(moving, INSTANCES.values())]
 
 
-def both(reference: Reference) -> tuple[Several, float]:
+def both(reference: Reference) -> tuple[Quantities, float]:
     signals = reference.kernel_sums
     end = max(float(np.max(signal.centres)) for signal in signals)
-    return Several(reference.quantities, signals), end
+    return Quantities(reference.quantities, signals), end
 
 
 def differs(reference: Reference, seed: int = 0) -> bool:
@@ -53,8 +53,8 @@ def test_together_they_are_what_each_is_alone(reference):
 
 
 def test_a_shift_that_is_overlooked_is_seen(monkeypatch):
-    right = Several._shifted
-    monkeypatch.setattr(Several, "_shifted", lambda self, t: ((w, x[::-1]) for w, x in right(self, t)))
+    right = Quantities._shifted
+    monkeypatch.setattr(Quantities, "_shifted", lambda self, t: ((w, x[::-1]) for w, x in right(self, t)))
     assert differs(general_case(8200).reference)
 
 

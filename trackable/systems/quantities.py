@@ -1,4 +1,4 @@
-"""Several quantities of the same signals, evaluated together: one sum of kernels for all of them."""
+"""Evaluate several quantities of the same signals together: one sum of kernels for all of them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ Indices = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
-class Several:
-    """Some `quantities` of these `signals`."""
+class Quantities:
+    """Bounded `quantities` along the same `signals`."""
 
     quantities: tuple[Quantity, ...]
     signals: Signals
