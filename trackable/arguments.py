@@ -26,12 +26,14 @@ def real(what: str, given: object) -> float:
     return number
 
 
-def whole(what: str, given: object, least: int | None = None) -> int:
-    """Return a whole number as an int. TypeError: no whole number. ValueError: it is less than `least`."""
+def whole(what: str, given: object, least: int | None = None, most: int | None = None) -> int:
+    """Return a whole number as an int. TypeError: no whole number. ValueError: it is not between `least` and `most`."""
     if not isinstance(given, int | np.integer) or isinstance(given, bool):
         raise TypeError(f"{what}: expected a whole number, got {short(given)}")
     if least is not None and given < least:
         raise ValueError(f"{what} must be at least {least}, got {given}")
+    if most is not None and given > most:
+        raise ValueError(f"{what} must be at most {most}, got {short(given)}")
     return int(given)
 
 

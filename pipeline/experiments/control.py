@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, NonNegativeInt, PositiveFloat, PositiveInt
 
-from pipeline.experiments.fields import Steps, as_tuple
+from pipeline.experiments.fields import StepCount, Steps, as_tuple
 from pipeline.storage.yaml_file import Fields
 
 
@@ -39,7 +39,7 @@ class Control(Fields):
     """
 
     horizon: PositiveInt = 20
-    steps: PositiveInt = 2000
+    steps: StepCount = 2000
     input_weight: PositiveFloat = 1.0
     patience: NonNegativeInt = 100
     shown: PositiveInt = 150

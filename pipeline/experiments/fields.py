@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import (
     AfterValidator,
     BeforeValidator,
+    Field,
     NonNegativeInt,
     PlainValidator,
     PositiveFloat,
@@ -23,6 +24,7 @@ from trackable.arguments import is_number
 from trackable.arrays import Array
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.prior import Prior
+from trackable.learning.space import MOST_STARTS
 
 
 def as_tuple(written: object) -> object:
@@ -45,6 +47,8 @@ def _plain_unit(unit: str) -> str:
 ProjectPath = Annotated[Path, BeforeValidator(lambda written: Path(written) if isinstance(written, str) else written)]
 GroundTruthName = Annotated[str, AfterValidator(_known_truth)]
 UnitField = Annotated[str, AfterValidator(_plain_unit)]
+StepCount = Annotated[PositiveInt, Field(le=1_000_000)]
+"""More sampling steps would take days, and their logs more room than there is."""
 Counts = Annotated[tuple[PositiveInt, ...], BeforeValidator(as_tuple)]
 
 
@@ -52,7 +56,7 @@ class Steps(Fields):
     """The sampling steps first, first + every, … up to last."""
 
     first: NonNegativeInt
-    last: PositiveInt
+    last: StepCount
     every: PositiveInt
 
     @model_validator(mode="after")
@@ -108,13 +112,13 @@ PriorField = Annotated[PriorFields | NoiseFields, BeforeValidator(_which_prior)]
 class Search(Fields):
     """From how many points the search starts."""
 
-    starts: PositiveInt = 8
+    starts: Annotated[PositiveInt, Field(le=MOST_STARTS)] = 8
 
 
 class Verification(Fields):
     """Compute margins up to step `last_step`, at `instants_per_step` times in each sampling interval."""
 
-    last_step: PositiveInt
+    last_step: StepCount
     instants_per_step: PositiveInt = 1
 
 

@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from tests.trackable.plants import AXIS, CART, KERNEL, MIXED, SAMPLES
@@ -14,6 +15,7 @@ from trackable import (
     learn_reference,
 )
 from trackable.learning.problem import Infeasible
+from trackable.systems.reference import Reference
 
 
 def refusals() -> dict[str, tuple[dict[str, object], str]]:
@@ -104,4 +106,10 @@ def test_what_cannot_be_followed_says_by_how_much() -> None:
         learn_reference(
             SAMPLES, weak, SquaredExponential(1.0, 0.5), "all_times", noise_std=0.02, method="hyperparameters"
         )
-    assert isinstance(raised.value.outcome, Infeasible)
+    outcome = raised.value.outcome
+    assert isinstance(outcome, Infeasible)
+    given = {quantity.name: quantity for quantity in weak.quantities}[outcome.quantity.name]
+    assert outcome.quantity.bounds == given.bounds
+    broken = Reference(outcome.best.signals, weak)
+    margin = given.margin(broken.signals, np.array(outcome.time))
+    assert outcome.violation == pytest.approx(-margin, rel=1e-6)

@@ -121,6 +121,11 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
     "starts": (lambda: learn(starts=1.5), TypeError, "search: starts: expected a whole number, got 1.5"),
     "starts, text": (lambda: learn(starts="8"), TypeError, "search: starts: expected a whole number, got '8'"),
     "no starts": (lambda: learn(starts=0), ValueError, "search: starts must be at least 1, got 0"),
+    "too many starts": (
+        lambda: learn(starts=10**9),
+        ValueError,
+        "search: starts must be at most 10000, got 1000000000",
+    ),
     "noise, text": (
         lambda: learn(noise_std="0.1"),
         ValueError,

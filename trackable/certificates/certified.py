@@ -178,12 +178,28 @@ class _Learning:
                 return outcome
             backoff = min(max(10 * backoff, 4 * error, 3 * found.missed), _LARGEST_BACKOFF)
             found = learner.continued(found, self._problem(goal, backoff))
-        return found
+        return _of_given_bounds(found, self.plant) if isinstance(found, Infeasible) else found
 
     def _problem(self, goal: Goal, backoff: float) -> ConstrainedProblem:
         """Split the back-off: one half for times between those of the program, one as the optimiser's tolerance."""
         constraints = [Constraint(_drawn_in(q, backoff / 2), goal.times, backoff / 2) for q in self.plant.quantities]
         return ConstrainedProblem(self.samples, self.prior, self.space, tuple(constraints), self.pins)
+
+
+def _of_given_bounds(found: Infeasible, plant: ConstrainedSystem) -> Infeasible:
+    """Return what is broken of the plant's own bounds, instead of those that were drawn in.
+
+    Those drawn in are kept where the given ones are not broken: all that is missing then is the room for a proof.
+    """
+    given = {quantity.name: quantity for quantity in plant.quantities}
+    means = [part.mean for part in found.best.prior.parts]
+    at_rest = ((given[q.name], q) for q in found.broken_at_rest)
+    broken = tuple(q if own.bounds.strictly_contains(own.at_rest(means)) else own for own, q in at_rest)
+    own = given[found.quantity.name]
+    violation = found.violation - (own.bounds.width - found.quantity.bounds.width) / 2
+    if not violation > 0:
+        return replace(found, broken_at_rest=broken)
+    return replace(found, quantity=own, violation=violation, broken_at_rest=broken)
 
 
 def _drawn_in(quantity: Quantity, by: float) -> Quantity:

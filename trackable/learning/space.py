@@ -14,6 +14,9 @@ from trackable.gp.samples import Samples
 from trackable.gp.stencil import Stencil
 from trackable.systems.sets.interval import Interval
 
+MOST_STARTS = 10_000
+"""More starts would take days, and the points for them more memory than there is."""
+
 
 @dataclass(frozen=True)
 class SearchSpace:
@@ -31,7 +34,7 @@ class SearchSpace:
             instance(f"search: bounds of {name}", interval, Interval, "an Interval(lower, upper)")
             if interval.lower <= 0:
                 raise ValueError(f"search: the lower bound of {name} must be positive, got {interval.lower:g}")
-        object.__setattr__(self, "starts", whole("search: starts", self.starts, least=1))
+        object.__setattr__(self, "starts", whole("search: starts", self.starts, least=1, most=MOST_STARTS))
 
     @classmethod
     def around(

@@ -53,6 +53,13 @@ WRONG = [
         "sampling_time: 0.1, parameters: {wheelbase: 0.3}}",
         r"parameters: those of mobile_robot are others: got an unexpected keyword argument 'wheelbase'",
     ),
+    ("tank", "{starts: 8}", "{starts: 1000000}", r"search\.starts: expected less than or equal to 10000, got 1000000"),
+    (
+        "example1",
+        "steps: 10000",
+        "steps: 1000000000",
+        r"control\.steps: expected less than or equal to 1000000, got 1000000000",
+    ),
     ("example1", NOISE, NOISE.replace("0.01", "-0.01"), r"prior\.state\.noise_std: expected a positive .*got -0\.01"),
     ("example1", NOISE, NOISE.replace("noise_std", "noise"), r"prior\.state\.noise: is not a known field"),
     ("example1", NOISE, NOISE.replace("0.01", "[0.2, 0.1]"), r"noise_std: .*0 < lower < upper.*got \[0\.2, 0\.1\]"),

@@ -86,7 +86,7 @@ def test_names_in_the_layout(tmp_path: Path) -> None:
     for layout, time, unit, said in (
         (CsvLayout(columns=["x"]), None, "s", "line 1: expected 1 cells, as the layout names, got 2"),
         (CsvLayout(columns=["t", "y"]), "t", "s", "there is no column 'x'; with the separator ';' there are 't', 'y'"),
-        (CsvLayout(), "t", "s", "if these are values, the file has no header, and CsvLayout(separator, columns=[...])"),
+        (CsvLayout(), "t", "s", "if these are values, the file has no header, and `columns` of the layout names"),
         (CsvLayout(columns=["t", "x"]), None, "ISO 8601", "time=None counts rows, and no count is a date"),
     ):
         with pytest.raises(InputError, match=re.escape(said)):

@@ -148,4 +148,4 @@ class _Cells:
         if cell.strip().lstrip("+-.,")[:1].isdigit():
             return ""  # a value, but in another format
         others = ", ".join(map(repr, self.layout.missing)) or "nothing"
-        return f"; if it stands for no value, name it in CsvLayout(missing=...) beside {others}"
+        return f"; if it stands for no value, name it in `missing` of the layout beside {others}"

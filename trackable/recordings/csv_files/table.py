@@ -13,8 +13,8 @@ from trackable.recordings.csv_files.text_file import read_text
 from trackable.recordings.decimals import DECIMAL_MARKS, POINT
 
 _NO_HEADER = (
-    ": if these are values, the file has no header, and CsvLayout(separator, columns=[...]) names its columns (TUM and "
-    "KITTI are such layouts)"
+    ": if these are values, the file has no header, and `columns` of the layout names its columns (TUM and KITTI are "
+    "such layouts)"
 )
 SEPARATORS = (",", ";", "\t")
 MISSING = ("", "-", "na", "n/a", "nan", "null")
@@ -28,6 +28,7 @@ class CsvLayout:
     fraction, "." or ",". `encoding`: as Python names it. `comment`: lines that start with it are ignored; none if it is
     empty. `skip`: numbers, from 1, of further lines to ignore, such as units below the header. `missing`: texts that
     stand for a missing value, in upper or lower case. `columns`: the names of the columns of a file without a header.
+    Messages about files name these fields, which have the same names in files that describe recordings.
     InputError: an impossible value.
     """
 

@@ -26,7 +26,7 @@ def read_text(path: Path, encoding: str) -> str:
     except LookupError as error:
         raise InputError(f"{path}: expected an encoding like 'utf-8' or 'latin-1', got {encoding!r}") from error
     except UnicodeError as error:
-        hint = "" if _has_nul_bytes(encoding) else '; does CsvLayout(encoding="latin-1") read it?'
+        hint = "" if _has_nul_bytes(encoding) else "; does the encoding 'latin-1' read it?"
         raise InputError(f"{path}: it is not written in {encoding!r} ({error}){hint}") from error
 
 
@@ -49,12 +49,11 @@ def _refuse_no_text(path: Path, data: bytes, encoding: str) -> None:
     if _has_nul_bytes(encoding):
         return
     if data.startswith(_UTF16_MARKS):
-        raise InputError(f'{path}: it begins with the mark of UTF-16, which CsvLayout(encoding="utf-16") reads')
+        raise InputError(f"{path}: it begins with the mark of UTF-16, which the encoding 'utf-16' reads")
     if (at := data.find(0)) >= 0:
         line = len(data[: at + 1].splitlines())
         raise InputError(
-            f"{path}, line {line}: a NUL byte, so this is no text file "
-            f'(unless it is in UTF-16: CsvLayout(encoding="utf-16-le"))'
+            f"{path}, line {line}: a NUL byte, so this is no text file (unless the encoding 'utf-16-le' reads it)"
         )
 
 

@@ -17,7 +17,7 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "some.csv"
 
 
-MISSING = "; if it stands for no value, name it in CsvLayout(missing=...) beside '', '-', 'na', 'n/a', 'nan', 'null'"
+MISSING = "; if it stands for no value, name it in `missing` of the layout beside '', '-', 'na', 'n/a', 'nan', 'null'"
 FORMATS = ' (DateTimes("%d.%m.%Y %H:%M:%S") as time unit reads other formats)'
 
 REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
@@ -94,13 +94,13 @@ REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         "t,x\n0,Fehler\n",
         {"layout": CsvLayout(missing=("LOST", ""))},
         ", line 2, column 'x': expected a number, got 'Fehler'; if it stands for no value, "
-        "name it in CsvLayout(missing=...) beside 'LOST', ''",
+        "name it in `missing` of the layout beside 'LOST', ''",
     ),
     "text, nothing being missing": (
         "t,x\n0,-\n",
         {"layout": CsvLayout(missing=())},
         ", line 2, column 'x': expected a number, got '-'; if it stands for no value, "
-        "name it in CsvLayout(missing=...) beside nothing",
+        "name it in `missing` of the layout beside nothing",
     ),
     "decimal commas without quotes": (
         "t,x\n0,1,5\n",
@@ -126,17 +126,17 @@ REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         "t,x,größe\n0,1,2\n".encode("latin-1"),
         {},
         ": it is not written in 'utf-8' ('utf-8' codec can't decode byte 0xf6 in position 6: invalid start byte); "
-        'does CsvLayout(encoding="latin-1") read it?',
+        "does the encoding 'latin-1' read it?",
     ),
     "UTF-16 as UTF-8": (
         "t,x\n0,1\n".encode("utf-16"),
         {},
-        ': it begins with the mark of UTF-16, which CsvLayout(encoding="utf-16") reads',
+        ": it begins with the mark of UTF-16, which the encoding 'utf-16' reads",
     ),
     "UTF-16 without a mark": (
         "t,x\n0,1\n".encode("utf-16-le"),
         {},
-        ', line 1: a NUL byte, so this is no text file (unless it is in UTF-16: CsvLayout(encoding="utf-16-le"))',
+        ", line 1: a NUL byte, so this is no text file (unless the encoding 'utf-16-le' reads it)",
     ),
     "UTF-16 cut off": (
         "t,x\n0,1\n".encode("utf-16")[:-1],
@@ -146,17 +146,17 @@ REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "zeros behind the text": (
         b"t,x\r\n0,1\r\n1,\0\0\0",
         {},
-        ', line 3: a NUL byte, so this is no text file (unless it is in UTF-16: CsvLayout(encoding="utf-16-le"))',
+        ", line 3: a NUL byte, so this is no text file (unless the encoding 'utf-16-le' reads it)",
     ),
     "binary": (
         b"\x7fELF\n\xff\0\1",
         {},
-        ', line 2: a NUL byte, so this is no text file (unless it is in UTF-16: CsvLayout(encoding="utf-16-le"))',
+        ", line 2: a NUL byte, so this is no text file (unless the encoding 'utf-16-le' reads it)",
     ),
     "binary as Latin-1": (
         b"\xff\0\1",
         {"layout": CsvLayout(encoding="latin-1")},
-        ', line 1: a NUL byte, so this is no text file (unless it is in UTF-16: CsvLayout(encoding="utf-16-le"))',
+        ", line 1: a NUL byte, so this is no text file (unless the encoding 'utf-16-le' reads it)",
     ),
     "MCAP": (b"\x89MCAP0\r\n\1\0", {}, ": this is an MCAP file, which read_mcap reads"),
     "MCAP as Latin-1": (
