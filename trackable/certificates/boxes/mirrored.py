@@ -26,12 +26,11 @@ class Mirrored:
     @classmethod
     def of(cls, kernel: KernelBalls, pairs: Pairs) -> "Mirrored":
         """Return the differences of pairs. Signs are exact where a kernel has kinks."""
-        boxes, at, shifts = pairs.boxes, pairs.of_box, pairs.shifts.at(pairs.of_box)
-        r = shifts.differences(boxes.middles.at(at), pairs.centres)
+        boxes, at, r = pairs.boxes, pairs.of_box, pairs.differences
         signs, both = np.where(r.mid >= 0, 1.0, -1.0), np.zeros(len(at), dtype=bool)
         if kernel.kinks:
             near = np.flatnonzero(np.abs(r.mid) <= 2 * boxes.halves.highest[at] + 4 * r.rad)
-            close, centres = shifts.at(near), pairs.centres[near]
+            close, centres = pairs.shifts.at(at[near]), pairs.centres[near]
             after = close.signs(boxes.starts[at[near]], centres) >= 0
             before = close.signs(boxes.ends[at[near]], centres) <= 0
             signs[near] = np.where(after, 1.0, np.where(before, -1.0, signs[near]))

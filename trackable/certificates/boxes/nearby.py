@@ -13,6 +13,7 @@ from trackable.certificates.boxes.boxes import Boxes, Indices, ShiftedBoxes, Shi
 from trackable.certificates.floats.balls import Balls, U, sums_up
 from trackable.certificates.kernels.base import KernelBalls
 from trackable.certificates.kernels.matern import MaternBalls
+from trackable.certificates.kernels.squared_exponential import SquaredExponentialBalls
 from trackable.certificates.kernels.table import balls_of
 from trackable.gp.signal import KernelSum
 
@@ -22,7 +23,8 @@ _NEGLIGIBLE = 2.0**-60
 FEW = 2**12  # pairs: of fewer all are within reach, as finding out takes longer than it saves
 _FRACTIONS = 2.0 ** (-np.arange(48) / 4)
 _INSIDE = 1 - 2.0**-20
-_SERIES, _FEW_NUMBERS = 2**11, 2**14  # pairs that are held at once: their series, or a few numbers, stay in the cache
+_SERIES, _PRODUCTS, _FEW_NUMBERS = 2**11, 2**12, 2**14
+"""Pairs that are held at once: their series, a few products of each, or a few numbers, stay in the cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +37,11 @@ class Pairs:
     centres: Array
     weights: Array
     firsts: Indices
+
+    @cached_property
+    def differences(self) -> Balls:
+        """The differences of the middles of boxes and the centres: shape (P,)."""
+        return self.shifts.at(self.of_box).differences(self.boxes.middles.at(self.of_box), self.centres)
 
     def weighted(self, values: Balls, weights: Array) -> Balls:
         """Return Σ_i w_i v_i over the centres of each box, along the last axis."""
@@ -78,6 +85,13 @@ class Summands:
         """Over-estimate of Σ_i |c_i|."""
         return float(sums_up(np.sum(np.abs(self.weights)), len(self.weights)))
 
+    @property
+    def _most_pairs(self) -> int:
+        """How many pairs are held at once."""
+        if isinstance(self.kernel, MaternBalls):
+            return _FEW_NUMBERS
+        return _PRODUCTS if isinstance(self.kernel, SquaredExponentialBalls) else _SERIES
+
     def reach(self, shifted: ShiftedBoxes) -> tuple[Array, Array]:
         """Return a distance [s] from the middle of each box, and a bound of |κ| on the discs of all farther centres.
 
@@ -102,12 +116,18 @@ class Summands:
 
     def pairs(self, shifted: ShiftedBoxes, reach: Array) -> Iterator[Pairs]:
         """Yield the pairs of boxes and their centres within `reach` [s], for blocks of neighbouring boxes."""
+        boxes, count, most = len(shifted), len(self.centres), self._most_pairs
+        if np.all(np.isinf(reach)) and boxes * count <= most:
+            of_box, firsts = np.repeat(np.arange(boxes), count), np.arange(0, boxes * count, count)
+            every = np.tile(self.centres, boxes), np.tile(self.weights, boxes)
+            yield Pairs(shifted.boxes, shifted.shifts, of_box, *every, firsts)
+            return
         times = shifted.times
         first = np.searchsorted(self.centres, times - reach)
         # At least one: no box is without pairs.
         first = np.minimum(first, len(self.centres) - 1)
         counts = np.maximum(np.searchsorted(self.centres, times + reach, side="right") - first, 1)
-        for block in _blocks(counts, _FEW_NUMBERS if isinstance(self.kernel, MaternBalls) else _SERIES):
+        for block in _blocks(counts, most):
             some, starts = counts[block], np.concatenate([[0], np.cumsum(counts[block])[:-1]])
             which = np.arange(np.sum(some)) + np.repeat(first[block] - starts, some)
             of_box = np.repeat(np.arange(len(some)), some)

@@ -14,36 +14,39 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.certificates.floats.balls import Balls, Mask, U, sums_up
 
-_HALVINGS = 20
+_HALVINGS = 21
+_TOGETHER = 3  # halvings: few polynomials are left after the first of them
 
 
 def are_positive(polynomials: Balls) -> Mask:
     """Whether polynomials with coefficients of shape (terms, B) are certainly ≥ 0 on all of [−1, 1]."""
     pieces, of = _times(_to_bernstein, polynomials), np.arange(polynomials.mid.shape[1])
-    undecided = np.zeros(len(of), dtype=bool)
-    refuted = undecided.copy()
-    for _ in range(_HALVINGS):
-        least = pieces.lowest
-        refuted[of[~((least[0] >= 0) & (least[-1] >= 0))]] = True  # the values at the ends
-        unsure = ~np.all(least >= 0, axis=0) & ~refuted[of]
+    proved = np.ones(len(of), dtype=bool)
+    for _ in range(_HALVINGS // _TOGETHER):
+        is_positive = pieces.lowest >= 0
+        proved[of[~(is_positive[0] & is_positive[-1])]] = False  # the values at the ends
+        unsure = ~np.all(is_positive, axis=0) & proved[of]
         if not np.any(unsure):
-            return ~refuted
-        of, pieces = np.tile(of[unsure], 2), _halves(pieces.at((slice(None), unsure)))
-    undecided[of[~np.all(pieces.lowest >= 0, axis=0)]] = True
-    return ~(refuted | undecided)
+            return proved
+        of, pieces = np.repeat(of[unsure], 2**_TOGETHER), _parts(pieces.at((slice(None), unsure)))
+    proved[of[~np.all(pieces.lowest >= 0, axis=0)]] = False
+    return proved
 
 
-def _halves(pieces: Balls) -> Balls:
-    left, right = _times(_left, pieces), _times(_right, pieces)
-    return Balls(np.hstack([left.mid, right.mid]), np.hstack([left.rad, right.rad]))
+def _parts(pieces: Balls) -> Balls:
+    """Return all parts of each piece: shape (terms, parts · B), with those of a piece side by side."""
+    terms, count = pieces.mid.shape
+    of_parts = _times(_to_parts, pieces)
+    mid, rad = (x.reshape(-1, terms, count).transpose(1, 2, 0).reshape(terms, -1) for x in (of_parts.mid, of_parts.rad))
+    return Balls(mid, rad)
 
 
 def _times(matrix: Callable[[int], Array], coefficients: Balls) -> Balls:
     """Apply a matrix whose entries are rounded."""
     exact = matrix(len(coefficients.mid))
-    size = np.abs(exact)
-    rounded = coefficients.rad + (len(exact) + 8) * U * np.abs(coefficients.mid)
-    return Balls(exact @ coefficients.mid, sums_up(size @ rounded, len(exact)))
+    terms = len(coefficients.mid)
+    rounded = coefficients.rad + (terms + 8) * U * np.abs(coefficients.mid)
+    return Balls(exact @ coefficients.mid, sums_up(np.abs(exact) @ rounded, terms))
 
 
 @cache
@@ -64,11 +67,17 @@ def _to_bernstein(terms: int) -> Array:
 
 
 @cache
-def _left(terms: int) -> Array:
-    """Return the matrix from Bernstein coefficients to those of the left half (de Casteljau)."""
-    return np.array([[comb(i, j) / 2**i if j <= i else 0.0 for j in range(terms)] for i in range(terms)])
+def _to_parts(terms: int) -> Array:
+    """Return the matrix from Bernstein coefficients to those of all parts, one below the other (de Casteljau).
 
-
-@cache
-def _right(terms: int) -> Array:
-    return _left(terms)[::-1, ::-1].copy()
+    Its entries are computed as multiples of a power of 2, and then rounded.
+    """
+    degree = terms - 1
+    left = np.array([[comb(i, j) << (degree - i) for j in range(terms)] for i in range(terms)], dtype=object)
+    halves, found = (
+        np.concatenate([left, left[::-1, ::-1]]),
+        np.array([[int(i == j) for j in range(terms)] for i in range(terms)], dtype=object),
+    )
+    for _ in range(_TOGETHER):
+        found = np.concatenate([halves @ part for part in np.split(found, len(found) // terms)])
+    return np.array(found / 2 ** (degree * _TOGETHER), dtype=float)

@@ -38,10 +38,11 @@ def missed(summands: Summands, shifted: ShiftedBoxes, terms: int) -> Array:
 def polynomials(summands: Summands, shifted: ShiftedBoxes, terms: int) -> Balls:
     """Return the Taylor polynomials of a shifted signal in the boxes, without what `missed` bounds: (terms, B)."""
     with np.errstate(all="ignore"), ball_arithmetic(terms):
-        boxes, kernel = shifted.boxes, summands.kernel
-        blocks = _blocks(summands, shifted, summands.reach(shifted)[0])
+        boxes, kernel, (reach, _) = shifted.boxes, summands.kernel, summands.reach(shifted)
         if isinstance(kernel, SquaredExponentialBalls):
-            return gaussians.polynomial(kernel, joined(gaussians.sums(kernel, each, terms) for each in blocks), boxes)
+            of_blocks = (gaussians.sums(kernel, each, terms) for each in summands.pairs(shifted, reach))
+            return gaussians.polynomial(kernel, joined(of_blocks), boxes)
+        blocks = _blocks(summands, shifted, reach)
         if not isinstance(kernel, MaternBalls):
             return joined(_series(kernel, each, terms) for each in blocks)
         before, after = zip(*(_sums_by_sign(kernel, each) for each in blocks), strict=True)
@@ -55,12 +56,13 @@ def _blocks(summands: Summands, shifted: ShiftedBoxes, reach: Array) -> Iterator
 
 def _on_discs(summands: Summands, shifted: ShiftedBoxes, reach: Array) -> Array:
     """Bound Σ_i |c_i| |κ| on the discs around all centres within reach: shape (B,)."""
-    kernel, blocks = summands.kernel, _blocks(summands, shifted, reach)
+    kernel = summands.kernel
+    if isinstance(kernel, SquaredExponentialBalls):
+        return np.concatenate([gaussians.size_on_discs(kernel, each) for each in summands.pairs(shifted, reach)])
+    blocks = _blocks(summands, shifted, reach)
     if isinstance(kernel, MaternBalls):
         sums = [exponentials.sums(kernel, abs(each.r), np.abs(each.pairs.weights), each.pairs) for each in blocks]
         return exponentials.size_on_discs(kernel, joined(sums), shifted.boxes)
-    if isinstance(kernel, SquaredExponentialBalls):
-        return np.concatenate([gaussians.size_on_discs(kernel, each) for each in blocks])
     return np.concatenate([each.pairs.summed_up(kernel.on_disc(each.r, each.radii).highest) for each in blocks])
 
 

@@ -192,6 +192,8 @@ class Balls:
 def joined(parts: Iterable[Balls]) -> Balls:
     """Join arrays of balls along their last axis."""
     found = list(parts)
+    if len(found) == 1:
+        return found[0]
     mids, rads = zip(*((each.mid, each.rads) for each in found), strict=True)
     return Balls(np.concatenate(mids, axis=-1), np.concatenate(rads, axis=-1))
 
