@@ -13,6 +13,7 @@ from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.moments import summed_by_moments
 
 _LONG = 200  # centres
+_FEW = 2**16  # terms of a sum that is not long: summed directly, without a look for something better
 _MANY = 2**22  # terms: for fewer, direct summation is faster than looking for a regular grid
 _MANY_OF_MOMENTS = 2**18  # terms: for fewer, moments of all centres take longer than the sum
 _NEARBY = 2**14  # terms that are summed at once, so that their times are neighbours
@@ -42,7 +43,10 @@ class KernelSum:
         polynomials times e^(−λ|r|) are evaluated from moments where that is faster.
         """
         t = np.asarray(t, dtype=float)
-        jet = self._sums(t, order)
+        if t.size * len(self.centres) * (order + 1) <= _FEW and len(self.centres) < _LONG:
+            jet = np.asarray(self.kernel.jet(t[..., None] - self.centres, order) @ self.weights)
+        else:
+            jet = self._sums(t, order)
         jet[0] += self.mean
         return jet
 

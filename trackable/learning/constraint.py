@@ -90,7 +90,12 @@ class Constraint(Bounded):
         return times, margin(times) if len(times) else np.empty(0)
 
     def examined(self, posterior: Signalled) -> Array:
-        """Return the times [s] between which `closest` may miss something, as the quantity may turn there."""
+        """Return the times [s] between which `closest` may miss something, as the quantity may turn there.
+
+        There are none where all kernels are analytic: a signal then turns as slowly at its centres as anywhere.
+        """
+        if all(signal.kernel.is_analytic for signal in posterior.signals):
+            return self.none
         return self.index_set.examined(self._turns(posterior))
 
     def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -17,6 +18,7 @@ from trackable.gp.period import period_of
 _POINTS_PER_CORRELATION_TIME = 12
 _FEWEST_POINTS, _MOST_POINTS = 64, 50_000
 _REFINEMENTS, _NARROWER = 3, 0.1
+_BESIDE = np.array([[-1], [0], [1]])  # left of a centre, there, and right of it
 _FEW_STEPS = 4096  # up to so many, all steps are evaluated
 _PARTS = 16  # into which an interval of steps is divided: the margin is evaluated at the ends of each
 
@@ -93,7 +95,7 @@ class Steps(IndexSet):
 
     def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
         grid = self._grid(kernels)
-        minima = _minima_of_sequence(margin(grid * self.sampling_time))
+        minima = np.flatnonzero(_are_minima(margin(grid * self.sampling_time)))
         if self._are_few(grid):
             return np.asarray(grid[minima] * self.sampling_time)
         at = grid[minima]
@@ -126,7 +128,7 @@ class Steps(IndexSet):
             values.append(at_edges.ravel())
         met, first = np.unique(np.concatenate(steps), return_index=True)
         margins = np.concatenate(values)[first]
-        minima = _minima_of_sequence(margins)
+        minima = np.flatnonzero(_are_minima(margins))
         return np.asarray(met[minima[margins[minima] < 0]] * self.sampling_time)
 
     def nearest(self, t: Array) -> Array:
@@ -199,26 +201,35 @@ def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequenc
     """Return local minima of continuous margins: those on a grid, refined by parabolas through ever closer points."""
     times = np.linspace(start, end, _grid_intervals(end - start, kernels) + 1)
     values, reach = margins.margins(times), times[1] - times[0]
-    minima = [_minima_of_sequence(each) for each in values]
-    which, grid = np.repeat(np.arange(len(minima)), [len(each) for each in minima]), np.concatenate(minima)
-    at = times[grid]
-    for _ in range(_REFINEMENTS):
-        centre = np.clip(at, start + reach, end - reach)  # at an end the parabola leans inwards
-        left, middle, right = margins.margins_of(which, np.stack([centre - reach, centre, centre + reach]))
-        with np.errstate(invalid="ignore"):  # where a margin is infinite, the minimum on the grid stays
-            curvature = left - 2 * middle + right
-            step = np.divide(
-                reach / 2 * (left - right), curvature, out=at - centre, where=np.isfinite(curvature) & (curvature > 0)
-            )
-        at, reach = np.clip(centre + step, centre - reach, centre + reach), reach * _NARROWER
+    which, grid = np.nonzero(_are_minima(values))
+    inner = np.clip(grid, 1, len(times) - 2)  # at an end the parabola leans inwards
+    at, centre, beside = times[grid], times[inner], values[which, inner + _BESIDE]
+    at = _at_lowest(at, centre, reach, beside)
+    for _ in range(_REFINEMENTS - 1):
+        reach *= _NARROWER
+        centre = np.clip(at, start + reach, end - reach)
+        at = _at_lowest(at, centre, reach, margins.margins_of(which, centre + reach * _BESIDE))
     at, lowest = np.clip(at, start, end), values[which, grid]
     refined = margins.margins_of(which, at)
     at, lowest = np.where(refined < lowest, at, times[grid]), np.minimum(refined, lowest)
-    return [_in_order(at[which == q], lowest[which == q]) for q in range(len(minima))]
+    ends = np.searchsorted(which, np.arange(len(values) + 1)).tolist()
+    return [_in_order(at[first:last], lowest[first:last]) for first, last in pairwise(ends)]
+
+
+def _at_lowest(at: Array, centre: Array, reach: float, beside: Array) -> Array:
+    """Return where parabolas through the values (3, n) `beside` each centre are lowest, within reach; or `at` it is."""
+    left, middle, right = beside
+    with np.errstate(invalid="ignore"):  # where a margin is infinite, the minimum on the grid stays
+        curvature = left - 2 * middle + right
+        is_valley = np.isfinite(curvature) & (curvature > 0)
+        step = np.divide(reach / 2 * (left - right), curvature, out=at - centre, where=is_valley)
+    return np.asarray(centre + np.clip(step, -reach, reach))
 
 
 def _in_order(times: Array, margins: Array) -> TimesAndMargins:
     """Return each time once, in increasing order."""
+    if np.all(times[1:] > times[:-1]):
+        return times, margins
     once, first = np.unique(times, return_index=True)
     return once, margins[first]
 
@@ -229,7 +240,9 @@ def _grid_intervals(length: float, kernels: Sequence[Kernel]) -> int:
     return int(np.clip(wanted, _FEWEST_POINTS, _MOST_POINTS))
 
 
-def _minima_of_sequence(values: Array) -> npt.NDArray[np.intp]:
-    """Return the indices of a sequence's local minima, ends included; a plateau counts once, by its first entry."""
-    walled = np.concatenate([[np.inf], values, [np.inf]])
-    return np.flatnonzero((walled[1:-1] < walled[:-2]) & (walled[1:-1] <= walled[2:]))
+def _are_minima(values: Array) -> npt.NDArray[np.bool_]:
+    """Return which entries of sequences (…, n) are local minima, ends included; a plateau counts by its first entry."""
+    are = values < np.inf
+    are[..., 1:] &= values[..., 1:] < values[..., :-1]
+    are[..., :-1] &= values[..., :-1] <= values[..., 1:]
+    return are

@@ -28,10 +28,10 @@ class Quantities:
         """Return all quantities at t [s]: shape (Q, *t.shape)."""
         if not self.is_linear:
             return np.stack([quantity(self.signals, t) for quantity in self.quantities])
-        found = np.repeat(self._offsets, t.size).reshape(len(self), *t.shape)
+        found = np.repeat(self._offsets, t.size).reshape(len(self), t.size)
         for weights, shifted in self._shifted(t):
-            found += np.tensordot(weights, shifted, axes=1)
-        return found
+            found += weights @ shifted.reshape(len(shifted), t.size)
+        return found.reshape(len(self), *t.shape)
 
     def values_of(self, which: Indices, t: Array) -> Array:
         """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (..., m): the shape of t."""
@@ -40,10 +40,11 @@ class Quantities:
             for q in np.unique(which).tolist():
                 found[..., which == q] = self.quantities[q](self.signals, t[..., which == q])
             return found
-        found = np.broadcast_to(self._offsets[which], t.shape).copy()
+        found = np.empty(t.shape)
+        found[...] = self._offsets[which]
         for weights, shifted in self._shifted(t):
-            of_each = weights.T[:, which].reshape(len(shifted), *(1,) * (t.ndim - 1), len(which))
-            found += np.sum(of_each * shifted, axis=0)
+            for w, signal in zip(weights.T, shifted, strict=True):
+                found += w[which] * signal
         return found
 
     def margins(self, t: Array) -> Array:

@@ -1,8 +1,9 @@
 """Where a function comes near to its bounds: local minima of all margins, sought together."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from trackable.learning.index_set import Indices
 from trackable.learning.joint.places import LOWER, UPPER, Places
 from trackable.systems.quantities import Quantities
 
+_PARTS = (np.arange(1, PARTS) / PARTS)[:, None]
 _CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
 
 Minima = list[tuple[Array, Array]]
@@ -44,9 +46,11 @@ class Seen:
         """Return the places (n, 2) of those minima whose margin is small, each at the nearer bound."""
         times = [at[np.isfinite(margins) & (margins < _CLOSE)] for at, margins in found]
         which, (lower, upper) = _owners(times), self._all.bounds
-        values = self._all.values_of(which, np.concatenate([np.empty(0), *times]))
-        sides = np.where(values - lower[which] < upper[which] - values, LOWER, UPPER)
-        return tuple(np.column_stack(pair) for pair in zip(times, _parted(sides, times), strict=True))
+        places = np.empty((len(which), 2))
+        places[:, 0] = np.concatenate([np.empty(0), *times])
+        values = self._all.values_of(which, places[:, 0])
+        places[:, 1] = np.where(values - lower[which] < upper[which] - values, LOWER, UPPER)
+        return tuple(_parted(places, times))
 
     @property
     def _minima(self) -> Minima:
@@ -62,17 +66,16 @@ class Seen:
     def _between(self, places: Sequence[Array]) -> Minima:
         """Return for each constraint the lowest margin between neighbouring places, in order, where it is negative."""
         times = [
-            constraint.index_set.nearest(np.linspace(at[:-1], at[1:], PARTS + 1)[1:-1])
+            constraint.index_set.nearest(at[:-1] + _PARTS * (at[1:] - at[:-1]))
             for constraint, at in zip(self._known, places, strict=True)
         ]
-        lower, upper = self._all.bounds
         if times and all(np.array_equal(at, times[0]) for at in times[1:]):  # signals are evaluated there once
             found = [_lowest(*pair) for pair in zip(times, self._all.margins(times[0]), strict=True)]
         else:
             pairs, every = [at[0] for at in times], np.concatenate([np.empty((PARTS - 1, 0)), *times], axis=1)
             parts = [_parted(of_all, pairs) for of_all in _lowest(every, self._all.margins_of(_owners(pairs), every))]
             found = list(zip(*parts, strict=True))
-        widths = (upper - lower).tolist()
+        widths = [constraint.quantity.bounds.width for constraint in self._known]
         return [(at[least < 0], least[least < 0] / w) for (at, least), w in zip(found, widths, strict=True)]
 
     @cached_property
@@ -80,7 +83,8 @@ class Seen:
         return self._several(self._known)
 
     def _several(self, constraints: Sequence[Constraint]) -> Quantities:
-        return Quantities(tuple(constraint.quantity for constraint in constraints), self._remembered.signals)
+        several = Quantities(tuple(constraint.quantity for constraint in constraints), self.signals)
+        return several if several.is_linear else replace(several, signals=self._remembered.signals)
 
     @cached_property
     def _remembered(self) -> Remembered:
@@ -96,8 +100,8 @@ class Seen:
 
 def _lowest(times: Array, margins: Array) -> tuple[Array, Array]:
     """Return the time of the lowest margin in each column, and that margin."""
-    lowest = np.argmin(margins, axis=0)[None]
-    return np.take_along_axis(times, lowest, 0)[0], np.take_along_axis(margins, lowest, 0)[0]
+    lowest, every = np.argmin(margins, axis=0), np.arange(margins.shape[1])
+    return times[lowest, every], margins[lowest, every]
 
 
 def _joined(one: Minima, other: Minima) -> Minima:
@@ -114,4 +118,5 @@ def _owners(parts: Sequence[Array]) -> Indices:
 
 def _parted(joined: Array, parts: Sequence[Array]) -> list[Array]:
     """Divide an array into parts as long as these."""
-    return np.split(joined, np.cumsum([len(part) for part in parts]))[: len(parts)]
+    ends = list(accumulate(map(len, parts), initial=0))
+    return [joined[first:last] for first, last in pairwise(ends)]
