@@ -18,7 +18,7 @@ from trackable.codec import CodecError
 from trackable.errors import InputError, NoReferenceError
 from trackable.files import unwritable
 
-_NOTHING_FOUND, _UNUSABLE = 1, 2
+_NOTHING_FOUND, _UNUSABLE, _INTERRUPTED = 1, 2, 130
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -26,7 +26,7 @@ def main() -> None:
     """Learn references from noisy samples that a constrained system can follow.
 
     Stages run for one EXPERIMENT of params.yaml and write below data/results/EXPERIMENT. Exit codes: 0 done; 1 no
-    trackable reference was found; 2 something handed in is not usable. On 1 and 2 earlier results stay.
+    trackable reference was found; 2 something handed in is not usable; 130 interrupted. But on 0 earlier results stay.
     """
 
 
@@ -80,7 +80,12 @@ main.add_command(report)
 def run() -> None:
     """Run the command line; report an error that a user can act on in one sentence on stderr and by an exit code."""
     try:
-        main(standalone_mode=True)
+        sys.exit(main(standalone_mode=False))
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except click.Abort:
+        sys.exit(_INTERRUPTED)
     except NoReferenceError as error:
         click.echo(f"failed: {error}", err=True)
         sys.exit(_NOTHING_FOUND)

@@ -1,6 +1,7 @@
 """Stage 1: where samples come from → the samples that references are learned from, and those held out."""
 
 import warnings
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import write_samples
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
+from trackable.condensed.asked import MANY
 from trackable.doubts import doubts
 from trackable.errors import DoubtfulInputWarning, InputError
 from trackable.gp.samples import Samples
@@ -18,6 +20,7 @@ from trackable.recordings import Column, CsvLayout, Field, Signal, read_csv, rea
 from trackable.systems.sampling import sampled_signals
 
 _SIGNAL = "signal"
+_PLENTY = 300  # samples: learned from in seconds
 _MISSING = 0.5  # of what is held out: a recording may end earlier, but not much
 
 
@@ -33,12 +36,26 @@ def generate(experiment: Experiment, results: Results) -> None:
         # Raises where the samples are too few for what is to be learned from them.
         ConstrainedProblem(sampled.samples, experiment.learned_prior, experiment.search_space(sampled.samples))
         experiment.check(sampled.samples)
-        for doubt in doubts(experiment.claim, sampled.by_name, experiment.plant):
+        for doubt in (*doubts(experiment.claim, sampled.by_name, experiment.plant), *_of_many(experiment, sampled)):
             warnings.warn(f"experiment {experiment.name}: {doubt}", DoubtfulInputWarning, stacklevel=1)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: {error}") from error
     times = np.arange(experiment.verification.last_step + 1, dtype=float) * experiment.plant.sampling_time
     write_samples(results, sampled, {name: (times, truth(times)) for name, truth in experiment.truths.items()})
+
+
+def _of_many(experiment: Experiment, sampled: Sampled) -> Iterator[str]:
+    """Ask about recordings too long to learn from each sample; `learn_reference` takes fewer centres by itself."""
+    for name, samples in sampled.by_name.items():
+        source = experiment.sources[name]
+        if len(samples) > MANY and not isinstance(source, Drawn):
+            wanted = source.excerpt or Excerpt(end=float(samples.times[-1]))
+            start = f"start: {wanted.start:g}, " if wanted.start else ""
+            every = (samples.times[-1] - samples.times[0]) / _PLENTY
+            yield (
+                f"samples: each of the {len(samples)} of {name} is learned from, which may take hours; are fewer "
+                f"enough? excerpt: {{{start}end: {wanted.end:g}, every: {every:.1g}}} takes about {_PLENTY} of them"
+            )
 
 
 def sampled_by(experiment: Experiment) -> Sampled:

@@ -22,6 +22,7 @@ from pipeline.published.ground_truth import GROUND_TRUTHS
 from pipeline.storage.yaml_file import Fields
 from trackable.arguments import is_number
 from trackable.arrays import Array
+from trackable.gp.hyperparameter import hyperparameter
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.prior import Prior
 from trackable.learning.space import MOST_STARTS
@@ -82,11 +83,14 @@ def _mean(written: Any) -> object:
 
 
 class PriorFields(Fields):
-    """The prior mean, the kernel, and the noise; hyperparameters and the mean are known or learned in an interval."""
+    """The prior mean, the kernel, and the noise; hyperparameters and the mean are known or learned in an interval.
+
+    Hyperparameters that are left out, noise_std among them, are learned in an interval chosen from the samples.
+    """
 
     mean: Annotated[float | tuple[float, float], BeforeValidator(_mean)]
     kernel: Annotated[Kernel, PlainValidator(parse_kernel)]
-    noise_std: Annotated[float, PlainValidator(parse_hyperparameter)]
+    noise_std: Annotated[float, PlainValidator(parse_hyperparameter)] = hyperparameter(None)
 
     @property
     def prior(self) -> Prior:

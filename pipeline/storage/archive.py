@@ -24,6 +24,7 @@ from trackable.systems.margins import MarginProfile
 
 _SAMPLES = "samples.json"
 _STUDY = "study.json"
+_WRITTEN_BY = {"samples": "generate", "verification": "verify"}  # other logs have the names of their stages
 _ROWS = 1001  # of margins: a viewer shows no more
 _SIDES = {"lower": -1.0, "equal": 0.0, "upper": 1.0}
 _SIDES_MEAN = "-1 lower, 0 equal, 1 upper"
@@ -191,7 +192,8 @@ def read_stage(results: Results, stage: str) -> Log:
     """
     path = results.log(stage)
     if not path.exists():
-        raise InputError(f"{path}: not there yet; run the stage that writes it first, or `dvc repro`")
+        command = f"python -m pipeline {_WRITTEN_BY.get(stage, stage)} {results.experiment}"
+        raise InputError(f"{path}: not there yet; `{command}` writes it, and `dvc repro` runs every stage")
     log = read_log(path)
     if log.metadata.get("experiment", {}).get("written_by") != stage:
         raise LogError(f"{path}: was not written as the {stage} log")

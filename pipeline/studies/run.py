@@ -1,11 +1,9 @@
 """Run the studies of an experiment, spread over the machine's cores."""
 
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import fields
 from functools import partial
 from itertools import product
-from multiprocessing import get_context
 
 import numpy as np
 from tqdm import tqdm
@@ -13,6 +11,7 @@ from tqdm import tqdm
 from pipeline.experiments import Experiment
 from pipeline.methods import HYPERPARAMETERS, JOINT
 from pipeline.studies.periodic import draw_row, interval_row
+from pipeline.studies.pool import mapped
 from pipeline.studies.tightness import tightness_row
 from trackable.arrays import Array
 from trackable.gp.samples import Samples
@@ -31,10 +30,11 @@ def study(experiment: Experiment, samples: tuple[Samples, ...]) -> Study | None:
     if wanted is None:
         return None
     tighter = [*product(_PROVED, wanted.tightness)]
-    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        intervals = pool.map(partial(interval_row, experiment, samples), wanted.conservatism)
-        draws = pool.map(partial(draw_row, experiment), range(wanted.draws))
-        bounds = pool.map(partial(tightness_row, experiment, samples), *zip(*tighter, strict=True))
+    with mapped(
+        (partial(interval_row, experiment, samples), [wanted.conservatism]),
+        (partial(draw_row, experiment), [range(wanted.draws)]),
+        (partial(tightness_row, experiment, samples), [*zip(*tighter, strict=True)]),
+    ) as (intervals, draws, bounds):
         of_counts = [row for row in tqdm(intervals, total=len(wanted.conservatism), desc="η", disable=None) if row]
         of_seeds = list(tqdm(draws, total=wanted.draws, desc="draws", disable=None))
         of_bounds = list(tqdm(bounds, total=len(tighter), desc="bounds", disable=None))

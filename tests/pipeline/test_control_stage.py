@@ -136,7 +136,7 @@ def test_the_figures_and_tables_can_be_shown(finished):
 def test_without_a_fit_it_says_what_to_run(tmp_path):
     done = run(tmp_path)
     assert done.returncode == 2
-    assert "run the stage that writes it first" in done.stderr
+    assert "fit.mcap: not there yet; `python -m pipeline fit example1` writes it" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -189,7 +189,7 @@ def test_a_damaged_or_missing_log_is_one_sentence_that_names_it(finished: Path, 
     written_to(tmp_path, SHORT)
     done = run_here("fit", tmp_path)
     assert done.returncode == 2
-    assert "samples.mcap: not there yet" in done.stderr
+    assert "samples.mcap: not there yet; `python -m pipeline generate example1` writes it" in done.stderr
     (tmp_path / "results/example1").mkdir(parents=True)
     whole = (finished / "results/example1/samples.mcap").read_bytes()
     for damaged in (whole[:-10], whole[:300] + bytes([whole[300] ^ 4]) + whole[301:], b""):

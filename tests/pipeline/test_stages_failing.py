@@ -1,7 +1,15 @@
 """Stages that find no reference: what they say, and what they leave."""
 
+import os
+import signal
+import time
 from pathlib import Path
+from unittest import mock
 
+import pytest
+
+from pipeline.studies.pool import mapped
+from tests.pipeline.command import call
 from tests.pipeline.params import EXAMPLE1 as SHORT
 from tests.pipeline.params import changed
 from tests.pipeline.stages import refusal_of_fit
@@ -19,3 +27,25 @@ def test_a_loop_that_does_not_end_says_why(tmp_path: Path) -> None:
     said = refusal_of_fit(tmp_path, "example1", params)
     assert "did not end" in said
     assert "not inside the state set" in said
+
+
+def test_an_interrupt_has_its_exit_code_and_no_traceback(tmp_path: Path) -> None:
+    with mock.patch("pipeline.generate.generate", side_effect=KeyboardInterrupt):
+        done = call("generate", "example1", "--results", str(tmp_path))
+    assert (done.returncode, done.stderr.strip()) == (130, "")
+
+
+def test_an_interrupt_ends_processes_of_a_study_without_a_word(capfd: pytest.CaptureFixture[str]) -> None:
+    """All of them are interrupted, as by a terminal."""
+    with pytest.raises(KeyboardInterrupt), mapped((interrupt_all, [[os.getpid()]])) as (results,):
+        list(results)
+    assert capfd.readouterr() == ("", "")
+
+
+def interrupt_all(first: int) -> None:
+    """Interrupt this process, then the first one, and work on."""
+    time.sleep(0.5)
+    os.kill(os.getpid(), signal.SIGINT)
+    os.kill(first, signal.SIGINT)
+    time.sleep(20)
+    print("nothing ended this process", flush=True)

@@ -51,14 +51,15 @@ def test_missing_and_unreadable_files(tmp_path: Path) -> None:
         load_experiments(binary)
 
 
-def test_numbers_are_known_and_intervals_are_learned(tmp_path: Path) -> None:
+def test_numbers_are_known_intervals_and_what_is_left_out_are_learned(tmp_path: Path) -> None:
     right = "{type: matern52, signal_std: 1, lengthscale: [3, 9]}"
     kernel = f"{{type: product, left: {{type: periodic, period: 2}}, right: {right}}}"
-    path = written_to(tmp_path, changed("example1", ("{type: squared_exponential}", kernel)))
+    wanted = ("{type: squared_exponential}, noise_std: 0.01", kernel)
+    path = written_to(tmp_path, changed("example1", wanted))
     (prior,) = load_experiment("example1", path).learned_prior.parts
     assert isinstance(prior.kernel, Product)
-    assert prior.hyperparameters.keys() - {*prior.learned} == {"left.period", "right.signal_std", NOISE}
-    assert prior.learned == ("left.signal_std", "left.lengthscale", "right.lengthscale")
+    assert prior.hyperparameters.keys() - {*prior.learned} == {"left.period", "right.signal_std"}
+    assert prior.learned == ("left.signal_std", "left.lengthscale", "right.lengthscale", NOISE)
     assert prior.hyperparameters["left.period"] == 2
     assert 3 < prior.hyperparameters["right.lengthscale"] < 9
 
