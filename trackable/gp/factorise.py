@@ -30,8 +30,7 @@ _EPS = float(np.finfo(float).eps)
 
 def noise_variance(prior: Prior, samples: Samples) -> Array:
     """Return σ_n² ϱ_i² of each sample i, shape (n,)."""
-    noise = float(prior.noise_std) * samples.relative_noise
-    return np.asarray(noise * noise)
+    return np.asarray(prior.noise_std**2 * samples.relative_variance)
 
 
 def factorise_kinds(prior: Prior, samples: Samples, stencils: Stencils) -> Factorisation | None:

@@ -6,7 +6,7 @@ value with the interval. Only this type says which hyperparameters are learned.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self, overload
 
@@ -111,6 +111,11 @@ def shown(value: float) -> str:
 def with_value(stored: float, value: float) -> float:
     """Return `stored` with another value: learned in the same interval, or known."""
     return Learned(value, stored.interval) if isinstance(stored, Learned) else float(value)
+
+
+def with_next(stored: float, values: Iterator[float]) -> float:
+    """Return `stored` with the next of the values, unchecked, if it is learned, and as it is if it is known."""
+    return Learned(next(values), stored.interval) if isinstance(stored, Learned) else stored
 
 
 def amplitude(scales: Scales) -> Search:

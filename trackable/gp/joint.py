@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.factors.cached import cached
 from trackable.gp.hyperparameter import Learned, Scales, Search
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
@@ -51,7 +51,7 @@ class JointPrior:
             for name, value in part.hyperparameters.items()
         }
 
-    @cached_property
+    @cached
     def learned(self) -> tuple[str, ...]:
         """Names of the hyperparameters that are learned, in the order of every gradient."""
         named = [self.called(process, name) for process, part in self._named for name in part.learned]
@@ -85,16 +85,17 @@ class JointPrior:
 
     def with_parts(self, parts: tuple[Prior, ...]) -> Self:
         """Return the same with other priors of the processes, in which the same hyperparameters are learned."""
-        moved = type(self)(parts, self.names, self.shared)
-        # Names do not depend on values: keep them, so that an optimiser does not compute them at every step.
-        vars(moved).update(learned=self.learned, places=self.places)
+        moved = object.__new__(type(self))
+        # Names do not depend on values: keep them, so that an optimiser does not check and compute them at every step.
+        names = {"names": self.names, "shared": self.shared, "learned": self.learned, "places": self.places}
+        vars(moved).update(parts=parts, **names)
         return moved
 
     def as_known(self) -> Self:
         """Return the same with every hyperparameter known, as it is now."""
         return type(self)(tuple(part.as_known() for part in self.parts), self.names, self.shared)
 
-    @cached_property
+    @cached
     def places(self) -> tuple[list[int], ...]:
         """For each process, the indices of its learned hyperparameters among all learned ones."""
         return tuple(
@@ -118,11 +119,11 @@ class JointPosterior:
     prior: JointPrior
     samples: tuple[Samples, ...]
 
-    @cached_property
+    @cached
     def parts(self) -> tuple[Posterior, ...]:
         return tuple([Posterior(prior, samples) for prior, samples in zip(self.prior.parts, self.samples, strict=True)])
 
-    @cached_property
+    @cached
     def signals(self) -> tuple[KernelSum, ...]:
         """The posterior means as functions of time."""
         return tuple(part.signal for part in self.parts)

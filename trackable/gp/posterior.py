@@ -1,7 +1,8 @@
 """The posterior of one process given samples: factored once, evaluated often."""
 
+import math
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.gp.factorise import factorise, factorise_kinds, noise_variance
 from trackable.gp.factors.blocks import in_blocks
+from trackable.gp.factors.cached import cached
 from trackable.gp.factors.factorisation import Factorisation
 from trackable.gp.prior import Prior
 from trackable.gp.row_kernel import RowKernel
@@ -16,7 +18,7 @@ from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum
 from trackable.gp.stencils import Stencils
 
-_LOG_TAU = np.log(2 * np.pi)
+_LOG_TAU = math.log(math.tau)
 
 
 class IllConditioned(ArithmeticError):
@@ -34,12 +36,12 @@ class Posterior:
     prior: Prior
     samples: Samples
 
-    @cached_property
+    @cached
     def weights(self) -> Array:
         """c = (K + σ_n² I)⁻¹ (y − m), shape (n,)."""
         return self._factored.solve(self._residual)
 
-    @cached_property
+    @cached
     def signal(self) -> KernelSum:
         """The posterior mean as a function of time."""
         spread = self.samples.stencil.spread(self._factored.weights_at_centres(self.weights))
@@ -84,11 +86,11 @@ class Posterior:
         gradient is tr((A⁻¹ − c cᵀ) ∂A). Where the samples stand for more of them, l is that of all.
         """
         n, c = len(self.samples), self.weights
-        value = self._factored.log_determinant + c @ self._residual
+        value = self._factored.log_determinant + float(c.dot(self._residual))
         by_kernel, by_noise = self._factored.likelihood_traces(c)
         beside, by_log_noise = self.samples.scatter.negative_log_likelihood(self.prior.noise_std)
         of_all = np.array([*by_kernel.tolist(), 2 * by_noise + by_log_noise])
-        return float(value + n * _LOG_TAU + beside), of_all[self.prior.places]
+        return value + n * _LOG_TAU + beside, of_all[self.prior.places]
 
     def covariance_with(self, rows: RowKernel) -> Array:
         """Return the covariance of rows and the n samples: shape (rows, n)."""
@@ -113,7 +115,7 @@ class Posterior:
         places, at = np.unique(centres, return_inverse=True)
         return KernelSum(self.prior.kernel, self.prior.mean, places, np.bincount(at, together).astype(float))
 
-    @cached_property
+    @cached
     def misfit_gradient(self) -> Array:
         """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m), which is ∂/∂ln θ of cᵀ A c at held weights c: shape (p,)."""
         return self._form_gradient(self.weights)
@@ -153,11 +155,11 @@ class Posterior:
         vars(moved)["_factored"] = self._factored
         return moved
 
-    @cached_property
+    @cached
     def _centres(self) -> Array:
         return self.samples.stencil.centres(self.samples.times)
 
-    @cached_property
+    @cached
     def _residual(self) -> Array:
         """y minus the prior mean of the samples, shape (n,)."""
         return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
@@ -190,7 +192,7 @@ class Posterior:
         through_kernel[:-1] = by_theta @ weights[0]
         return mean, through_kernel[self.prior.places] + through_weights
 
-    @cached_property
+    @cached
     def _factored(self) -> Factorisation:
         """A = K + σ_n² I."""
         stencil = self.samples.stencil
@@ -203,12 +205,12 @@ class Posterior:
             raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")
         return found
 
-    @cached_property
+    @cached
     def _kernel_centres(self) -> Array:
         """The centres [s] of the kernels in the posterior mean, shape (m,)."""
         return self.samples.stencil.centres(self._factored.centres(self.samples.times))
 
-    @cached_property
+    @cached
     def _weights_and_gradient(self) -> Array:
         """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, at the centres: shape (1 + p, m)."""
         c, factored = self.weights, self._factored

@@ -1,5 +1,6 @@
 """The prior of one process: mean, kernel and noise, with hyperparameters that are known or learned."""
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +11,7 @@ import numpy.typing as npt
 
 from trackable.arguments import real
 from trackable.arrays import Array
-from trackable.gp.hyperparameter import Hyperparameter, Learned, Scales, Search, learned, noise, with_value
+from trackable.gp.hyperparameter import Hyperparameter, Learned, Scales, Search, learned, noise, with_next, with_value
 from trackable.gp.kernels.base import Kernel
 
 NOISE = "noise_std"
@@ -76,18 +77,19 @@ class Prior:
     def with_learned(self, values: Sequence[float]) -> Self:
         """Return the same prior with these values of the learned hyperparameters, in the order of every gradient.
 
-        ValueError: not one value for each of them.
+        ValueError: not one positive number for each of them.
         """
         if len(values) != len(self.learned):
             raise ValueError(f"prior: expected {len(self.learned)} hyperparameters, got {len(values)}")
+        for place, value in enumerate(values):
+            if not 0 < value < math.inf:
+                raise ValueError(f"prior: {self.learned[place]} must be a positive number, got {value!r}")
         following = iter(values)
-
-        def change(_: str, value: float) -> float:
-            return Learned(next(following), value.interval) if isinstance(value, Learned) else value
-
-        moved = type(self)(self.kernel.changed(change), change(NOISE, self.noise_std), self.mean)
+        kernel, noise_std = self.kernel.moved(following), with_next(self.noise_std, following)
+        moved = object.__new__(type(self))
         # Names do not depend on values: keep them, so that an optimiser does not compute them at every step.
-        vars(moved).update(learned=self.learned, places=self.places)
+        names = {"learned": self.learned, "places": self.places}
+        vars(moved).update(kernel=kernel, noise_std=noise_std, mean=self.mean, **names)
         return moved
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:

@@ -144,6 +144,11 @@ class Samples:
         return sum(self.scatters, Scatter())
 
     @cached_property
+    def relative_variance(self) -> Array:
+        """ϱ_i², shape (n,): the variance of the noise of sample i is σ_n² times as large."""
+        return np.asarray(self.relative_noise**2)
+
+    @cached_property
     def apart(self) -> Array:
         """t_i − t_j [s] for the stored entries of a matrix; kept here, as they do not depend on hyperparameters."""
         return differences(self.times)

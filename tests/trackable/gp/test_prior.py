@@ -72,6 +72,14 @@ def test_logarithms_of_the_wrong_number_are_refused():
         Prior(KERNEL.as_learned(), 0.1).with_log_hyperparameters(np.zeros(3))
 
 
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
+def test_a_learned_value_that_is_not_positive_is_refused(bad):
+    prior = Prior(KERNEL, 0.1).as_learned({"lengthscale", "noise_std"})
+    for values, name in (([bad, 1.0], "lengthscale"), ([1.0, bad], "noise_std")):
+        with pytest.raises(ValueError, match=rf"^prior: {name} must be a positive number, got {bad!r}$"):
+            prior.with_learned(values)
+
+
 def test_an_unknown_name_is_refused():
     with pytest.raises(TypeError, match="shape"):
         Prior(KERNEL.as_learned(), 0.1).with_hyperparameters({"shape": 1.0})

@@ -8,7 +8,7 @@ and `jet_and_gradient`.
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Self
 
 import numpy as np
@@ -30,6 +30,10 @@ class Kernel(ABC):
     @abstractmethod
     def changed(self, change: Callable[[str, float], float]) -> Self:
         """Return the same kernel with `change(name, value)` for the value of each hyperparameter."""
+
+    @abstractmethod
+    def moved(self, values: Iterator[float]) -> Self:
+        """Return the same kernel with the next of the positive values, unchecked, for each learned hyperparameter."""
 
     @abstractmethod
     def search(self, name: str, scales: Scales) -> Search:
@@ -136,6 +140,9 @@ class _Pair(Kernel):
     def changed(self, change: Callable[[str, float], float]) -> Self:
         left = self.left.changed(lambda name, value: change(f"left.{name}", value))
         return type(self)(left, self.right.changed(lambda name, value: change(f"right.{name}", value)))
+
+    def moved(self, values: Iterator[float]) -> Self:
+        return type(self)(self.left.moved(values), self.right.moved(values))
 
     def search(self, name: str, scales: Scales) -> Search:
         side, _, inner = name.partition(".")

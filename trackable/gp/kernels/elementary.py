@@ -2,14 +2,14 @@
 
 import dataclasses
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Self
 
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.hyperparameter import Hyperparameter, Scales, Search, shown
+from trackable.gp.hyperparameter import Hyperparameter, Scales, Search, shown, with_next
 from trackable.gp.kernels.base import Kernel
 
 
@@ -35,6 +35,11 @@ class Elementary(Kernel):
 
     def changed(self, change: Callable[[str, float], float]) -> Self:
         return type(self)(*[change(name, value) for name, value in self.hyperparameters.items()])
+
+    def moved(self, values: Iterator[float]) -> Self:
+        moved = object.__new__(type(self))
+        vars(moved).update({name: with_next(value, values) for name, value in vars(self).items()})
+        return moved
 
     def search(self, name: str, scales: Scales) -> Search:
         return _fields(type(self))[name].search(scales)

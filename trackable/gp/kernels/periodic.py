@@ -37,13 +37,15 @@ class Periodic(Elementary):
         """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ, ∂κ/∂ln θ₂ = 2 g κ and ∂κ/∂ln θ₃ = r ġ κ."""
         omega, beta = tau / self.period, self.lengthscale**-2
         phase = omega / 2 * r
-        sine = np.sin(phase)
-        g = 2 * beta * sine * sine
+        tangent = np.tan(phase)  # one function for both: sin² = tan²/(1 + tan²), sin cos = tan/(1 + tan²)
+        square = tangent * tangent
+        quotient = 2 * beta / (1 + square)
+        g = square * quotient
         value = np.asarray(np.exp(-g) * self.signal_std**2)
         gradient = np.empty((3, *value.shape))
-        np.multiply(value, 2.0, out=gradient[0, ...])
-        np.multiply(gradient[0], g, out=gradient[1, ...])
-        np.multiply(4 * beta * phase * sine * np.cos(phase), value, out=gradient[2, ...])
+        twice = np.multiply(value, 2.0, out=gradient[0, ...])
+        np.multiply(twice, g, out=gradient[1, ...])
+        np.multiply(phase * tangent * quotient, twice, out=gradient[2, ...])
         return value, gradient
 
     def _jets(self, r: Array, order: int) -> tuple[Array, Array]:

@@ -26,14 +26,15 @@ class SquaredExponential(Radial):
         return phi
 
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
-        """Return κ, and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = s² κ, with s = r/θ₂."""
-        s = r / float(self.lengthscale)
-        square = s * s
-        value = np.asarray(np.exp(square * -0.5))
+        """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = 2 g κ, with g = (r/θ₂)²/2."""
+        g = np.multiply(r, math.sqrt(0.5) / self.lengthscale, out=np.empty(r.shape))
+        g *= g
+        value = np.negative(g, out=np.empty(r.shape))
+        np.exp(value, out=value)
         value *= self.signal_std**2
-        gradient = np.empty((2, *value.shape))
-        np.multiply(value, 2.0, out=gradient[0, ...])
-        np.multiply(value, square, out=gradient[1, ...])
+        gradient = np.empty((2, *r.shape))
+        twice = np.multiply(value, 2.0, out=gradient[0, ...])
+        np.multiply(twice, g, out=gradient[1, ...])
         return value, gradient
 
     @property
