@@ -76,8 +76,8 @@ class Together:
 
     @property
     def pairs_in_a_box(self) -> int:
-        """The number of pairs of a shift and a centre in each box, of the signal with the most of them."""
-        return max(len(each.shifts.high) * len(each.summands.centres) for each in self.groups)
+        """The number of pairs of a shift and a centre in each box, of the signal with the most of them; 1 at least."""
+        return max((len(each.shifts.high) * len(each.summands.centres) for each in self.groups), default=1) or 1
 
     def __len__(self) -> int:
         """The number of shifted signals."""

@@ -89,7 +89,8 @@ class TubeController:
 
         The optimum needs no `initial_guess` (N, m). Where the solver fails, the plan with these nominal inputs is taken
         if it is one, with the status `KEPT`. On a robust reference the last plan, shifted by a step (`shifted_inputs`),
-        is one; its start is found again where Aᴺ can be inverted in float64. Raises ValueError as `Controller.step`.
+        is one, and its start is found again. In directions that Aᴺ forgets in float64 it is another start, with which
+        the plan may cost more. Raises ValueError as `Controller.step`.
         """
         k, x, guess = StepArguments.checked(k, state, reference, initial_guess, self.nominal.shape)
         try:

@@ -1,5 +1,6 @@
 """The problem of one step of a tube controller: its optimal plan, or how far the tightened sets are from one."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,6 +15,10 @@ from trackable.systems.reference import Window
 
 _FOLLOWED = 1e-12
 """Of the scales: a plan that would leave the reference by less is the reference."""
+
+
+_PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Of the way from the reference to the measured state, in directions in which the start of a kept plan is free."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,16 +123,32 @@ class TubeProblem:
     def kept(self, inputs: Array) -> Plan | None:
         """Return the plan with these nominal inputs (N, m); None where it is none.
 
-        Its nominal start is that from which they end on the reference: Aᴺ e(0) = −(what they do to e(N) alone).
+        Its nominal start is one from which they end on the reference (`_starts`). Where several are tried, the plan may
+        cost more than the one that it comes from.
         """
-        model, v, n = self.nominal.model, inputs - self.window.inputs, len(self.off)
-        forced = model.error_model.errors(np.zeros(n), v, model.defects)[-1]
-        start, *_ = np.linalg.lstsq(model.error_model.free[-n:], -forced, rcond=None)
-        if not self.formulation.errors.contains((1 - TOLERANCE) * (self.off - start)):  # as accurate as the solver is
-            return None
-        plan = self.plan(start, v, Status.KEPT)
-        ends = self.nominal.ends_on_reference(plan)
-        return _admissible(plan) if ends else None
+        v = inputs - self.window.inputs
+        for start in self._starts(v):
+            if self.formulation.errors.contains((1 - TOLERANCE) * (self.off - start)):  # as accurate as the solver is
+                plan = self.plan(start, v, Status.KEPT)
+                if self.nominal.ends_on_reference(plan) and _admissible(plan):
+                    return plan
+        return None
+
+    def _starts(self, v: Array) -> Iterator[Array]:
+        """Yield starts e(0) (n,) from which input errors v (N, m) end on the reference: Aᴺ e(0) = −(what v does alone).
+
+        The first one solves this as well as float64 can. Where Aᴺ nearly forgets a direction, what it finds there is
+        rounding. Such a direction does not count at the end, and the start is free in it: the others lie on the way
+        from the reference to the measured state.
+        """
+        model, n, scales = self.nominal.model, len(self.off), self.formulation.nominal.scales.states
+        missed = model.error_model.errors(np.zeros(n), v, model.defects)[-1] / scales
+        left, sizes, right = np.linalg.svd(model.error_model.free[-n:] * scales / scales[:, None])
+        for least in (n * np.finfo(float).eps * sizes[0], TOLERANCE):
+            counts = sizes > least
+            start = -right[counts].T @ (left[:, counts].T @ missed / sizes[counts])
+            free = right[~counts].T @ (right[~counts] @ (self.off / scales))
+            yield from ((start + part * free) * scales for part in (_PARTS if np.any(~counts) else _PARTS[:1]))
 
     @property
     def widened(self) -> Plan | Infeasible:

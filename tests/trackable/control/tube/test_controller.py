@@ -7,17 +7,20 @@ import pytest
 
 from tests.trackable.control.instances import at_rest
 from tests.trackable.control.tube import naive
-from tests.trackable.control.tube.instances import LOOPS, STEPS
+from tests.trackable.control.tube.instances import LOOPS, STEPS, Loop
 from tests.trackable.systems.disturbance.instances import ALL, CART, EXAMPLE1
 from trackable.control.controller import Controller
-from trackable.control.simulation import simulate
+from trackable.control.simulation import shifted_inputs, simulate
 from trackable.control.step.result import Infeasible, Plan, Status, Unsolved
 from trackable.control.tube.controller import TubeController
 from trackable.control.tube.disturbances import Constant, Drawn, Greedy
 from trackable.control.tube.problem import TubeProblem
 from trackable.control.tube.program import TubeProgram
+from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.tightening import tightening
 from trackable.systems.disturbance.zonotope import Zonotope
+from trackable.systems.linear import LinearSystem
+from trackable.systems.sets.polytope import Polytope
 
 
 def off(loop, part: float) -> np.ndarray:
@@ -162,6 +165,29 @@ def test_where_the_solver_fails_the_last_plan_is_kept(name, monkeypatch):
     assert np.min(loop.plant.state_set.margin(run.states[1:])) >= 0
     assert np.min(loop.plant.input_set.margin(run.inputs)) >= 0
     assert np.max(run.cost_increases) <= 1e-6 * (1e-3 + run.costs[0])
+
+
+FAST = ConstrainedSystem(
+    LinearSystem([[0.3, 0.1], [0.0, 0.2]], [[0.0], [1.0]], sampling_time=0.1),
+    Polytope.box([-1.0, -1.0], [1.0, 1.0]),
+    Polytope.box([-2.0], [2.0]),
+)
+"""It forgets its state in a few steps: after 40, nothing of a start is left in float64."""
+
+
+@pytest.mark.parametrize("horizon", [2, 40])
+def test_the_last_plan_is_kept_by_a_system_that_forgets_its_start(horizon):
+    loop = Loop(FAST, Zonotope.box([-0.05, -0.05], [0.05, 0.05]), horizon=horizon)
+    rng, state = np.random.default_rng(0), loop.reference.state(0)
+    plan = loop.controller.step(0, state, loop.reference)
+    for k in range(1, 9):
+        state = FAST.system.successor(state, plan.input) + loop.disturbance.draw(rng)
+        problem = TubeProblem(loop.controller.formulation, k, state, loop.reference.window(k, horizon))
+        plan = problem.kept(shifted_inputs(plan, loop.reference))
+        assert plan.status is Status.KEPT
+        assert loop.controller.errors.contains((1 - 1e-6) * (state - plan.states[0]))
+        assert plan.terminal_residual < 1e-6
+        assert plan.slack > -1e-6
 
 
 def test_a_guess_that_is_no_plan_is_not_kept(monkeypatch):
