@@ -17,7 +17,9 @@ used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its refe
 
 def main(arguments: list[str]) -> int:
     """Run a command and return its exit code, which its `--help` explains."""
-    parser = argparse.ArgumentParser(prog="python -m trackable", description="Check proofs, and certify trajectories that others made.")
+    parser = argparse.ArgumentParser(
+        prog="python -m trackable", description="Check proofs, and certify trajectories that others made."
+    )
     commands = parser.add_subparsers(dest="command", required=True)
     checking = commands.add_parser(
         "check", help="check a certificate or a counterexample, independently of what found it", epilog=_CODES

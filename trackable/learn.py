@@ -1,7 +1,7 @@
 """From samples to a reference with a proof in one call, for notebooks and programs."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from trackable.arrays import ArrayLike
@@ -10,7 +10,7 @@ from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import Pinned, prove_pinned
 from trackable.certificates.robust import robust_of
-from trackable.condensed.asked import Centres, checked_centres, condensed_by_name, cost_of
+from trackable.condensed.asked import Centres
 from trackable.condensed.cost import Condensation
 from trackable.doubts import doubts
 from trackable.errors import DoubtfulInputWarning
@@ -25,22 +25,13 @@ from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
 from trackable.reference import TrackableReference
-from trackable.request import (
-    SamplesLike,
-    checked_goal,
-    checked_plant,
-    claimed,
-    noise_of_first,
-    priors_by_name,
-    same_states,
-    samples_by_name,
-    tightened,
-    with_noise,
-)
+from trackable.request.claim import checked_goal, claimed
+from trackable.request.plant import checked_plant, tightened
+from trackable.request.prior import Noise
+from trackable.request.samples import Measurements, SamplesLike
 from trackable.saved import NotTrackableError
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
-from trackable.systems.sampling import kinds_by_name, sampled_signals
 from trackable.waypoints import Waypoints, waypoints
 
 _CALLER = 3  # frames up: the decorator of `learn_reference` is one of them
@@ -54,7 +45,7 @@ def learn_reference(
     kernel: Kernel | Mapping[str, Kernel],
     claim: Claim,
     *,
-    noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None = None,
+    noise_std: Noise = None,
     mean: Mean | Mapping[str, Mean] = 0.0,
     learn_from: SamplesLike | None = None,
     method: Moved = "joint",
@@ -157,35 +148,23 @@ def learn_reference(
     checked_plant(plant)
     drawn_in = tightened(plant, disturbance, feedback, margin, measurement_noise)
     plant = drawn_in.plant if drawn_in else plant
-    claim = claimed(claim)
-    learner, given, centres = _learner(method), samples_by_name(samples, plant), checked_centres(centres)
-    if at and method != "joint":
-        raise ValueError('at: values at given times need method="joint": hyperparameters alone cannot meet them')
-    if learn_from is not None and method != "joint":
-        raise ValueError('learn_from: needs method="joint": with known hyperparameters, they alone cannot be learned')
-    kinds = [tuple(shown) for shown in kinds_by_name(plant, given)]
-    every = with_noise(given, kinds, noise_std)
-    fewer = condensed_by_name(every, kinds, centres, noise_std)
-    names, seen = sampled_signals(plant, fewer)
-    level, between = split_means(mean, names)
-    believed = priors_by_name(names, kernel, noise_of_first(noise_std, kinds), level)
-    shared = frozenset({"period"}) if claim == "all_phases" and len(names) > 1 else frozenset[str]()
-    prior = prior_for(plant, believed, shared)
+    claim, learner = claimed(claim), _learner(method, at, learn_from)
+    measured = Measurements.of(samples, plant, noise_std, centres)
+    seen = measured.signals
+    level, between = split_means(mean, measured.names)
+    shared = frozenset({"period"}) if claim == "all_phases" and len(measured.names) > 1 else frozenset[str]()
+    prior = prior_for(plant, measured.priors(kernel, level), shared)
     if between or learn_from is not None:
-        of = seen
-        if learn_from is not None:
-            other = same_states("learn_from", learn_from, plant, kinds, noise_std)
-            _, of = sampled_signals(plant, condensed_by_name(other, kinds, centres, noise_std))
-        first = learned_beforehand(of, prior, levels(between, names, of), starts, keep=learn_from is not None)
+        others = seen if learn_from is None else measured.others("learn_from", learn_from)
+        ends = levels(between, measured.names, others)
+        first = learned_beforehand(others, prior, ends, starts, keep=learn_from is not None)
         if not isinstance(first, Beforehand):
             raise NotTrackableError(first)
-        for question in first.questions:
-            warnings.warn(question, DoubtfulInputWarning, stacklevel=_CALLER)
+        _ask(first.questions)
         prior = first.prior
     goal = checked_goal(claim, seen, prior, plant)
     space = SearchSpace.around(seen, prior, starts)
-    for doubt in doubts(claim, given, plant):
-        warnings.warn(doubt, DoubtfulInputWarning, stacklevel=_CALLER)
+    _ask(doubts(claim, measured.given, plant))
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with progress_bar("learn reference", shown=progress):
@@ -195,7 +174,7 @@ def learn_reference(
         proofs = prove_pinned(found.reference, pinned)
         if not isinstance(proofs, tuple):
             raise NotTrackableError(proofs)
-        cost = cost_of(plant, every, fewer, found.solution.posterior.prior)
+        cost = measured.cost(found.solution.posterior.prior)
         fit = _fit(found, ConstrainedProblem(seen, prior, space), pinned, cost)
     certificate = replace(found.certificate, robust=robust_of(drawn_in))
     learned = TrackableReference(fit, certificate, proofs, drawn_in)
@@ -206,9 +185,20 @@ def learn_reference(
     return learned
 
 
-def _learner(method: object) -> Learner:
+def _ask(questions: Iterable[str]) -> None:
+    """Warn of input that is valid, but hardly meant."""
+    for question in questions:
+        warnings.warn(question, DoubtfulInputWarning, stacklevel=_CALLER + 1)
+
+
+def _learner(method: object, at: object, learn_from: object) -> Learner:
+    """Return what learns. ValueError: there is no such method, or it does not go with the other options."""
     if not isinstance(method, str) or method not in _LEARNERS:
         raise ValueError(f"method: expected {' or '.join(map(repr, _LEARNERS))}, got {method!r}")
+    if at and method != "joint":
+        raise ValueError('at: values at given times need method="joint": hyperparameters alone cannot meet them')
+    if learn_from is not None and method != "joint":
+        raise ValueError('learn_from: needs method="joint": with known hyperparameters, they alone cannot be learned')
     return _LEARNERS[method]
 
 

@@ -167,7 +167,7 @@ controller = Controller(plant, 10, [[1, 0], [0, 1]], [[0.1]])
 assert_type(controller.step(0, [0.0, 0.0], reference.reference), Plan | Infeasible | Unsolved)
 simulate(controller, reference.reference, [0, 0], 100)
 if reference.tightening is not None:
-    tube = TubeController(reference.tightening, 10, [[1, 0], [0, 1]], [[0.1]])
+    tube = TubeController(reference.tightening, 10)
     assert_type(tube.step(0, np.zeros(2), reference), Plan | Infeasible | Unsolved)
     simulate(tube, reference, np.zeros(2), 100, disturbances=lambda k, successor: 0.01 * successor)
 relearn = Relearner(reference, budget=0.05, moving_every=10)

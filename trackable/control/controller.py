@@ -14,10 +14,12 @@ from trackable.control.references import TrackedReference
 from trackable.control.step.formulation import Formulation
 from trackable.control.step.problem import TOLERANCE, StepProblem
 from trackable.control.step.result import Infeasible, Plan, StepResult, Unsolved
+from trackable.control.step.scales import squares_in_widths
 from trackable.control.step.sequential import solve_by_linearisation
 from trackable.control.stepping import StepArguments
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Window
+from trackable.systems.sets.polytope import Polytope
 
 __all__ = ["TOLERANCE", "Controller"]
 
@@ -29,28 +31,32 @@ _ZERO = 1e-12
 class Controller:
     """min Σ_(i<N) ‖x(k+i) − x_r(k+i)‖²_Q + ‖u(k+i) − u_r(k+i)‖²_R with x(k+N) = x_r(k+N), x ∈ X and u ∈ U.
 
-    N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. The constraint x ∈ X
-    holds for the predicted states, not for the current one. Raises ValueError where Q or R is not such a matrix, and
+    N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. Left out, they count
+    errors in the widths of the sets, and in their own unit in directions without bounds. The constraint x ∈ X holds for
+    the predicted states, not for the current one. Raises ValueError where Q or R is not such a matrix, and
     where the horizon is shorter than the number of steps that the system needs to return to the reference; TypeError
     where the horizon is not an integer.
     """
 
     plant: ConstrainedSystem
     horizon: int
-    Q: Array
-    R: Array
+    Q: Array = None  # type: ignore[assignment]  # replaced by an array, as is all that is given
+    R: Array = None  # type: ignore[assignment]
 
-    if TYPE_CHECKING:  # arrays are made of what is given
+    if TYPE_CHECKING:
 
-        def __init__(self, plant: ConstrainedSystem, horizon: int, Q: ArrayLike, R: ArrayLike) -> None: ...
+        def __init__(
+            self, plant: ConstrainedSystem, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         instance(
             "controller: plant", self.plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)"
         )
         n, m = len(self.plant.system.states), len(self.plant.system.inputs)
-        object.__setattr__(self, "Q", _checked_weight("Q", self.Q, n, -_ZERO, "semidefinite and not zero"))
-        object.__setattr__(self, "R", _checked_weight("R", self.R, m, _ZERO, "definite"))
+        Q, R = _given_or_scaled(self.Q, self.plant.state_set), _given_or_scaled(self.R, self.plant.input_set)
+        object.__setattr__(self, "Q", _checked_weight("Q", Q, n, -_ZERO, "semidefinite and not zero"))
+        object.__setattr__(self, "R", _checked_weight("R", R, m, _ZERO, "definite"))
         object.__setattr__(self, "horizon", whole("controller: horizon", self.horizon))
         if self.horizon < (fewest := shortest_horizon(self.plant)):
             raise ValueError(
@@ -101,6 +107,10 @@ class Controller:
     def formulation(self) -> Formulation:
         """The programs, built once for all steps."""
         return Formulation(self.plant, self.horizon, self.Q, self.R)
+
+
+def _given_or_scaled(weight: ArrayLike | None, bounded: Polytope) -> ArrayLike:
+    return squares_in_widths(bounded) if weight is None else weight
 
 
 def _checked_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:

@@ -1,11 +1,8 @@
-"""Weights in the scales of a plant's sets, so that nobody has to choose them."""
+"""A controller whose weights are in the scales of a plant's sets, so that one number says how dear inputs are."""
 
-import numpy as np
-
-from trackable.arrays import Array
 from trackable.control.controller import Controller
+from trackable.control.step.scales import squares_in_widths
 from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.sets.polytope import Polytope
 
 
 def scaled_controller(plant: ConstrainedSystem, horizon: int, input_weight: float = 1.0) -> Controller:
@@ -14,12 +11,6 @@ def scaled_controller(plant: ConstrainedSystem, horizon: int, input_weight: floa
     Inputs are weighted with `input_weight` in addition. Errors in directions without bounds count in their own unit.
     Raises as `Controller`.
     """
-    return Controller(plant, horizon, _weight(plant.state_set), input_weight * _weight(plant.input_set))
-
-
-def _weight(polytope: Polytope) -> Array:
-    """Return Σ (row / width)² as a matrix (n, n), plus the identity in directions that no row bounds."""
-    rows = polytope.rows / (polytope.upper - polytope.lower)[:, None]
-    free = np.eye(polytope.dimension) - np.linalg.pinv(rows) @ rows if len(rows) else np.eye(polytope.dimension)
-    weight = rows.T @ rows + np.where(np.abs(free) > 1e-9, free, 0.0)
-    return np.asarray((weight + weight.T) / 2)
+    return Controller(
+        plant, horizon, squares_in_widths(plant.state_set), input_weight * squares_in_widths(plant.input_set)
+    )

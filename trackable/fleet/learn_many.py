@@ -16,7 +16,8 @@ from trackable.fleet.workers import answers
 from trackable.gp.kernels.base import Kernel
 from trackable.learn import learn_reference
 from trackable.reference import TrackableReference
-from trackable.request import checked_plant, claimed
+from trackable.request.claim import claimed
+from trackable.request.plant import checked_plant
 from trackable.streams.reference import StreamReference
 from trackable.systems.constrained import ConstrainedSystem
 

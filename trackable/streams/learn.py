@@ -11,7 +11,7 @@ from trackable.beforehand import Beforehand, Ends, Mean, learned_beforehand, lev
 from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import prove_pinned
 from trackable.certificates.robust import robust_of
-from trackable.condensed.asked import Centres, checked_centres, condensed_by_name, cost_of
+from trackable.condensed.asked import Centres
 from trackable.condensed.bins import NODES
 from trackable.doubts import doubts
 from trackable.errors import DoubtfulInputWarning
@@ -27,17 +27,10 @@ from trackable.learning.prior import prior_for
 from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
-from trackable.request import (
-    SamplesLike,
-    checked_goal,
-    checked_plant,
-    claimed,
-    noise_of_first,
-    priors_by_name,
-    samples_by_name,
-    tightened,
-    with_noise,
-)
+from trackable.request.claim import checked_goal, claimed
+from trackable.request.plant import checked_plant, tightened
+from trackable.request.prior import Noise
+from trackable.request.samples import Measurements, SamplesLike
 from trackable.saved import NotTrackableError
 from trackable.streams.continued import part_of
 from trackable.streams.reference import StreamReference
@@ -45,7 +38,6 @@ from trackable.streams.windows import Stream, constraints_at, learn_proved
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.reference import Reference
-from trackable.systems.sampling import kinds_by_name, sampled_signals
 from trackable.waypoints import Waypoints, waypoints
 
 _CALLER = 3  # frames up: the decorator of `learn_stream` is one of them
@@ -65,7 +57,7 @@ def learn_stream(
     claim: Claim,
     *,
     window: float,
-    noise_std: float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None = None,
+    noise_std: Noise = None,
     mean: Mean | Mapping[str, Mean] = 0.0,
     centres: Centres = "auto",
     at: Waypoints | None = None,
@@ -122,22 +114,17 @@ def learn_stream(
     checked_plant(plant)
     drawn_in = tightened(plant, disturbance, feedback, margin, measurement_noise)
     plant = drawn_in.plant if drawn_in else plant
-    claim, given, centres = claimed(claim), samples_by_name(samples, plant), checked_centres(centres)
+    claim = claimed(claim)
+    measured = Measurements.of(samples, plant, noise_std, centres, _MANY)
     if (length := real("window", window)) <= 0:
         raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
-    kinds = [tuple(shown) for shown in kinds_by_name(plant, given)]
-    every = with_noise(given, kinds, noise_std)
-    names, _ = sampled_signals(plant, every)
-    level, between = split_means(mean, names)
-    believed = priors_by_name(names, kernel, noise_of_first(noise_std, kinds), level)
-    fewer = condensed_by_name(every, kinds, centres, noise_std, _MANY)
-    _, seen = sampled_signals(plant, fewer)
-    begun = _first(every, length)
-    share = max(len(of) / len(every[name]) for name, of in begun.items())
-    _, first = sampled_signals(plant, condensed_by_name(begun, kinds, _part_of(centres, share), noise_std, _MANY))
-    prior = _with_means(first, prior_for(plant, believed), levels(between, names, first), starts)
+    seen = measured.signals
+    level, between = split_means(mean, measured.names)
+    prior = prior_for(plant, measured.priors(kernel, level))
+    first = _first(measured, length)
+    prior = _with_means(first, prior, levels(between, measured.names, first), starts)
     checked_goal("all_times", seen, prior, plant)  # between windows the function is at rest
-    for doubt in doubts(claim, given, plant):
+    for doubt in doubts(claim, measured.given, plant):
         warnings.warn(doubt, DoubtfulInputWarning, stacklevel=_CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
     with progress_bar("learn stream", shown=progress):
@@ -149,7 +136,7 @@ def learn_stream(
         proofs = prove_pinned(found[0], pinned)
         if not isinstance(proofs, tuple):
             raise NotTrackableError(proofs)
-        cost = cost_of(plant, every, fewer, known)
+        cost = measured.cost(known)
     reference, certificate = found
     certificate = replace(certificate, robust=robust_of(drawn_in))
     learned = StreamReference(reference, certificate, stream, cost, drawn_in, proofs)
@@ -167,13 +154,15 @@ def _refuse(others: Mapping[str, object]) -> None:
         raise TypeError(f"learn_stream: takes no {name!r}: {instead}")
 
 
-def _first(samples: Mapping[str, Samples], length: float) -> dict[str, Samples]:
-    """Return the samples of the first window. ValueError: one of the names has none there."""
-    start = min(float(of.times[0]) for of in samples.values())
-    found = {name: part_of(of, -float("inf"), start + length) for name, of in samples.items()}
-    if missing := [name for name, of in found.items() if of is None]:
+def _first(measured: Measurements, length: float) -> tuple[Samples, ...]:
+    """Return the samples of the first window, of each flat output. ValueError: one of the names has none there."""
+    start = min(float(of.times[0]) for of in measured.all.values())
+    begun = {name: part_of(of, -float("inf"), start + length) for name, of in measured.all.items()}
+    found = {name: of for name, of in begun.items() if of is not None}
+    if missing := [name for name in begun if name not in found]:
         raise ValueError(f"window: the first one, of {length:g} s, holds no sample of {missing[0]}; give a longer one")
-    return {name: of for name, of in found.items() if of is not None}
+    share = max(len(of) / len(measured.all[name]) for name, of in found.items())
+    return measured.part(found, _part_of(measured.centres, share))
 
 
 def _part_of(centres: Centres, share: float) -> Centres:

@@ -15,8 +15,8 @@ from trackable.fit import Fit
 from trackable.learning.joint.places import places_of
 from trackable.learning.problem import NoSolution, Solution
 from trackable.reference import TrackableReference
-from trackable.request import SamplesLike, same_states
-from trackable.systems.sampling import kinds_by_name, sampled_signals
+from trackable.request.samples import SamplesLike, names_of_each, same_states
+from trackable.systems.sampling import sampled_signals
 
 
 @dataclass
@@ -70,7 +70,7 @@ class Relearner:
         and ValueError for samples that do not fit.
         """
         plant = self.reference.reference.plant
-        kinds = [tuple(shown) for shown in kinds_by_name(plant, self.reference.sampled)]
+        kinds = names_of_each(plant, self.reference.sampled)
         _, seen = sampled_signals(plant, same_states("samples", samples, plant, kinds, self.noise_std))
         found = self._windows(seen)
         if not isinstance(found, Certified):

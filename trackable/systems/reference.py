@@ -63,8 +63,11 @@ class Reference:
         return self.plant.quantities
 
     def quantity(self, name: str) -> Quantity:
-        """Return the quantity of this name. StopIteration: there is none."""
-        return next(q for q in self.quantities if q.name == name)
+        """Return the quantity of this name. ValueError: there is none; it lists the names."""
+        found = {quantity.name: quantity for quantity in self.quantities}
+        if name not in found:
+            raise ValueError(f"reference: there is no bounded quantity {name!r}; there are {', '.join(found)}")
+        return found[name]
 
     def state(self, k: Array | int) -> Array:
         """Return x_r(k) at steps k (any shape, fractions allowed): shape (*k.shape, n)."""

@@ -166,6 +166,18 @@ def test_matrices_that_are_no_weights_are_refused(Q, R, message):
         Controller(PLANT, 10, Q, R)
 
 
+def test_weights_that_are_left_out_count_errors_in_the_widths_of_the_sets():
+    plant = ConstrainedSystem(
+        LinearSystem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], sampling_time=0.1),
+        Polytope.box([-1.0, -np.inf], [3.0, np.inf]),
+        Polytope.box([-5.0], [5.0]),
+    )
+    controller = Controller(plant, 10)
+    np.testing.assert_allclose(controller.Q, np.diag([1 / 16, 1.0]))
+    np.testing.assert_allclose(controller.R, [[1 / 100]])
+    assert np.array_equal(Controller(plant, 10, R=[[2.0]]).Q, controller.Q)
+
+
 @pytest.mark.parametrize("state", [[0.0], [0.0, np.nan], [[0.0, 0.0]]])
 def test_vectors_that_are_no_states_are_refused(state):
     with pytest.raises(ValueError, match="a state is 2 finite numbers"):

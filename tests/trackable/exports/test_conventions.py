@@ -17,7 +17,7 @@ from trackable.exports.methods import Conventions
 from trackable.exports.shown.curve import curve
 from trackable.exports.shown.extent import reached, shown_times
 from trackable.exports.shown.html import html
-from trackable.request import samples_by_name
+from trackable.request.samples import samples_by_name
 from trackable.systems.reference import Reference
 
 every = pytest.mark.parametrize("name", EVERY)

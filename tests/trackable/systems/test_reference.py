@@ -96,6 +96,8 @@ def test_instants_and_quantities():
     np.testing.assert_allclose(reference.instants(np.array([0, 1, 30])), [0.0, 0.05, 1.5], rtol=1e-15)
     assert [q.name for q in reference.quantities] == ["state", "input"]
     assert [reference.quantity(name) for name in ("state", "input")] == list(reference.quantities)
+    with pytest.raises(ValueError, match=r"there is no bounded quantity 'speed'; there are state, input$"):
+        reference.quantity("speed")
 
 
 @over(PLANTS, "plant")

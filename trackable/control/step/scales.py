@@ -42,6 +42,14 @@ def extents(bounded: Polytope) -> Array:
     return np.asarray(np.min(extents, axis=0, initial=np.inf))
 
 
+def squares_in_widths(bounded: Polytope) -> Array:
+    """Return the weight Σ (row / width)² (n, n) of a cost, plus the identity in directions that no row bounds."""
+    rows = bounded.rows / (bounded.upper - bounded.lower)[:, None]
+    free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows if len(rows) else np.eye(bounded.dimension)
+    weight = rows.T @ rows + np.where(np.abs(free) > 1e-9, free, 0.0)
+    return np.asarray((weight + weight.T) / 2)
+
+
 def _gains(plant: ConstrainedSystem) -> Array:
     """Return (|A| |B|), shape (n, n + m), in the middle of the sets. Entries that are not defined there count as 0."""
     x, u = middle(plant.state_set), middle(plant.input_set)

@@ -34,17 +34,20 @@ class TubeController:
       own input, is a plan for the next state, because x⁺ − z(1) = (A + B K) (x − z(0)) + w ∈ Z.
     - So V(k+1) ≤ V(k) − ℓ(k), and the nominal state tends to the reference: x is led into x_r ⊕ Z, where V = 0.
 
-    Raises ValueError and TypeError as `Controller`, and where nothing is disturbed.
+    Weights that are left out are those of `Controller` for the tightened sets. Raises ValueError and TypeError as it
+    does, and where nothing is disturbed.
     """
 
     tightening: Tightening
     horizon: int
-    Q: Array
-    R: Array
+    Q: Array = None  # type: ignore[assignment]  # replaced by an array, as is all that is given
+    R: Array = None  # type: ignore[assignment]
 
-    if TYPE_CHECKING:  # arrays are made of what is given
+    if TYPE_CHECKING:
 
-        def __init__(self, tightening: Tightening, horizon: int, Q: ArrayLike, R: ArrayLike) -> None: ...
+        def __init__(
+            self, tightening: Tightening, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         instance(

@@ -1,0 +1,48 @@
+"""The times for which a proof is asked, and whether plant and prior allow such a proof."""
+
+import numpy as np
+
+from trackable.arguments import is_number
+from trackable.certificates.goal import Claim, Goal, goal_for
+from trackable.gp.joint import JointPrior
+from trackable.gp.samples import Samples
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.quantity import Quantity
+
+
+def claimed(claim: object) -> Claim:
+    """Return a claim, a window as two floats. ValueError: anything else."""
+    match claim:
+        case str("all_times") | str("all_phases"):
+            return claim
+        case tuple((start, end)) if (
+            is_number(start) and is_number(end) and np.isfinite([float(start), float(end)]).all()
+        ):
+            if not start < end:
+                raise ValueError(f"claim: a window needs start < end, got [{start!r}, {end!r}]")
+            return float(start), float(end)
+    raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {claim!r}")
+
+
+def checked_goal(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
+    """Return the goal of a claim. ValueError: it does not suit the kernels, or the mean cannot be followed for ever."""
+    goal = goal_for(claim, samples, prior, plant)
+    means = [part.mean for part in prior.parts]
+    # A vehicle may move for ever: it has to come to rest only where the kernel decays.
+    fades = not isinstance(claim, tuple) and not (plant.flat_form and claim == "all_phases")
+    for quantity in plant.quantities if fades else ():
+        if not quantity.bounds.strictly_contains(level := quantity.at_rest(means)):
+            raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {_placed(quantity, level)}")
+    return goal
+
+
+def _placed(quantity: Quantity, level: float) -> str:
+    """Say where a quantity at rest lies: on a bound of it, or outside of them."""
+    at, bounds = f"the {quantity.name} is {quantity.bounds.shown(level)}", quantity.bounds
+    if level in {bounds.lower, bounds.upper}:
+        return (
+            f"{at}, on a bound of {bounds}: a reference that fades to it has in the end no margin, and rounding alone "
+            "needs one; widen this bound or move the mean inside, if only by a millionth of the width, or claim a "
+            "window (start, end)"
+        )
+    return f"{at}, not inside {bounds}: fading samples could not be followed for ever"
