@@ -12,12 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
-from trackable.arrays import Array
+from trackable.arrays import Array, Flags
 from trackable.gp.joint import JointPosterior
 from trackable.gp.row_posterior import RowPosterior
 from trackable.gp.signal import KernelSum
 from trackable.learning.joint.dual import solve_dual, solve_symmetric
-from trackable.learning.joint.places import Demands, Places, demands
+from trackable.learning.joint.places import Demands, Places, demands, flags
 from trackable.learning.problem import ActiveBound, ConstrainedProblem
 
 _LINEARISATIONS = 40
@@ -89,24 +89,29 @@ class BentMean:
 
 
 def bent_mean(
-    problem: ConstrainedProblem, posterior: JointPosterior, places: Places, near: Sequence[KernelSum] | None = None
+    problem: ConstrainedProblem,
+    posterior: JointPosterior,
+    places: Places,
+    near: Sequence[KernelSum] | None = None,
+    active: Places | None = None,
 ) -> BentMean | None:
     """Return the function that meets its bounds at the places; None where formulas lead nowhere.
 
-    `near` are the signals at which formulas are linearised first, by default those of the posterior. Raises
-    IllConditioned.
+    `near` are the signals at which formulas are linearised first, by default those of the posterior. Places that are
+    likely to be `active` save work. Raises IllConditioned.
     """
     at = tuple(near) if near is not None else posterior.signals
+    likely = None if active is None else np.append(flags(places, active), np.zeros(len(problem.pins), dtype=bool))
     for _ in range(1 if is_linear(problem) else _LINEARISATIONS):
         demanded = demands(problem, places, at)
         if not (np.all(np.isfinite(demanded.limits)) and np.all(np.isfinite(demanded.rows.offsets))):
             return None
-        found = bent_by(posterior, demanded)
+        found = bent_by(posterior, demanded, likely)
         if found is None or found.contradicts or is_linear(problem):
             return found
         if _is_linearised_at(problem, places, found):
             return found
-        at = found.signals
+        at, likely = found.signals, found.multipliers > 0
     return None
 
 
@@ -115,10 +120,13 @@ def is_linear(problem: ConstrainedProblem) -> bool:
     return all(c.quantity.functional is not None for c in problem.constraints)
 
 
-def bent_by(posterior: JointPosterior, demanded: Demands) -> BentMean | None:
-    """Return the function that meets the demands; None where they are not understood in float64. See `bent_mean`."""
+def bent_by(posterior: JointPosterior, demanded: Demands, likely: Flags | None = None) -> BentMean | None:
+    """Return the function that meets the demands; None where they are not understood in float64. See `bent_mean`.
+
+    Rows that are `likely` active, shape (r,), save work.
+    """
     given = RowPosterior(posterior, demanded.rows)
-    dual = solve_dual(given.covariance, demanded.limits - given.mean, demanded.is_equation)
+    dual = solve_dual(given.covariance, demanded.limits - given.mean, demanded.is_equation, likely)
     if dual is None:
         return None
     return BentMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)

@@ -8,16 +8,15 @@ and δ = Σ_a λ_a L_a (representer theorem). An equation L_a δ = d_a has a mul
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import scipy
 
-from trackable.arrays import Array
+from trackable.arrays import Array, Flags
+from trackable.learning.joint.nonnegative import nonnegative_minimum
 
 # Rows at neighbouring places explain each other: this part of every row's norm is added to the diagonal.
 _JITTER = 1e-12
 _LARGEST_JITTER = 1e-4
 _WEAK = 1e-9
-_MOST_STEPS = 30  # a row
 # A contradiction costs what is missed, squared, divided by the jitter: a larger jitter makes it cheaper.
 _LARGER = 100.0
 _CHEAPER = 0.1
@@ -37,16 +36,18 @@ class DualSolution:
     contradicts: bool
 
 
-def solve_dual(covariance: Array, demand: Array, is_equation: npt.NDArray[np.bool_]) -> DualSolution | None:
+def solve_dual(
+    covariance: Array, demand: Array, is_equation: Flags, likely: Flags | None = None
+) -> DualSolution | None:
     """Return the multipliers for K (r, r) and d (r,); None if K is not positive semidefinite up to rounding.
 
-    The non-negative part is solved as a least squares problem (Lawson and Hanson): min ‖Rᵀ λ − R⁻¹ d‖ with K = R Rᵀ.
+    Rows that are `likely` to have a multiplier, shape (r,), are where the search for those begins.
     """
     scale = _norms(covariance)
     scaled, wanted = covariance / np.outer(scale, scale), demand / scale
     jitter = _JITTER
     while jitter <= _LARGEST_JITTER:
-        if (found := _solved(scaled + jitter * np.eye(len(scaled)), wanted, is_equation)) is not None:
+        if (found := _solved(scaled + jitter * np.eye(len(scaled)), wanted, is_equation, likely)) is not None:
             value = float(found @ wanted)
             contradicts = _contradicts(scaled, wanted, is_equation, jitter, found)
             return DualSolution(found / scale, value, contradicts)
@@ -69,16 +70,16 @@ def _norms(covariance: Array) -> Array:
     return np.where(norms > 0, norms, 1.0)
 
 
-def _contradicts(K: Array, d: Array, is_equation: npt.NDArray[np.bool_], jitter: float, found: Array) -> bool:
+def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: float, found: Array) -> bool:
     """Whether the value, at the multipliers `found` with this jitter, is that of a contradiction."""
     value = float(found @ d)
     if jitter * np.max(np.abs(found), initial=0.0) <= _MISSED * np.sqrt(max(value, 0.0)):
         return False
-    coarser = _solved(K + _LARGER * jitter * np.eye(len(K)), d, is_equation)
+    coarser = _solved(K + _LARGER * jitter * np.eye(len(K)), d, is_equation, found > 0)
     return coarser is not None and float(coarser @ d) < _CHEAPER * value
 
 
-def _solved(K: Array, d: Array, is_equation: npt.NDArray[np.bool_]) -> Array | None:
+def _solved(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array | None:
     """Return the multipliers for a positive definite K; None if it has no Cholesky factor in float64."""
     free, bounded = np.flatnonzero(is_equation), np.flatnonzero(~is_equation)
     found, across, alone = np.zeros(len(d)), np.zeros((len(free), len(bounded))), np.zeros(len(free))
@@ -89,10 +90,9 @@ def _solved(K: Array, d: Array, is_equation: npt.NDArray[np.bool_]) -> Array | N
             alone = scipy.linalg.cho_solve(factor, d[free])
         if len(bounded):
             beside = K[np.ix_(free, bounded)]
-            R = scipy.linalg.cholesky(K[np.ix_(bounded, bounded)] - beside.T @ across, lower=True)
-            wanted = d[bounded] - alone @ beside
-            right = scipy.linalg.solve_triangular(R, wanted, lower=True)
-            found[bounded], _ = scipy.optimize.nnls(R.T, right, maxiter=_MOST_STEPS * len(bounded))
+            left = K[np.ix_(bounded, bounded)] - beside.T @ across
+            begun = None if likely is None else likely[bounded]
+            found[bounded] = nonnegative_minimum(left, d[bounded] - alone @ beside, begun)
         found[free] = alone - across @ found[bounded]
     except (np.linalg.LinAlgError, RuntimeError):  # no factor; or too many steps, where rows are nearly dependent
         return None

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from trackable.arrays import Array
+from trackable.arrays import Array, Flags
 from trackable.gp.rows import Rows, Terms
 from trackable.gp.signal import KernelSum
 from trackable.learning.problem import ActiveBound, ConstrainedProblem, Side
@@ -15,8 +15,6 @@ from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
 
 LOWER, UPPER = 1.0, -1.0
-
-Flags = npt.NDArray[np.bool_]
 
 Places = tuple[Array, ...]
 """For each constraint an array (n, 2) of times [s] and sides: `LOWER` or `UPPER`."""

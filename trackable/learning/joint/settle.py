@@ -1,5 +1,6 @@
 """The function for given hyperparameters at all times, by exchange: solve at few places, add those that are broken."""
 
+from bisect import bisect
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from trackable.gp.joint import JointPosterior
 from trackable.gp.signal import KernelSum
 from trackable.learning.joint.bent import BentMean, bent_mean
 from trackable.learning.joint.minima import Minima, Seen
-from trackable.learning.joint.places import Places, chosen
+from trackable.learning.joint.places import LOWER, UPPER, Places, chosen
 from trackable.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 40
@@ -56,9 +57,10 @@ def settled(
     that lead nowhere). Raises IllConditioned.
     """
     best: Settled | None = None
+    kept: Places | None = None
     price = -np.inf
     for count in range(1, _MAX_ROUNDS + 1):
-        bent = bent_mean(problem, posterior, places, near)
+        bent = bent_mean(problem, posterior, places, near, kept)
         if bent is None:
             return best
         seen = Seen(problem.constraints, bent.signals)
@@ -116,12 +118,14 @@ def _worst(minima: Minima) -> tuple[float, int, float]:
 
 def _united(places: Array, new: Array, same: float) -> Array:
     """Return places with those new ones that have no other on their side nearby."""
-    found = list(places)
-    for time, side in new:
-        if not any(abs(time - t) <= same and side == s for t, s in found):
-            found.append(np.array([time, side]))
-    joined = np.array(found).reshape(-1, 2)
-    return joined[np.lexsort(joined.T[::-1])]
+    known = {side: sorted(places[places[:, 1] == side, 0].tolist()) for side in (LOWER, UPPER)}
+    for time, side in new.tolist():
+        times = known[side]
+        at = bisect(times, time)
+        if all(abs(time - t) > same for t in times[max(at - 1, 0) : at + 1]):
+            times.insert(at, time)
+    joined = sorted((time, side) for side, times in known.items() for time in times)
+    return np.array(joined).reshape(-1, 2)
 
 
 def is_same(one: Places, other: Places) -> bool:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from trackable.arrays import Flags
 from trackable.gp.joint import JointPosterior
 from trackable.learning.joint.bent import BentMean, bent_by
 from trackable.learning.joint.places import Demands
@@ -16,22 +17,28 @@ from trackable.learning.joint.places import Demands
 _MISSED = 1e-9  # of a bound's width
 _MAX_ROUNDS = 30
 
-Chosen = npt.NDArray[np.bool_]
-
 
 @dataclass
 class WorkingSet:
-    """The `demanded` rows, and those `chosen` so far, shape (r,). The set only grows: J stays smooth near a minimum."""
+    """The `demanded` rows, and those `chosen` so far, shape (r,). The set only grows: J stays smooth near a minimum.
+
+    Rows that held the last function back are where the search for those of the next one begins.
+    """
 
     demanded: Demands
-    chosen: Chosen
+    chosen: Flags
+    _active: Flags | None = None
 
     def bent(self, posterior: JointPosterior) -> BentMean | None:
         """Return the function that meets all demands. Raises IllConditioned."""
         for _ in range(_MAX_ROUNDS):
-            found = bent_by(posterior, self.demanded.among(np.flatnonzero(self.chosen)))
+            rows = np.flatnonzero(self.chosen)
+            likely = None if self._active is None else self._active[rows]
+            found = bent_by(posterior, self.demanded.among(rows), likely)
             if found is None or found.contradicts:
                 return found
+            self._active = np.zeros_like(self.chosen)
+            self._active[rows] = found.multipliers > 0
             added = self._missed(found)
             if not len(added):
                 return found
