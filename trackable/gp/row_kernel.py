@@ -26,6 +26,7 @@ _LARGEST_ERROR = 1e-12  # of sums over terms, as a part of a row's variance
 # positive semidefinite. Sums over terms, taken where the series is too long, would give references enormous weights.
 _NEGLIGIBLE = 1e-11
 _LONGEST = 14
+_FACTORIALS = np.array([float(factorial(n)) for n in range(_LONGEST)])
 _NODES, _APART = 9, 0.1  # correlation times: the sums of kernels that stand for rows err by about 0.4⁹/√9!
 
 
@@ -61,7 +62,7 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
         return direct
     first = terms.first_times(count)
     after = terms.times - first[terms.of_row]
-    moments = terms.summed(np.stack([after**n / factorial(n) for n in range(_LONGEST)], axis=1), count)
+    moments = terms.summed(after[:, None] ** np.arange(_LONGEST) / _FACTORIALS, count)
     spread = _standard_deviations(kernel)
     sizes = np.abs(moments) * spread
     row = np.max(sizes, axis=1)
@@ -78,6 +79,15 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
 def _standard_deviations(kernel: Kernel) -> Array:
     """Return those of g⁽ⁿ⁾ for n < _LONGEST."""
     return np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))
+
+
+@lru_cache(maxsize=8)
+def _nodes(kernel: Kernel) -> tuple[Array, Array, Array]:
+    """Return nodes k H [s], scales by which moments are multiplied, and the matrix from weights to scaled moments."""
+    powers = np.arange(_NODES)
+    nodes = np.asarray((powers - _NODES // 2) * (_APART * kernel.correlation_time), dtype=float)
+    scale = nodes[-1] ** -powers
+    return nodes, scale, scale[:, None] * (nodes ** powers[:, None] / _FACTORIALS[:_NODES, None])
 
 
 @dataclass(frozen=True)
@@ -137,9 +147,11 @@ class Taylor(RowKernel):
 
     def among(self) -> Array:
         jet = self.kernel.jet(self.first[:, None] - self.first, 2 * self._order)
-        by_second = (self.moments * (-1.0) ** np.arange(self._order + 1)).T[:, None, :]
-        orders = np.arange(self._order + 1)
-        return np.asarray(sum(self.moments[:, n, None] * np.sum(jet[n + orders] * by_second, axis=0) for n in orders))
+        by_second = np.ascontiguousarray((self.moments * (-1.0) ** np.arange(self._order + 1)).T)
+        found = np.zeros(jet.shape[1:])
+        for n, by_first in enumerate(self.moments.T):
+            found += by_first[:, None] * np.einsum("mab,mb->ab", jet[n : n + len(by_second)], by_second)
+        return found
 
     def across(self, t: Array) -> Array:
         jet = self.kernel.jet(self.first[:, None] - t, self._order)
@@ -164,14 +176,11 @@ class Taylor(RowKernel):
     @cached_property
     def _stencil(self) -> tuple[Array, Array]:
         """Nodes k H [s], and weights for each row with Σ_k w_k (k H)ⁿ/n! = μ_n for as many n as there are nodes."""
-        powers = np.arange(_NODES)
-        nodes = np.asarray((powers - _NODES // 2) * (_APART * self.kernel.correlation_time), dtype=float)
-        vandermonde = nodes ** powers[:, None] / np.array([factorial(n) for n in powers.tolist()])[:, None]
+        nodes, scale, vandermonde = _nodes(self.kernel)
         moments = np.zeros((len(self.first), _NODES))
         known = self.moments[:, :_NODES]
         moments[:, : known.shape[1]] = known
-        scale = nodes[-1] ** -powers
-        return nodes, np.asarray(np.linalg.solve(scale[:, None] * vandermonde, (scale * moments).T).T)
+        return nodes, np.asarray(np.linalg.solve(vandermonde, (scale * moments).T).T)
 
     @property
     def _order(self) -> int:

@@ -5,13 +5,17 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
+from trackable.gp.factors.memory import keep_freed_memory
+
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
     """Let NumPy's and SciPy's BLAS use one thread inside, and as many as before afterwards; also a decorator.
 
-    Results are then the same on machines with other numbers of cores. The limit is that of the whole process.
+    Results are then the same on machines with other numbers of cores. The limit is that of the whole process. What asks
+    for it computes with many small arrays: from then on the process also keeps the memory that they leave.
     """
+    keep_freed_memory()
     with _libraries().limit(limits=1, user_api="blas"):
         yield
 

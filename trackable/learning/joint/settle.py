@@ -58,7 +58,7 @@ def settled(
     """
     best: Settled | None = None
     kept: Places | None = None
-    price = -np.inf
+    price, same = -np.inf, same_time(posterior.signals)
     for count in range(1, _MAX_ROUNDS + 1):
         bent = bent_mean(problem, posterior, places, near, kept)
         if bent is None:
@@ -69,9 +69,9 @@ def settled(
             minima = seen.with_overlooked(minima)
         margin, constraint, time = _worst(minima)
         kept = chosen(places, bent.multipliers > 0)
-        met = merged(kept, seen.places(minima), same_time(bent.signals))
+        met = merged(kept, seen.places(minima), same)
         if _count(met) > _MANY_PLACES:
-            met = merged(kept, seen.places(_broken(minima)), same_time(bent.signals))
+            met = merged(kept, seen.places(_broken(minima)), same)
         best = Settled(bent, met, kept, margin, constraint, time, count)
         gain, price = bent.price - price, bent.price
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
