@@ -54,8 +54,9 @@ def earliest_settled(
 def _earliest(reference: Reference, hold: Callable[[Array], Mask], together: int) -> float | None:
     """Return the earliest time [s] that doubling and bisection find, so many steps of it `together`; None for none."""
     origin = max(0.0, *(float(np.max(signal.centres)) for signal in reference.kernel_sums))
-    reaches = reference.plant.sampling_time * 2.0 ** np.arange(_DOUBLINGS)
-    for several in np.split(reaches, range(together**2, _DOUBLINGS, together**2)):
+    reaches = np.asarray(reference.plant.sampling_time * 2.0 ** np.arange(_DOUBLINGS), dtype=float)
+    for first in range(0, _DOUBLINGS, together**2):
+        several = reaches[first : first + together**2]
         if np.any(held := hold(origin + several)):
             reach = several[np.argmax(held)]
             break
@@ -64,7 +65,9 @@ def _earliest(reference: Reference, hold: Callable[[Array], Mask], together: int
     ends = np.array([reach / 2, reach])
     for _ in range(_BISECTIONS // together):
         for _ in range(together):
-            ends = np.insert(ends, range(1, len(ends)), (ends[:-1] + ends[1:]) / 2)
+            halved = np.empty(2 * len(ends) - 1)
+            halved[::2], halved[1::2] = ends, (ends[:-1] + ends[1:]) / 2
+            ends = halved
         first = int(np.argmax(np.append(hold(origin + ends[1:-1]), True)))
         ends = ends[first : first + 2]
     return float(origin + ends[1])

@@ -3,6 +3,7 @@
 from flint import arb
 
 from trackable.certificates.floats.choice import Number, PowerSeries
+from trackable.certificates.kernels.base import Decay
 from trackable.certificates.kernels.elementary import RadialBalls, least_square
 
 
@@ -19,6 +20,14 @@ class SquaredExponentialBalls(RadialBalls):
 
     def on_disc(self, r: Number, radius: Number) -> Number:
         return self.variance * (-least_square(r, radius) / (2 * self.squared_length)).exp()
+
+    def beyond(self, distance: Number) -> Decay[Number]:
+        # |κ̇| = |r| κ/θ₂²
+        steepest = distance.max(self.length)
+        return Decay(self._at(distance), self._at(steepest) * steepest / self.squared_length)
+
+    def _at(self, r: Number) -> Number:
+        return self.variance * (r**2 / (-2 * self.squared_length)).exp()
 
     @property
     def steepest(self) -> arb:

@@ -1,0 +1,39 @@
+"""Approximate margins are as low as on a much finer grid; in boxes they are those inside and at the ends."""
+
+import numpy as np
+import pytest
+
+from tests.trackable.certificates.instances import case, general_case
+from tests.trackable.certificates.test_prove import reference
+from trackable.certificates.sketch import Sketch, sketches
+from trackable.gp.kernels.matern import Matern32
+
+
+@pytest.mark.parametrize("make", [case, general_case])
+@pytest.mark.parametrize("seed", [8000, 8003])
+def test_no_finer_grid_finds_lower_margins(make, seed):
+    chosen = make(seed)
+    signals, fine = [signal.summed for signal in chosen.reference.kernel_sums], np.linspace(0.0, chosen.end, 20_001)
+    for quantity, drawn in zip(chosen.reference.quantities, sketches(chosen.reference, 0.0, chosen.end), strict=True):
+        assert drawn.least <= np.min(quantity.margin(signals, fine)) + 1e-9
+        assert drawn.least == pytest.approx(float(quantity.margin(signals, np.array([drawn.worst_time]))[0]), abs=1e-12)
+
+
+def test_margins_in_boxes_are_interpolated_at_their_ends():
+    drawn = Sketch(
+        np.array([0.0, 1.0, 2.0, 4.0]), np.array([3.0, 1.0, 5.0, 2.0]), {"q": np.array([7.0, 1.0, 2.0, 3.0])}
+    )
+    seen = drawn.within(np.array([0.0, 1.5, 2.0, 0.25, 3.0]), np.array([4.0, 2.0, 4.0, 0.5, 4.0]))
+    assert np.array_equal(seen.smallest, [1.0, 3.0, 2.0, 1.0, 2.0])
+    assert np.array_equal(seen.steepest["q"], [7.0, 2.0, 3.0, 7.0, 3.0])
+
+
+def test_kinks_lie_on_the_grid():
+    learned = reference(Matern32(1.0, 0.3))
+    (signal,) = learned.kernel_sums
+    times = sketches(learned, 0.0, 2.0)[0].times
+    inside = signal.centres[(signal.centres >= 0.0) & (signal.centres <= 2.0)]
+    assert len(inside)
+    assert np.all(np.isin(inside, times))
+    assert np.all(np.diff(times) > 0)
+    assert (times[0], times[-1]) == (0.0, 2.0)
