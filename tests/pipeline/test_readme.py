@@ -24,7 +24,7 @@ def test_the_library_example_runs(
     exec(compile("\n".join(blocks), "README.md", "exec"), {})
     said = capsys.readouterr().out
     assert re.match(r"proved for all real t ≥ 0: state in \[.*\], input in \[", said)
-    assert "Proved(statement='For all real t ≥ 0 the reference keeps" in said
+    assert "\nProved: For all real t ≥ 0 the reference keeps" in said
     assert (tmp_path / "monday.h").stat().st_size > 1000
 
 

@@ -1,4 +1,4 @@
-"""What a check may answer."""
+"""What a check may answer; printed, each is its name and its sentence."""
 
 from dataclasses import dataclass
 
@@ -9,12 +9,18 @@ class Proved:
 
     statement: str
 
+    def __str__(self) -> str:
+        return f"Proved: {self.statement}"
+
 
 @dataclass(frozen=True)
 class Refuted:
     """The counterexample is valid: its reference is not trackable; `statement` says in words why."""
 
     statement: str
+
+    def __str__(self) -> str:
+        return f"Refuted: {self.statement}"
 
 
 @dataclass(frozen=True)
@@ -30,6 +36,9 @@ class Failed:
         wanted = "prove its claim" if self.kind == "certificate" else "refute what is claimed"
         return f"the {self.kind} does not {wanted}: {self.reason}"
 
+    def __str__(self) -> str:
+        return f"Failed: {self.sentence}"
+
 
 @dataclass(frozen=True)
 class NotACertificate:
@@ -37,12 +46,18 @@ class NotACertificate:
 
     reason: str
 
+    def __str__(self) -> str:
+        return f"NotACertificate: {self.reason}"
+
 
 @dataclass(frozen=True)
 class Undecided:
     """The time that the check may take was over before it ended: nothing is known."""
 
     reason: str
+
+    def __str__(self) -> str:
+        return f"Undecided: {self.reason}"
 
 
 Verdict = Proved | Refuted | Failed | NotACertificate | Undecided

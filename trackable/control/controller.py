@@ -14,7 +14,7 @@ from trackable.control.references import TrackedReference
 from trackable.control.step.formulation import Formulation
 from trackable.control.step.problem import TOLERANCE, StepProblem
 from trackable.control.step.result import Infeasible, Plan, StepResult, Unsolved
-from trackable.control.step.scales import squares_in_widths
+from trackable.control.step.scales import weight_in_widths
 from trackable.control.step.sequential import solve_by_linearisation
 from trackable.control.stepping import StepArguments
 from trackable.systems.constrained import ConstrainedSystem
@@ -110,7 +110,7 @@ class Controller:
 
 
 def _given_or_scaled(weight: ArrayLike | None, bounded: Polytope) -> ArrayLike:
-    return squares_in_widths(bounded) if weight is None else weight
+    return weight_in_widths(bounded) if weight is None else weight
 
 
 def _checked_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:

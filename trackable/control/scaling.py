@@ -1,7 +1,7 @@
 """A controller whose weights are in the scales of a plant's sets, so that one number says how dear inputs are."""
 
 from trackable.control.controller import Controller
-from trackable.control.step.scales import squares_in_widths
+from trackable.control.step.scales import weight_in_widths
 from trackable.systems.constrained import ConstrainedSystem
 
 
@@ -12,5 +12,5 @@ def scaled_controller(plant: ConstrainedSystem, horizon: int, input_weight: floa
     Raises as `Controller`.
     """
     return Controller(
-        plant, horizon, squares_in_widths(plant.state_set), input_weight * squares_in_widths(plant.input_set)
+        plant, horizon, weight_in_widths(plant.state_set), input_weight * weight_in_widths(plant.input_set)
     )

@@ -121,7 +121,7 @@ class Allocation:
         gains, shifts = self.laws
         candidates = np.einsum("cij,kj->cki", gains, u) + shifts[:, None]
         sides = self.input_set
-        values, widths = candidates @ sides.rows.T, sides.upper - sides.lower
+        values, widths = candidates @ sides.rows.T, sides.widths
         summed = np.einsum("cij,kj->cki", np.abs(gains), np.abs(u)) + np.abs(shifts)[:, None]
         excess = np.maximum(values - sides.upper, sides.lower - values) - ROUNDING * (summed @ np.abs(sides.rows).T)
         beyond = np.max(np.maximum(excess, 0) / widths, axis=-1)

@@ -8,9 +8,10 @@ import numpy as np
 import scipy
 
 from trackable.arrays import Array
-from trackable.control.step.scales import extents, middle
+from trackable.control.step.scales import middle
 from trackable.control.step.slack import Inequalities
 from trackable.systems.sets.polytope import Polytope
+from trackable.systems.sets.scales import unit_scales
 
 _SHRINK = 1 - 2.0**-50
 """Keeps the rounding of `pull_inside` from leading out of the set again."""
@@ -46,8 +47,7 @@ class AdmissiblePoints:
         near, given, m = middle(self.bounded), Inequalities.of(self.bounded), self.bounded.dimension
         if not len(given.rows):
             return near
-        reach = extents(self.bounded)
-        scale = np.where(np.isfinite(reach), reach, 1.0)
+        scale = unit_scales(self.bounded)
         program = scipy.optimize.linprog(  # in scales, because its tolerances are absolute
             np.append(np.zeros(m), -1.0),
             A_ub=np.column_stack([given.rows * scale / given.widths[:, None], np.ones(len(given.rows))]),

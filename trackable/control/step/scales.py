@@ -7,6 +7,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.polytope import Polytope
+from trackable.systems.sets.scales import extents, squares_in_widths, unit_scales
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,19 +35,11 @@ class Scales:
         return Q * x[:, None] * x / self.cost, R * u[:, None] * u / self.cost
 
 
-def extents(bounded: Polytope) -> Array:
-    """Return how far each coordinate may move while the others stand still, shape (n,); infinite without bounds."""
-    sizes = np.abs(bounded.rows)
-    free = np.full_like(sizes, np.inf)
-    extents = np.divide((bounded.upper - bounded.lower)[:, None], sizes, out=free, where=sizes > 0)
-    return np.asarray(np.min(extents, axis=0, initial=np.inf))
-
-
-def squares_in_widths(bounded: Polytope) -> Array:
-    """Return the weight Σ (row / width)² (n, n) of a cost, plus the identity in directions that no row bounds."""
-    rows = bounded.rows / (bounded.upper - bounded.lower)[:, None]
+def weight_in_widths(bounded: Polytope) -> Array:
+    """Return the weight (n, n) of a cost of errors as parts of widths, and in their own unit where no row bounds."""
+    rows = bounded.rows / bounded.widths[:, None]
     free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows if len(rows) else np.eye(bounded.dimension)
-    weight = rows.T @ rows + np.where(np.abs(free) > 1e-9, free, 0.0)
+    weight = squares_in_widths(bounded) + np.where(np.abs(free) > 1e-9, free, 0.0)
     return np.asarray((weight + weight.T) / 2)
 
 
@@ -61,8 +54,7 @@ def _gains(plant: ConstrainedSystem) -> Array:
 
 def middle(bounded: Polytope) -> Array:
     """Return a point (n,) near the middle of all intervals, zero in directions without bounds."""
-    reach, widths = extents(bounded), bounded.upper - bounded.lower
-    scale = np.where(np.isfinite(reach), reach, 1.0)
+    scale, widths = unit_scales(bounded), bounded.widths
     rows = bounded.rows * scale / widths[:, None]
     return np.asarray(scale * (np.linalg.pinv(rows) @ ((bounded.lower / 2 + bounded.upper / 2) / widths)))
 

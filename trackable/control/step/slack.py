@@ -27,7 +27,7 @@ class Inequalities:
     @classmethod
     def of(cls, polytope: Polytope) -> "Inequalities":
         """Write a polytope lower ≤ rows y ≤ upper as inequalities."""
-        return cls(*polytope.inequalities, np.tile(polytope.upper - polytope.lower, 2))
+        return cls(*polytope.inequalities, np.tile(polytope.widths, 2))
 
 
 @dataclass(frozen=True, eq=False)

@@ -183,7 +183,7 @@ def _margins(course: LoopTrajectory, plant: ConstrainedSystem) -> tuple[Array, A
 
 def _margin(bounded: Polytope, points: Array) -> Array:
     """Return the smallest distance to a bound at each point (K, n), as a part of the width: shape (K,)."""
-    values, widths = points @ bounded.rows.T, bounded.upper - bounded.lower
+    values, widths = points @ bounded.rows.T, bounded.widths
     return np.asarray(np.min(np.minimum(values - bounded.lower, bounded.upper - values) / widths, axis=1))
 
 

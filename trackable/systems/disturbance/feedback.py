@@ -11,6 +11,7 @@ from trackable.systems.disturbance.decay import NoInvariantSetError, closed_loop
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.linear import LinearSystem
 from trackable.systems.sets.polytope import Polytope
+from trackable.systems.sets.scales import squares_in_widths, unit_scales
 
 INPUT_WEIGHTS = (1e-4, 1e-2, 1.0, 1e2)
 RATES = (1.0, 0.95, 0.9, 0.8)
@@ -82,19 +83,10 @@ def room(
 
 def bound_widths(state_set: Polytope, input_set: Polytope) -> Array:
     """Return the widths between all bounds, those of states first."""
-    return np.concatenate([state_set.upper - state_set.lower, input_set.upper - input_set.lower])
-
-
-def unit_scales(bounded: Polytope) -> Array:
-    """Return a unit for each coordinate (n,): how far it may move alone inside its set; 1 where nothing bounds it."""
-    sizes = np.abs(bounded.rows)
-    reach = np.divide((bounded.upper - bounded.lower)[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0)
-    least = np.min(reach, axis=0, initial=np.inf)
-    return np.where(np.isfinite(least), least, 1.0)
+    return np.concatenate([state_set.widths, input_set.widths])
 
 
 def set_weight(bounded: Polytope) -> Array:
     """Return Σ (row / width)² as a matrix (n, n), plus a little in units of the coordinates, so that none is free."""
-    rows = bounded.rows / (bounded.upper - bounded.lower)[:, None]
-    weight = rows.T @ rows + _FREE * np.diag(1 / unit_scales(bounded) ** 2)
+    weight = squares_in_widths(bounded) + _FREE * np.diag(1 / unit_scales(bounded) ** 2)
     return np.asarray((weight + weight.T) / 2)

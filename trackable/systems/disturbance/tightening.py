@@ -10,13 +10,14 @@ import scipy
 from trackable.arguments import real
 from trackable.arrays import Array, ArrayLike
 from trackable.systems.constrained import ConstrainedSystem, LinearConstraint
-from trackable.systems.disturbance.feedback import best_feedback, bound_widths, given_feedback, unit_scales
+from trackable.systems.disturbance.feedback import best_feedback, bound_widths, given_feedback
 from trackable.systems.disturbance.invariant import InvariantSet, invariant_set
 from trackable.systems.disturbance.measured import Measured, measured
 from trackable.systems.disturbance.rationals import float_below
 from trackable.systems.disturbance.sets import DisturbanceSet, checked
 from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.sets.polytope import Polytope
+from trackable.systems.sets.scales import unit_scales
 
 _LARGEST_FRACTION = 1e6
 
@@ -160,7 +161,7 @@ def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
     """
     if not len(bounded.rows):
         return _LARGEST_FRACTION
-    half = (bounded.upper - bounded.lower) / 2
+    half = bounded.widths / 2
     alone = (2 - 4 * margin) * half / np.maximum(by.sum(axis=1), half / _LARGEST_FRACTION)
     most = float(min(np.min(alone), _LARGEST_FRACTION))  # of each row alone: enough for boxes
     if len(bounded.rows) <= bounded.dimension and np.linalg.matrix_rank(bounded.rows) == len(bounded.rows):

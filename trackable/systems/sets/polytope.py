@@ -127,6 +127,11 @@ class Polytope:
         return float(program.x[-1]) if program.x is not None else -np.inf
 
     @property
+    def widths(self) -> Array:
+        """The distance between the bounds of each row: shape (r,)."""
+        return np.asarray(self.upper - self.lower)
+
+    @property
     def inequalities(self) -> tuple[Array, Array]:
         """(H, h) of the same set as {x : H x ≤ h}: shapes (2r, n) and (2r,)."""
         return np.vstack([self.rows, -self.rows]), np.concatenate([self.upper, -self.lower])
