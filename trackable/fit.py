@@ -221,7 +221,7 @@ class Fit:
         return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
 
     def _variance(self, q: Coordinate, t: Array) -> Array:
-        """Of formulas to first order, with other weights at each time."""
+        """Return the posterior variance at t [s]: the shape of t. Of formulas it is to first order, at each t anew."""
         if isinstance(q, Functional):
             return self.posterior.variance_of(q.rounded, t, q.sampling_time)
         each = [

@@ -50,6 +50,6 @@ def _vector(vector: Vector) -> str:
 
 
 def _number(value: Fraction) -> str:
-    """A float64 where it is one, else a fraction."""
+    """Format a rational number: as a float64 where it is one, as a fraction elsewhere."""
     nearest = as_float(value)
     return repr(nearest) if abs(nearest) < float("inf") and Fraction(nearest) == value else str(value)

@@ -1,6 +1,7 @@
 """Simulate the closed loop of a controller and its system."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from reprlib import repr as short
 
 import numpy as np
@@ -11,8 +12,9 @@ from trackable.control.angles import nearest_turns
 from trackable.control.closed_loop import ClosedLoop
 from trackable.control.references import TabulatedReference, TrackedReference, check_reference
 from trackable.control.repeated_steps import RepeatedSteps
-from trackable.control.step.result import Infeasible, Plan, Status, Unsolved
+from trackable.control.step.result import Infeasible, Plan, Status, StepResult, Unsolved
 from trackable.control.stepping import Disturbances, SteppedController
+from trackable.systems.constrained import ConstrainedSystem
 
 InfeasibilityPolicy = Callable[[Infeasible | Unsolved], Array | None]
 """Returns the input (m,) to apply where the controller finds no plan; None ends the simulation."""
@@ -48,60 +50,85 @@ def simulate(
 
     The simulated system is the controller's own model, `controller.plant`, with `disturbances` added to each of its
     states; left out, there are none. The controller is given the state with `noise` added to it; states of the loop are
-    the true ones. Where the controller finds no plan, `on_infeasible` chooses the input or ends the
-    simulation early. The simulation also ends, as unsolved, where an input leads out of what the system's formulas
-    define. Raises as `Controller.step` and as `reference.window`; TypeError and ValueError where disturbances or noise
-    are no function, or no n numbers.
+    the true ones. Where the controller finds no plan, `on_infeasible` chooses the input, or ends the simulation early:
+    `stop`, `apply_fallback` and `apply_fallback_for(steps)` are such functions. The simulation also ends, as unsolved,
+    where an input leads out of what the system's formulas define.
+
+    Raises as `Controller.step` and as `reference.window`; TypeError and ValueError where disturbances or noise are no
+    function, or no n numbers.
     """
     if not callable(getattr(controller, "step", None)):
         raise TypeError(f"simulate: controller: expected a Controller(plant, horizon, Q, R), got {controller!r}")
     check_reference("simulate", reference)
     first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
     table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
-    system, repeated = controller.plant.system, RepeatedSteps(controller)
-    states, inputs = [numbers("simulate: initial_state", initial_state)], []
-    values, without_plan, widened = [], list[Infeasible | Unsolved](), 0
-    initial_guess: Array | None = None
+    repeated, initial_guess = RepeatedSteps(controller), None
+    course = _Course([numbers("simulate: initial_state", initial_state)])
     for k in range(first_step, first_step + steps):
-        seen = states[-1] if noise is None else states[-1] + _drawn("noise", noise, k, states[-1])
+        seen = course.state if noise is None else course.state + _drawn("noise", noise, k, course.state)
         result = repeated.step(k, seen, table, initial_guess)
         initial_guess = shifted_inputs(result, table) if isinstance(result, Plan) else None
-        applied: Array | None
-        if isinstance(result, Plan):
-            applied = result.input
-            values.append((result.cost, result.stage_cost, result.slack))
-            widened += result.status is Status.WIDENED
-        else:
-            without_plan.append(result)
-            applied = on_infeasible(result)
-            if applied is None:
-                break
-            values.append((np.nan, np.nan, np.nan))
-        inputs.append(applied)
+        course.decided(result)
+        applied = result.input if isinstance(result, Plan) else on_infeasible(result)
+        if applied is None:
+            break
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            successor = system.successor(states[-1], applied)
+            successor = controller.plant.system.successor(course.state, applied)
             if disturbances is not None:
                 successor = successor + _drawn("disturbances", disturbances, k, successor)
-            states.append(successor)
-        if not np.all(np.isfinite(states[-1])):
-            without_plan.append(Unsolved(k, "the system is not defined under the input applied", applied))
-            del states[-1], inputs[-1], values[-1]
+        if not np.all(np.isfinite(successor)):
+            course.decided(Unsolved(k, "the system is not defined under the input applied", applied))
             break
-    count = len(inputs)
-    costs, stage_costs, slacks = np.array(values, dtype=float).reshape(count, 3).T
-    tracked = table.window(first_step, count)
-    return ClosedLoop(
-        first_step=first_step,
-        states=np.array(states),
-        inputs=np.array(inputs).reshape(count, len(system.inputs)),
-        reference_states=nearest_turns(controller.plant, tracked.states, np.array(states)),
-        reference_inputs=tracked.inputs,
-        costs=costs,
-        stage_costs=stage_costs,
-        slacks=slacks,
-        without_plan=tuple(without_plan),
-        widened=widened,
-    )
+        course.went(result, applied, successor)
+    return course.closed_loop(controller.plant, table, first_step)
+
+
+@dataclass
+class _Course:
+    """What a simulation has gone through so far: `states` and, for each but the last, input and costs."""
+
+    states: list[Array]
+    inputs: list[Array] = field(default_factory=list)
+    values: list[tuple[float, float, float]] = field(default_factory=list)
+    without_plan: list[Infeasible | Unsolved] = field(default_factory=list)
+    widened: int = 0
+
+    @property
+    def state(self) -> Array:
+        """Where the system is now, shape (n,)."""
+        return self.states[-1]
+
+    def decided(self, result: StepResult) -> None:
+        """Note what the controller has decided, or why it could not."""
+        if isinstance(result, Plan):
+            self.widened += result.status is Status.WIDENED
+        else:
+            self.without_plan.append(result)
+
+    def went(self, result: StepResult, applied: Array, successor: Array) -> None:
+        """Note a step that was taken, with the costs of its plan; NaN where there was none."""
+        of_plan = (result.cost, result.stage_cost, result.slack) if isinstance(result, Plan) else None
+        self.values.append(of_plan or (np.nan, np.nan, np.nan))
+        self.inputs.append(applied)
+        self.states.append(successor)
+
+    def closed_loop(self, plant: ConstrainedSystem, reference: TrackedReference, first_step: int) -> ClosedLoop:
+        """Return all of it, beside the reference."""
+        count, states = len(self.inputs), np.array(self.states)
+        costs, stage_costs, slacks = np.array(self.values, dtype=float).reshape(count, 3).T
+        tracked = reference.window(first_step, count)
+        return ClosedLoop(
+            first_step=first_step,
+            states=states,
+            inputs=np.array(self.inputs).reshape(count, len(plant.system.inputs)),
+            reference_states=nearest_turns(plant, tracked.states, states),
+            reference_inputs=tracked.inputs,
+            costs=costs,
+            stage_costs=stage_costs,
+            slacks=slacks,
+            without_plan=tuple(self.without_plan),
+            widened=self.widened,
+        )
 
 
 def _drawn(what: str, of: Disturbances, k: int, state: Array) -> Array:

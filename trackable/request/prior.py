@@ -51,7 +51,7 @@ def _prior(name: str, kernel: object, noise_std: float | tuple[float, float] | N
 
 
 def _refuse_unknown(what: str, given: object, names: tuple[str, ...]) -> None:
-    """A value for a name that is not sampled would be forgotten without a word."""
+    """Raise ValueError for a name that is not sampled: what is given for it would be forgotten without a word."""
     if isinstance(given, Mapping) and set(names) < set(given):
         unknown = next(name for name in given if name not in names)
         raise ValueError(f"{what}: is given for {unknown}, expected for {', '.join(names)} only")

@@ -83,7 +83,7 @@ class Models:
         return self.number(exactly(value))
 
     def number(self, value: Real) -> Model:
-        """A constant model."""
+        """Return the model of a constant."""
         return Model([value] + [ZERO] * (self.terms - 1), ZERO)
 
     def over(self, a: Model, b: Model) -> Model:
@@ -123,7 +123,7 @@ class Models:
         return self.number(s * pi() / 2) - self._composed("atan", self.over(x, y))
 
     def _composed(self, name: str, a: Model, exponent: float = 0.0) -> Model:
-        """φ of a model, where φ is a function of formulas, or `power`."""
+        """Return φ of a model, where φ is a function of formulas, or `power`."""
         centre, d = a.coefficients[0], Model([ZERO, *a.coefficients[1:]], a.missed)
         reach = bounded(d.size + d.missed)
         span = around(centre, reach)

@@ -29,12 +29,12 @@ class Elementary(Kernel):
         return exactly(self.lengthscale)
 
     def scaled(self, shape: list[Real]) -> list[Real]:
-        """Coefficients of θ₁² φ from those of φ."""
+        """Return the coefficients of θ₁² φ from those of φ."""
         variance = self.variance
         return [variance * coefficient for coefficient in shape]
 
     def falling(self, distance: Real, steepest: Real) -> Decay:
-        """Bounds for a κ that falls with the distance, and whose |κ̇| rises up to `steepest` and falls from there on."""
+        """Return the bounds of a κ that falls with the distance, whose |κ̇| rises up to `steepest` and then falls."""
         value = self.taylor(distance, ZERO, 1)[0]
         slope = self.taylor(max_of(steepest, distance), ONE, 2)[1]
         return Decay(abs(value), abs(slope))
