@@ -14,7 +14,7 @@ from trackable import (
     SquaredExponential,
     learn_reference,
 )
-from trackable.learning.problem import Infeasible
+from trackable.learning.problem import NothingFeasible
 from trackable.systems.reference import Reference
 
 
@@ -107,7 +107,8 @@ def test_what_cannot_be_followed_says_by_how_much() -> None:
             SAMPLES, weak, SquaredExponential(1.0, 0.5), "all_times", noise_std=0.02, method="hyperparameters"
         )
     outcome = raised.value.outcome
-    assert isinstance(outcome, Infeasible)
+    assert isinstance(outcome, NothingFeasible)
+    assert repr(outcome) == f"NothingFeasible({outcome.explanation})"
     given = {quantity.name: quantity for quantity in weak.quantities}[outcome.quantity.name]
     assert outcome.quantity.bounds == given.bounds
     broken = Reference(outcome.best.signals, weak)

@@ -15,7 +15,7 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.constraint import Constraint
 from trackable.learning.learner import HYPERPARAMETERS, Learner
-from trackable.learning.problem import ConstrainedProblem, Infeasible, NoSolution, Pin, Solution
+from trackable.learning.problem import ConstrainedProblem, NoSolution, NothingFeasible, Pin, Solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.work import done
 from trackable.systems.constrained import ConstrainedSystem
@@ -100,7 +100,7 @@ def _nearer(one: NoSolution | Failure, other: NoSolution | Failure) -> NoSolutio
 def _missing(failure: NoSolution | Failure) -> float:
     """Return how far a bound is broken, or what its proof lacks, as a part of its width; infinite where unknown."""
     match failure:
-        case Infeasible():
+        case NothingFeasible():
             return failure.violation / failure.quantity.bounds.width
         case Counterexample():
             return failure.violation / failure.bounds.width
@@ -178,7 +178,7 @@ class _Learning:
                 return outcome
             backoff = min(max(10 * backoff, 4 * error, 3 * found.missed), _LARGEST_BACKOFF)
             found = learner.continued(found, self._problem(goal, backoff))
-        return _of_given_bounds(found, self.plant) if isinstance(found, Infeasible) else found
+        return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
 
     def _problem(self, goal: Goal, backoff: float) -> ConstrainedProblem:
         """Split the back-off: one half for times between those of the program, one as the optimiser's tolerance."""
@@ -186,7 +186,7 @@ class _Learning:
         return ConstrainedProblem(self.samples, self.prior, self.space, tuple(constraints), self.pins)
 
 
-def _of_given_bounds(found: Infeasible, plant: ConstrainedSystem) -> Infeasible:
+def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> NothingFeasible:
     """Return what is broken of the plant's own bounds, instead of those that were drawn in.
 
     Those drawn in are kept where the given ones are not broken: all that is missing then is the room for a proof.

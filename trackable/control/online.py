@@ -31,7 +31,7 @@ class Late:
 
 
 LearningResult = Certified | NoSolution | Counterexample | Unproved | Late
-Learner = Callable[[tuple[Samples, ...]], LearningResult]
+LearnFromWindow = Callable[[tuple[Samples, ...]], LearningResult]
 """Returns a reference with a proof, in absolute time, from the samples of a window; or why there is none."""
 
 
@@ -67,7 +67,7 @@ def simulate_online(
     initial_state: ArrayLike,
     steps: int,
     arrivals: Iterable[tuple[int, tuple[Samples, ...]]],
-    learner: Learner,
+    learner: LearnFromWindow,
 ) -> OnlineLoop:
     """Simulate the closed loop from `initial_state` (n,) at step 0, and learn the reference again at each arrival.
 

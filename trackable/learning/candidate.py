@@ -8,7 +8,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.remembered import Remembered
-from trackable.learning.problem import ConstrainedProblem, Infeasible
+from trackable.learning.problem import ConstrainedProblem, NothingFeasible
 
 _SAME_TIME = 1e-9
 
@@ -71,11 +71,11 @@ class Candidate:
         found = tuple(places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima)
         return found if any(len(m) > len(k) for m, k in zip(merged(known, found), known, strict=True)) else None
 
-    def infeasible(self, problem: ConstrainedProblem) -> Infeasible:
+    def infeasible(self, problem: ConstrainedProblem) -> NothingFeasible:
         """Explain which bound is violated most; call it for the candidate with the smallest violation."""
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
-        return Infeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, problem.broken_at_rest)
+        return NothingFeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, problem.broken_at_rest)
 
 
 def merged(known: Places, new: Places) -> Places:

@@ -153,8 +153,11 @@ class NoSolution(ABC):
     def explanation(self) -> str:
         """A sentence for the user."""
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.explanation})"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class NothingFactored(NoSolution):
     """K + σ_n² I has no Cholesky factor in float64 at any point of the search: feasibility could not be examined."""
 
@@ -169,7 +172,7 @@ class NothingFactored(NoSolution):
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Contradiction(NoSolution):
     """Bounds and pins contradict each other whatever the function: `among` are those with the largest multipliers.
 
@@ -186,7 +189,7 @@ class Contradiction(NoSolution):
         return f"bounds contradict each other, whatever the function between the samples: {said}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class NoFunction(NoSolution):
     """From no start could a function with the given values be computed."""
 
@@ -201,8 +204,8 @@ class NoFunction(NoSolution):
         )
 
 
-@dataclass(frozen=True)
-class Infeasible(NoSolution):
+@dataclass(frozen=True, repr=False)
+class NothingFeasible(NoSolution):
     """No point of the search space was found that satisfies the constraints; `best` came closest.
 
     It breaks the bounds of `quantity` at `time` [s] by `violation` (in the quantity's unit). `broken_at_rest` are the

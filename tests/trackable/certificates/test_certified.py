@@ -11,7 +11,7 @@ from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.gp.samples import Samples
 from trackable.learning.learner import HYPERPARAMETERS, JOINT
-from trackable.learning.problem import Infeasible, NothingFactored, Pin
+from trackable.learning.problem import NothingFactored, NothingFeasible, Pin
 from trackable.systems.sets.interval import Interval
 
 
@@ -35,7 +35,7 @@ def test_the_back_off_is_small_and_its_cost_is_told(example):
 def test_a_problem_without_solution_has_none():
     samples, prior, plant, space = PROBLEMS["example1"]
     impossible = bounded(plant, state_set=Interval(0.5, 1.0))
-    assert isinstance(learn_certified(samples, prior, impossible, space), Infeasible | Counterexample | Unproved)
+    assert isinstance(learn_certified(samples, prior, impossible, space), NothingFeasible | Counterexample | Unproved)
 
 
 def test_a_late_violation_makes_the_window_grow():
@@ -82,13 +82,13 @@ def test_of_two_failures_that_is_told_in_which_less_is_missing(missing):
     samples, prior, plant, space = PROBLEMS["example1"]
 
     def failing(by: float):
-        return lambda problem: Infeasible(
+        return lambda problem: NothingFeasible(
             problem.posterior(prior.log_hyperparameters), plant.quantities[0], 0.5, by, ()
         )
 
     first, second = (replace(JOINT, solve=failing(by), second_choice=None) for by in missing)
     found = learn_certified(samples, prior, plant, space, learner=replace(first, second_choice=second))
-    assert isinstance(found, Infeasible)
+    assert isinstance(found, NothingFeasible)
     assert found.violation == min(missing)
 
 

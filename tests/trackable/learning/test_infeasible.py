@@ -13,7 +13,7 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
-from trackable.learning.problem import ConstrainedProblem, Infeasible, Solution
+from trackable.learning.problem import ConstrainedProblem, NothingFeasible, Solution
 from trackable.learning.published.scalar import interval_sets
 from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
@@ -30,7 +30,7 @@ EXPLANATION = re.compile(
 def test_an_infeasible_problem_is_explained_in_true_numbers(name):
     case, quantity, at_rest = INFEASIBLE[name]
     answer = best_solution(case.problem)
-    assert isinstance(answer, Infeasible)
+    assert isinstance(answer, NothingFeasible)
     said = EXPLANATION.search(answer.explanation)
     assert said, answer.explanation
     assert said["quantity"] == answer.quantity.name == quantity

@@ -9,7 +9,14 @@ from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import IllConditioned
 from trackable.learning.joint.search import JointSearch, Point
-from trackable.learning.problem import ConstrainedProblem, Contradiction, Infeasible, NoFunction, NoSolution, Solution
+from trackable.learning.problem import (
+    ConstrainedProblem,
+    Contradiction,
+    NoFunction,
+    NoSolution,
+    NothingFeasible,
+    Solution,
+)
 from trackable.learning.search import best_solution, better_solution
 from trackable.learning.search import continued as continued_alone
 
@@ -135,4 +142,4 @@ def _no_solution(problem: ConstrainedProblem, closest: Point) -> NoSolution:
         return Contradiction(bent.posterior, bent.most_influential[:_TOLD])
     quantity = problem.constraints[function.constraint].quantity
     violation = -function.margin * quantity.bounds.width
-    return Infeasible(bent.posterior, quantity, function.time, violation, problem.broken_at_rest)
+    return NothingFeasible(bent.posterior, quantity, function.time, violation, problem.broken_at_rest)

@@ -20,7 +20,7 @@ from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.learning import search
 from trackable.learning.methods import all_phases, exact, unconstrained
-from trackable.learning.problem import ConstrainedProblem, Infeasible, Solution
+from trackable.learning.problem import ConstrainedProblem, NothingFeasible, Solution
 from trackable.learning.published.growth import GrowthRates, interval_growth_rates
 from trackable.learning.published.periodic import grid, intervals, on_grid, sampled
 from trackable.learning.published.scalar import coefficients, growth_rates, interval_sets, scalar
@@ -208,7 +208,7 @@ def test_a_kernel_without_a_period_is_refused():
 def test_no_admissible_equilibrium_and_nothing_feasible_is_explained():
     plant = bounded(SYSTEM, state_set=Interval(3.0, 4.0))
     outcome = exact((SAMPLES,), PRIOR, plant, replace(SPACE, starts=1))
-    assert isinstance(outcome, Infeasible)
+    assert isinstance(outcome, NothingFeasible)
     assert "no admissible equilibrium" in outcome.explanation
 
 
