@@ -42,7 +42,7 @@ class Learned(float):
     interval: Interval | None
 
     def __new__(cls, value: float, interval: Interval | None = None) -> Self:
-        learned = super().__new__(cls, value)
+        learned = float.__new__(cls, value)
         learned.interval = interval
         return learned
 

@@ -87,8 +87,8 @@ class JointPrior:
         """Return the same with other priors of the processes, in which the same hyperparameters are learned."""
         moved = object.__new__(type(self))
         # Names do not depend on values: keep them, so that an optimiser does not check and compute them at every step.
-        names = {"names": self.names, "shared": self.shared, "learned": self.learned, "places": self.places}
-        vars(moved).update(parts=parts, **names)
+        vars(moved).update(parts=parts, names=self.names, shared=self.shared)
+        vars(moved).update(learned=self.learned, places=self.places)
         return moved
 
     def as_known(self) -> Self:

@@ -61,7 +61,7 @@ class Posterior:
 
     def variance_of(self, weights: Array, step: float, t: Array) -> Array:
         """Return the variance of Σ_j w_j g(t + j step), with weights (J,) and step [s], at t [s]: the shape of t."""
-        width = 4 * len(weights) * len(self._centres)
+        width = 4 * len(weights) * len(self.samples.centres)
         function = partial(self._variance_of, weights, step)
         (variance,) = in_blocks(function, np.asarray(t, dtype=float), width)
         return variance
@@ -94,7 +94,7 @@ class Posterior:
 
     def covariance_with(self, rows: RowKernel) -> Array:
         """Return the covariance of rows and the n samples: shape (rows, n)."""
-        return self._by_sample(rows.across(self._centres))
+        return self._by_sample(rows.across(self.samples.centres))
 
     def solve(self, right: Array) -> Array:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for the columns of an (n, m)."""
@@ -125,7 +125,7 @@ class Posterior:
 
         With the weights w (n,) of the samples that belong to ν, it is what a function costs by norm and misfit.
         """
-        by_kernel = 2 * rows.across_gradient(multipliers, self._centres, self.samples.stencil.spread(weights))
+        by_kernel = 2 * rows.across_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
         by_kernel += rows.among_gradient(multipliers)
         return np.asarray(self._form_gradient(weights) + np.append(by_kernel, 0.0)[self.prior.places])
 
@@ -156,10 +156,6 @@ class Posterior:
         return moved
 
     @cached
-    def _centres(self) -> Array:
-        return self.samples.stencil.centres(self.samples.times)
-
-    @cached
     def _residual(self) -> Array:
         """y minus the prior mean of the samples, shape (n,)."""
         return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
@@ -167,7 +163,7 @@ class Posterior:
     def _variance_of(self, weights: Array, step: float, t: Array) -> tuple[Array]:
         kernel = self.prior.kernel
         shifts = step * np.arange(len(weights))
-        covariances = kernel(t[..., None, None] + shifts[:, None] - self._centres)
+        covariances = kernel(t[..., None, None] + shifts[:, None] - self.samples.centres)
         cross = self._by_sample(weights @ covariances)
         columns = cross.reshape(-1, len(self.samples)).T
         explained = np.sum(cross * self._factored.solve(columns).T.reshape(cross.shape), axis=-1)
@@ -186,11 +182,11 @@ class Posterior:
             value, slopes = kernel.value_and_gradient(r)
             jet, by_theta = value[None], slopes[:, None]
         sums = (weights @ jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
-        mean, through_weights = sums[0], sums[1:]
+        mean, gradient = sums[0], sums[1:]
         mean[0] += self.prior.mean
-        through_kernel = np.zeros((len(by_theta) + 1, *mean.shape))
-        through_kernel[:-1] = by_theta @ weights[0]
-        return mean, through_kernel[self.prior.places] + through_weights
+        of_kernel = self.prior.places_of_kernel  # the noise, which follows, moves the weights only
+        gradient[: len(of_kernel)] += (by_theta @ weights[0])[of_kernel]
+        return mean, gradient
 
     @cached
     def _factored(self) -> Factorisation:
@@ -208,7 +204,8 @@ class Posterior:
     @cached
     def _kernel_centres(self) -> Array:
         """The centres [s] of the kernels in the posterior mean, shape (m,)."""
-        return self.samples.stencil.centres(self._factored.centres(self.samples.times))
+        times = self._factored.centres(self.samples.times)
+        return self.samples.centres if times is self.samples.times else self.samples.stencil.centres(times)
 
     @cached
     def _weights_and_gradient(self) -> Array:

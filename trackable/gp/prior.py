@@ -47,6 +47,11 @@ class Prior:
         """The indices of the learned hyperparameters among all, shape (p,)."""
         return np.flatnonzero([isinstance(value, Learned) for value in self.hyperparameters.values()])
 
+    @cached_property
+    def places_of_kernel(self) -> npt.NDArray[np.intp]:
+        """The indices of the learned hyperparameters of the kernel, which come before the noise."""
+        return self.places[self.places < len(self.kernel.hyperparameters)]
+
     @property
     def log_hyperparameters(self) -> Array:
         """ln θ of the learned ones, shape (p,)."""
@@ -88,8 +93,8 @@ class Prior:
         kernel, noise_std = self.kernel.moved(following), with_next(self.noise_std, following)
         moved = object.__new__(type(self))
         # Names do not depend on values: keep them, so that an optimiser does not compute them at every step.
-        names = {"learned": self.learned, "places": self.places}
-        vars(moved).update(kernel=kernel, noise_std=noise_std, mean=self.mean, **names)
+        vars(moved).update(kernel=kernel, noise_std=noise_std, mean=self.mean)
+        vars(moved).update(learned=self.learned, places=self.places, places_of_kernel=self.places_of_kernel)
         return moved
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:

@@ -149,6 +149,11 @@ class Samples:
         return np.asarray(self.relative_noise**2)
 
     @cached_property
+    def centres(self) -> Array:
+        """The instants [s] of the process on which the samples depend; kept here, as `apart` is."""
+        return self.stencil.centres(self.times)
+
+    @cached_property
     def apart(self) -> Array:
         """t_i − t_j [s] for the stored entries of a matrix; kept here, as they do not depend on hyperparameters."""
         return differences(self.times)

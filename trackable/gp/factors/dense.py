@@ -31,7 +31,7 @@ class Dense(Factorisation):
 
     @property
     def log_determinant(self) -> float:
-        return 2 * float(np.log(self.factor[diagonal(len(self.noise_variance))]).sum())
+        return 2 * float(np.add.reduce(np.log(self.factor[diagonal(len(self.noise_variance))])))
 
     def solve(self, right: Array) -> Array:
         solution, _ = scipy.linalg.lapack.dpftrs(len(right), self.factor, right, uplo=LOWER)

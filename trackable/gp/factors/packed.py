@@ -75,8 +75,10 @@ class Symmetric:
 
     def times(self, c: Array) -> Array:
         """Return D_j c for c of shape (n,): shape (p, n)."""
-        n, symv = len(c), scipy.linalg.blas.dsymv
-        return np.array([symv(1.0, _lower(n, entries), c, lower=True) for entries in self.entries])
+        products = np.zeros((len(self.entries), len(c)))
+        for product, entries in zip(products, self.entries, strict=True):
+            scipy.linalg.blas.dsymv(1.0, _lower(len(c), entries), c, y=product, overwrite_y=True, lower=True)
+        return products
 
     def traces(self, n: int, entries: Array) -> Array:
         """Return tr(M D_j), shape (p,), for a symmetric M of size n with these stored entries, which are overwritten.

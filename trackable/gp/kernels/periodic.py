@@ -41,11 +41,15 @@ class Periodic(Elementary):
         square = tangent * tangent
         quotient = 2 * beta / (1 + square)
         g = square * quotient
-        value = np.asarray(np.exp(-g) * self.signal_std**2)
+        value = np.asarray(-g)
+        np.exp(value, out=value)
+        value *= self.signal_std**2
         gradient = np.empty((3, *value.shape))
         twice = np.multiply(value, 2.0, out=gradient[0, ...])
         np.multiply(twice, g, out=gradient[1, ...])
-        np.multiply(phase * tangent * quotient, twice, out=gradient[2, ...])
+        phase *= tangent
+        phase *= quotient
+        np.multiply(phase, twice, out=gradient[2, ...])
         return value, gradient
 
     def _jets(self, r: Array, order: int) -> tuple[Array, Array]:

@@ -27,9 +27,9 @@ class SquaredExponential(Radial):
 
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
         """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = 2 g κ, with g = (r/θ₂)²/2."""
-        g = np.multiply(r, math.sqrt(0.5) / self.lengthscale, out=np.empty(r.shape))
+        g = np.asarray(r * (math.sqrt(0.5) / self.lengthscale))
         g *= g
-        value = np.negative(g, out=np.empty(r.shape))
+        value = np.asarray(-g)
         np.exp(value, out=value)
         value *= self.signal_std**2
         gradient = np.empty((2, *r.shape))
