@@ -17,7 +17,7 @@ from trackable.gp.stencil import Stencil
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
-from trackable.systems.sampling import default_sample, stencils_by_name
+from trackable.systems.sampling import default_sample, shows_level, stencils_by_name
 from trackable.systems.signals.pieces import Beyond, PolynomialPieces
 
 
@@ -141,7 +141,7 @@ def _named(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float] 
         alone = [functional.stencil for functional in plant.flatness.states]
         names: dict[int, str] = {}
         for name, seen in zip(plant.system.states, alone, strict=True):
-            if seen is not None and abs(sum(seen[1].weights)) > 1e-12 * max(map(abs, seen[1].weights)):
+            if seen is not None and shows_level(seen[1]):
                 names.setdefault(seen[0], name)
         return {name: states[name] for name in names.values()}
     if isinstance(trajectory, Mapping):

@@ -15,6 +15,7 @@ from trackable.files import read_bytes
 from trackable.given.table import Table
 from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.sampling import shows_level
 
 _STEPS, _TIMES = ("k", "step"), ("t", "time")
 _OFF = 1e-6  # of a sampling time: times in a table of steps may be off by so much
@@ -83,10 +84,8 @@ class Columns:
 
 def _shown(plant: ConstrainedSystem, name: str) -> int | None:
     """Return the flat output that a state shows with its level; None where it shows none, or several."""
-    seen = plant.linear.flatness().states[plant.system.states.index(name)].stencil
-    if seen is None or abs(sum(seen[1].weights)) <= 1e-12 * max(map(abs, seen[1].weights)):
-        return None
-    return seen[0]
+    seen = plant.flatness.states[plant.system.states.index(name)].stencil
+    return seen[0] if seen is not None and shows_level(seen[1]) else None
 
 
 def read_columns(path: Path) -> Columns:

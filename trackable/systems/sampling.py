@@ -138,7 +138,7 @@ def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
             raise ValueError(
                 f"samples: {name} {why}; give samples of {', '.join(flat)}, or of states that show one each"
             )
-        return *seen, _shows_level(seen[1])
+        return *seen, shows_level(seen[1])
     if name in flat:
         return flat.index(name), POINT, True
     if name.startswith(RATE_OF):
@@ -160,10 +160,10 @@ def _rate(stencil: Stencil, sampling_time: float) -> Stencil:
 def _sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
     """Return the names that a flat output can be sampled by: states that determine it, and its own name."""
     stencils = [coordinate.stencil for coordinate in plant.flatness.states]
-    alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and _shows_level(seen[1])]
+    alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and shows_level(seen[1])]
     return [*(plant.system.states[i] for i in alone), f"z{signal + 1}"]
 
 
-def _shows_level(stencil: Stencil) -> bool:
+def shows_level(stencil: Stencil) -> bool:
     """Whether samples depend on a flat output at rest, by more than rounding of A and B can cause."""
     return abs(sum(stencil.weights)) > _ROUNDING * max(map(abs, stencil.weights))
