@@ -10,13 +10,14 @@ has no such differences: L L' κ = Σ_n Σ_m μ_n μ'_m (−1)ᵐ κ⁽ⁿ⁺ᵐ
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from math import factorial
 
 import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.factors.blocks import in_blocks
+from trackable.gp.factors.cached import cached
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.rows import Terms
 
@@ -134,7 +135,7 @@ class Taylor(RowKernel):
     first: Array
     moments: Array
 
-    @cached_property
+    @cached
     def centres(self) -> Terms:
         """Terms with the same first moments at times that lie far apart: their weights are smaller by far.
 
@@ -173,7 +174,7 @@ class Taylor(RowKernel):
         active = multipliers != 0
         return self.first[active], multipliers[active, None] * self.moments[active]
 
-    @cached_property
+    @cached
     def _stencil(self) -> tuple[Array, Array]:
         """Nodes k H [s], and weights for each row with Σ_k w_k (k H)ⁿ/n! = μ_n for as many n as there are nodes."""
         nodes, scale, vandermonde = _nodes(self.kernel)

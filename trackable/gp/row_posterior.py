@@ -1,11 +1,11 @@
 """What samples say of rows: their posterior mean and covariance, and the function that multipliers of them make."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.factors.cached import cached
 from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import Posterior
 from trackable.gp.row_kernel import RowKernel, row_kernel
@@ -20,12 +20,12 @@ class RowPosterior:
     posterior: JointPosterior
     rows: Rows
 
-    @cached_property
+    @cached
     def mean(self) -> Array:
         """L m⁺ with the offsets, shape (n,)."""
         return self.rows.values(self.posterior.signals)
 
-    @cached_property
+    @cached
     def covariance(self) -> Array:
         """K⁺_ab = L_a L_b κ⁺, shape (n, n)."""
         each = zip(self.posterior.parts, self._kernels, self._across, strict=True)
@@ -55,12 +55,12 @@ class RowPosterior:
             gradient[places] += part.misfit_gradient - part.energy_gradient(kernel, multipliers, own)
         return gradient
 
-    @cached_property
+    @cached
     def _kernels(self) -> tuple[RowKernel, ...]:
         pairs = zip(self.posterior.parts, self.rows.terms, strict=True)
         return tuple(row_kernel(part.prior.kernel, terms, len(self.rows)) for part, terms in pairs)
 
-    @cached_property
+    @cached
     def _across(self) -> tuple[Array, ...]:
         """The covariances of rows and samples, process by process."""
         return tuple(part.covariance_with(k) for part, k in zip(self.posterior.parts, self._kernels, strict=True))

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
 from trackable.arrays import Array
+from trackable.gp.factors.cached import cached
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Terms:
             total[self.of_row[terms]] += weights * values[terms]
         return total
 
-    @cached_property
+    @cached
     def _turns(self) -> tuple[npt.NDArray[np.intp], ...]:
         """The indices of the first term of each row, of the second, and so on: rows have few, and there are many."""
         order = np.argsort(self.of_row, kind="stable")

@@ -221,9 +221,9 @@ def _at_lowest(at: Array, centre: Array, reach: float, beside: Array) -> Array:
     left, middle, right = beside
     with np.errstate(invalid="ignore"):  # where a margin is infinite, the minimum on the grid stays
         curvature = left - 2 * middle + right
-        is_valley = np.isfinite(curvature) & (curvature > 0)
+        is_valley = (curvature > 0) & (curvature < np.inf)
         step = np.divide(reach / 2 * (left - right), curvature, out=at - centre, where=is_valley)
-    return np.asarray(centre + np.clip(step, -reach, reach))
+    return np.asarray(centre + np.minimum(np.maximum(step, -reach), reach))
 
 
 def _in_order(times: Array, margins: Array) -> TimesAndMargins:

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from trackable.arrays import Array
+from trackable.gp.factors.cached import cached
 from trackable.systems.flat.functional import Functional, Signals
 from trackable.systems.quantity import Quantity
 
@@ -61,7 +61,7 @@ class Quantities:
         margins = np.minimum(values - lower[which], upper[which] - values)
         return np.where(np.isnan(margins), -np.inf, margins)
 
-    @cached_property
+    @cached
     def bounds(self) -> tuple[Array, Array]:
         """The lower and the upper bounds: shape (Q,)."""
         bounds = [quantity.bounds for quantity in self.quantities]
@@ -72,17 +72,17 @@ class Quantities:
         """Whether all quantities are functionals."""
         return self._functionals is not None
 
-    @cached_property
+    @cached
     def _functionals(self) -> list[Functional] | None:
         """The quantities where all of them are functionals."""
         found = [quantity.functional for quantity in self.quantities if quantity.functional is not None]
         return found if len(found) == len(self) else None
 
-    @cached_property
+    @cached
     def _offsets(self) -> Array:
         return np.array([float(functional.offset) for functional in self._functionals or ()])
 
-    @cached_property
+    @cached
     def _weights(self) -> list[tuple[int, Indices, Array]]:
         """For each signal c that matters, c, the shifts j that matter, and the weights w_qj: shape (Q, shifts)."""
         functionals, found = self._functionals or (), []

@@ -8,11 +8,11 @@ the last function, until the function does not change any more.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from trackable.arrays import Array, Flags
+from trackable.gp.factors.cached import cached
 from trackable.gp.joint import JointPosterior
 from trackable.gp.row_posterior import RowPosterior
 from trackable.gp.signal import KernelSum
@@ -46,7 +46,7 @@ class BentMean:
         """The posterior that is bent."""
         return self.given.posterior
 
-    @cached_property
+    @cached
     def signals(self) -> tuple[KernelSum, ...]:
         """The function as sums of kernels, corrected until active rows have the values that were demanded.
 

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import accumulate, pairwise
 
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.factors.cached import cached
 from trackable.gp.remembered import Remembered
 from trackable.gp.signal import KernelSum
 from trackable.learning.constraint import PARTS, Bounded, Constraint
@@ -78,7 +78,7 @@ class Seen:
         widths = [constraint.quantity.bounds.width for constraint in self._known]
         return [(at[least < 0], least[least < 0] / w) for (at, least), w in zip(found, widths, strict=True)]
 
-    @cached_property
+    @cached
     def _all(self) -> Quantities:
         return self._several(self._known)
 
@@ -86,11 +86,11 @@ class Seen:
         several = Quantities(tuple(constraint.quantity for constraint in constraints), self.signals)
         return several if several.is_linear else replace(several, signals=self._remembered.signals)
 
-    @cached_property
+    @cached
     def _remembered(self) -> Remembered:
         return Remembered.of(self.signals)
 
-    @cached_property
+    @cached
     def _known(self) -> list[Constraint]:
         known = [constraint for constraint in self.constraints if isinstance(constraint, Constraint)]
         if len(known) < len(self.constraints):

@@ -32,8 +32,9 @@ def _pivoted(G: Array, b: Array, positive: Flags) -> Array | None:
     for _ in range(_MOST_EXCHANGES):
         x, y = np.zeros(len(b)), -b
         if positive.any():
-            factor = scipy.linalg.cho_factor(G[np.ix_(positive, positive)], lower=True, overwrite_a=True)
-            x[positive] = scipy.linalg.cho_solve(factor, b[positive])
+            _, x[positive], not_positive = scipy.linalg.lapack.dposv(G[positive][:, positive], b[positive], lower=1)
+            if not_positive:
+                raise np.linalg.LinAlgError("a matrix on the way has no Cholesky factor")
             y = G[:, positive] @ x[positive] - b
         rounding = _ROUNDING * (np.abs(x).sum() + np.abs(b))
         wrong = np.where(positive, x < 0, y < -rounding)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -55,8 +56,10 @@ class Demands:
 
 def chosen(places: Places, flags: Flags) -> Places:
     """Return the places whose rows have a flag; rows of pins come after those of all places, and are no places."""
-    parts = np.split(flags, np.cumsum([len(of_constraint) for of_constraint in places]))
-    return tuple(of_constraint[part] for of_constraint, part in zip(places, parts, strict=False))
+    ends = accumulate(map(len, places))
+    return tuple(
+        of_constraint[flags[end - len(of_constraint) : end]] for of_constraint, end in zip(places, ends, strict=True)
+    )
 
 
 def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
@@ -104,9 +107,8 @@ def _rows(trajectory: Trajectory, times: Array, sides: Array, near: Sequence[Ker
     terms: list[list[Terms]] = [[] for _ in range(processes)]
     for functional, slope in parts:
         for c, weights in functional.rounded:
-            instants = functional.instants(times, len(weights))
-            of_row = np.broadcast_to(np.arange(len(times)), instants.shape)
-            terms[c].append(Terms(instants.ravel(), np.outer(weights, sides * slope).ravel(), of_row.ravel()))
+            instants, of_each = functional.instants(times, len(weights)), weights[:, None] * (sides * slope)
+            terms[c].append(Terms(instants.ravel(), of_each.ravel(), np.tile(np.arange(len(times)), len(weights))))
     return Rows(sides * offsets, tuple(Terms.joined(of_process) for of_process in terms))
 
 

@@ -48,7 +48,7 @@ class Functional:
 
     def instants(self, t: Array, count: int) -> Array:
         """Return the times t + j T_s [s] for j < count: shape (count, *t.shape)."""
-        return np.stack([t + j * self.sampling_time for j in range(count)])
+        return np.asarray(t + (self.sampling_time * np.arange(count)).reshape(-1, *(1,) * t.ndim))
 
     def at_rest(self, levels: Sequence[float]) -> float:
         """Return q while every signal c is constant at `levels[c]`."""
