@@ -1,6 +1,16 @@
 """Trackable: learn a reference from noisy samples, and guarantee that the controlled system can follow it.
 
-All that a notebook or a program needs is imported from here. A name is loaded when it is first used.
+All that a notebook or a program needs is imported from here:
+
+- samples: `Samples`, or recordings by `read_csv`, `read_mcap` and `read_parquet`
+- the plant: a `ConstrainedSystem` of a `LinearSystem` or a `NonlinearSystem`, and of sets such as `Polytope.box`
+- the prior: kernels such as `SquaredExponential` and `Periodic`, which add and multiply
+- learning with a proof: `learn_reference`, `learn_stream` for long recordings, `learn_many` for many of them
+- trajectories from elsewhere: `certify`, `repair`, `certify_table`
+- proofs of others: `check`
+- control: `Controller`, `TubeController`, `simulate`, and `Relearner` to learn in the loop
+
+A name is loaded when it is first used.
 """
 
 from importlib import import_module

@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -37,6 +38,12 @@ def test_what_is_public_is_there() -> None:
         assert getattr(trackable, name).__name__ == name
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = trackable.nothing
+
+
+def test_the_first_page_of_help_names_what_is_there() -> None:
+    named = {name.partition(".")[0] for name in re.findall(r"`([\w.]+)`", trackable.__doc__ or "")}
+    assert "learn_reference" in named
+    assert named <= {*dir(trackable)}
 
 
 def test_the_package_says_that_it_is_typed() -> None:
