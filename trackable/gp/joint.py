@@ -139,6 +139,16 @@ class JointPosterior:
             gradient[places] += by_own
         return total, gradient
 
+    @property
+    def information(self) -> Array:
+        """The average information about ln θ of the learned hyperparameters, shape (p, p): see `Posterior`."""
+        if len(self.parts) == 1:
+            return self.parts[0].information
+        total = np.zeros((len(self.prior.learned), len(self.prior.learned)))
+        for part, places in zip(self.parts, self.prior.places, strict=True):
+            total[np.ix_(places, places)] += part.information
+        return total
+
     def with_likeliest_means(self, between: Sequence[tuple[float, float] | None]) -> "JointPosterior":
         """Return the same with each prior mean as likely as it can be in its interval; None: it stays as it is."""
         pairs = zip(self.parts, between, strict=True)

@@ -27,7 +27,7 @@ _SAME_POINT = 1e-3
 _SAME_BASIN = 1e-2
 _NEARBY = 0.1  # in each ln θ: so long are first steps from a promising start, to stay in its basin
 _ROUGH = 1e-8  # of 1 + |l|: a minimiser that violates a bound at a new place need not be more precise
-_MORE_STEPS = 30  # as good as the last one: where these do not lead below the best objective, a search is given up
+_MORE_STEPS = 60  # as good as the last one: where these do not lead below the best objective, a search is given up
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ class Program:
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:
             if (at := self.evaluate(log_theta)) is None:
                 return None
-            return replace(at, value=0.0, gradient=np.zeros_like(at.gradient))
+            return replace(at, value=0.0, gradient=np.zeros_like(at.gradient), information=None)
 
         space = self.problem.space
         return sqp.minimise(evaluate, start, space.log_lower, space.log_upper, precision=precision)
@@ -78,9 +78,10 @@ class Program:
             relative = by_theta.T / bounds.width
             jacobians += [relative, -relative]
         slack, jacobian = np.concatenate(slacks), np.concatenate(jacobians)
-        if not (np.isfinite(slack).all() and np.isfinite(jacobian).all()):
+        information = posterior.information
+        if not all(np.isfinite(found).all() for found in (slack, jacobian, information)):
             return None
-        return sqp.Evaluation(value, gradient, slack, jacobian)
+        return sqp.Evaluation(value, gradient, slack, jacobian, information)
 
     @cached_property
     def _asked(self) -> list[tuple[Bounded, Array]]:

@@ -10,6 +10,9 @@ them, the method still ends at a local minimum of the violation. Where the way a
 multipliers, it is lowered at a point that keeps all constraints, a few times at most: steps along curved constraints
 would be tiny. The merit is f there, whatever the penalty.
 
+B is the Hessian of the Lagrangian as the steps have shown it. Where f has an `information`, as likelihoods do, B begins
+with it, and takes it up again where it foretells the last step better.
+
 A search for the best of several minima may end early: `give_up` is asked after each step that the trust region did not
 shorten.
 """
@@ -20,6 +23,7 @@ from functools import cached_property
 
 import numpy as np
 import scipy
+from scipy.linalg.lapack import dpotrf, dtrtri
 
 from trackable.arrays import Array
 
@@ -32,6 +36,8 @@ FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
 _FIRST_PENALTY, _LARGEST_PENALTY = 1e2, 1e9
 _STEERED = 0.5
 _ENOUGH, _MOST_REDUCTIONS = 10.0, 5  # of the multipliers: a penalty beyond makes steps along curved bounds tiny
+_RIDGE = 1e-10  # of the trace of B: beyond this condition number, rounding errors would dominate the step
+_PIVOTS = 100  # for each row of a quadratic program: SciPy's own 3 are too few where bounds nearly coincide
 
 
 GiveUp = Callable[[Array, float, float], bool]
@@ -45,17 +51,27 @@ def never(x: Array, merit: float, gain: float) -> bool:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """f, ∇f (p,), g (m,) and its Jacobian (m, p) at one point."""
+    """f, ∇f (p,), g (m,) and its Jacobian (m, p) at one point.
+
+    `information` (p, p) is positive semi-definite and resembles the Hessian of f; None where no such matrix is known.
+    """
 
     value: float
     gradient: Array
     slack: Array
     jacobian: Array
+    information: Array | None = None
 
     @cached_property
     def violation(self) -> float:
         """The largest violation of the constraints; 0 where all are kept."""
         return _violation(self.slack)
+
+    @property
+    def curvature(self) -> Array:
+        """A first curvature: 1 in each direction, and what is known."""
+        p = len(self.gradient)
+        return np.eye(p) if self.information is None else _with_ridge(self.information, 1.0)
 
     def merit(self, penalty: float) -> float:
         return self.value + penalty * _price(self.violation)
@@ -99,8 +115,8 @@ def minimise(
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
         return None
-    curvature, penalty, reductions = np.eye(len(x)) if curvature is None else curvature, _FIRST_PENALTY, 0
-    gained = np.inf
+    curvature = here.curvature if curvature is None else curvature
+    penalty, reductions, gained = _FIRST_PENALTY, 0, np.inf
     if not len(x):
         return Minimum(x, here, True, curvature)
     for _ in range(_MAX_ITERATIONS):
@@ -116,8 +132,10 @@ def minimise(
         if there is not None and there.merit(penalty) > here.merit(penalty) - 0.1 * gain:
             # Curved constraints can spoil a good step: correct it to second order, with the constraints at x + d.
             corrected, _ = _quadratic_step(curvature, here, there.slack - here.jacobian @ d, box, penalty)
-            if (again := evaluate(x + corrected)) is not None and again.merit(penalty) < there.merit(penalty):
-                d, there = corrected, again
+            if np.abs(corrected - d).max() > _STEP_TOLERANCE:
+                again = evaluate(x + corrected)
+                if again is not None and again.merit(penalty) < there.merit(penalty):
+                    d, there = corrected, again
         if there is None or there.merit(penalty) >= here.merit(penalty):
             radius = np.abs(d).max().item() / 4
             if radius < _SMALLEST_RADIUS:
@@ -169,55 +187,64 @@ def _quadratic_step(
 ) -> tuple[Array, Array]:
     """Return the step d and the multipliers of its constraints: Newton's step where it keeps all of them.
 
-    Otherwise they are found by the dual, a non-negative least squares problem.
-    With z = (d, s), H = diag(B, ρ) = L Lᵀ and y = Lᵀ z + L⁻¹ c the quadratic program minimises ‖y‖ over a polyhedron
-    A y ≥ b. Its solution follows from the residual of min ‖(Aᵀ; bᵀ) u − (0; 1)‖ over u ≥ 0 (Lawson and Hanson).
-    Constraints that no step in the box can violate are left out.
+    Otherwise they are found by the dual. With z = (d, s), H = diag(B, ρ) = L Lᵀ, c = (∇f, ρ) and y = Lᵀ z + L⁻¹ c the
+    quadratic program is that of the shortest y in a polyhedron. Constraints that no step in the box can violate are
+    left out.
     """
-    p = len(at.gradient)
-    root, info = scipy.linalg.lapack.dpotrf(curvature, lower=True)
+    (lower, upper), p, multipliers = box, len(at.gradient), np.zeros(len(slack))
+    root, info = dpotrf(curvature, lower=True)
     assert info == 0, "updates keep the curvature positive definite"
-    newton = -scipy.linalg.lapack.dpotrs(root, at.gradient, lower=True)[0].reshape(p)
-    if np.all((box[0] <= newton) & (newton <= box[1])) and np.all(slack + at.jacobian @ newton >= 0):
-        return newton, np.zeros(len(slack))
-    near = np.flatnonzero(slack < np.abs(at.jacobian) @ np.maximum(-box[0], box[1]))
+    inverse, _ = dtrtri(root, lower=True)
+    shift = inverse @ at.gradient
+    newton = -shift @ inverse
+    if (lower <= newton).all() and (newton <= upper).all() and (slack + at.jacobian @ newton >= 0).all():
+        return newton, multipliers
+    near = np.flatnonzero(slack < np.abs(at.jacobian) @ np.maximum(-lower, upper))
     m = len(near)
-    factor = np.zeros((p + 1, p + 1))
-    factor[:p, :p] = root
-    factor[p, p] = np.sqrt(penalty)
-    identity = np.eye(p)
-    rows = np.zeros((m + 1 + 2 * p, p + 1))
-    rows[:m, :p], rows[: m + 1, p] = at.jacobian[near], 1.0
-    rows[m + 1 : m + 1 + p, :p], rows[m + 1 + p :, :p] = identity, -identity
-    least = np.concatenate([-slack[near], [0.0], box[0], -box[1]])
-    shift = _solved(factor, np.append(at.gradient, penalty))
-    normals = _solved(factor, rows.T)
-    offsets = least + shift @ normals
-    scale = max(1.0, float(np.max(np.abs(offsets))))  # y in units of its own size
-    u, _ = scipy.optimize.nnls(np.vstack([normals, offsets / scale]), np.append(np.zeros(p + 1), 1.0))
-    denominator = 1.0 - offsets / scale @ u
-    y = scale * (normals @ u) / denominator
-    z = _solved(factor, y - shift, transposed=True)
-    multipliers = np.zeros(len(slack))
-    multipliers[near] = scale * u[:m] / denominator
-    return np.clip(z[:p], *box), multipliers
+    normals = np.zeros((p + 1, m + 1 + 2 * p))  # of g + J d + s ≥ 0, s ≥ 0, d ≥ lower and −d ≥ −upper
+    normals[:p, :m], normals[p, : m + 1] = inverse @ at.jacobian[near].T, penalty**-0.5
+    normals[:p, m + 1 : -p], normals[:p, -p:] = inverse, -inverse
+    offsets = np.concatenate([1 - slack[near], [1.0], lower, -upper]) + shift @ normals[:p]
+    u = _of_the_shortest(normals, offsets)
+    multipliers[near] = u[:m]
+    return np.clip((normals[:p] @ u - shift) @ inverse, lower, upper), multipliers
 
 
-def _solved(factor: Array, right: Array, transposed: bool = False) -> Array:
-    """Return L⁻¹ r or L⁻ᵀ r for a lower triangular L."""
-    solution, _ = scipy.linalg.lapack.dtrtrs(factor, right, lower=True, trans=int(transposed))
-    return np.asarray(solution)
+def _of_the_shortest(normals: Array, offsets: Array) -> Array:
+    """Return u ≥ 0 for which y = N u is the shortest y with Nᵀ y ≥ b.
+
+    It follows from the residual of min ‖(N; bᵀ) u − (0; 1)‖ over u ≥ 0 (Lawson and Hanson).
+    """
+    scale = max(1.0, np.abs(offsets).max().item())  # y in units of its own size
+    scaled, unit = offsets[None] / scale, np.zeros(len(normals) + 1)
+    unit[-1] = 1.0
+    u, _ = scipy.optimize.nnls(np.concatenate([normals, scaled]), unit, maxiter=_PIVOTS * offsets.size)
+    return np.asarray(u * (scale / (1.0 - scaled[0] @ u)))
 
 
 def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array) -> Array:
-    """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite."""
+    """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.
+
+    Where the Lagrangian is convex along the step, the information is updated instead if it foretells the change of the
+    slope along the step better: far from a minimum it often does, near to it what many steps have shown.
+    """
     change = there.gradient - here.gradient - (there.jacobian - here.jacobian).T @ multipliers
-    image = curvature @ d
-    along, modelled = float(d @ change), float(d @ image)
+    along, image = float(d @ change), curvature @ d
+    if along > 0 and there.information is not None:
+        fresh = there.curvature
+        if abs(d @ fresh @ d - along) <= abs(d @ image - along):
+            curvature, image = fresh, fresh @ d
+    modelled = float(d @ image)
     if along < 0.2 * modelled:
         weight = 0.8 * modelled / (modelled - along)
         change = weight * change + (1 - weight) * image
         along = 0.2 * modelled
     updated = curvature - np.outer(image, image) / modelled + np.outer(change, change) / along
-    # Limit the condition number: beyond it, rounding errors would dominate the step.
-    return np.asarray(updated + 1e-10 * np.trace(updated) * np.eye(len(d)))
+    return _with_ridge(updated)
+
+
+def _with_ridge(curvature: Array, least: float = 0.0) -> Array:
+    """Return the same with a larger diagonal, by `least` and by what limits the condition number."""
+    raised, p = curvature.copy(), len(curvature)
+    raised.ravel()[:: p + 1] += least + _RIDGE * np.trace(curvature)
+    return raised

@@ -161,6 +161,18 @@ def test_gradients_against_central_differences(prior):
         np.testing.assert_allclose(by_theta, slopes.reshape(by_theta.shape), rtol=1e-5, atol=1e-6)
 
 
+@over(PRIORS, "prior")
+def test_information_against_central_differences_of_weights(prior):
+    """(∂A c)ᵀ A⁻¹ ∂A c = ∂cᵀ A ∂c, as ∂c = −A⁻¹ ∂A c."""
+    joint, p = JointPosterior(prior, SAMPLES), len(prior.learned)
+    reference = np.zeros((p, p))
+    for i, samples in enumerate(SAMPLES):
+        moved = naive.by_log_hyperparameters(lambda at, i=i: JointPosterior(at, SAMPLES).parts[i].weights, prior)
+        slopes, inverse = moved.reshape(p, len(samples)), joint.parts[i].solve(np.eye(len(samples)))
+        reference += slopes @ np.linalg.solve(inverse, slopes.T)
+    np.testing.assert_allclose(joint.information, reference, rtol=1e-6, atol=1e-6)
+
+
 def test_other_processes_do_not_move_a_mean():
     _, by_theta = JointPosterior(PRIORS["one_period"], SAMPLES).jet_and_gradient(1, TIMES, 0)
     moving = [name for name, row in zip(PRIORS["one_period"].learned, by_theta, strict=True) if np.any(row)]

@@ -1,9 +1,11 @@
 """The nonlinear programs behind the learning, on problems whose answers are known."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -180,3 +182,50 @@ def test_linear_programs_with_curvature_against_their_conditions(seed: int) -> N
     multipliers = np.linalg.lstsq(active.T, found.at.gradient, rcond=None)[0] if len(active) else np.empty(0)
     assert active.T @ multipliers == pytest.approx(found.at.gradient, abs=1e-4)
     assert np.all(multipliers > -1e-4)
+
+
+def test_a_quadratic_program_that_takes_many_pivots() -> None:
+    """Three times as many pivots as there are rows, as SciPy allows by default, are not enough here."""
+    slope, normals = np.array([-98.2, 87.3, -243.1]), np.array([[-0.034, -0.122, -0.008], [-0.165, 0.24, -0.454]])
+
+    def at(x: Array) -> Evaluation:
+        return Evaluation(float(slope @ x), slope, normals @ x, normals)
+
+    found = minimise(at, np.zeros(3), np.full(3, -1.0), np.ones(3), radius=0.1)
+    assert found is not None
+    least = scipy.optimize.linprog(slope, -normals, np.zeros(2), bounds=(-1, 1))
+    assert found.at.value == pytest.approx(least.fun, abs=1e-6)
+
+
+STEEP = np.diag([1e6, 1.0]) + 0.5
+
+
+def steep(x: Array, information: Array | None) -> Evaluation:
+    """A bowl around (1, 1), a million times steeper one way than the other."""
+    slope = STEEP @ (x - 1)
+    return Evaluation(float((x - 1) @ slope / 2), slope, np.empty(0), np.empty((0, 2)), information)
+
+
+@pytest.mark.parametrize(("information", "most"), [(STEEP, 6), (STEEP / 4, 12), (None, np.inf)])
+def test_information_saves_evaluations(information: Array | None, most: float) -> None:
+    asked: list[Array] = []
+
+    def at(x: Array) -> Evaluation:
+        asked.append(x)
+        return steep(x, information)
+
+    found = minimise(at, np.zeros(2), *WIDE)
+    assert found is not None
+    assert found.x == pytest.approx([1, 1], abs=1e-6)
+    assert len(asked) <= most
+
+
+@pytest.mark.parametrize("information", [np.diag([1e6, 1e-6]), np.zeros((2, 2)), np.full((2, 2), 1e8)])
+@pytest.mark.parametrize("start", [(-1.2, 1.0), (0.0, 0.0), (2.0, -2.0)])
+def test_wrong_information_does_not_lead_astray(information: Array, start: tuple[float, float]) -> None:
+    def at(x: Array) -> Evaluation:
+        return replace(unconstrained(*rosenbrock(x)), information=information)
+
+    found = minimise(at, np.array(start), *WIDE)
+    assert found is not None
+    assert found.x == pytest.approx([1, 1], abs=1e-5)

@@ -61,7 +61,7 @@ def test_multipliers_exist(ends: Ends) -> None:
     outcome = followed(problem, screened(problem, 16))
     assert isinstance(outcome, Solution)
     assert outcome.objective == pytest.approx(71.2587, abs=1e-4)
-    assert len(ends) > 20
+    assert len(ends) > 10
     for normals, end, evaluations in ends:
         assert end.converged
         assert evaluations <= _MOST_EVALUATIONS  # the penalty does not stay so high that steps are tiny
