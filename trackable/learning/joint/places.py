@@ -80,36 +80,41 @@ def flags(places: Places, among: Places) -> Flags:
 
 def demands(problem: ConstrainedProblem, places: Places, near: Sequence[KernelSum]) -> Demands:
     """Return all places as rows; formulas are linearised at the signals `near`."""
-    processes = len(problem.prior.parts)
-    parts, limits, widths, labels = [], [np.empty(0)], [np.empty(0)], []
+    terms: list[list[Terms]] = [[] for _ in problem.prior.parts]
+    offsets, limits, widths, labels = [np.empty(0)], [np.empty(0)], [np.empty(0)], list[Label]()
     for constraint, of_constraint in zip(problem.constraints, places, strict=True):
         times, sides = of_constraint.T
-        bounds = constraint.quantity.bounds.shrunk(constraint.backoff * constraint.quantity.bounds.width)
-        parts.append(_rows(constraint.quantity.trajectory, times, sides, near, processes))
+        width = constraint.quantity.bounds.width
+        bounds = constraint.quantity.bounds.shrunk(constraint.backoff * width)
+        offsets.append(_add_terms(terms, len(labels), constraint.quantity.trajectory, times, sides, near))
         limits.append(np.where(sides == LOWER, bounds.lower, -bounds.upper))
-        widths.append(np.full(len(times), constraint.quantity.bounds.width))
+        widths.append(np.full(len(times), width))
         name = constraint.quantity.name
         labels += [Label(name, "lower" if side == LOWER else "upper", time) for time, side in of_constraint.tolist()]
     for pin in problem.pins:
-        parts.append(_rows(pin.trajectory, np.array([pin.time]), np.ones(1), near, processes))
+        offsets.append(_add_terms(terms, len(labels), pin.trajectory, np.array([pin.time]), np.ones(1), near))
         limits.append(np.array([pin.value]))
         widths.append(np.array([pin.tolerance]))
         labels.append(Label(pin.name, "equal", pin.time))
-    count = sum(map(len, limits))
-    is_equation = np.arange(count) >= count - len(problem.pins)
-    rows = Rows.joined(parts, processes)
+    is_equation = np.arange(len(labels)) >= len(labels) - len(problem.pins)
+    rows = Rows(np.concatenate(offsets), tuple(map(Terms.joined, terms)))
     return Demands(rows, np.concatenate(limits), is_equation, np.concatenate(widths), tuple(labels))
 
 
-def _rows(trajectory: Trajectory, times: Array, sides: Array, near: Sequence[KernelSum], processes: int) -> Rows:
-    """Return the rows that a trajectory has at these times and sides."""
+def _add_terms(
+    terms: list[list[Terms]], first: int, trajectory: Trajectory, times: Array, sides: Array, near: Sequence[KernelSum]
+) -> Array:
+    """Add the terms of a trajectory at these times and sides, as rows from `first` on, to those of each process.
+
+    Return the rows' offsets.
+    """
     offsets, parts = _linearised(trajectory, times, near)
-    terms: list[list[Terms]] = [[] for _ in range(processes)]
+    rows = np.arange(first, first + len(times))
     for functional, slope in parts:
         for c, weights in functional.rounded:
             instants, of_each = functional.instants(times, len(weights)), weights[:, None] * (sides * slope)
-            terms[c].append(Terms(instants.ravel(), of_each.ravel(), np.tile(np.arange(len(times)), len(weights))))
-    return Rows(sides * offsets, tuple(Terms.joined(of_process) for of_process in terms))
+            terms[c].append(Terms(instants.ravel(), of_each.ravel(), np.tile(rows, len(weights))))
+    return sides * offsets
 
 
 def _linearised(
