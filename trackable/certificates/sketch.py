@@ -12,7 +12,7 @@ from trackable.systems.quantities import Indices, Quantities
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
 
-_POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 16, 50_000
+_POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
 _FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025
 _FEW_CENTRES = 100
 _REFINEMENTS, _NARROWER, _AROUND = 2, 0.1, np.array([[-1.0], [0.0], [1.0]])

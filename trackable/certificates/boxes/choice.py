@@ -7,9 +7,11 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic
+from trackable.certificates.boxes import gaussians
 from trackable.certificates.boxes.boxes import Boxes
 from trackable.certificates.boxes.together import Group
 from trackable.certificates.floats.balls import Balls
+from trackable.certificates.kernels.squared_exponential import SquaredExponentialBalls
 
 _RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0])
 
@@ -42,5 +44,8 @@ class Choice:
         nearest = np.minimum(np.abs(times - centres[after]), np.abs(times - centres[np.maximum(after - 1, 0)]))
         if summands.kernel.has_periodic_part:
             nearest = np.zeros_like(nearest)
-        bounds = Balls.of(summands.kernel.on_disc(Balls.exact(nearest), Balls.exact(radii))).highest
+        if isinstance(summands.kernel, SquaredExponentialBalls):
+            bounds = gaussians.nearly_on_discs(summands.kernel, nearest, radii)
+        else:
+            bounds = Balls.of(summands.kernel.on_disc(Balls.exact(nearest), Balls.exact(radii))).highest
         return np.asarray(np.sum(bounds, axis=0))

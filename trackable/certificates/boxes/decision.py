@@ -166,10 +166,11 @@ def _decide_linear(tries: Sequence[_Try]) -> None:
     lower, upper = (joined(ends).at(np.repeat(np.arange(len(tries)), counts)) for ends in _limits(tries))
     above, below = q.at(0) - lower, upper - q.at(0)
     outside = (above.highest < -rest) | (below.highest < -rest)
-    is_above, is_below = np.split(are_positive(joined([_with(above - rest, q), _with(below - rest, -q)])), 2)
-    ends = np.cumsum(counts)[:-1]
-    for each, out, inside in zip(tries, np.split(outside, ends), np.split(is_above & is_below, ends), strict=True):
-        each.decision.outside[each.tried], each.decision.inside[each.tried] = out, inside
+    is_inside = np.all(are_positive(_between(q, above - rest, below - rest)).reshape(2, -1), axis=0)
+    first = 0
+    for each, count in zip(tries, counts, strict=True):
+        of = slice(first, first := first + count)
+        each.decision.outside[each.tried], each.decision.inside[each.tried] = outside[of], is_inside[of]
 
 
 def _limits(tries: Sequence[_Try]) -> tuple[list[Balls], ...]:
@@ -186,9 +187,11 @@ def _decide_formulas(tries: Sequence[_Try]) -> None:
             decision.put(b, bounded, arguments, len(next(iter(series.values())).mid))
 
 
-def _with(first: Balls, polynomials: Balls) -> Balls:
-    """Replace first coefficients."""
-    return Balls(np.vstack([first.mid, polynomials.mid[1:]]), np.vstack([first.rad, polynomials.rad[1:]]))
+def _between(q: Balls, above: Balls, below: Balls) -> Balls:
+    """Return q and −q with the first coefficients replaced: shape (terms, 2 B)."""
+    mid, rad = np.concatenate([q.mid, -q.mid], axis=1), np.concatenate([q.rad, q.rad], axis=1)
+    mid[0], rad[0] = np.concatenate([above.mid, below.mid]), np.concatenate([above.rad, below.rad])
+    return Balls(mid, rad)
 
 
 def _weighted(slopes: Mapping[str, Array], sizes: Mapping[str, Array], count: int) -> Array:

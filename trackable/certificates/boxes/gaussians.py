@@ -10,14 +10,14 @@ from math import factorial
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.certificates.boxes.boxes import Boxes, Indices
-from trackable.certificates.boxes.nearby import Pairs
-from trackable.certificates.floats.balls import TINY, Balls, U, sums_up
+from trackable.certificates.boxes.boxes import Boxes
+from trackable.certificates.boxes.nearby import FullPairs, Pairs
+from trackable.certificates.floats.balls import FUNCTION, TINY, UP, Balls, U, sums_up
 from trackable.certificates.floats.series import exponential_terms
 from trackable.certificates.kernels.squared_exponential import SquaredExponentialBalls
 
 
-def sums(kernel: SquaredExponentialBalls, of: Pairs, terms: int) -> Balls:
+def sums(kernel: SquaredExponentialBalls, of: Pairs | FullPairs, terms: int) -> Balls:
     """Return S_k for all k < terms: shape (terms, B).
 
     With w = e^(−d²/2) within ω of ŵ, x = −d η within ρ of x̂ and s ≥ |x̂| + ρ, each c w xᵏ is within
@@ -27,7 +27,7 @@ def sums(kernel: SquaredExponentialBalls, of: Pairs, terms: int) -> Balls:
     `sums_up` are larger.
     """
     d, eta = of.differences * _per_length(kernel), of.boxes.halves * _per_length(kernel)
-    w, x = (d * d * -0.5).exp(), d * eta.at(of.of_box)
+    w, x = _bell(d), d * Balls(of.of_each(eta.mid), of.of_each(eta.rad))
     c, kappa = np.abs(of.weights), (terms + of.most + 8) * U
     products = np.stack([of.weights * w.mid, c * (w.rad + kappa * w.mid) + TINY, c * w.size * x.rad])
     factors = np.stack([-x.mid, x.size, x.size])
@@ -41,27 +41,45 @@ def sums(kernel: SquaredExponentialBalls, of: Pairs, terms: int) -> Balls:
     return Balls(mid, sums_up(rad, 2 * terms + of.most))
 
 
-def size_on_discs(kernel: SquaredExponentialBalls, of: Pairs) -> Array:
+def size_on_discs(kernel: SquaredExponentialBalls, of: Pairs | FullPairs) -> Array:
     """Bound Σ_i |c_i| |κ(z_i)| over |z_i − r_i| ≤ ρ in each box, where Re z² ≥ r²/2 − ρ²: shape (B,)."""
     per_length, boxes = _per_length(kernel), of.boxes
     least = np.maximum(abs(of.differences).lowest, 0.0) * per_length.lowest
     most = boxes.radii * per_length.highest
-    exponents = (most * most * (0.5 * (1 + 8 * U)))[of.of_box] - least * least * (0.25 * (1 - 8 * U))
+    exponents = of.of_each(most * most * (0.5 * (1 + 8 * U))) - least * least * (0.25 * (1 - 8 * U))
     sizes = np.exp(exponents + _SPARE) + TINY
     return sums_up(of.summed_up(sizes) * _variance(kernel).highest, 1)
+
+
+def nearly_on_discs(kernel: SquaredExponentialBalls, r: Array, radii: Array) -> Array:
+    """Return θ₁² e^(ρ² − r²/2) with both in length scales, without bounds of its rounding."""
+    per_length = _per_length(kernel).mid / np.sqrt(2.0)
+    return np.asarray(_variance(kernel).mid * np.exp((radii * per_length) ** 2 - (r * per_length) ** 2 / 2))
 
 
 def polynomial(kernel: SquaredExponentialBalls, weighted: Balls, boxes: Boxes) -> Balls:
     """Return Σ_i c_i κ(r_i + h x) as a polynomial in x, from its S_k: shape (terms, B)."""
     terms = len(weighted.mid)
     eta = boxes.halves * _per_length(kernel)
-    even = exponential_terms(eta * eta * -0.5, (terms + 1) // 2)
-    factors = Balls(*(np.concatenate([x, np.zeros((1, len(boxes)))])[_places(terms)] for x in (even.mid, even.rad)))
-    size, whole = np.abs(weighted.mid), np.abs(weighted.mid) + weighted.rad
-    rounded = weighted.rad + (terms + 4) * U * size
-    mid = np.sum(factors.mid * weighted.mid, axis=1)
-    rad = np.sum(np.abs(factors.mid) * rounded + factors.rad * whole, axis=1)
-    return Balls(mid, sums_up(rad, 2 * terms)) * _variance(kernel)
+    even, size = exponential_terms(eta * eta * -0.5, (terms + 1) // 2), np.abs(weighted.mid)
+    parts = np.stack([weighted.mid, weighted.rad + (terms + 4) * U * size, size + weighted.rad])
+    found = np.zeros_like(parts)
+    for m, of_m in enumerate(np.stack([even.mid, np.abs(even.mid), even.rad], axis=1)[:, :, None]):
+        found[:, 2 * m :] += of_m * parts[:, : terms - 2 * m]
+    return Balls(found[0], sums_up(found[1] + found[2], 2 * terms)) * _variance(kernel)
+
+
+def _bell(d: Balls) -> Balls:
+    """Return e^(−d²/2).
+
+    With δ the radius and m the middle of d, and the rounding of m², the exponent is within ε = δ (|m| + δ) + u m² of
+    the rounded one. Where ε ≤ 1, e^ε − 1 ≤ ε + ε²; and both numbers lie between 0 and 1, up to rounding. What is too
+    small for the precision of e^x is smaller than TINY.
+    """
+    size = np.abs(d.mid)
+    square = size * size
+    mid, off = np.exp(-0.5 * square), (d.rad * (size + d.rad) + U * square) * UP
+    return Balls(mid, np.where(off <= 1, mid * ((off + off * off) * UP + FUNCTION) * UP + TINY, 1.0625))
 
 
 _SPARE = 2.0**-38
@@ -84,10 +102,3 @@ def _per_length(kernel: SquaredExponentialBalls) -> Balls:
 def _inverse_factorials(terms: int) -> Array:
     """Return 1/k! for all k < terms, rounded."""
     return np.array([1 / factorial(k) for k in range(terms)])
-
-
-@cache
-def _places(terms: int) -> Indices:
-    """Return which coefficient of e^(−η² x²/2) multiplies S_j in the coefficient of xᵏ: shape (k, j); the last is 0."""
-    apart = np.subtract.outer(np.arange(terms), np.arange(terms))
-    return np.where((apart >= 0) & (apart % 2 == 0), apart // 2, (terms + 1) // 2)

@@ -43,6 +43,10 @@ class Pairs:
         """The differences of the middles of boxes and the centres: shape (P,)."""
         return self.shifts.at(self.of_box).differences(self.boxes.middles.at(self.of_box), self.centres)
 
+    def of_each(self, values: Array) -> Array:
+        """Return what belongs to the box of each pair, of numbers of shape (B,)."""
+        return np.asarray(values[self.of_box])
+
     def weighted(self, values: Balls, weights: Array) -> Balls:
         """Return Σ_i w_i v_i over the centres of each box, along the last axis."""
         off = (values.rad + (self.most + 4) * U * np.abs(values.mid)) * np.abs(weights)
@@ -64,6 +68,41 @@ class Pairs:
     def most(self) -> int:
         """The number of centres of a box, at most."""
         return int(np.max(np.diff(self.firsts, append=len(self.weights))))
+
+
+@dataclass(frozen=True, eq=False)
+class FullPairs:
+    """All pairs of some boxes and some centres: arrays of shape (B, n)."""
+
+    boxes: Boxes
+    shifts: Shifts
+    centres: Array
+    weights: Array
+
+    @property
+    def most(self) -> int:
+        """The number of centres of a box."""
+        return len(self.centres)
+
+    @cached_property
+    def differences(self) -> Balls:
+        """The differences of the middles of boxes and the centres."""
+        column = (slice(None), None)
+        return Shifts(self.shifts.high[column], self.shifts.low[column]).differences(
+            self.boxes.middles.at(column), self.centres
+        )
+
+    def of_each(self, values: Array) -> Array:
+        """Return what belongs to the box of each pair, of numbers of shape (B,)."""
+        return values[:, None]
+
+    def summed(self, values: Array) -> Array:
+        """Return Σ_i v_i over the centres of each box, along the last axis."""
+        return np.asarray((values.reshape(-1, self.most) @ np.ones(self.most)).reshape(values.shape[:-1]))
+
+    def summed_up(self, values: Array) -> Array:
+        """Over-estimate Σ_i |c_i| v_i over the centres of each box, for positive values."""
+        return sums_up(self.summed(values * np.abs(self.weights)), self.most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,20 +153,21 @@ class Summands:
         rows, some = np.arange(len(boxes)), last >= 0
         return np.where(some, distances[rows, last], np.inf), np.where(some, sizes[rows, last], 0.0)
 
+    def pairs_or_all(self, shifted: ShiftedBoxes, reach: Array) -> Iterator[Pairs | FullPairs]:
+        """Yield all pairs at once where they are few, and what `pairs` yields elsewhere."""
+        if len(shifted) * len(self.centres) <= self._most_pairs and np.all(np.isinf(reach)):
+            yield FullPairs(shifted.boxes, shifted.shifts, self.centres, self.weights)
+        else:
+            yield from self.pairs(shifted, reach)
+
     def pairs(self, shifted: ShiftedBoxes, reach: Array) -> Iterator[Pairs]:
         """Yield the pairs of boxes and their centres within `reach` [s], for blocks of neighbouring boxes."""
-        boxes, count, most = len(shifted), len(self.centres), self._most_pairs
-        if np.all(np.isinf(reach)) and boxes * count <= most:
-            of_box, firsts = np.repeat(np.arange(boxes), count), np.arange(0, boxes * count, count)
-            every = np.tile(self.centres, boxes), np.tile(self.weights, boxes)
-            yield Pairs(shifted.boxes, shifted.shifts, of_box, *every, firsts)
-            return
         times = shifted.times
         first = np.searchsorted(self.centres, times - reach)
         # At least one: no box is without pairs.
         first = np.minimum(first, len(self.centres) - 1)
         counts = np.maximum(np.searchsorted(self.centres, times + reach, side="right") - first, 1)
-        for block in _blocks(counts, most):
+        for block in _blocks(counts, self._most_pairs):
             some, starts = counts[block], np.concatenate([[0], np.cumsum(counts[block])[:-1]])
             which = np.arange(np.sum(some)) + np.repeat(first[block] - starts, some)
             of_box = np.repeat(np.arange(len(some)), some)

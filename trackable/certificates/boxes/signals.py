@@ -40,7 +40,7 @@ def polynomials(summands: Summands, shifted: ShiftedBoxes, terms: int) -> Balls:
     with np.errstate(all="ignore"), ball_arithmetic(terms):
         boxes, kernel, (reach, _) = shifted.boxes, summands.kernel, summands.reach(shifted)
         if isinstance(kernel, SquaredExponentialBalls):
-            of_blocks = (gaussians.sums(kernel, each, terms) for each in summands.pairs(shifted, reach))
+            of_blocks = (gaussians.sums(kernel, each, terms) for each in summands.pairs_or_all(shifted, reach))
             return gaussians.polynomial(kernel, joined(of_blocks), boxes)
         blocks = _blocks(summands, shifted, reach)
         if not isinstance(kernel, MaternBalls):
@@ -58,7 +58,7 @@ def _on_discs(summands: Summands, shifted: ShiftedBoxes, reach: Array) -> Array:
     """Bound Σ_i |c_i| |κ| on the discs around all centres within reach: shape (B,)."""
     kernel = summands.kernel
     if isinstance(kernel, SquaredExponentialBalls):
-        return np.concatenate([gaussians.size_on_discs(kernel, each) for each in summands.pairs(shifted, reach)])
+        return np.concatenate([gaussians.size_on_discs(kernel, each) for each in summands.pairs_or_all(shifted, reach)])
     blocks = _blocks(summands, shifted, reach)
     if isinstance(kernel, MaternBalls):
         sums = [exponentials.sums(kernel, abs(each.r), np.abs(each.pairs.weights), each.pairs) for each in blocks]

@@ -21,11 +21,14 @@ U = 2.0**-53
 FUNCTION = 9 * U
 """4 units in the last place are at most 8 u of the value, and a little more of the computed one."""
 
-_UP = 1 + 2.0**-49
+UP = 1 + 2.0**-49
 """Radii are sums and products of few positive numbers: this covers their own rounding."""
 
 TINY, _NORMAL = 2.0**-1000, 2.0**-1020
 """More than any underflow, and than any number below which precision is lost."""
+
+_ZERO = np.zeros(())
+_ZERO.flags.writeable = False
 
 Mask = npt.NDArray[np.bool_]
 
@@ -40,8 +43,7 @@ class Balls:
     @classmethod
     def exact(cls, values: Array | float) -> Self:
         """Return balls of radius zero."""
-        mid = np.asarray(values, dtype=float)
-        return cls(mid, np.zeros(()))
+        return cls(np.asarray(values, dtype=float), _ZERO)
 
     @classmethod
     def of(cls, number: Any) -> Self:
@@ -68,7 +70,7 @@ class Balls:
     @property
     def size(self) -> Array:
         """Over-estimate of every |x| in the balls."""
-        return np.asarray((np.abs(self.mid) + self.rad) * _UP)
+        return np.asarray((np.abs(self.mid) + self.rad) * UP)
 
     @property
     def highest(self) -> Array:
@@ -96,7 +98,7 @@ class Balls:
     def __add__(self, other: Any) -> Self:
         b = self.of(other)
         mid = self.mid + b.mid
-        return type(self)(mid, (self.rad + b.rad + U * np.abs(mid)) * _UP)
+        return type(self)(mid, (self.rad + b.rad + U * np.abs(mid)) * UP)
 
     def __neg__(self) -> Self:
         return type(self)(-self.mid, self.rad)
@@ -109,18 +111,21 @@ class Balls:
         return found
 
     def __mul__(self, other: Any) -> Self:
+        if isinstance(other, float):
+            mid = self.mid * other
+            return type(self)(mid, (self.rad * abs(other) + U * np.abs(mid)) * UP + TINY)
         b = self.of(other)
         mid = self.mid * b.mid
         size = np.abs(b.mid)
-        rad = (np.abs(self.mid) * b.rad + self.rad * (size + b.rad) + U * np.abs(mid)) * _UP + TINY
+        rad = (np.abs(self.mid) * b.rad + self.rad * (size + b.rad) + U * np.abs(mid)) * UP + TINY
         return type(self)(mid, rad)
 
     def inverse(self) -> Self:
         """Return 1/x; everything where a ball contains zero."""
-        least = (np.abs(self.mid) - self.rad) / _UP
+        least = (np.abs(self.mid) - self.rad) / UP
         mid = 1 / self.mid
         off = self.rad / np.abs(self.mid) / least + U * np.abs(mid)  # their product could overflow
-        return type(self)(mid, np.where(least > 0, off * _UP, np.inf) + TINY)
+        return type(self)(mid, np.where(least > 0, off * UP, np.inf) + TINY)
 
     def __truediv__(self, other: Any) -> Self:
         if isinstance(other, Balls):
@@ -163,14 +168,14 @@ class Balls:
         size = np.maximum(mid, _NORMAL)  # e^x where it is rounded to zero, or nearly
         near = size * (np.expm1(self.rad) * (1 + 4 * FUNCTION) + FUNCTION)
         # Far below zero the first bound may overflow.
-        return type(self)(mid, np.fmin(near, np.exp(self.highest) * (1 + 2 * FUNCTION)) * _UP + TINY)
+        return type(self)(mid, np.fmin(near, np.exp(self.highest) * (1 + 2 * FUNCTION)) * UP + TINY)
 
     def log(self) -> Self:
         """Return ln x; everything where a ball does not lie above zero."""
-        least = (self.mid - self.rad) / _UP
+        least = (self.mid - self.rad) / UP
         with np.errstate(invalid="ignore", divide="ignore"):
             mid = np.log(self.mid)
-            rad = np.where(least > 0, (self.rad / least + FUNCTION * np.abs(mid)) * _UP + TINY, np.inf)
+            rad = np.where(least > 0, (self.rad / least + FUNCTION * np.abs(mid)) * UP + TINY, np.inf)
         return type(self)(np.where(least > 0, mid, 0.0), rad)
 
     def cosh(self) -> Self:
@@ -183,10 +188,10 @@ class Balls:
         turn = 2 * np.pi
         # The angle from 0 to π to the next multiple of 2π; the rounded 2π is off by 2⁻⁵² at most, in every turn.
         angle = np.abs(self.mid - turn * np.rint(self.mid / turn))
-        off = (self.rad + 2.0**-50 * (np.abs(self.mid) + 1)) * _UP
+        off = (self.rad + 2.0**-50 * (np.abs(self.mid) + 1)) * UP
         high = np.cos(np.maximum(angle - off, 0.0))
         low = np.cos(np.minimum(angle + off, np.pi))
-        return type(self)((high + low) / 2, ((high - low) / 2 + FUNCTION + 4 * U) * _UP)
+        return type(self)((high + low) / 2, ((high - low) / 2 + FUNCTION + 4 * U) * UP)
 
 
 def joined(parts: Iterable[Balls]) -> Balls:

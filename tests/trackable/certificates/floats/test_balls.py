@@ -22,6 +22,7 @@ FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
     "from a number": lambda a, b: 1 - a + b * 0,
     "product": lambda a, b: a * b,
     "scaled": lambda a, b: a * arb("0.3") + b / 7,
+    "times a float": lambda a, b: a * -3.7 + b * 0.3,
     "exp": lambda a, b: (a * b).exp(),
     "log": lambda a, b: (a * a + b * b + 1).log(),
     "cos": lambda a, b: a.cos() + b.cos(),
@@ -100,7 +101,7 @@ def test_series_hold_the_coefficients(name, degree):
 def test_balls_without_rounding_hold_nothing(name, monkeypatch):
     for constant in ("U", "FUNCTION", "TINY"):
         monkeypatch.setattr(balls, constant, 0.0)
-    monkeypatch.setattr(balls, "_UP", 1.0)
+    monkeypatch.setattr(balls, "UP", 1.0)
     assert number_escapes(FUNCTIONS[name], 0)
 
 
