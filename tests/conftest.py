@@ -25,6 +25,8 @@ _LONGEST = (
     "test_soundness.py",
     "test_tampering.py",
     "test_stages.py",
+    "test_learn_many.py",
+    "test_chains.py",
     "test_learn.py",
     "test_general.py",
     "test_exchange.py",

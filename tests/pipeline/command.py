@@ -4,16 +4,28 @@ import contextlib
 import io
 import subprocess
 import sys
+from collections.abc import Iterator
+from itertools import starmap
 from pathlib import Path
 from unittest import mock
 
 from pipeline import __main__ as command_line
+from pipeline.studies.pool import Row, Task
 from tests.project import ROOT
 from trackable.learning import search
 
 Done = subprocess.CompletedProcess[str]
 few_periods = mock.patch.object(search, "_FEWEST_BASINS", 6)
 """With few periods to begin from: how many are tried says nothing about a stage."""
+
+
+@contextlib.contextmanager
+def _mapped_here(*tasks: Task[Row]) -> Iterator[list[Iterator[Row]]]:
+    yield [starmap(function, zip(*arguments, strict=True)) for function, arguments in tasks]
+
+
+studies_here = mock.patch("pipeline.studies.run.mapped", _mapped_here)
+"""With studies in this process: others take seconds to start."""
 
 
 def call(*arguments: str, folder: Path = ROOT) -> Done:
@@ -36,6 +48,7 @@ def call(*arguments: str, folder: Path = ROOT) -> Done:
 
 
 @few_periods
+@studies_here
 def _main(stages: str, *arguments: str) -> int:
     for stage in stages.split(","):
         done = call(stage, *arguments)

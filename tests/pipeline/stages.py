@@ -15,7 +15,7 @@ from pipeline.compare.tolerances import load_tolerances
 from pipeline.drawings import algorithm1, drawings
 from pipeline.experiments import load_experiment
 from pipeline.storage.results import Results
-from tests.pipeline.command import Done, call, few_periods
+from tests.pipeline.command import Done, call, few_periods, studies_here
 from tests.pipeline.params import written_to
 from tests.project import ROOT
 from trackable.plots import style, svg
@@ -30,7 +30,7 @@ def run(stage: str, folder: Path, experiment: str = "example1", **environment: s
 
 
 def run_all(folder: Path, stages: tuple[str, ...], experiment: str = "example1", **environment: str) -> Done:
-    """Stages one after the other in one new process, with few periods to begin from as `run_all_here`."""
+    """Stages one after the other in one new process, as `run_all_here` runs them: with few periods to begin from."""
     return _python("-m", "tests.pipeline.command", ",".join(stages), *_arguments(folder, experiment), **environment)
 
 
@@ -57,9 +57,9 @@ def sketched() -> Iterator[None]:
 
 
 def run_all_here(folder: Path, experiment: str, text: str, stages: tuple[str, ...] = STAGES) -> Path:
-    """Stages one after the other in this process, with these parameters: they have to end without a word."""
+    """Stages one after the other in this process alone, with these parameters: they have to end without a word."""
     written_to(folder, text)
-    with few_periods, sketched():
+    with few_periods, studies_here, sketched():
         for stage in stages:
             done = run_here(stage, folder, experiment)
             assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), f"{stage}: {done.stderr}"

@@ -127,8 +127,8 @@ def test_the_committed_trace_is_complete() -> None:
 
 
 def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> None:
-    """Also with other numbers of BLAS threads and another hash seed, and with a process for each stage: nothing that is
-    in memory before a stage may reach its results.
+    """Also with other numbers of BLAS threads and another hash seed, and with a process for each stage and each core of
+    its study: nothing that is in memory before a stage may reach its results.
 
     Of the figures those of loops, and one more: tests/trackable/plots/test_plots.py draws the others twice.
     """

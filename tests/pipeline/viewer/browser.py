@@ -102,8 +102,9 @@ def empty_canvases(page: Any) -> list[int]:
     )
     if not boxes:
         return [-1]
-    picture = np.asarray(Image.open(BytesIO(page.screenshot())).convert("RGB"), dtype=int)
-    colourful = picture.max(axis=-1) - picture.min(axis=-1) > _COLOURFUL
+    red, green, blue = map(np.asarray, Image.open(BytesIO(page.screenshot())).convert("RGB").split())
+    brightest, darkest = np.maximum(np.maximum(red, green), blue), np.minimum(np.minimum(red, green), blue)
+    colourful = brightest - darkest > _COLOURFUL
     return [
         number
         for number, (left, top, right, bottom) in enumerate([[round(side) for side in box] for box in boxes])

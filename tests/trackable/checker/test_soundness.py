@@ -16,7 +16,7 @@ from trackable.checker import Proved, check
 from trackable.codec.certificates import encode_certificate
 from trackable.systems.reference import Reference
 
-CHUNKS, SIZE = 7, 52
+CHUNKS, SIZE = 4, 52
 
 
 def ask(seed: int, chosen: Case) -> Outcome:

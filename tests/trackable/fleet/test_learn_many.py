@@ -37,19 +37,24 @@ def test_each_reference_is_that_of_learn_reference_and_its_certificate_is_proved
     assert isinstance(check(tmp_path / "run 1" / "certificate.json"), Proved)
 
 
-def test_two_processes_write_the_same_bytes_as_one(tmp_path):
-    learned(motions(3), tmp_path / "one")
-    learned(motions(3), tmp_path / "two", workers=2)
-    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+@pytest.fixture(scope="module")
+def by_one_process(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("one")
+    learned(motions(3), folder)
+    return contents(folder)
 
 
-def test_the_workers_of_a_cluster_write_the_same_bytes(tmp_path):
+def test_two_processes_write_the_same_bytes_as_one(tmp_path, by_one_process):
+    learned(motions(3), tmp_path, workers=2)
+    assert contents(tmp_path) == by_one_process
+
+
+def test_the_workers_of_a_cluster_write_the_same_bytes(tmp_path, by_one_process):
     from distributed import LocalCluster  # noqa: PLC0415  only here
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        learned(motions(3), tmp_path / "cluster", cluster=cluster.scheduler_address)
-    learned(motions(3), tmp_path / "one")
-    assert contents(tmp_path / "one") == contents(tmp_path / "cluster")
+        learned(motions(3), tmp_path, cluster=cluster.scheduler_address)
+    assert contents(tmp_path) == by_one_process
 
 
 def test_a_run_that_was_killed_goes_on_and_does_no_work_twice(tmp_path):
