@@ -227,7 +227,9 @@ class Posterior:
     @cached
     def _moved_weights(self) -> tuple[Array, Array]:
         """A⁻¹ ∂A c and ∂A c of the learned hyperparameters: shapes (n, p) and (p, n)."""
-        c = self.weights
-        by_noise = 2.0 * noise_variance(self.prior, self.samples) * c
-        by_theta = np.concatenate([self._factored.gradient_times(c), by_noise[None]])[self.prior.places]
+        c, of_kernel = self.weights, self.prior.places_of_kernel
+        by_theta = np.empty((len(self.prior.places), len(c)))
+        by_theta[: len(of_kernel)] = self._factored.gradient_times(c)[of_kernel]
+        if len(of_kernel) < len(by_theta):  # the noise is learned
+            by_theta[-1] = 2 * noise_variance(self.prior, self.samples) * c
         return self._factored.solve(by_theta.T), by_theta

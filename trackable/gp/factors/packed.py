@@ -29,6 +29,8 @@ from trackable.arrays import Array
 
 Places = npt.NDArray[np.intp]
 
+_FEW = 50  # rows: up to so many, gathering all entries of several matrices is faster than calling LAPACK for each
+
 LOWER = "L"
 """The triangle that is stored, as LAPACK calls it."""
 
@@ -48,6 +50,15 @@ def diagonal(n: int) -> Places:
     rows, columns = places(n)
     stored = np.flatnonzero(rows == columns)
     return stored[np.argsort(rows[stored])]
+
+
+@lru_cache(maxsize=64)
+def _stored(n: int) -> Places:
+    """Return where each entry of a symmetric (n, n) matrix is stored, above the diagonal too: shape (n, n)."""
+    rows, columns = places(n)
+    found = np.empty((n, n), dtype=np.intp)
+    found[rows, columns] = found[columns, rows] = np.arange(rows.size)
+    return found
 
 
 def differences(times: Array) -> Array:
@@ -75,6 +86,8 @@ class Symmetric:
 
     def times(self, c: Array) -> Array:
         """Return D_j c for c of shape (n,): shape (p, n)."""
+        if len(c) <= _FEW:
+            return np.asarray(self.entries.take(_stored(len(c)), axis=1) @ c)
         products = np.zeros((len(self.entries), len(c)))
         for product, entries in zip(products, self.entries, strict=True):
             scipy.linalg.blas.dsymv(1.0, _lower(len(c), entries), c, y=product, overwrite_y=True, lower=True)
