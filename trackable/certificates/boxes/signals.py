@@ -36,18 +36,33 @@ def missed(summands: Summands, shifted: ShiftedBoxes, terms: int) -> Array:
 
 
 def polynomials(summands: Summands, shifted: ShiftedBoxes, terms: int) -> Balls:
-    """Return the Taylor polynomials of a shifted signal in the boxes, without what `missed` bounds: (terms, B)."""
+    """Return the Taylor polynomials of a shifted signal in the boxes, without what `missed` bounds: (terms, B).
+
+    What is out of reach is in the radii, too: only of many boxes is there such a reach, and `missed` may have been
+    asked about few of them.
+    """
     with np.errstate(all="ignore"), ball_arithmetic(terms):
-        boxes, kernel, (reach, _) = shifted.boxes, summands.kernel, summands.reach(shifted)
-        if isinstance(kernel, SquaredExponentialBalls):
-            of_blocks = (gaussians.sums(kernel, each, terms) for each in summands.pairs_or_all(shifted, reach))
-            return gaussians.polynomial(kernel, joined(of_blocks), boxes)
-        blocks = _blocks(summands, shifted, reach)
-        if not isinstance(kernel, MaternBalls):
-            return joined(_series(kernel, each, terms) for each in blocks)
-        before, after = zip(*(_sums_by_sign(kernel, each) for each in blocks), strict=True)
-        left, right = exponentials.polynomial(kernel, joined(before), -1.0, boxes, terms), joined(after)
-        return left + exponentials.polynomial(kernel, right, 1.0, boxes, terms)
+        reach, outside = summands.reach(shifted)
+        found = _within(summands, shifted, reach, terms)
+        if not np.any(outside):
+            return found
+        rad = found.rads.copy()
+        rad[0] = sums_up(rad[0] + summands.total * outside, 2)
+        return Balls(found.mid, rad)
+
+
+def _within(summands: Summands, shifted: ShiftedBoxes, reach: Array, terms: int) -> Balls:
+    """Return the Taylor polynomials of the sums over all centres within reach: shape (terms, B)."""
+    boxes, kernel = shifted.boxes, summands.kernel
+    if isinstance(kernel, SquaredExponentialBalls):
+        of_blocks = (gaussians.sums(kernel, each, terms) for each in summands.pairs_or_all(shifted, reach))
+        return gaussians.polynomial(kernel, joined(of_blocks), boxes)
+    blocks = _blocks(summands, shifted, reach)
+    if not isinstance(kernel, MaternBalls):
+        return joined(_series(kernel, each, terms) for each in blocks)
+    before, after = zip(*(_sums_by_sign(kernel, each) for each in blocks), strict=True)
+    left, right = exponentials.polynomial(kernel, joined(before), -1.0, boxes, terms), joined(after)
+    return left + exponentials.polynomial(kernel, right, 1.0, boxes, terms)
 
 
 def _blocks(summands: Summands, shifted: ShiftedBoxes, reach: Array) -> Iterator[Mirrored]:

@@ -77,6 +77,21 @@ def test_enclosures_hold_the_signal(kernel, seed, monkeypatch):
     assert not any(escapes(kernel, seed))
 
 
+def test_polynomials_of_many_boxes_fit_remainders_that_were_found_in_few():
+    """Far from all centres, where nothing but what is out of reach is left of the signal."""
+    signal = KernelSum(Matern52(1.0, 1.0), 0.0, np.linspace(40.0, 44.0, 500), np.ones(500))
+    shifted, summands = ShiftedSignal(signal, arb(0)), Summands.of(signal)
+
+    def boxes(count: int) -> ShiftedBoxes:
+        zeros = np.zeros(count)
+        return ShiftedBoxes(Boxes(zeros, zeros + 0.5, zeros + 2.0), Shifts(zeros, zeros))
+
+    remainder = float(signals.missed(summands, boxes(4), TERMS)[0])
+    found = model(signals.polynomials(summands, boxes(40), TERMS).at((slice(None), 0)), remainder)
+    with ball_arithmetic():
+        assert not abs(found.coefficients(arb(1)) - shifted.at(arb(0.5))) > found.remainder
+
+
 def remainders_differ(kernel: Kernel) -> bool:
     """Whether remainders are others than ball arithmetic's, up to rounding, and to what is out of reach."""
     rng = np.random.default_rng(7)
