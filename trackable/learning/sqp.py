@@ -39,7 +39,6 @@ _ENOUGH, _MOST_REDUCTIONS = 10.0, 5  # of the multipliers: a penalty beyond make
 _RIDGE = 1e-10  # of the trace of B: beyond this condition number, rounding errors would dominate the step
 _PIVOTS = 100  # for each row of a quadratic program: SciPy's own 3 are too few where bounds nearly coincide
 
-
 GiveUp = Callable[[Array, float, float], bool]
 """Whether a search may end at x with this merit, which none of its last two steps made smaller by more than a gain."""
 
@@ -122,26 +121,27 @@ def minimise(
     for _ in range(_MAX_ITERATIONS):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
         d, multipliers, penalty = _steered_step(curvature, here, box, penalty)
-        gain = here.merit(penalty) - here.predicted(d, curvature, penalty)
+        merit = here.merit(penalty)
+        gain = merit - here.predicted(d, curvature, penalty)
         if np.abs(d).max() < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
             if here.violation <= _FEASIBLE or penalty >= _LARGEST_PENALTY:
                 return Minimum(x, here, True, curvature)
             penalty, radius = 100 * penalty, max(radius, 1e-3)
             continue
         there = evaluate(x + d)
-        if there is not None and there.merit(penalty) > here.merit(penalty) - 0.1 * gain:
+        if there is not None and there.merit(penalty) > merit - 0.1 * gain:
             # Curved constraints can spoil a good step: correct it to second order, with the constraints at x + d.
             corrected, _ = _quadratic_step(curvature, here, there.slack - here.jacobian @ d, box, penalty)
             if np.abs(corrected - d).max() > _STEP_TOLERANCE:
                 again = evaluate(x + corrected)
                 if again is not None and again.merit(penalty) < there.merit(penalty):
                     d, there = corrected, again
-        if there is None or there.merit(penalty) >= here.merit(penalty):
+        if there is None or there.merit(penalty) >= merit:
             radius = np.abs(d).max().item() / 4
             if radius < _SMALLEST_RADIUS:
                 return Minimum(x, here, False, curvature)
             continue
-        last, gained = gained, here.merit(penalty) - there.merit(penalty)
+        last, gained = gained, merit - there.merit(penalty)
         agreement, is_whole = gained / gain, np.abs(d).max() < radius
         curvature = _updated(curvature, d, here, there, multipliers)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius

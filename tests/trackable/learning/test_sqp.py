@@ -54,6 +54,18 @@ def test_rosenbrock(start: tuple[float, float]) -> None:
     assert found.x == pytest.approx([1, 1], abs=1e-6)
 
 
+def test_without_constraints_no_point_is_asked_for_twice() -> None:
+    """Steps are corrected for curved constraints only."""
+    asked: list[tuple[float, ...]] = []
+
+    def at(x: Array) -> Evaluation:
+        asked.append(tuple(x.tolist()))
+        return unconstrained(*rosenbrock(x))
+
+    minimise(at, np.array([2.0, -2.0]), *WIDE)
+    assert len(set(asked)) == len(asked)
+
+
 @pytest.mark.parametrize("start", [(-1.2, 1.0), (0.0, 0.0), (3.0, -3.0), (0.9, 0.9)])
 def test_rosenbrock_in_a_disc(start: tuple[float, float]) -> None:
     found = minimise(in_disc, np.array(start), *WIDE)
