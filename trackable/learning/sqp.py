@@ -225,12 +225,12 @@ def _of_the_shortest(normals: Array, offsets: Array) -> Array:
 def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array) -> Array:
     """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.
 
-    Where the Lagrangian is convex along the step, the information is updated instead if it foretells the change of the
-    slope along the step better: far from a minimum it often does, near to it what many steps have shown.
+    The information is updated instead where it foretells the change of the slope along the step better. Not after a step
+    that broke constraints: multipliers are as large as the penalty then, and the constraints' own curvature matters.
     """
     change = there.gradient - here.gradient - (there.jacobian - here.jacobian).T @ multipliers
     along, image = float(d @ change), curvature @ d
-    if along > 0 and there.information is not None:
+    if there.information is not None and here.linear_violation(d) <= _FEASIBLE:
         fresh = there.curvature
         if abs(d @ fresh @ d - along) <= abs(d @ image - along):
             curvature, image = fresh, fresh @ d
