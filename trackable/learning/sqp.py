@@ -225,7 +225,7 @@ def _of_the_shortest(normals: Array, offsets: Array) -> Array:
 def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array) -> Array:
     """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.
 
-    The information is updated instead where it foretells the change of the slope along the step better. Not after a step
+    The information is updated instead where it foretells the change of slope along the step better. Not after a step
     that broke constraints: multipliers are as large as the penalty then, and the constraints' own curvature matters.
     """
     change = there.gradient - here.gradient - (there.jacobian - here.jacobian).T @ multipliers
