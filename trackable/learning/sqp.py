@@ -207,7 +207,15 @@ def _quadratic_step(
     offsets = np.concatenate([1 - slack[near], [1.0], lower, -upper]) + shift @ normals[:p]
     u = _of_the_shortest(normals, offsets)
     multipliers[near] = u[:m]
-    return np.clip((normals[:p] @ u - shift) @ inverse, lower, upper), multipliers
+    d = (normals[:p] @ u - shift) @ inverse
+    left = np.concatenate([at.jacobian[near] @ d + slack[near], [0.0], d - lower, upper - d])
+    if u[m] > 0 and left.min() < -_FEASIBLE:
+        # With s = 0 every constraint can be kept: what is missed is rounding in flat directions, and no higher penalty
+        # would mend it.
+        held = u > 0
+        move, *_ = np.linalg.lstsq(normals[:p, held].T, -left[held])
+        d += move @ inverse
+    return np.clip(d, lower, upper), multipliers
 
 
 def _of_the_shortest(normals: Array, offsets: Array) -> Array:
