@@ -12,9 +12,6 @@ would be tiny. The merit is f there, whatever the penalty.
 
 B is the Hessian of the Lagrangian as the steps have shown it. Where f has an `information`, as likelihoods do, B begins
 with it, and takes it up again where it foretells the last step better.
-
-A search for the best of several minima may end early: `give_up` is asked after each step that the trust region did not
-shorten.
 """
 
 from collections.abc import Callable
@@ -27,20 +24,18 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 
 from trackable.arrays import Array
 
-_MAX_ITERATIONS = 1000
-_STEP_TOLERANCE = 1e-10
-PRECISION = 1e-15
-_FEASIBLE = 1e-12
+_MAX_ITERATIONS, _STEP_TOLERANCE = 1000, 1e-10
+PRECISION, _FEASIBLE = 1e-15, 1e-12
 _ROUNDING = 1e-10  # of constraints: a tenth of the back-off of their bounds
 FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
-_FIRST_PENALTY, _LARGEST_PENALTY = 1e2, 1e9
-_STEERED = 0.5
+_FIRST_PENALTY, _LARGEST_PENALTY, _STEERED = 1e2, 1e9, 0.5
 _ENOUGH, _MOST_REDUCTIONS = 10.0, 5  # of the multipliers: a penalty beyond makes steps along curved bounds tiny
 _RIDGE = 1e-10  # of the trace of B: beyond this condition number, rounding errors would dominate the step
 _PIVOTS = 100  # for each row of a quadratic program: SciPy's own 3 are too few where bounds nearly coincide
 
 GiveUp = Callable[[Array, float, float], bool]
-"""Whether a search may end at x with this merit, which none of its last two steps made smaller by more than a gain."""
+"""Whether a search may end at x with this merit, which none of its last two steps made smaller by more than a gain.
+It is asked after each step that the trust region did not shorten."""
 
 
 def never(x: Array, merit: float, gain: float) -> bool:
@@ -69,8 +64,7 @@ class Evaluation:
     @property
     def curvature(self) -> Array:
         """A first curvature: 1 in each direction, and what is known."""
-        p = len(self.gradient)
-        return np.eye(p) if self.information is None else _with_ridge(self.information, 1.0)
+        return np.eye(len(self.gradient)) if self.information is None else _with_ridge(self.information, 1.0)
 
     def merit(self, penalty: float) -> float:
         return self.value + penalty * _price(self.violation)
@@ -188,8 +182,7 @@ def _quadratic_step(
     """Return the step d and the multipliers of its constraints: Newton's step where it keeps all of them.
 
     Otherwise they are found by the dual. With z = (d, s), H = diag(B, ρ) = L Lᵀ, c = (∇f, ρ) and y = Lᵀ z + L⁻¹ c the
-    quadratic program is that of the shortest y in a polyhedron. Constraints that no step in the box can violate are
-    left out.
+    quadratic program is that of the shortest y in a polyhedron. Constraints that no step can violate are left out.
     """
     (lower, upper), p, multipliers = box, len(at.gradient), np.zeros(len(slack))
     root, info = dpotrf(curvature, lower=True)
@@ -210,8 +203,7 @@ def _quadratic_step(
     d = (normals[:p] @ u - shift) @ inverse
     left = np.concatenate([at.jacobian[near] @ d + slack[near], [0.0], d - lower, upper - d])
     if u[m] > 0 and left.min() < -_FEASIBLE:
-        # With s = 0 every constraint can be kept: what is missed is rounding in flat directions, and no higher penalty
-        # would mend it.
+        # With s = 0 all can be kept: what is missed is rounding in flat directions, which no higher penalty would mend.
         held = u > 0
         move, *_ = np.linalg.lstsq(normals[:p, held].T, -left[held])
         d += move @ inverse
