@@ -56,12 +56,15 @@ class Faces:
         Then centres and both generators, (F, 3) each.
         """
         G = self.errors.generators
-        first, second = (G[list(of)] for of in zip(*combinations(range(len(G)), 2), strict=True))
+        pairs = np.array(list(combinations(range(len(G)), 2)))
+        first, second = G[pairs[:, 0]], G[pairs[:, 1]]
         normals = np.cross(first, second)
         sizes = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
         spanned = np.linalg.norm(normals, axis=1) > _FLAT * sizes
-        first, second, normals = first[spanned], second[spanned], normals[spanned]
+        pairs, first, second, normals = pairs[spanned], first[spanned], second[spanned], normals[spanned]
         heights = normals @ G.T
+        # Of two that are nearly parallel the normal is so inexact that their own heights seem to differ from zero.
+        np.put_along_axis(heights, pairs, 0.0, axis=1)
         most = np.linalg.norm(normals, axis=1)[:, None] * np.linalg.norm(G, axis=1)
         from_centre = np.where(np.abs(heights) > _FLAT * most, np.sign(heights), 0.0) @ G
         centres = np.vstack([self.errors.centre + from_centre, self.errors.centre - from_centre])

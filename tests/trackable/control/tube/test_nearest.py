@@ -79,6 +79,15 @@ def test_faces_of_three_states_are_enough_and_agree_with_the_method_for_any_set(
     assert Faces.of(LOOPS["three states, a hull"].controller.errors, np.eye(3)) is None
 
 
+def test_points_of_faces_are_errors_of_the_set_where_generators_are_nearly_parallel():
+    """As powers of A_K turn them into one direction: no face may hold one of them twice."""
+    errors, rng = LOOPS["another"].controller.errors, np.random.default_rng(7)
+    for root in roots(LOOPS["another"]):
+        faces = Faces.of(errors, root)
+        for e in 2 * errors.extents * rng.uniform(-1, 1, (20, 3)):
+            assert errors.contains((1 - 1e-9) * faces.nearest(e)) or errors.contains(e)
+
+
 def test_edges_and_corners_of_polygons_are_the_nearest_of_all():
     """In the plane, beside a product's other coordinates, and of intervals; beside a naive search over all edges."""
     for name, block in (("pushed cart", [0, 1]), ("two carts", [2, 3]), ("two carts", [1])):
