@@ -73,10 +73,9 @@ class Evaluation:
         """Return the violation of the linearised constraints at x + d."""
         return _violation(self.slack + self.jacobian @ d)
 
-    def predicted(self, d: Array, curvature: Array, penalty: float) -> float:
-        """Return the merit at x + d of the quadratic model."""
-        price = penalty * _price(self.linear_violation(d))
-        return float(self.value + self.gradient @ d + d @ curvature @ d / 2 + price)
+    def predicted(self, d: Array, curvature: Array) -> float:
+        """Return f at x + d as the quadratic model has it."""
+        return float(self.value + self.gradient @ d + d @ curvature @ d / 2)
 
 
 @dataclass(frozen=True)
@@ -114,10 +113,10 @@ def minimise(
         return Minimum(x, here, True, curvature)
     for _ in range(_MAX_ITERATIONS):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
-        d, multipliers, penalty = _steered_step(curvature, here, box, penalty)
-        merit = here.merit(penalty)
-        gain = merit - here.predicted(d, curvature, penalty)
-        if np.abs(d).max() < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
+        d, multipliers, penalty, broken = _steered_step(curvature, here, box, penalty)
+        merit, size = here.merit(penalty), np.abs(d).max().item()
+        gain = merit - (here.predicted(d, curvature) + penalty * _price(broken))
+        if size < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
             if here.violation <= _FEASIBLE or penalty >= _LARGEST_PENALTY:
                 return Minimum(x, here, True, curvature)
             penalty, radius = 100 * penalty, max(radius, 1e-3)
@@ -129,15 +128,14 @@ def minimise(
             if np.abs(corrected - d).max() > _STEP_TOLERANCE:
                 again = evaluate(x + corrected)
                 if again is not None and again.merit(penalty) < there.merit(penalty):
-                    d, there = corrected, again
+                    d, there, size = corrected, again, np.abs(corrected).max().item()
         if there is None or there.merit(penalty) >= merit:
-            radius = np.abs(d).max().item() / 4
+            radius = size / 4
             if radius < _SMALLEST_RADIUS:
                 return Minimum(x, here, False, curvature)
             continue
-        last, gained = gained, merit - there.merit(penalty)
-        agreement, is_whole = gained / gain, np.abs(d).max() < radius
-        curvature = _updated(curvature, d, here, there, multipliers)
+        last, gained, is_whole = gained, merit - there.merit(penalty), size < radius
+        agreement, curvature = gained / gain, _updated(curvature, d, here, there, multipliers)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
         if is_whole and give_up(x, here.merit(penalty), max(last, gained)):
@@ -150,21 +148,23 @@ def minimise(
 
 def _steered_step(
     curvature: Array, here: Evaluation, box: tuple[Array, Array], penalty: float
-) -> tuple[Array, Array, float]:
-    """Return the step, its multipliers, and the penalty, raised until the step removes enough of the violation.
+) -> tuple[Array, Array, float, float]:
+    """Return the step, its multipliers, the penalty, and the violation that the step leaves.
 
+    The penalty is raised until the step removes enough of the violation.
     "Enough" is half of the violation that any step can remove. With a low penalty the iteration would first run to
     where f is small, and come back to another part of the feasible set, or to none (Byrd, Nocedal and Waltz: steering).
     """
     d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
-    if here.linear_violation(d) <= _FEASIBLE:
-        return d, multipliers, penalty
+    if (left := here.linear_violation(d)) <= _FEASIBLE:
+        return d, multipliers, penalty, left
     least, _ = _quadratic_step(curvature, here, here.slack, box, _LARGEST_PENALTY)
     enough = here.violation - _STEERED * (here.violation - here.linear_violation(least))
-    while here.linear_violation(d) > enough + _FEASIBLE and penalty < _LARGEST_PENALTY:
+    while left > enough + _FEASIBLE and penalty < _LARGEST_PENALTY:
         penalty *= 10
         d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
-    return d, multipliers, penalty
+        left = here.linear_violation(d)
+    return d, multipliers, penalty, left
 
 
 def _violation(slack: Array) -> float:
@@ -207,7 +207,7 @@ def _quadratic_step(
         held = u > 0
         move, *_ = np.linalg.lstsq(normals[:p, held].T, -left[held])
         d += move @ inverse
-    return np.clip(d, lower, upper), multipliers
+    return np.minimum(np.maximum(d, lower), upper), multipliers
 
 
 def _of_the_shortest(normals: Array, offsets: Array) -> Array:
@@ -239,12 +239,12 @@ def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, mu
         weight = 0.8 * modelled / (modelled - along)
         change = weight * change + (1 - weight) * image
         along = 0.2 * modelled
-    updated = curvature - np.outer(image, image) / modelled + np.outer(change, change) / along
+    updated = curvature - image[:, None] * image / modelled + change[:, None] * change / along
     return _with_ridge(updated)
 
 
 def _with_ridge(curvature: Array, least: float = 0.0) -> Array:
     """Return the same with a larger diagonal, by `least` and by what limits the condition number."""
-    raised, p = curvature.copy(), len(curvature)
-    raised.ravel()[:: p + 1] += least + _RIDGE * np.trace(curvature)
+    raised = curvature.copy()
+    raised.ravel()[:: len(raised) + 1] += least + _RIDGE * curvature.trace()
     return raised

@@ -89,6 +89,6 @@ def test_rounding_in_flat_directions_does_not_raise_the_penalty(seed: int) -> No
     box = np.full(3, -0.3), np.full(3, 0.3)
     _, multipliers = sqp._quadratic_step(curvature, here, here.slack, box, 1e7)
     enough = max(1e2, 10 * float(np.sum(multipliers)))
-    d, _, penalty = sqp._steered_step(curvature, here, box, enough)
+    _, _, penalty, left = sqp._steered_step(curvature, here, box, enough)
     assert penalty == enough
-    assert here.linear_violation(d) == 0
+    assert left == 0

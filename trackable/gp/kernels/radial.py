@@ -38,6 +38,7 @@ class Radial(Elementary):
         return jet[:-1], gradient
 
     def _in_time(self, correlation: Array) -> Array:
+        variance, lengthscale = float(self.signal_std) ** 2, float(self.lengthscale)
         for n in range(len(correlation)):
-            correlation[n] *= self.signal_std**2 / self.lengthscale**n
+            correlation[n] *= variance / lengthscale**n
         return correlation

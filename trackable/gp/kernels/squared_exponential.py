@@ -15,12 +15,12 @@ class SquaredExponential(Radial):
     """
 
     def correlation(self, s: Array, order: int) -> Array:
-        phi = np.empty((order + 1, *s.shape))
+        phi, minus = np.empty((order + 1, *s.shape)), -s
         square = s * s
         square *= -0.5
         np.exp(square, out=phi[0, ...])
         for n in range(order):  # φ' = −s φ, differentiated n times
-            phi[n + 1] = -s * phi[n]
+            np.multiply(minus, phi[n], out=phi[n + 1, ...])
             if n:
                 phi[n + 1] -= n * phi[n - 1]
         return phi
