@@ -78,8 +78,10 @@ def _attack_names(counts: dict[str, Counts], base: Base, rng: np.random.Generato
     family, data = counts.setdefault("hostile names", Counts()), copy.deepcopy(base.data)
     pool = NAMES if rng.random() < 0.2 else NO_NAMES
     name = pool[int(rng.integers(len(pool)))]
-    if pool is NO_NAMES and rng.random() < 0.7:  # any characters, around a name
+    is_name = pool is NAMES
+    if not is_name and name != "(m)" and rng.random() < 0.7:  # any characters before what is none: a letter, by chance
         name = "".join(chr(int(c)) for c in rng.integers(1, 0xD900, int(rng.integers(1, 4)))) + name
+        is_name = name.replace("-", "_").isidentifier()
     data["reference"]["plant"]["system"]["states"] = [name]
     for held in (data["claim"]["covers"], data["evaluation"]["errors"]):
         held[name] = held.pop("state")
@@ -88,7 +90,7 @@ def _attack_names(counts: dict[str, Counts], base: Base, rng: np.random.Generato
     said = verdict.statement if isinstance(verdict, Proved) else verdict.reason
     if isinstance(verdict, Proved):
         family.accepted += 1
-        family.judged(ascii(name), pool is NAMES and said.isprintable() and f'≤ "{name}" ≤' in said)
+        family.judged(ascii(name), is_name and said.isprintable() and f'≤ "{name}" ≤' in said)
     elif not said.isprintable():
         family.false.append(f"printed: {said!a}")
 
