@@ -1,7 +1,7 @@
 """Stage 1: where samples come from → the samples that references are learned from, and those held out."""
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -11,16 +11,16 @@ from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import write_samples
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
-from trackable.condensed.asked import MANY
+from trackable.condensed.asked import MANY, condensed_by_name
 from trackable.doubts import doubts
 from trackable.errors import DoubtfulInputWarning, InputError
 from trackable.gp.samples import Samples
 from trackable.learning.problem import ConstrainedProblem
 from trackable.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
-from trackable.systems.sampling import sampled_signals
+from trackable.systems.sampling import kinds_by_name, sampled_signals
 
 _SIGNAL = "signal"
-_PLENTY = 300  # samples: learned from in seconds
+_PLENTY = 300  # centres: learned from in seconds
 _MISSING = 0.5  # of what is held out: a recording may end earlier, but not much
 
 
@@ -45,16 +45,12 @@ def generate(experiment: Experiment, results: Results) -> None:
 
 
 def _of_many(experiment: Experiment, sampled: Sampled) -> Iterator[str]:
-    """Ask about recordings too long to learn from each sample; `learn_reference` takes fewer centres by itself."""
+    """Ask about samples that are too many to learn from, and have no fewer centres that lose nothing."""
     for name, samples in sampled.by_name.items():
-        source = experiment.sources[name]
-        if len(samples) > MANY and not isinstance(source, Drawn):
-            wanted = source.excerpt or Excerpt(end=float(samples.times[-1]))
-            start = f"start: {wanted.start:g}, " if wanted.start else ""
-            every = (samples.times[-1] - samples.times[0]) / _PLENTY
+        if len(samples) > MANY:
             yield (
-                f"samples: each of the {len(samples)} of {name} is learned from, which may take hours; are fewer "
-                f"enough? excerpt: {{{start}end: {wanted.end:g}, every: {every:.1g}}} takes about {_PLENTY} of them"
+                f"samples: {len(samples)} of {name} are learned from, which may take hours; are fewer enough? "
+                f"`centres: {_PLENTY}` learns from at most {_PLENTY}, and `excerpt` from a part of a recording"
             )
 
 
@@ -78,8 +74,14 @@ def sampled_by(experiment: Experiment) -> Sampled:
             raise InputError(f"{source.file}: {error}") from error
         if later:
             held_out[name] = later
-    names, samples = sampled_signals(plant, experiment.noisy(learned))
+    names, samples = sampled_signals(plant, _fewer(experiment, experiment.noisy(learned)))
     return Sampled(names, samples, tuple(held_out), tuple(held_out.values()))
+
+
+def _fewer(experiment: Experiment, samples: Mapping[str, Samples]) -> dict[str, Samples]:
+    """Return the samples to learn from: fewer centres that stand for all of them, where the experiment says so."""
+    noise = {name: fields.noise_std for name, fields in experiment.prior.items()}
+    return condensed_by_name(samples, kinds_by_name(experiment.plant, samples), experiment.centres, noise)
 
 
 def _read_csv(source: CsvColumn, sampling_time: float) -> Signal:

@@ -37,6 +37,7 @@ def metrics_of(
     violated = sorted({k for profile in _at_instants(reference, last_step) for k in profile.violated_steps})
     metrics: dict[str, Any] = {
         **learned.prior.hyperparameters,
+        **_condensed(sampled),
         "nlml": learned.nlml,
         "objective": learned.objective,
         "price": learned.objective - baseline.nlml,
@@ -153,15 +154,25 @@ def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> d
         for name, later in sampled.held_out_by_name.items()
     }
     return {
-        **_root_mean_squares("misfit", sampled.off(signals)),
-        **_root_mean_squares("rmse", truth),
-        **_root_mean_squares("held_out", held_out),
+        **_roots("misfit", sampled.mean_squares(signals)),
+        **_roots("rmse", {name: float(np.mean(off**2)) for name, off in truth.items()}),
+        **_roots("held_out", {name: float(np.mean(off**2)) for name, off in held_out.items()}),
     }
 
 
-def _root_mean_squares(kind: str, errors: Mapping[str, Array]) -> dict[str, float]:
-    """Return that of all that is sampled, each with the same weight, and where there are several also that of each."""
-    by_name = {name: float(np.sqrt(np.mean(off**2))) for name, off in errors.items()}
+def _condensed(sampled: Sampled) -> dict[str, Any]:
+    """Return how many samples of each name are learned from by fewer centres; nothing where all are."""
+    counts = {
+        name: {"samples": len(of) + of.scatter.count, "centres": len(of)}
+        for name, of in sampled.by_name.items()
+        if of.scatter.count
+    }
+    return {"condensed": counts} if counts else {}
+
+
+def _roots(kind: str, mean_squares: Mapping[str, float]) -> dict[str, float]:
+    """Return the root mean square of all that is sampled, each with the same weight; of several also that of each."""
+    by_name = {name: float(np.sqrt(square)) for name, square in mean_squares.items()}
     if not by_name:
         return {}
     each = {f"{kind}_{name}": value for name, value in by_name.items()} if len(by_name) > 1 else {}

@@ -123,4 +123,5 @@ def _joined(first: Samples, later: Samples) -> Samples:
         np.concatenate([first.values, later.values[new]]),
         np.concatenate([first.relative_noise, later.relative_noise[new]]),
         first.stencil,
+        first.scatters,
     )

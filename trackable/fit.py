@@ -80,10 +80,7 @@ class Misfit:
         )
 
     def _size(self, values: Array) -> float:
-        if not self.samples.scatters:
-            return _root_mean_square(values)
-        w = self.samples.relative_noise**-2
-        return float(np.sqrt((w @ values**2 + self.samples.scatter.squares) / np.sum(w)))
+        return math.sqrt(self.samples.mean_square(values))
 
     def _weighted(self, values: Array) -> float:
         scatter = self.samples.scatter
@@ -244,7 +241,3 @@ class Fit:
         quantity = self.reference.quantity(bound.name)
         value = quantity(self.reference.kernel_sums, np.asarray(bound.time)).item()
         return value - quantity.bounds.lower if bound.side == "lower" else quantity.bounds.upper - value
-
-
-def _root_mean_square(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -73,5 +73,4 @@ def _learned(
 
 def _misfit(sampled: Sampled, reference: Reference) -> float:
     """Return the root mean square of samples minus reference, all that is sampled having the same weight."""
-    of_each = [np.mean(off**2) for off in sampled.off(reference.signals).values()]
-    return float(np.sqrt(np.mean(of_each)))
+    return float(np.sqrt(np.mean([*sampled.mean_squares(reference.signals).values()])))

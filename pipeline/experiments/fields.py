@@ -22,6 +22,8 @@ from pipeline.published.ground_truth import GROUND_TRUTHS
 from pipeline.storage.yaml_file import Fields
 from trackable.arguments import is_number
 from trackable.arrays import Array
+from trackable.condensed.asked import Centres
+from trackable.condensed.bins import NODES
 from trackable.gp.hyperparameter import hyperparameter
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.prior import Prior
@@ -31,6 +33,27 @@ from trackable.learning.space import MOST_STARTS
 def as_tuple(written: object) -> object:
     """Return a list as the tuple that a frozen field holds, and anything else as it is."""
     return tuple(written) if isinstance(written, list) else written
+
+
+def by_name(written: object) -> object:
+    """Return a mapping that has entries as it is. ValueError: anything else."""
+    if not isinstance(written, dict) or not written:
+        raise ValueError("expected a mapping from the name of what is sampled")
+    return written
+
+
+def as_set(written: object) -> object:
+    """Return a list as the set that a frozen field holds, and anything else as it is."""
+    return frozenset(written) if isinstance(written, list) else written
+
+
+def _centres(written: object) -> object:
+    is_count = isinstance(written, int) and not isinstance(written, bool) and written >= NODES
+    if written is None or written == "auto" or is_count:
+        return written
+    raise ValueError(
+        f"expected auto, a whole number from {NODES} on, or null to learn from each sample, got {written!r}"
+    )
 
 
 def _known_truth(name: str) -> str:
@@ -46,6 +69,7 @@ def _plain_unit(unit: str) -> str:
 
 
 ProjectPath = Annotated[Path, BeforeValidator(lambda written: Path(written) if isinstance(written, str) else written)]
+CentresField = Annotated[Centres, PlainValidator(_centres)]
 GroundTruthName = Annotated[str, AfterValidator(_known_truth)]
 UnitField = Annotated[str, AfterValidator(_plain_unit)]
 StepCount = Annotated[PositiveInt, Field(le=1_000_000)]

@@ -11,6 +11,7 @@ from pipeline.experiments.claim import ClaimField
 from pipeline.experiments.control import Control
 from pipeline.experiments.disturbances import Disturbance, tightened
 from pipeline.experiments.fields import (
+    CentresField,
     PriorField,
     PriorFields,
     ProjectPath,
@@ -19,7 +20,9 @@ from pipeline.experiments.fields import (
     StudyFields,
     UnitField,
     Verification,
+    as_set,
     as_tuple,
+    by_name,
 )
 from pipeline.experiments.plants import ModelField, SetField
 from pipeline.experiments.sources import Drawn, Source, SourceField
@@ -36,16 +39,6 @@ from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.sampling import kinds_by_name, relative_to_first
 
 _HAIR = 1e-9  # steps: the ends of a window are rounded
-
-
-def _by_name(written: object) -> object:
-    if not isinstance(written, dict) or not written:
-        raise ValueError("expected a mapping from the name of what is sampled")
-    return written
-
-
-def _names(written: object) -> object:
-    return frozenset(written) if isinstance(written, list) else written
 
 
 def _methods(written: object) -> object:
@@ -66,10 +59,12 @@ class Experiment(Fields):
     `samples_from` is the file that the samples come from, or a folder above all their files: when it changes, DVC runs
     the stages again. `samples` and `prior` are by the names of sampled states, one at least for each flat output, or of
     "rate of x" of a state x. Of several that show one flat output, the first has the prior, and the others their noise
-    alone. What `shared` names is the same for all flat outputs. Figures name the `units` of states and inputs, and show
-    the two states of `plane`, if given, in their plane. All references keep the part `margin` of each width free at
-    either bound. Robust methods also leave room for every error that a `disturbance` may cause; the other methods know
-    nothing of it. `algorithm1` and `periodic` are for the methods that need them.
+    alone. Of more than 2000 samples of a name, fewer `centres` are learned from, as by `learn_reference`; a number says
+    how many at most, None that each sample is one. What `shared` names is the same for all flat outputs. Figures name
+    the `units` of states and inputs, and show the two states of `plane`, if given, in their plane. All references keep
+    the part `margin` of each width free at either bound. Robust methods also leave room for every error that a
+    `disturbance` may cause; the other methods know nothing of it. `algorithm1` and `periodic` are for the methods that
+    need them.
     """
 
     name: str
@@ -81,9 +76,10 @@ class Experiment(Fields):
     units: dict[str, UnitField] = Field(default_factory=dict)
     disturbance: Disturbance | None = None
     margin: Annotated[float, Field(ge=0, lt=0.5)] = 0.0
-    samples: Annotated[dict[str, SourceField], BeforeValidator(_by_name)]
-    prior: Annotated[dict[str, PriorField], BeforeValidator(_by_name)]
-    shared: Annotated[frozenset[str], BeforeValidator(_names)] = frozenset()
+    samples: Annotated[dict[str, SourceField], BeforeValidator(by_name)]
+    centres: CentresField = "auto"
+    prior: Annotated[dict[str, PriorField], BeforeValidator(by_name)]
+    shared: Annotated[frozenset[str], BeforeValidator(as_set)] = frozenset()
     plane: Annotated[tuple[str, str] | None, BeforeValidator(as_tuple)] = None
     claim: ClaimField
     methods: Annotated[tuple[str, ...], BeforeValidator(_methods)]

@@ -33,9 +33,12 @@ class Sampled:
         flat = zip(self.names, self.samples, strict=True)
         return {name: of for first, together in flat for name, of in together.by_name(first).items()}
 
-    def off(self, signals: Sequence[Signal]) -> dict[str, Array]:
-        """Return samples minus what these flat outputs give in their place, by name."""
-        return {name: of.values - self.measured(name, signals, of.times) for name, of in self.by_name.items()}
+    def mean_squares(self, signals: Sequence[Signal]) -> dict[str, float]:
+        """Return the mean of squares of samples minus what these flat outputs give in their place, by name."""
+        return {
+            name: of.mean_square(of.values - self.measured(name, signals, of.times))
+            for name, of in self.by_name.items()
+        }
 
     def measured(self, name: str, signals: Sequence[Signal], t: Array) -> Array:
         """Return what samples of this name would be at times t [s] if the flat outputs were these, without noise."""

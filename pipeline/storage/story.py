@@ -69,10 +69,14 @@ def told_of_edges(fitted: Fitted) -> Told:
 
 
 def told_of_price(results: Results) -> Told:
-    """Say what each proved method costs beside the unconstrained mean, and how far the samples are."""
+    """Say what each proved method costs beside the unconstrained mean, how far the samples are, and if all are used."""
     metrics: Any = read_json(results.metrics)
     free = metrics[UNCONSTRAINED]
-    said = [f"`{UNCONSTRAINED}`: {_distances(free)}."]
+    said = [
+        f"Learned of {of['samples']} samples of {name} by {of['centres']} centres, which stand for all of them."
+        for name, of in free.get("condensed", {}).items()
+    ]
+    said.append(f"`{UNCONSTRAINED}`: {_distances(free)}.")
     for name, found in metrics.items():
         if name != UNCONSTRAINED and found["proof"].startswith("proved"):
             dearest = max(found.get("price_by_bound", {}).items(), key=lambda bound: bound[1], default=None)

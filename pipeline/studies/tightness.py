@@ -4,7 +4,6 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.methods import METHODS, Failed
-from trackable.arrays import Array
 from trackable.gp.samples import Samples
 from trackable.systems.reference import Reference
 
@@ -18,10 +17,6 @@ def tightness_row(experiment: Experiment, samples: tuple[Samples, ...], method: 
     reference = Reference(found.solution.signals, task.plant)
     (signal,), (of,), (truth,) = reference.signals, samples, experiment.truths.values()
     times = reference.instants(np.arange(experiment.verification.last_step + 1, dtype=float))
-    misfit = of.values - of.stencil.measured(signal, of.times)
-    error = reference.state_at(times)[:, 0] - truth(times)
-    return [upper, found.solution.objective, _root_mean_square(misfit), _root_mean_square(error)]
-
-
-def _root_mean_square(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    misfit = of.mean_square(of.values - of.stencil.measured(signal, of.times))
+    error = np.mean((reference.state_at(times)[:, 0] - truth(times)) ** 2)
+    return [upper, found.solution.objective, float(np.sqrt(misfit)), float(np.sqrt(error))]

@@ -8,6 +8,7 @@ from trackable.condensed.bins import NODES
 from trackable.condensed.condense import condensed, condensed_enough, finer
 from trackable.condensed.cost import Condensation
 from trackable.gp.factorise import LARGEST_DENSE
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
@@ -70,4 +71,4 @@ def _condensed(samples: Samples, centres: Centres, noise_std: float | None, many
 def _known(noise_std: object, name: str) -> float | None:
     """Return σ_n of a name where it is a number; None where it is learned."""
     of = noise_std.get(name) if isinstance(noise_std, Mapping) else noise_std
-    return float(of) if is_number(of) else None
+    return float(of) if is_number(of) and not isinstance(of, Learned) else None

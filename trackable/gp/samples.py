@@ -143,6 +143,16 @@ class Samples:
         """What more samples, for which these stand, say of the noise alone; nothing where these are all."""
         return sum(self.scatters, Scatter())
 
+    def mean_square(self, off: Array) -> float:
+        """Return the mean of squares of `off` (n,), samples minus a signal: of all samples where these stand for more.
+
+        Each of all counts with the inverse of its relative variance then.
+        """
+        if not self.scatters:
+            return float(np.mean(off**2))
+        w = 1 / self.relative_variance
+        return float((w @ off**2 + self.scatter.squares) / np.sum(w))
+
     @cached_property
     def relative_variance(self) -> Array:
         """ϱ_i², shape (n,): the variance of the noise of sample i is σ_n² times as large."""

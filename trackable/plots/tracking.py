@@ -68,7 +68,8 @@ def _draw_observed(axes: Axes, observed: Observed, times: Array) -> None:
     if observed.truth is not None:
         axes.plot(times, observed.truth, color=INK, linewidth=0.8, zorder=2.9, label="true signal")
     if observed.samples is not None:
-        axes.plot(observed.samples.times, observed.samples.values, **SAMPLE | {"markersize": 3})
+        style = SAMPLE | {"markersize": 3} | ({"label": "centres"} if observed.samples.scatters else {})
+        axes.plot(observed.samples.times, observed.samples.values, **style)
     if observed.held_out is not None:
         style = SAMPLE | {"marker": ".", "markersize": 2.5, "color": GREY, "label": "held out"}
         axes.plot(observed.held_out.times, observed.held_out.values, **style)

@@ -74,21 +74,6 @@ def test_doubts_are_told_when_samples_are_made(tmp_path: Path) -> None:
         generate(load_experiment("tank", path), Results("tank", tmp_path))
 
 
-def test_long_recordings_are_asked_about(tmp_path: Path) -> None:
-    (tmp_path / "axis.csv").write_text("t,x\n" + "".join(f"{k},{k % 7}\n" for k in range(2001)), encoding="utf-8")
-    entry = changed(
-        "tank",
-        ("samples_from: data/recordings/tank.mcap", f"samples_from: {tmp_path}"),
-        ("mcap: data/recordings/tank.mcap", f"csv: {tmp_path / 'axis.csv'}"),
-        ("topic: /tank/level", "time_column: t\n        time_unit: s"),
-        ("field: level", "value_column: x"),
-        ("{start: 0.0, end: 240.0, held_out: 60.0}", "{end: 2000.0}"),
-    )
-    experiment = load_experiment("tank", written_to(tmp_path, entry))
-    with pytest.warns(DoubtfulInputWarning, match=r"of the 2001 of level .* excerpt: {end: 2000, every: 7} takes"):
-        generate(experiment, Results("tank", tmp_path))
-
-
 def test_a_differential_equation_without_the_word_continuous_is_asked_about(tmp_path: Path) -> None:
     axis = changed("robot-axis", ("      continuous: true\n", ""))
     experiment = load_experiment("robot-axis", written_to(tmp_path, axis))

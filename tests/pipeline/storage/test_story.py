@@ -104,6 +104,8 @@ def test_prices_are_told_of_what_is_proved_only(tmp_path: Path) -> None:
         "- `joint` costs 2 in $-2 \\ln p$, of which 1.5 for input (lower): the samples are off it by 0.25 (root mean "
         "square) and the truth by 0.5."
     )
+    fewer = {"unconstrained": {"proof": "", "misfit": 0.1, "condensed": {"x": {"samples": 9000, "centres": 300}}}}
+    assert told_of_price(written(tmp_path, metrics=fewer)).startswith("- Learned of 9000 samples of x by 300 centres, ")
 
 
 def test_proofs_are_told_as_they_are(tmp_path: Path) -> None:

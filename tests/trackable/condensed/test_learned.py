@@ -9,6 +9,7 @@ import pytest
 from tests.trackable.plants import AXIS
 from trackable import Samples, SquaredExponential, TrackableReference, learn_reference
 from trackable.condensed.asked import MANY, condensed_by_name
+from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPosterior
 
 RANDOM = np.random.default_rng(3)
@@ -106,3 +107,13 @@ def test_many_samples_are_condensed_without_being_asked(monkeypatch):
     assert cost.centres <= 125
     assert abs(cost.change_of_l) < 1.0
     assert cost.apart < 0.05
+
+
+def test_noise_that_is_learned_allows_no_loss_yet():
+    """Its present value is none that is known: with σ_n = 0.3, far fewer centres would do."""
+    names, learnable = [("position",)], {"position": Learned.between(0.2, 0.4)}
+    counts = [
+        len(condensed_by_name({"position": DENSE}, names, "auto", noise, 400)["position"])
+        for noise in (None, learnable, {"position": 0.3})
+    ]
+    assert counts[0] == counts[1] > counts[2]

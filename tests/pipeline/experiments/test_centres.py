@@ -1,0 +1,81 @@
+"""Long recordings are learned from by fewer centres, as `learn_reference` takes them, and what is stored says so."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.experiments import Experiment, load_experiment
+from pipeline.generate import generate, sampled_by
+from pipeline.metrics import metrics_of
+from pipeline.storage.archive import read_samples
+from pipeline.storage.results import Results
+from tests.pipeline.params import changed, written_to
+from trackable import DoubtfulInputWarning, Samples
+from trackable.condensed.condense import condensed, condensed_enough
+from trackable.learning.learned import LearnedReference
+from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.search import best_solution
+
+TIMES = np.arange(2400.0)
+LEVELS = np.random.default_rng(1).normal(1.0, 0.1, TIMES.size)
+Written = Callable[[str], Experiment]
+
+
+@pytest.fixture
+def with_line(tmp_path: Path) -> Written:
+    """An experiment with 2400 samples of a level, and a line of its own."""
+    rows = "".join(f"{t!r},{level!r}\n" for t, level in zip(TIMES.tolist(), LEVELS.tolist(), strict=True))
+    (tmp_path / "tank.csv").write_text(f"t,x\n{rows}", encoding="utf-8")
+
+    def written(line: str) -> Experiment:
+        entry = changed(
+            "tank",
+            ("claim: all_times\n", f"claim: all_times\n    {line}\n"),
+            ("samples_from: data/recordings/tank.mcap", f"samples_from: {tmp_path}"),
+            ("mcap: data/recordings/tank.mcap", f"csv: {tmp_path / 'tank.csv'}"),
+            ("topic: /tank/level", "time_column: t\n        time_unit: s"),
+            ("field: level", "value_column: x"),
+            ("{start: 0.0, end: 240.0, held_out: 60.0}", "{end: 3000.0}"),
+        )
+        return load_experiment("tank", written_to(tmp_path, entry))
+
+    return written
+
+
+def test_each_sample_is_learned_from_only_after_a_question(with_line: Written, tmp_path: Path) -> None:
+    with pytest.warns(DoubtfulInputWarning, match=r"2400 of level are learned from, .* `centres: 300` learns from"):
+        generate(with_line("centres: null"), Results("tank", tmp_path))
+    assert len(read_samples(Results("tank", tmp_path)).only) == 2400
+
+
+@pytest.mark.parametrize(
+    ("line", "wanted"),
+    [
+        ("centres: auto", condensed_enough(Samples(TIMES, LEVELS))),
+        ("", condensed_enough(Samples(TIMES, LEVELS))),
+        ("centres: 60", condensed(Samples(TIMES, LEVELS), 60)),
+    ],
+)
+def test_centres_stand_for_all_samples(line: str, wanted: Samples, with_line: Written, tmp_path: Path) -> None:
+    """Of more than 2000 samples as few as lose nothing, as without a line; or a given number."""
+    generate(with_line(line), Results("tank", tmp_path))
+    found = read_samples(Results("tank", tmp_path)).only
+    assert len(found) + found.scatter.count == 2400
+    assert len(found) == len(wanted) < 1200
+    for name in ("times", "values", "relative_noise"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name))
+    assert found.scatter == wanted.scatter
+
+
+def test_numbers_are_those_of_all_samples(with_line: Written) -> None:
+    experiment = with_line("centres: 60")
+    samples = sampled_by(experiment).samples
+    free = best_solution(ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples)))
+    assert isinstance(free, Solution)
+    learned = LearnedReference.of("unconstrained", free, experiment.plant)
+    numbers = metrics_of(experiment, sampled_by(experiment), learned, [], learned)
+    assert numbers["condensed"] == {"level": {"samples": 2400, "centres": 60}}
+    off = LEVELS - learned.reference.kernel_sums[0](TIMES)
+    assert numbers["misfit"] == pytest.approx(float(np.sqrt(np.mean(off**2))), rel=1e-3)
