@@ -21,6 +21,7 @@ def doubts(claim: Claim, samples: Mapping[str, Samples], plant: ConstrainedSyste
     for name, of_name in samples.items():
         yield from _of_times(claim, name, of_name)
         yield from _of_span(name, of_name, plant.sampling_time)
+        yield from _of_gaps(name, of_name)
         yield from _of_values(name, of_name)
 
 
@@ -61,6 +62,17 @@ def _of_span(name: str, samples: Samples, sampling_time: float) -> Iterator[str]
         yield (
             f"samples: those of {name} last {span:g} s, less than one step of the system, {sampling_time:g} s: are "
             "their times in seconds?"
+        )
+
+
+def _of_gaps(name: str, samples: Samples) -> Iterator[str]:
+    """Ask about the longest gap."""
+    if gaps := samples.gaps:
+        start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
+        usual = float(np.median(np.diff(samples.times)))
+        yield (
+            f"samples: there is none of {name} for {end - start:.4g} s after {start:.6g} s, where there is usually one "
+            f"every {usual:.3g} s: is a part missing? What is learned there follows from kernel and bounds alone"
         )
 
 

@@ -14,6 +14,8 @@ from trackable.gp.stencil import POINT, Stencil
 from trackable.gp.stencils import Stencils
 
 _UNIFORM = np.empty(0)
+_WIDE = 10.0  # times the median of the times between samples
+_FEWEST = 10  # samples: among fewer, no spacing is the usual one
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,18 @@ class Samples:
             at, scatters = self.stencil.places == i, self.scatters[i : i + 1]
             found[kind] = Samples(self.times[at], self.values[at], self.relative_noise[at], stencil, scatters)
         return found
+
+    @property
+    def gaps(self) -> list[tuple[float, float]]:
+        """The times (start, end) [s] without a sample between them, more than 10 times as long as is usual, in order.
+
+        Usual is the median. There is none among fewer than 10 samples.
+        """
+        if len(self) < _FEWEST:
+            return []
+        spacings = np.diff(self.times)
+        before = np.flatnonzero(spacings > _WIDE * np.median(spacings))
+        return list(zip(self.times[before].tolist(), self.times[before + 1].tolist(), strict=True))
 
     @property
     def of_level(self) -> "Samples":

@@ -54,7 +54,7 @@ class Recording:
 
     def __str__(self) -> str:
         lines = [
-            f"{name}: {len(signal)} samples from {' to '.join(_span(signal))} s"
+            f"{name}: {len(signal)} samples from {' to '.join(_span(signal))} s{_gaps(signal)}"
             for name, signal in self.signals.items()
         ]
         return "\n".join([*lines, f"time zero: {described(self.origin, self.absolute)}", *map(str, self.cleanings)])
@@ -62,6 +62,15 @@ class Recording:
 
 def _span(signal: Signal) -> tuple[str, str]:
     return ends_shown(float(signal.times[0]), float(signal.times[-1]))
+
+
+def _gaps(signal: Signal) -> str:
+    """Return where the longest gap is and how many there are; nothing where there is none."""
+    if not (gaps := signal.samples().gaps):
+        return ""
+    start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
+    others = f", the longest of {len(gaps)} such gaps" if len(gaps) > 1 else ""
+    return f", none for {end - start:.4g} s after {start:.6g} s{others}"
 
 
 def _named(name: str, signal: Signal, start: float, end: float) -> Signal:
