@@ -15,7 +15,7 @@ from trackable.systems.disturbance.rationals import as_array
 from trackable.systems.disturbance.zonotope import Zonotope
 
 _ROUNDING = 1e-12
-"""Points beyond a side of the set by this part of its size count as inside."""
+"""Points beyond a side of the set by this part of its size along the coordinates of the side count as inside."""
 
 _MOST_FACETS = 100_000
 
@@ -47,7 +47,7 @@ class ErrorSet:
         if (described := self.halfspaces or self._facets) is None:
             return None
         rows, sides = described
-        return rows, sides + _ROUNDING * np.max(sides, initial=0.0)
+        return rows, sides + _ROUNDING * np.abs(rows) @ self._reach
 
     @cached_property
     def blocks(self) -> tuple[list[int], ...]:
@@ -109,9 +109,13 @@ class ErrorSet:
     @cached_property
     def extents(self) -> Array:
         """How far Z reaches along each axis (n,), none of them zero."""
+        return np.where(self._reach > 0, self._reach, 1.0)
+
+    @cached_property
+    def _reach(self) -> Array:
+        """How far Z reaches along each axis (n,): a set of {0} not at all."""
         axes = np.eye(self.dimension)
-        reach = self.support(axes) + self.support(-axes)
-        return np.where(reach > 0, reach, 1.0)
+        return self.support(axes) + self.support(-axes)
 
     @cached_property
     def centre(self) -> Array:

@@ -4,10 +4,14 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-from tests.trackable.control.tube.instances import LOOPS
+from tests.trackable.control.tube.instances import LOOPS, TWO_CARTS
 from tests.trackable.control.tube.naive import in_error_set
 from tests.trackable.systems.disturbance.instances import ALL
 from trackable.control.tube.error_set import ErrorSet
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.tightening import tightening
+from trackable.systems.disturbance.zonotope import Zonotope
+from trackable.systems.sets.polytope import Polytope
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -42,6 +46,22 @@ def test_facets_and_programs_agree():
     inside = [errors.contains(e) for e in points]
     assert inside == [errors._weights(e) is not None for e in points]
     assert 3 < sum(inside) < 37
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-5, 1e-10])
+def test_each_block_has_its_own_rounding(unit):
+    """One of two carts moves in another unit: what rounding may miss of the other one does not count there."""
+    sizes = np.array([1.0, 1.0, unit, unit])
+    W = Zonotope.box(*(0.02 * sizes * [0, side, 0, side] for side in (-1, 1)))
+    plant = ConstrainedSystem(
+        TWO_CARTS.system, Polytope.box(-sizes, sizes), Polytope.box(-2 * sizes[[0, 2]], 2 * sizes[[0, 2]])
+    )
+    errors = ErrorSet(tightening(plant, W).invariant)
+    assert errors.blocks == ([0, 1], [2, 3])
+    for direction in np.random.default_rng(4).normal(size=(8, 2)):
+        e = errors.farthest(np.array([0.0, 0.0, *direction])) * [0, 0, 1, 1]
+        assert errors.contains((1 - 1e-9) * e)
+        assert not errors.contains((1 + 1e-9) * e)
 
 
 @pytest.mark.parametrize("name", LOOPS)
