@@ -1,9 +1,9 @@
 """The point of a polyhedron that is nearest to another one."""
 
 import numpy as np
-import scipy
 
 from trackable.arrays import Array
+from trackable.gp.bounded.least_squares import nonnegative_least_squares
 
 _GAP = 1e-9
 """A point is taken if it misses its rows, and the least distance, by no more than this part of the distance."""
@@ -25,10 +25,7 @@ def nearest_in(rows: Array, limits: Array, aim: Array) -> Array | None:
     if not unit > 0:
         return aim
     excess = excess / unit
-    try:
-        u, _ = scipy.optimize.nnls(np.vstack([rows.T, excess]), np.append(np.zeros(len(aim)), 1.0))
-    except RuntimeError as error:
-        raise np.linalg.LinAlgError("the active-set method takes too many steps") from error
+    u = nonnegative_least_squares(np.vstack([rows.T, excess]), np.append(np.zeros(len(aim)), 1.0))
     left = 1 - u @ excess
     if left <= _CONTRADICTION:
         return None

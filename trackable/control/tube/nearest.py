@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy
 
 from trackable.arrays import Array
 from trackable.control.tube.error_set import ErrorSet
 from trackable.control.tube.faces import Faces
 from trackable.control.tube.polygon import Polygon
+from trackable.gp.bounded.least_squares import nonnegative_least_squares
 
 _GAP = 1e-9
 """A point is nearest if no other is nearer by more than twice this part of the squared distance."""
@@ -29,7 +29,7 @@ class Nearest:
     root: Array
 
     def __call__(self, e: Array) -> Array | None:
-        """Return d (n,); None where it is not found up to `_GAP`."""
+        """Return d (n,); None where it is not found up to `_GAP`. LinAlgError: not in float64."""
         if self.errors.halfspaces is not None:
             return self._by_blocks(e)
         if self._faces is not None:
@@ -139,10 +139,11 @@ class Nearest:
 def _nearest_to_zero(points: Array) -> Array:
     """Return the weights (p,) of the point of a convex hull that is nearest to zero.
 
-    They are a multiple of the w ≥ 0 that minimise ‖Σ_i w_i points_i‖² + (1 − Σ_i w_i)².
+    They are a multiple of the w ≥ 0 that minimise ‖Σ_i w_i points_i‖² + (1 − Σ_i w_i)². Raises LinAlgError where they
+    are not found in float64.
     """
     rows = np.vstack([points.T, np.ones(len(points))])
     aim = np.zeros(len(rows))
     aim[-1] = 1.0
-    weights, _ = scipy.optimize.nnls(rows, aim)
+    weights = nonnegative_least_squares(rows, aim)
     return np.asarray(weights / np.sum(weights))

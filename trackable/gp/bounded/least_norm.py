@@ -5,9 +5,9 @@ The non-negative u that brings Nᵀ u nearest to 0 and −gᵀ u nearest to 1 is
 """
 
 import numpy as np
-import scipy
 
 from trackable.arrays import Array
+from trackable.gp.bounded.least_squares import nonnegative_least_squares
 
 _HELD = 1e-9  # the distances of the program's own walls that count as zero
 
@@ -16,6 +16,7 @@ def least_norm(normals: Array, offsets: Array) -> Array | None:
     """Return the w of least norm with N w + g ≥ 0, for `normals` N (W, r) of length one and `offsets` g (W,).
 
     The result keeps all rows up to 1e-9. None: there is no such w. Only rows that would be broken enter the program.
+    Raises LinAlgError where w is not found in float64.
     """
     w, walls = np.zeros(normals.shape[1]), list[int]()
     while (height := normals @ w + offsets).min(initial=0.0) < -_HELD:
@@ -24,6 +25,6 @@ def least_norm(normals: Array, offsets: Array) -> Array | None:
             return None
         walls.append(worst)
         system, target = np.vstack([normals[walls].T, -offsets[walls]]), np.append(np.zeros(len(w)), 1.0)
-        pushes = np.array(walls)[scipy.optimize.nnls(system, target)[0] > 0]
+        pushes = np.array(walls)[nonnegative_least_squares(system, target) > 0]
         w = np.linalg.lstsq(normals[pushes], -offsets[pushes])[0]
     return w

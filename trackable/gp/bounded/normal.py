@@ -50,8 +50,11 @@ class BoundedNormal:
 
     @cached_property
     def start(self) -> Array:
-        """The most likely w that is 1e-6 inside all bounds, shape (r,). Raises NoRoom if there is none."""
-        found = least_norm(self.walls.normals, self.walls.offsets - _INSIDE)
+        """The most likely w that is 1e-6 inside all bounds, (r,). Raises NoRoom: there is none, or it is not found."""
+        try:
+            found = least_norm(self.walls.normals, self.walls.offsets - _INSIDE)
+        except np.linalg.LinAlgError as error:
+            raise NoRoom(f"what is most likely between the bounds is not found in float64: {error}") from error
         if found is None:
             raise NoRoom(f"nothing lies inside all bounds by {_INSIDE:g} standard deviations")
         return found

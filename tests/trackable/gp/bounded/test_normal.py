@@ -126,6 +126,15 @@ def test_the_shortest_vector_is_found_however_long_it_is():
         np.testing.assert_allclose(found, [far / 1.4, far / 1.4], rtol=1e-12)
 
 
+def test_where_the_shortest_vector_is_not_found_one_sentence_says_so(monkeypatch):
+    def circles(*_, **__):
+        raise RuntimeError("Maximum number of iterations reached.")
+
+    monkeypatch.setattr("scipy.optimize.nnls", circles)
+    with pytest.raises(NoRoom, match="not found in float64: the active-set method does not end in 30 steps"):
+        between([[1.0, 0.0]], [1], [2]).draws(1, 0)
+
+
 @given(st.integers(0, 10**6))
 def test_a_root_is_one_in_any_units(seed):
     rng = np.random.default_rng(seed)
