@@ -1,6 +1,7 @@
 """The library's command line: `python -m trackable check FILE`, `python -m trackable certify TABLE --system FILE`."""
 
 import argparse
+import logging
 import math
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ from trackable.checker.__main__ import INTERRUPTED, UNUSABLE, report
 from trackable.checking import check
 from trackable.errors import InputError
 from trackable.given.arguments import CODES, add_arguments
+from trackable.progress.messages import LOG
 
 _CODES = """Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE cannot be
 used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 130 interrupted.
@@ -57,6 +59,8 @@ def _positive(text: str) -> float:
 
 
 if __name__ == "__main__":
+    logging.basicConfig(format="%(message)s")  # to stderr, where a terminal would show a line
+    LOG.setLevel(logging.INFO)
     try:
         code = main(sys.argv[1:])
     except KeyboardInterrupt:

@@ -1,5 +1,6 @@
 """The certificate checker on files, for the command line and for notebooks; the checker itself reads no files."""
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from trackable.checker.progress import ProgressLine
 from trackable.checker.reading.limits import BYTES
 from trackable.errors import InputError, NoReferenceError
 from trackable.files import from_json, path_of, read_bytes
+from trackable.progress.messages import Messages
 
 
 def check(certificate: Path | str | Mapping[str, object], seconds: float | None = None, exact: bool = False) -> Verdict:
@@ -16,12 +18,19 @@ def check(certificate: Path | str | Mapping[str, object], seconds: float | None 
 
     `Proved` and `Refuted` say in words what holds; `Failed` and `NotACertificate` say why nothing is shown, `Undecided`
     that the check took longer than `seconds`. An `exact` check does without float64 intervals; it takes longer. On a
-    terminal, a line shows how far a long check is. Raises InputError where the file cannot be read.
+    terminal, a line shows how far a long check is; elsewhere the logger "trackable" says so every 10 s, at level INFO.
+    Raises InputError where the file cannot be read.
     """
     content = certificate if isinstance(certificate, Mapping) else _read(path_of("certificate", certificate))
-    line = ProgressLine()
+    line, messages = ProgressLine(), Messages()
+
+    def progress(done: int, of: int) -> None:
+        line(done, of)
+        if not sys.stderr.isatty():
+            messages(lambda: f"checked {done} of {of}")
+
     try:
-        return checker.check(content, seconds, line, exact)
+        return checker.check(content, seconds, progress, exact)
     finally:
         line.clear()
 

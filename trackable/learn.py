@@ -119,7 +119,8 @@ def learn_reference(
     starts
         The number of points from which the search starts.
     progress
-        Whether a line on a terminal counts fits, evaluations and boxes proved; nothing is shown elsewhere.
+        Whether a line on a terminal counts fits, evaluations and boxes proved. Elsewhere, the logger "trackable" says
+        it every 10 s, at level INFO: `logging.basicConfig(level="INFO")` shows that.
 
     Warns
     -----

@@ -1,7 +1,9 @@
 """What is under way is told to whoever watches, and changes no result."""
 
 import io
+import logging
 import re
+import subprocess
 import sys
 
 import numpy as np
@@ -9,7 +11,8 @@ import pytest
 
 from tests.trackable.learning.published import example1
 from trackable import Samples, SquaredExponential, TrackableReference, learn_reference
-from trackable.progress.bar import progress_bar
+from trackable.progress import messages
+from trackable.progress.bar import progress_bar, recordings_bar
 from trackable.progress.work import Work, done, watched
 
 
@@ -77,3 +80,60 @@ def test_one_may_watch_within_another(monkeypatch: pytest.MonkeyPatch) -> None:
         done("fit")
     assert heard == ["fit"]
     assert "boxes proved: 1" in shown.getvalue()
+
+
+def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog) -> None:
+    quiet = learned()
+    monkeypatch.setattr(messages, "_EVERY", 0.0)
+    caplog.set_level(logging.INFO, "trackable")
+    heard = learned()
+    assert {(record.name, record.levelno) for record in caplog.records} == {("trackable", logging.INFO)}
+    told = re.compile(r"learn reference, fits: 1, evaluations: [1-9]\d*, boxes proved: [1-9]\d* \[\d+ s\]")
+    assert told.fullmatch(caplog.messages[-1])
+    caplog.clear()
+    learned(progress=False)
+    assert not caplog.records
+    assert np.array_equal(quiet.state(np.arange(50)), heard.state(np.arange(50)))
+
+
+def test_a_message_comes_every_few_seconds(monkeypatch, caplog) -> None:
+    now = iter([100.0, 109.9, 110.0, 110.1, 119.9, 125.0])
+    monkeypatch.setattr(messages, "monotonic", lambda: next(now))
+    caplog.set_level(logging.INFO, "trackable")
+    told = messages.Messages()
+    for count in range(5):
+        told(lambda count=count: f"at {count}")
+    assert caplog.messages == ["at 1 [10 s]", "at 4 [25 s]"]
+
+
+def test_recordings_are_counted_in_messages(monkeypatch, caplog) -> None:
+    monkeypatch.setattr(messages, "_EVERY", 0.0)
+    caplog.set_level(logging.INFO, "trackable")
+    with recordings_bar("learn references", 2) as count:
+        count()
+        count()
+    with recordings_bar("learn references", 2, shown=False) as count:
+        count()
+    first, second = caplog.messages
+    assert first.startswith("learn references: 1 of 2 recordings")
+    assert second.startswith("learn references: 2 of 2 recordings")
+
+
+def test_a_terminal_is_told_by_its_line_alone(monkeypatch, caplog) -> None:
+    monkeypatch.setattr(messages, "_EVERY", 0.0)
+    caplog.set_level(logging.INFO, "trackable")
+    terminal(monkeypatch)
+    learned()
+    with recordings_bar("learn references", 1) as count:
+        count()
+    assert not caplog.records
+
+
+def test_the_command_line_says_how_far_a_long_check_is(tmp_path) -> None:
+    learned().save_certificate(tmp_path / "proof.json")
+    soon = "from trackable.progress import messages; messages._EVERY = 0"
+    run = "import runpy, sys; runpy.run_module('trackable', run_name='__main__')"
+    command = [sys.executable, "-c", f"{soon}; {run}", "check", str(tmp_path / "proof.json")]
+    found = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert found.stdout.startswith("For all real t")
+    assert re.search(r"^checked \d+ of \d+ \[0 s\]$", found.stderr, re.MULTILINE)

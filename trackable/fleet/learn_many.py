@@ -15,6 +15,7 @@ from trackable.fleet.sources import Measured, Source, sources_of
 from trackable.fleet.workers import answers
 from trackable.gp.kernels.base import Kernel
 from trackable.learn import learn_reference
+from trackable.progress.bar import recordings_bar
 from trackable.reference import TrackableReference
 from trackable.request.claim import claimed
 from trackable.request.plant import checked_plant
@@ -132,7 +133,7 @@ def learn_many(
     cluster
         The address of a Dask scheduler, as "tcp://10.0.0.1:8786": its workers learn, and files are written here.
     progress
-        Whether a line on a terminal counts recordings; nothing is shown elsewhere.
+        Whether a line on a terminal counts recordings. Elsewhere, the logger "trackable" says it every 10 s (INFO).
     options
         Further arguments of `learn`: noise_std, mean, method, at, disturbance, …
 
@@ -152,22 +153,16 @@ def learn_many(
         raise TypeError("learn_many: progress is given twice")
     sources, where = sources_of(recordings), FleetFolder(path_of("folder", folder))
     request = Request(plant, kernel, claim if claim == "recorded" else claimed(claim), options, learn)
-    count = whole("workers", workers, least=1)
+    processes = whole("workers", workers, least=1)
     address = None if cluster is None else text("cluster", cluster)
     asked = [(source, where.kept(source.name)) for source in sources]
     found: dict[str, Row] = {}
-    with _bar(len(sources), shown=progress) as bar:
-        for each in answers(asked, request, count, address):
+    with recordings_bar("learn references", len(sources), shown=progress) as count:
+        for each in answers(asked, request, processes, address):
             if not each.is_kept:
                 where.write(each.row, each.files)
             found[each.row.name] = each.row
-            bar.update()
+            count()
     rows = tuple(found[source.name] for source in sources)
     where.write_table(rows)
     return Fleet(where.path, rows)
-
-
-def _bar(total: int, *, shown: bool) -> Any:
-    from tqdm import tqdm  # noqa: PLC0415  loading the library shall not take longer for a bar
-
-    return tqdm(desc="learn references", total=total, unit=" recordings", disable=None if shown else True)

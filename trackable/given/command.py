@@ -15,6 +15,7 @@ from trackable.given.plant_file import read_plant
 from trackable.given.table import CertifiedTable, RefutedTable
 from trackable.given.table_file import read_columns
 from trackable.given.table_proof import certify_table
+from trackable.progress.bar import progress_bar
 from trackable.systems.constrained import ConstrainedSystem
 
 PROVED, REFUTED, UNUSABLE, UNDECIDED = 0, 1, 2, 3
@@ -27,7 +28,8 @@ def run(given: Namespace) -> int:
     """Print the answer, save it where that is asked for, and return the exit code."""
     try:
         plant = read_plant(given.system)
-        answer = _of_curves(given, plant) if given.interpolation else _of_rows(given, plant)
+        with progress_bar("certify"):
+            answer = _of_curves(given, plant) if given.interpolation else _of_rows(given, plant)
         print(answer.explanation)
         if given.save:
             _save(answer, given.save)

@@ -1,1 +1,1 @@
-"""What is under way, and a line on the terminal that shows it."""
+"""What is under way, and who is told: a line on a terminal, or a log."""
