@@ -140,27 +140,6 @@ def test_with_active_bounds_the_optimum_needs_no_interior_point_method(name, mon
     assert loop.controller.errors.contains((1 - 1e-8) * (start - plan.states[0]))
 
 
-@pytest.mark.parametrize("name", ["three states", "three states, a hull"])
-def test_where_the_active_set_method_goes_in_circles_the_interior_point_method_finds_the_optimum(name, monkeypatch):
-    loop = LOOPS[name]
-    starts = [off(loop, part) for part in np.geomspace(0.3, 2, 8)]
-    plans = {
-        i: plan for i, x in enumerate(starts) if isinstance(plan := loop.controller.step(0, x, loop.reference), Plan)
-    }
-    monkeypatch.setattr("scipy.optimize.nnls", circles)
-    again = {i: loop.controller.step(0, starts[i], loop.reference) for i in plans}
-    assert any(plan.status is Status.SOLVED for plan in again.values())
-    for i, plan in again.items():
-        assert isinstance(plan, Plan)
-        assert plan.cost == pytest.approx(plans[i].cost, rel=1e-5, abs=1e-7)
-
-
-def circles(matrix, aim, *, maxiter) -> None:
-    """What SciPy raises where steps are too few, which are 3 for each unknown if nothing is said."""
-    assert maxiter > 3 * matrix.shape[1]
-    raise RuntimeError("Maximum number of iterations reached.")
-
-
 def fails(_) -> None:
     raise np.linalg.LinAlgError("as if it were beyond float64")
 

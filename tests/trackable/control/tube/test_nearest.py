@@ -6,7 +6,6 @@ import pytest
 
 from tests.trackable.control.tube.instances import HULL, LOOPS
 from tests.trackable.control.tube.naive import in_error_set
-from tests.trackable.control.tube.test_controller import circles
 from trackable.control.tube.faces import Faces
 from trackable.control.tube.least_distance import nearest_in
 from trackable.control.tube.nearest import Nearest
@@ -141,9 +140,3 @@ def test_the_nearest_point_of_a_polyhedron_is_that_of_a_convex_program(seed):
 
 def test_a_polyhedron_without_points_has_no_nearest_one():
     assert nearest_in(np.array([[1.0, 0.0], [-1.0, 0.0]]), np.array([-1.0, 0.5]), np.zeros(2)) is None
-
-
-def test_a_nearest_point_that_is_not_found_is_one_kind_of_error(monkeypatch):
-    monkeypatch.setattr("scipy.optimize.nnls", circles)
-    with pytest.raises(np.linalg.LinAlgError, match="the active-set method does not end in 60 steps"):
-        nearest_in(np.eye(2), np.array([-1.0, -1.0]), np.zeros(2))
