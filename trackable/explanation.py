@@ -71,7 +71,7 @@ def _distance(misfit: Misfit) -> str:
 
 
 def _help(fit: Fit) -> str:
-    if fit.moved == "hyperparameters":
+    if fit.method == "hyperparameters":
         return (
             "only the hyperparameters were learned, as asked for or because no function was found that costs less: "
             'wider bounds, another prior mean or method="joint" may help'

@@ -17,7 +17,7 @@ from trackable.gp.joint import JointPosterior, JointPrior
 from trackable.gp.prior import NOISE
 from trackable.gp.samples import Samples
 from trackable.learning.joint.contacts import Contact, contacts
-from trackable.learning.problem import ActiveBound, Moved, Solution
+from trackable.learning.problem import ActiveBound, Method, Solution
 from trackable.learning.space import SearchSpace
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Coordinate
@@ -121,7 +121,7 @@ class Fit:
     """A `reference` learned from `samples` of the flat outputs: all that is known of it beside its proof.
 
     `prior` has the learned hyperparameters, `unconstrained_prior` those of the least l that was found without bounds.
-    `objective` is J = l + D; `moved` says whether the function was learned or its hyperparameters alone (then D = 0).
+    `objective` is J = l + D; `method` says whether the function was learned or its hyperparameters alone (then D = 0).
     `active_bounds` are those that hold the function back, with multipliers and prices. At some times the values of
     states or inputs are `pinned`. Of samples that stand for more of them, `condensed` says what that costs.
     """
@@ -131,7 +131,7 @@ class Fit:
     prior: JointPrior
     unconstrained_prior: JointPrior
     objective: float
-    moved: Moved
+    moved: Method  # `method`, under the name that saved references have for it
     active_bounds: tuple[ActiveBound, ...]
     pinned: tuple[Pinned, ...]
     condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
@@ -154,11 +154,16 @@ class Fit:
             learned.prior,
             least.prior,
             solution.objective,
-            solution.moved,
+            solution.method,
             solution.active_bounds,
             pinned,
             condensed,
         )
+
+    @property
+    def method(self) -> Method:
+        """What was learned."""
+        return self.moved
 
     @cached_property
     def posterior(self) -> JointPosterior:

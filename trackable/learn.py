@@ -20,7 +20,7 @@ from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.kernels.base import Kernel
 from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner
 from trackable.learning.prior import prior_for
-from trackable.learning.problem import ConstrainedProblem, Moved, Solution
+from trackable.learning.problem import ConstrainedProblem, Method, Solution
 from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
@@ -48,7 +48,7 @@ def learn_reference(
     noise_std: Noise = None,
     mean: Mean | Mapping[str, Mean] = 0.0,
     learn_from: SamplesLike | None = None,
-    method: Moved = "joint",
+    method: Method = "joint",
     centres: Centres = "auto",
     at: Waypoints | None = None,
     at_tolerance: float | Mapping[str, float] | None = None,

@@ -15,7 +15,7 @@ from trackable.files import path_of
 from trackable.fit import Fit
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
-from trackable.learning.problem import ActiveBound, Moved
+from trackable.learning.problem import ActiveBound, Method
 from trackable.proved.reference import ProvedReference
 from trackable.saved import NotTrackableError, SavedReference
 from trackable.systems.disturbance.tightening import Tightening
@@ -65,9 +65,9 @@ class TrackableReference(ProvedReference):
         return self.fit.objective
 
     @property
-    def method(self) -> Moved:
+    def method(self) -> Method:
         """What was learned: "joint", or "hyperparameters" if no better function was found than a posterior mean."""
-        return self.fit.moved
+        return self.fit.method
 
     @property
     def price(self) -> float:

@@ -38,7 +38,7 @@ from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.sampling import kinds_by_name, relative_to_first
 
-_HAIR = 1e-9  # steps: the ends of a window are rounded
+_ROUNDING = 1e-9  # steps: the ends of a window are rounded
 
 
 def _methods(written: object) -> object:
@@ -226,8 +226,8 @@ class Experiment(Fields):
         if not isinstance(self.claim, tuple):
             return range(self.control.steps)
         first, last = (t / self.plant.sampling_time for t in self.claim)
-        start = max(math.ceil(first - _HAIR), 0)
-        return range(start, min(start + self.control.steps, math.floor(last + _HAIR) - self.control.horizon))
+        start = max(math.ceil(first - _ROUNDING), 0)
+        return range(start, min(start + self.control.steps, math.floor(last + _ROUNDING) - self.control.horizon))
 
     def check(self, samples: tuple[Samples, ...]) -> None:
         """Raise ValueError where steps do not last the longest period that may be learned from these samples."""

@@ -1,11 +1,13 @@
 """What programs and notebooks print of objects says what they are, in a line."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.trackable.control.tube.instances import LOOPS
 from trackable import Controller, Infeasible, Plan, Zonotope, mobile_robot, simulate
-from trackable.control.step.result import Unsolved
+from trackable.control.step.result import Status, Unsolved
 
 LOOP = LOOPS["example1"]
 PLAN = LOOP.controller.step(0, LOOP.reference.state(0), LOOP.reference)
@@ -29,6 +31,14 @@ def test_results_and_sets_are_printed_in_words(printed, wanted):
 
 def test_the_results_above_are_of_all_kinds():
     assert [type(result) for result in (PLAN, FAR, NOWHERE)] == [Plan, Infeasible, Unsolved]
+
+
+@pytest.mark.parametrize("status", Status)
+def test_a_plan_says_in_words_how_it_was_found(status):
+    """The words of logs are not for people: "unbounded" is a plan on which no bound is active."""
+    said = replace(PLAN, status=status).explanation
+    assert said.startswith(f"at step 0 feasible ({status.words}), V = ")
+    assert status.words != status.value
 
 
 def test_a_loop_is_printed_by_its_errors_and_failures():

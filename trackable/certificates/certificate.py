@@ -11,7 +11,7 @@ from trackable.certificates.robust import Robust
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 
-_HAIR, HAIR_OF_PIECES = 1e-12, 2.0**-50
+_TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
 
 
 @dataclass(frozen=True)
@@ -46,22 +46,25 @@ class Certificate:
         return f"Certificate({self.explanation})"
 
     @property
-    def hair(self) -> float:
-        """By which part of itself a time may lie outside of what is proved, as k T_s is rounded.
+    def time_tolerance(self) -> float:
+        """The relative tolerance of times at the ends of what is proved, as k T_s is rounded.
 
         Polynomial pieces may jump right there: their proof goes on as far as this.
         """
-        return HAIR_OF_PIECES if self.reference.pieces else _HAIR
+        return TIME_TOLERANCE_OF_PIECES if self.reference.pieces else _TIME_TOLERANCE
 
     def first_unproved(self, t: Array) -> tuple[int, str] | None:
         """Return the index of the first of some times [s] that is not proved, and why; None where all are."""
         (first, last), until, flat = self.claim.span, self.evaluated_until, t.ravel()
-        hair = self.hair * np.abs(flat)
+        tolerance = self.time_tolerance * np.abs(flat)
         rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
         for refused, why in (
-            (~((flat >= first - hair) & (flat <= last + hair)), f"outside of what is proved, {self.claim}"),
+            (~((flat >= first - tolerance) & (flat <= last + tolerance)), f"outside of what is proved, {self.claim}"),
             (np.abs(flat) > until, rounding),
-            (self._from_instants(flat) > hair, f"between the sampled instants, which alone are proved, {self.claim}"),
+            (
+                self._from_instants(flat) > tolerance,
+                f"between the sampled instants, which alone are proved, {self.claim}",
+            ),
         ):
             if refused.any():
                 return int(np.argmax(refused)), why

@@ -89,7 +89,7 @@ class Round:
 
 Side = Literal["lower", "upper", "equal"]
 
-Moved = Literal["joint", "hyperparameters"]
+Method = Literal["joint", "hyperparameters"]
 """What was learned: function and hyperparameters together, or the hyperparameters alone."""
 
 
@@ -115,7 +115,7 @@ class Solution:
     `objective` is J = l + D, where D = `price` is what `active_bounds` cost; without them the `signals` are the
     posterior means, and J = l. `active` holds the places of each constraint in the last program. `fits` counts the
     nonlinear programs that were solved. `rounds` are the rounds that led from a start to this solution. `others` are
-    ln θ of other local minima, the best first. `moved` says what was learned. `unconstrained` is the posterior at the
+    ln θ of other local minima, the best first. `method` says what was learned. `unconstrained` is the posterior at the
     likelihood's minimum, where the learner has computed it on the way. Bounds are broken by `missed` at most, a part of
     their width, where more places than a program can have would be needed: a larger back-off mends it. `alone` is the
     least J of hyperparameters alone that was found on the way to a function, infinite where none was.
@@ -129,7 +129,7 @@ class Solution:
     rounds: tuple[Round, ...] = ()
     active_bounds: tuple[ActiveBound, ...] = ()
     others: tuple[Array, ...] = ()
-    moved: Moved = "hyperparameters"
+    method: Method = "hyperparameters"
     unconstrained: JointPosterior | None = None
     missed: float = 0.0
     alone: float = np.inf

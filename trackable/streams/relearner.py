@@ -85,7 +85,7 @@ def _certified(reference: TrackableReference) -> Certified:
     places = places_of(fit.active_bounds, [quantity.name for quantity in plant.quantities])
     signals = reference.reference.kernel_sums
     solution = Solution(
-        fit.posterior, signals, fit.objective, places, 0, active_bounds=fit.active_bounds, moved=fit.moved
+        fit.posterior, signals, fit.objective, places, 0, active_bounds=fit.active_bounds, method=fit.method
     )
     return Certified(solution, reference.reference, reference.certificate, backoff=0.0, cost=0.0, attempts=0)
 

@@ -38,7 +38,7 @@ def answer(problem: Problem, found: Learned) -> Answer:
     return Found(
         KernelCurve(found.reference, problem.task.samples),
         solution.objective,
-        "J = l + D" if solution.moved == "joint" else "l(θ)",
+        "J = l + D" if solution.method == "joint" else "l(θ)",
         prior=solution.posterior.prior,
         says=f"proved for {found.certificate.claim}",
     )

@@ -73,7 +73,7 @@ def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():
     lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))
     found = learn_certified(samples, prior, plant, space, learner=lost)
     assert isinstance(found, Certified)
-    assert found.solution.moved == "hyperparameters"
+    assert found.solution.method == "hyperparameters"
     assert found.solution.objective == certified("example1").solution.objective
 
 
@@ -110,7 +110,7 @@ def test_a_function_that_a_back_off_made_worse_than_hyperparameters_alone_is_not
 
     found = learn_certified(samples, prior, plant, space, learner=replace(JOINT, solve=moved))
     assert isinstance(found, Certified)
-    assert found.solution.moved == kept
+    assert found.solution.method == kept
     assert found.solution.objective <= certified("example1").solution.objective
 
 

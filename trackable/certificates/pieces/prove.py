@@ -7,7 +7,7 @@ from math import nextafter
 
 from flint import fmpq
 
-from trackable.certificates.certificate import HAIR_OF_PIECES, Certificate
+from trackable.certificates.certificate import TIME_TOLERANCE_OF_PIECES, Certificate
 from trackable.certificates.claim import AllPhases, AllTimes, Claim, OnWindow
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.pieces.cells import ExactPieces, cells, exactly
@@ -89,7 +89,7 @@ class _ProofProblem:
                 return 0.0, period
             case claim:  # k T_s may be rounded to an end
                 start, end = claim.span
-                return start - 2 * HAIR_OF_PIECES * abs(start), end + 2 * HAIR_OF_PIECES * abs(end)
+                return start - 2 * TIME_TOLERANCE_OF_PIECES * abs(start), end + 2 * TIME_TOLERANCE_OF_PIECES * abs(end)
 
     @property
     def _claimed(self) -> tuple[float, float]:

@@ -22,6 +22,20 @@ class Status(StrEnum):
     """For a nonlinear system: an admissible plan at which the search for lower costs ended. Full steps do not converge
     there, so that it is a minimum up to the accuracy of the search only."""
 
+    @property
+    def words(self) -> str:
+        """Say it in a few words, for explanations."""
+        return _WORDS[self]
+
+
+_WORDS = {
+    Status.NO_ACTIVE_BOUND: "no bound is active",
+    Status.SOLVED: "bounds are active",
+    Status.WIDENED: "it touches bounds, up to rounding",
+    Status.KEPT: "the initial guess",
+    Status.ADMISSIBLE: "the search for lower costs did not converge",
+}
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -46,7 +60,9 @@ class Plan:
     @property
     def explanation(self) -> str:
         """Say in a sentence how the plan was found, what it costs, and its slack."""
-        return f"at step {self.k} feasible ({self.status}), V = {self.cost:.4g}, slack {self.slack:.3g} of a width"
+        return (
+            f"at step {self.k} feasible ({self.status.words}), V = {self.cost:.4g}, slack {self.slack:.3g} of a width"
+        )
 
     def __repr__(self) -> str:
         return f"Plan({self.explanation}; input {self.input.tolist()})"

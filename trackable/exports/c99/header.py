@@ -122,10 +122,10 @@ def _values(reference: Reference, name: str) -> list[str]:
 def _guarded(proved: Proved, name: str) -> list[str]:
     first, last = proved.certificate.claim.span
     until = proved.certificate.evaluated_until
-    ends = [f"t >= {number(first)} - hair"] if math.isfinite(first) else []
-    ends += [f"t <= {number(last)} + hair"] if math.isfinite(last) else []
+    ends = [f"t >= {number(first)} - tolerance"] if math.isfinite(first) else []
+    ends += [f"t <= {number(last)} + tolerance"] if math.isfinite(last) else []
     refused = [
-        f"const double hair = fabs(t) * {number(proved.certificate.hair)};",
+        f"const double tolerance = fabs(t) * {number(proved.certificate.time_tolerance)};",
         f"if (!({' && '.join([*ends, f'fabs(t) <= {number(until)}'])})) return 1;",
     ]
     if not ends:

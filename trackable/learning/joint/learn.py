@@ -80,7 +80,7 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
     search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals)
     if search.best:
         return replace(_solution(search.best, search.fits, solution.unconstrained), alone=solution.alone)
-    if solution.moved == "hyperparameters" and not problem.pins:
+    if solution.method == "hyperparameters" and not problem.pins:
         alone = continued_alone(solution, problem)
         if not isinstance(alone, Solution):
             return alone
@@ -130,7 +130,7 @@ def _solution(point: Point, fits: int, unconstrained: JointPosterior | None) -> 
         point.function.places,
         fits,
         active_bounds=bent.active_bounds,
-        moved="joint",
+        method="joint",
         unconstrained=unconstrained,
         missed=max(0.0, -point.function.margin),
     )

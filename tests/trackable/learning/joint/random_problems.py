@@ -153,7 +153,7 @@ class Told:
         """What was moved, if the reference is proved and keeps its bounds on the grid."""
         if not isinstance(self.found, Certified):
             return "failed"
-        return self.found.solution.moved if self.worst >= 0 else "broken"
+        return self.found.solution.method if self.worst >= 0 else "broken"
 
     def __str__(self) -> str:
         n, m = self.problem.plant.linear.B.shape

@@ -79,7 +79,7 @@ def test_the_independent_checker_agrees(seed):
 def test_where_the_function_would_need_too_many_places_hyperparameters_alone_are_proved(monkeypatch):
     monkeypatch.setattr("trackable.learning.joint.settle._MOST_PLACES", 300)
     found = learned(ROUGH)
-    assert found.solution.moved == "hyperparameters"
+    assert found.solution.method == "hyperparameters"
     assert (
         min(np.min(q.margin(found.reference.signals, np.linspace(0, 6, 3001))) for q in found.reference.quantities) > 0
     )
