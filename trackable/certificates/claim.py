@@ -3,6 +3,9 @@
 import math
 from dataclasses import dataclass
 
+from trackable.gp.signal import KernelSum
+from trackable.systems.reference import Reference
+
 
 @dataclass(frozen=True)
 class AllTimes:
@@ -72,3 +75,15 @@ class AtInstants:
 
 
 Claim = AllTimes | AllPhases | OnWindow | AtInstants
+
+
+def refuse_empty(reference: Reference) -> None:
+    """Raise ValueError where there is nothing to prove: nothing is bounded, or a signal has no centres."""
+    if not reference.quantities:
+        raise ValueError("claim: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
+    for i, signal in enumerate(reference.signals):
+        if isinstance(signal, KernelSum) and not len(signal.centres):
+            raise ValueError(
+                f"reference: signal z{i + 1} has no centres, so that it is the constant {signal.mean:g}: give it one "
+                "centre, of weight 0, to prove its bounds"
+            )

@@ -12,7 +12,7 @@ from trackable.certificates.balls.formulas import UndefinedError
 from trackable.certificates.boxes.decision import Bounded
 from trackable.certificates.boxes.jumps import jump_of
 from trackable.certificates.certificate import Certificate
-from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
+from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow, refuse_empty
 from trackable.certificates.cover import TERMS, Hole, covers
 from trackable.certificates.exact import ExactQuantity, exact_quantities
 from trackable.certificates.outcome import Counterexample, Unproved
@@ -86,7 +86,7 @@ def reference_period(reference: Reference) -> float | None:
 
 
 def _span(reference: Reference) -> float:
-    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
+    latest = max(float(np.max(np.abs(signal.centres), initial=0.0)) for signal in reference.kernel_sums)
     return latest + max(reference.plant.flatness.orders) * reference.plant.sampling_time
 
 
@@ -94,7 +94,7 @@ def _span(reference: Reference) -> float:
 class _ProofProblem:
     """What is needed to prove a reference at all times in `span` [s], or at the instants k T_s in it.
 
-    Float64 evaluation is bounded up to far beyond `window` [s]. Raises ValueError where nothing is bounded.
+    Float64 evaluation is bounded up to far beyond `window` [s]. Raises ValueError as `refuse_empty`.
     """
 
     reference: Reference
@@ -103,8 +103,7 @@ class _ProofProblem:
     at_instants: bool = False
 
     def __post_init__(self) -> None:
-        if not self.reference.quantities:
-            raise ValueError("claim: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
+        refuse_empty(self.reference)
 
     @cached_property
     def until(self) -> float:

@@ -119,7 +119,7 @@ class Conventions:
     def to_parquet(
         self: Proved, path: Path | str, first: int | None = None, count: int | None = None, units: Units | None = None
     ) -> Path:
-        """Write the table of `to_csv` as a Parquet file; needs pyarrow, the extra `parquet`."""
+        """Write the table of `to_csv` as a Parquet file. InputError: pyarrow, of the extra `parquet`, is missing."""
         from trackable.exports.table import write_parquet  # noqa: PLC0415
 
         return write_parquet(self, path, first, count, units)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from trackable.arguments import text
 from trackable.arrays import Array
+from trackable.errors import InputError
 from trackable.exports.coordinates import chosen_steps, places, require_known, values_at
 from trackable.exports.proved import Proved
 from trackable.files import path_of, write_atomically, write_text
@@ -43,13 +44,13 @@ def write_csv(proved: Proved, path: Path | str, first: int | None, count: int | 
 def write_parquet(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:
     """Write a table as Parquet; units are also in the metadata of its columns, and the statement in that of the file.
 
-    ModuleNotFoundError: pyarrow is not installed.
+    InputError: pyarrow is not installed.
     """
     try:
         import pyarrow as pa  # noqa: PLC0415  an extra
         from pyarrow import parquet  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError("to_parquet: needs pyarrow; pip install 'trackable[parquet]'") from error
+    except ImportError:
+        raise InputError("to_parquet: needs pyarrow, which pip install 'trackable[parquet]' installs") from None
     table, of_column = columns(proved, first, count, units), {f"{_TIME} [s]": "s"}
     of_column |= {_head(name, units or {}): unit for name, unit in (units or {}).items()}
     statement = {"trackable": proved.certificate.explanation, "sampling_time": repr(_sampling_time(proved))}

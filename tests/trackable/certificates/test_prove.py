@@ -193,3 +193,13 @@ def test_where_nothing_is_bounded_there_is_nothing_to_prove():
     free = without_bounds(LinearSystem.scalar(0.9, 0.5, sampling_time=0.05))
     with pytest.raises(ValueError, match="nothing is bounded, so there is nothing to prove"):
         prove(reference(SquaredExponential(1.0, 1.0), free))
+
+
+@pytest.mark.parametrize("kernel", [SquaredExponential(1.0, 1.0), Matern32(1.0, 1.0), Periodic(1.0, 1.0, 2.0)])
+def test_a_constant_has_one_centre(kernel):
+    """Without centres one sentence says how to write it; with one, it is proved."""
+    empty, one = (KernelSum(kernel, 0.3, np.zeros(count), np.zeros(count)) for count in (0, 1))
+    for claimed in (prove, lambda r: prove_on_window(r, 0.0, 1.0)):
+        with pytest.raises(ValueError, match=r"z1 has no centres, so that it is the constant 0\.3: give it one"):
+            claimed(Reference((empty,), PLANT))
+        assert isinstance(claimed(Reference((one,), PLANT)), Certificate)

@@ -11,6 +11,7 @@ import pytest
 
 from tests.trackable.exports.references import EVERY, all_times, on_window
 from trackable import Column, read_csv
+from trackable.errors import InputError
 
 every = pytest.mark.parametrize("name", EVERY)
 UNITS = {"position": "m", "force": "N"}
@@ -72,7 +73,7 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
 
 def test_parquet_asks_for_what_it_needs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    with pytest.raises(ModuleNotFoundError, match=r"needs pyarrow; pip install 'trackable\[parquet\]'"):
+    with pytest.raises(InputError, match=r"to_parquet: needs pyarrow, which pip install 'trackable\[parquet\]' inst"):
         on_window().to_parquet(tmp_path / "r.parquet")
 
 

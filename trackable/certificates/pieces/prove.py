@@ -8,7 +8,7 @@ from math import nextafter
 from flint import fmpq
 
 from trackable.certificates.certificate import TIME_TOLERANCE_OF_PIECES, Certificate
-from trackable.certificates.claim import AllPhases, AllTimes, Claim, OnWindow
+from trackable.certificates.claim import AllPhases, AllTimes, Claim, OnWindow, refuse_empty
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.pieces.cells import ExactPieces, cells, exactly
 from trackable.certificates.pieces.extremes import Extreme, Search
@@ -74,8 +74,7 @@ class _ProofProblem:
     claim: Claim
 
     def __post_init__(self) -> None:
-        if not self.reference.quantities:
-            raise ValueError("claim: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
+        refuse_empty(self.reference)
         if any(quantity.functional is None for quantity in self.reference.quantities):
             raise ValueError("plant: polynomial pieces are proved for linear systems only")
 
