@@ -13,13 +13,8 @@ from trackable.arrays import Array
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.control.closed_loop import ClosedLoop
 from trackable.control.controller import Controller
-from trackable.control.online import (
-    LearningResult,
-    ReferenceUpdate,
-    holds_for_all_times,
-    receding_window,
-    simulate_online,
-)
+from trackable.control.online import ReferenceUpdate, holds_for_all_times, simulate_online
+from trackable.control.windows import LearningResult, receding_window
 from trackable.errors import InputError, NoReferenceError
 from trackable.gp.samples import Samples
 from trackable.learning.learner import JOINT

@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from trackable.checker import Undecided as Undecided
     from trackable.checking import check as check
     from trackable.control.controller import Controller as Controller
-    from trackable.control.online import Late as Late
     from trackable.control.simulation import simulate as simulate
     from trackable.control.step.result import Infeasible as Infeasible
     from trackable.control.step.result import Plan as Plan
     from trackable.control.step.result import Unsolved as Unsolved
     from trackable.control.tube.controller import TubeController as TubeController
+    from trackable.control.windows import Late as Late
     from trackable.errors import DoubtfulInputWarning as DoubtfulInputWarning
     from trackable.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
     from trackable.fleet.learn_many import Fleet as Fleet
@@ -103,7 +103,7 @@ _MODULES = {
     "IgnoresSamplesWarning": "explanation",
     "Infeasible": "control.step.result",
     "Kernel": "gp.kernels.base",
-    "Late": "control.online",
+    "Late": "control.windows",
     "LinearSystem": "systems.linear",
     "Matern32": "gp.kernels.matern",
     "Matern52": "gp.kernels.matern",

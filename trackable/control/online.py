@@ -1,6 +1,9 @@
-"""References learned again while the loop runs: a new one is accepted only if it keeps every guarantee."""
+"""A loop along references that are learned while it runs: a new one is accepted only if it keeps every guarantee.
 
-from collections.abc import Callable, Iterable
+How they are learned is no matter here: `trackable.control.windows` learns them again from windows of samples.
+"""
+
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,26 +16,9 @@ from trackable.control.closed_loop import ClosedLoop, concatenate
 from trackable.control.controller import Controller
 from trackable.control.simulation import simulate
 from trackable.control.step.result import Infeasible, Status, Unsolved
+from trackable.control.windows import Late, LearnFromWindow, LearningResult
 from trackable.gp.samples import Samples
-from trackable.learning.problem import NoSolution
 from trackable.systems.reference import Reference
-
-
-@dataclass(frozen=True)
-class Late:
-    """A reference was not ready within the `budget` [s] for learning and proof: that took `seconds`."""
-
-    seconds: float
-    budget: float
-
-    @property
-    def explanation(self) -> str:
-        return f"learning and proof took {self.seconds:.3g} s, longer than the budget of {self.budget:.3g} s"
-
-
-LearningResult = Certified | NoSolution | Counterexample | Unproved | Late
-LearnFromWindow = Callable[[tuple[Samples, ...]], LearningResult]
-"""Returns a reference with a proof, in absolute time, from the samples of a window; or why there is none."""
 
 
 @dataclass(frozen=True)
@@ -126,19 +112,3 @@ def decide_update(
 def holds_for_all_times(learned: Certified) -> bool:
     """Whether the certificate covers every step from now on, whenever that is."""
     return isinstance(learned.certificate.claim, AllTimes | AllPhases)
-
-
-def receding_window(samples: tuple[Samples, ...], until: float, count: int) -> tuple[Samples, ...]:
-    """Return the last `count` samples of each flat output up to the time `until` [s].
-
-    Raises ValueError where there is none.
-    """
-    return tuple(_last(s, until, count) for s in samples)
-
-
-def _last(samples: Samples, until: float, count: int) -> Samples:
-    arrived = np.flatnonzero(samples.times <= until)[-count:]
-    if not arrived.size:
-        raise ValueError(f"online: no sample has arrived by {until:g} s, the first comes at {samples.times[0]:g} s")
-    stencil = samples.stencil.only(arrived)
-    return Samples(samples.times[arrived], samples.values[arrived], samples.relative_noise[arrived], stencil)

@@ -1,4 +1,4 @@
-"""Windows of samples that are learned again while a loop runs: each from where the last one ended, within a budget."""
+"""Windows of samples from which a reference is learned again: what this gives, and how it goes on from the last one."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -7,11 +7,11 @@ from time import perf_counter
 import numpy as np
 
 from trackable.certificates.certified import Certified, learn_certified
-from trackable.control.online import Late, LearningResult
+from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.learner import FUNCTION, JOINT, Learner
-from trackable.learning.problem import Solution
+from trackable.learning.problem import NoSolution, Solution
 from trackable.learning.space import SearchSpace
 
 Clock = Callable[[], float]
@@ -20,9 +20,26 @@ Clock = Callable[[], float]
 _MOVING = replace(JOINT, second_choice=None)
 
 
+@dataclass(frozen=True)
+class Late:
+    """A reference was not ready within the `budget` [s] for learning and proof: that took `seconds`."""
+
+    seconds: float
+    budget: float
+
+    @property
+    def explanation(self) -> str:
+        return f"learning and proof took {self.seconds:.3g} s, longer than the budget of {self.budget:.3g} s"
+
+
+LearningResult = Certified | NoSolution | Counterexample | Unproved | Late
+LearnFromWindow = Callable[[tuple[Samples, ...]], LearningResult]
+"""Returns a reference with a proof, in absolute time, from the samples of a window; or why there is none."""
+
+
 @dataclass
 class WindowLearner:
-    """A learner for `simulate_online` that begins each window where the `last` one ended.
+    """Learn from each window, beginning where the `last` one ended: a `LearnFromWindow` that remembers.
 
     The function is learned again for each window, beginning with the places at which the last one was held back, and is
     proved for all times. In every `moving_every`-th window the hyperparameters move too, from those of the last one to
@@ -75,3 +92,19 @@ class WindowLearner:
 
 def _with_prior(solution: Solution, prior: JointPrior) -> Solution:
     return replace(solution, posterior=replace(solution.posterior, prior=prior))
+
+
+def receding_window(samples: tuple[Samples, ...], until: float, count: int) -> tuple[Samples, ...]:
+    """Return the last `count` samples of each flat output up to the time `until` [s].
+
+    Raises ValueError where there is none.
+    """
+    return tuple(_last(s, until, count) for s in samples)
+
+
+def _last(samples: Samples, until: float, count: int) -> Samples:
+    arrived = np.flatnonzero(samples.times <= until)[-count:]
+    if not arrived.size:
+        raise ValueError(f"online: no sample has arrived by {until:g} s, the first comes at {samples.times[0]:g} s")
+    stencil = samples.stencil.only(arrived)
+    return Samples(samples.times[arrived], samples.values[arrived], samples.relative_noise[arrived], stencil)

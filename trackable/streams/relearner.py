@@ -1,4 +1,4 @@
-"""Learning in the loop: samples arrive, and a reference is learned and proved again from where the last one ended."""
+"""Learning in the loop as users write it: `WindowLearner` for samples by name, and references that can be saved."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -6,11 +6,10 @@ from time import perf_counter
 
 from trackable.arguments import instance, real, whole
 from trackable.certificates.certified import Certified
-from trackable.certificates.claim import OnWindow
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.robust import robust_of
-from trackable.control.online import Late
-from trackable.control.windows import Clock, WindowLearner
+from trackable.control.online import holds_for_all_times
+from trackable.control.windows import Clock, Late, WindowLearner
 from trackable.fit import Fit
 from trackable.learning.joint.places import places_of
 from trackable.learning.problem import NoSolution, Solution
@@ -23,9 +22,9 @@ from trackable.systems.sampling import sampled_signals
 class Relearner:
     """Learn a reference again from each window of samples that arrives, while a loop runs.
 
-    Each window begins where the last one ended: with its hyperparameters, and with the times at which bounds held it
-    back. In every `moving_every`-th window the hyperparameters move too, which takes a few times longer; with 0 they
-    stay as they are. Times of samples are those of the loop: step k is at k T_s.
+    Each window begins where the last one ended, as that of a `WindowLearner`: with its hyperparameters, and with the
+    times at which bounds held it back. In every `moving_every`-th window the hyperparameters move too, which takes a
+    few times longer; with 0 they stay as they are. Times of samples are those of the loop: step k is at k T_s.
 
     `reference` is the last one that was proved within the `budget` [s], if there is one; at first it is the one that is
     given. It holds for all times, so that a loop tracks it for as long as it has no other. A controller says whether it
@@ -46,16 +45,17 @@ class Relearner:
 
     def __post_init__(self) -> None:
         instance("reference", self.reference, TrackableReference, "one that learn_reference returns")
-        if isinstance(self.reference.certificate.claim, OnWindow):
+        first = _certified(self.reference)
+        if not holds_for_all_times(first):
             raise ValueError(
                 "reference: a loop may need it for ever, so that it has to be proved for all times, but it is "
-                f"for {self.reference.certificate.claim} only; learn it with the claim 'all_times' or 'all_phases'"
+                f"for {first.certificate.claim} only; learn it with the claim 'all_times' or 'all_phases'"
             )
         budget = float("inf") if self.budget is None else real("budget", self.budget)
         if not budget > 0:
             raise ValueError(f"budget: expected a positive number of seconds, got {self.budget!r}")
         every = whole("moving_every", self.moving_every, least=0)
-        self._windows = WindowLearner(_certified(self.reference), budget, self.clock, moving_every=every)
+        self._windows = WindowLearner(first, budget, self.clock, moving_every=every)
 
     @property
     def seconds(self) -> list[float]:

@@ -10,7 +10,8 @@ from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.claim import OnWindow
 from trackable.certificates.outcome import Unproved
 from trackable.control.controller import TOLERANCE, Controller
-from trackable.control.online import LearningResult, OnlineLoop, decide_update, receding_window, simulate_online
+from trackable.control.online import OnlineLoop, decide_update, simulate_online
+from trackable.control.windows import LearningResult, receding_window
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.prior import Prior

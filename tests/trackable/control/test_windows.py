@@ -7,8 +7,8 @@ import pytest
 
 from tests.trackable.control.test_online import CONTROLLER, PRIOR, STREAM, certified_by_search
 from trackable.certificates.certified import Certified, learn_certified
-from trackable.control.online import Late, receding_window, simulate_online
-from trackable.control.windows import WindowLearner
+from trackable.control.online import simulate_online
+from trackable.control.windows import Late, WindowLearner, receding_window
 from trackable.learning.joint.learn import learn_function
 from trackable.learning.learner import JOINT
 from trackable.learning.problem import ConstrainedProblem, Contradiction, Pin

@@ -19,8 +19,8 @@ from trackable import (
     learn_reference,
     mobile_robot,
 )
-from trackable.control.online import receding_window
 from trackable.control.references import InterpolatedReference
+from trackable.control.windows import receding_window
 from trackable.gp.joint import JointPosterior
 from trackable.gp.stencils import Stencils
 from trackable.systems.sampling import kinds_by_name, sampled_signals, stencils_by_name
