@@ -8,6 +8,8 @@ import pytest
 from tests.trackable.control.tube.instances import LOOPS
 from trackable import Controller, Infeasible, Plan, Zonotope, mobile_robot, simulate
 from trackable.control.step.result import Status, Unsolved
+from trackable.learning.joint.contacts import Contact
+from trackable.recordings import Recording, Signal
 
 LOOP = LOOPS["example1"]
 PLAN = LOOP.controller.step(0, LOOP.reference.state(0), LOOP.reference)
@@ -50,6 +52,21 @@ def test_formulas_are_printed_as_formulas():
     said = repr(mobile_robot(0.1))
     assert said.startswith("NonlinearSystem(f=(x + 0.1 * speed * cos(heading), y + 0.1 * speed * sin(heading), ")
     assert "FlatForm(states=(z1[0], z2[0], atan2(" in said
+
+
+def test_samples_and_recordings_are_printed_by_their_spans():
+    signal = Signal([1763900000.25, 1763900003.5], [0.1, -2.0])
+    said = "from 1763900000.25 s to 1763900003.5 s, values from -2 to 0.1)"
+    assert (repr(signal), repr(signal.samples())) == (f"Signal(2 {said}", f"Samples(2 {said}")
+    recording = Recording({"x": Signal([0.0, 1.5], [0.1, 0.2])}, origin=0)
+    assert repr(recording) == "Recording(x: 2 samples from 0 to 1.5 s; time zero: 0 s on the file's own clock)"
+
+
+@pytest.mark.parametrize(
+    ("end", "said"), [(6.3148, "at 6.31 s"), (6.3063, "at 6.31 s"), (6.35, "between 6.31 and 6.35 s")]
+)
+def test_a_contact_that_lasts_no_time_that_is_printed_has_one_time(end, said):
+    assert str(Contact("speed", "lower", 6.3063, end, 2.49)) == f"the speed lower bound costs 2.49 {said}"
 
 
 def test_a_tightening_is_printed_by_the_sets_that_it_leaves():

@@ -184,3 +184,7 @@ class Samples:
 
     def __len__(self) -> int:
         return self.times.size
+
+    def __repr__(self) -> str:
+        span = f"{self.times[0]:.12g} s to {self.times[-1]:.12g} s"
+        return f"Samples({len(self)} from {span}, values from {self.values.min():.6g} to {self.values.max():.6g})"

@@ -52,12 +52,19 @@ class Recording:
         signals, cleanings = {**self.signals, **other.signals}, self.cleanings + other.cleanings
         return Recording(signals, self.origin, cleanings, self.absolute and other.absolute)
 
+    def __repr__(self) -> str:
+        return f"Recording({'; '.join(self._contents())})"
+
     def __str__(self) -> str:
-        lines = [
+        return "\n".join([*self._contents(), *map(str, self.cleanings)])
+
+    def _contents(self) -> list[str]:
+        """Return a line for each signal, and one for the origin."""
+        signals = (
             f"{name}: {len(signal)} samples from {' to '.join(_span(signal))} s{_gaps(signal)}"
             for name, signal in self.signals.items()
-        ]
-        return "\n".join([*lines, f"time zero: {described(self.origin, self.absolute)}", *map(str, self.cleanings)])
+        )
+        return [*signals, f"time zero: {described(self.origin, self.absolute)}"]
 
 
 def _span(signal: Signal) -> tuple[str, str]:

@@ -39,6 +39,9 @@ class Signal:
     def __len__(self) -> int:
         return self.times.size
 
+    def __repr__(self) -> str:
+        return repr(self.samples()).replace("Samples", "Signal", 1)
+
     def samples(self) -> Samples:
         """Return samples to learn from; `noise_std`, if known, is their `relative_noise`, for noise_std = 1."""
         if self.noise_std is None:

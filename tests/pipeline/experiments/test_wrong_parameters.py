@@ -18,7 +18,7 @@ LISTED = "[unconstrained, hyperparameters, joint]"
 WRONG = [
     ("example1", "A: [[0.9]]", "A: [[true]]", r"system\.A: expected a matrix.*True"),
     ("example1", "A: [[0.9]]", "A: fast", r"system\.A: .*'fast'"),
-    ("example1", "A: [[0.9]]", "a: 0.9", r"system\.a: is not a known field"),
+    ("example1", "A: [[0.9]]", "a: 0.9", r"system\.a: is not a known field \(known and not given: A, c, continuous\)"),
     (
         "example1",
         "B: [[0.5]]",
@@ -91,7 +91,7 @@ WRONG = [
         r"ground_truth: expected one of .*'step'",
     ),
     ("example1", "title:", "titel:", r"titel: is not a known field"),
-    ("example1", "claim: all_times", "kind: asymptotic", r"kind: is not a known field; .*claim: is missing"),
+    ("example1", "claim: all_times", "kind: asymptotic", r"kind: is not a known field .*; .*claim: is missing"),
     ("example1-resampled", "seed: 3", "seed: -2", r"samples\.state\.seed: .*got -2"),
     ("example1-resampled", "noise_std: 0.02", "noise_std: 0", r"samples\.state\.noise_std: .*got 0"),
     ("example1-resampled", "{first: 0, last: 60, every: 5}", "{first: 9, last: 6, every: 5}", r"steps: .*first ≤ last"),

@@ -91,3 +91,14 @@ def test_names_in_the_layout(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match=re.escape(said)):
             read_csv(path, time, unit, {"x": "x"}, layout)
+
+
+def test_a_header_below_a_title_is_pointed_out(tmp_path: Path) -> None:
+    path = tmp_path / "titled.csv"
+    path.write_text("measured on Monday\n\nt;x\n0;1\n")
+    said = "there are 'measured on Monday'; line 3 names all of them: `skip` of the layout leaves out the lines above"
+    with pytest.raises(InputError, match=re.escape(said)):
+        read_csv(path, "t", "s", {"x": "x"})
+    assert read_csv(path, "t", "s", {"x": "x"}, CsvLayout(skip=[1]))["x"].values.tolist() == [1.0]
+    with pytest.raises(InputError, match=r"there are 'measured on Monday'$"):
+        read_csv(path, "t", "s", {"x": "y"})

@@ -18,7 +18,8 @@ class Contact:
 
     def __str__(self) -> str:
         bound = "the given value of " + self.name if self.side == "equal" else f"the {self.name} {self.side} bound"
-        when = f"at {self.start:.3g} s" if self.start == self.end else f"between {self.start:.3g} and {self.end:.3g} s"
+        start, end = f"{self.start:.3g}", f"{self.end:.3g}"
+        when = f"at {start} s" if start == end else f"between {start} and {end} s"
         return f"{bound} costs {self.price:.3g} {when}"
 
 

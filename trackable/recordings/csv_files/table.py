@@ -3,6 +3,7 @@
 import csv
 import io
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -17,6 +18,7 @@ _NO_HEADER = (
     "such layouts)"
 )
 SEPARATORS = (",", ";", "\t")
+_TITLE = 100  # lines at most above a header
 MISSING = ("", "-", "na", "n/a", "nan", "null")
 
 
@@ -130,13 +132,25 @@ def _header(path: Path, text: str, layout: CsvLayout, names: Collection[str]) ->
     for name in names:
         if name not in header:
             listed = ", ".join(map(repr, header))
-            hint = "" if layout.columns or not all(map(_looks_like_a_number, header)) else _NO_HEADER
+            hint = "" if layout.columns else _header_below(text, layout, names)
+            if not layout.columns and all(map(_looks_like_a_number, header)):
+                hint = _NO_HEADER
             raise InputError(
                 f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}{hint}"
             )
         if header.count(name) > 1:
             raise InputError(f"{path}: expected one column {name!r}, got {header.count(name)}")
     return separator, header
+
+
+def _header_below(text: str, layout: CsvLayout, names: Collection[str]) -> str:
+    """Return a hint at the first line further down that names all columns, as below a title; nothing without one."""
+    for separator in SEPARATORS if layout.separator is None else (layout.separator,):
+        with suppress(_NoCsvError):
+            for line, cells in islice(_records(text, layout, separator), 1, _TITLE):
+                if {cell.strip() for cell in cells}.issuperset(names):
+                    return f"; line {line} names all of them: `skip` of the layout leaves out the lines above it"
+    return ""
 
 
 def _named_in(layout: CsvLayout) -> str:
