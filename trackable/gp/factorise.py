@@ -21,7 +21,7 @@ from trackable.gp.stencils import Stencils
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_BLOCK = LARGEST_DENSE // 2
-_FEWEST = 150  # samples: for fewer, the dense matrix is faster than looking for structure
+_FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for structure
 _NEGLIGIBLE = 2.0**-53  # of the variance: a smaller addition to a diagonal entry is lost in rounding
 _AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
 _LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
@@ -108,7 +108,7 @@ def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Itera
 
     grid = Grid.of(times) if np.all(variances == variances[0]) else None
     if grid and entries + lengths + 2 * slope * grid.deviation <= allowed:
-        yield Candidate(0.6 * n**2 + 1200 * n, partial(Toeplitz.of, grid, covariance, float(variances[0])))
+        yield Candidate(0.6 * n**2 + 500 * n + 6e5, partial(Toeplitz.of, grid, covariance, float(variances[0])))
 
 
 def _cost_of_band(rows: list[slice]) -> float:
