@@ -1,5 +1,10 @@
 """Run a stage, or compare results: the command line."""
 
+import signal
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the imports below without a traceback
+
 import sys
 from collections.abc import Callable
 from importlib import import_module
@@ -98,4 +103,5 @@ def run() -> None:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     run()

@@ -1,5 +1,10 @@
 """The library's command line: `python -m trackable check FILE`, `python -m trackable certify TABLE --system FILE`."""
 
+import signal
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the imports below without a traceback
+
 import argparse
 import logging
 import math
@@ -61,6 +66,7 @@ def _positive(text: str) -> float:
 if __name__ == "__main__":
     logging.basicConfig(format="%(message)s")  # to stderr, where a terminal would show a line
     LOG.setLevel(logging.INFO)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         code = main(sys.argv[1:])
     except KeyboardInterrupt:

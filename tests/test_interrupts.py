@@ -1,0 +1,29 @@
+"""Ctrl-C while a command line still loads what it needs ends it as it does later on: without a traceback."""
+
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from tests.project import ROOT
+
+INTERRUPTED_BY_IMPORT = """
+import os, runpy, signal, sys
+
+class Interrupts:
+    def find_spec(self, name, *_):
+        if name == sys.argv[2]:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupts())
+runpy.run_module(sys.argv[1], run_name="__main__")
+"""
+
+
+@pytest.mark.parametrize(("package", "loaded"), [("trackable", "trackable.checking"), ("pipeline", "click")])
+def test_an_interrupt_while_modules_are_loaded_says_nothing(package: str, loaded: str) -> None:
+    """Ended by the signal, which shells report as 130."""
+    command = [sys.executable, "-c", INTERRUPTED_BY_IMPORT, package, loaded]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
