@@ -67,18 +67,21 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solution | None) -> None:
     """Search from the starts of the search space, and find a feasible point if these searches do not.
 
-    If the prior mean is an equilibrium inside the bounds, a feasible point is found by scaling the signal down towards
-    it; it is kept and then improved. Otherwise the violation is minimised first.
+    A few starts, as many as there are hyperparameters, are searched without places first: they find places. Programs
+    that have them lead to other minima, from the same starts too. If the prior mean is an equilibrium inside the
+    bounds, a feasible point is found by scaling the signal down towards it; it is kept and then improved. Otherwise the
+    violation is minimised first.
     """
     space = exchange.problem.space
     starts = list(space.start_points())
     exchange.active = near.active if near else ()
-    exchange.together([*_point(near), *(starts if free is None else [*_point(free), *free.others])])
+    known = len(starts) if free else len(space.bounds)  # so many starts have been searched without places
+    exchange.together([*_point(near), *([*_point(free), *free.others] if free else starts[:known])])
+    others = starts if any(map(len, exchange.active)) else starts[known:]
     if exchange.best is None:
         exchange.keep_scaled_down(starts)
-    if any(places.size for places in exchange.active):
-        # With the places that the first sweep found, the same starts may lead to better minima.
-        exchange.together([*_best(exchange), *starts])
+        others = [*_best(exchange), *others]
+    exchange.together(others)
     if exchange.closest is None:
         return
     if exchange.best is None:

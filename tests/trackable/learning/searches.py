@@ -20,3 +20,11 @@ def together(problem: ConstrainedProblem) -> Solution | NoSolution:
     exchange = Exchange(problem)
     exchange.together(problem.space.start_points())
     return exchange.outcome
+
+
+def swept(problem: ConstrainedProblem) -> Solution | NoSolution:
+    """The best that the starts of the search space lead to, all at once, and again with all places found."""
+    exchange = Exchange(problem)
+    exchange.together(problem.space.start_points())
+    exchange.together(problem.space.start_points())
+    return exchange.outcome

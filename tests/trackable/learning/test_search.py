@@ -1,9 +1,12 @@
 """The search that suits the kernels: periods are looked for, however few starts are asked for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.trackable.learning.searches import together
+from tests.trackable.learning.instances import instance, tight
+from tests.trackable.learning.searches import swept, together
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
@@ -68,3 +71,26 @@ def test_without_constraints_worse_minima_are_kept_as_starts_for_other_problems(
 def test_other_kernels_are_not_screened():
     with pytest.raises(TypeError, match="screening needs periodic kernels, got SquaredExponential"):
         screened(problem(SquaredExponential(1.0, 1.0)), 4)
+
+
+@pytest.mark.parametrize("seed", [26, 29, 32, 60])
+@pytest.mark.parametrize("draw", [tight, instance])
+def test_starts_searched_with_places_are_enough(draw, seed):
+    """Searches from all starts without places, and again with those found, lead to nothing better."""
+    asked = draw(seed).problem
+    found, naive = best_solution(asked), swept(asked)
+    assert isinstance(found, Solution)
+    assert isinstance(naive, Solution)
+    assert found.objective <= naive.objective + 1e-6 * (1 + abs(naive.objective))
+    assert found.fits < naive.fits
+
+
+def test_more_hyperparameters_have_more_starts_without_places():
+    """The likelihood of a sum of kernels has several minima: that of the first start leads to a worse solution."""
+    case = tight(10)
+    kernel = SquaredExponential(1.0, 1.0) + SquaredExponential(0.3, 0.1)
+    asked = replace(case, prior=Prior(kernel.as_learned(), 0.03)).problem
+    found, naive = best_solution(asked), swept(asked)
+    assert isinstance(found, Solution)
+    assert isinstance(naive, Solution)
+    assert found.objective <= naive.objective + 1e-6 * (1 + abs(naive.objective))
