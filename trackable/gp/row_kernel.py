@@ -19,6 +19,7 @@ from trackable.arrays import Array
 from trackable.gp.factors.blocks import in_blocks
 from trackable.gp.factors.cached import cached
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.nearby import Places, assembled, nearby
 from trackable.gp.rows import Terms
 
 _EPS = float(np.finfo(float).eps)
@@ -104,12 +105,29 @@ class Direct(RowKernel):
         return self.terms
 
     def among(self) -> Array:
+        if groups := nearby(self._first, self._first, self._reach):
+            return assembled(groups, (self.count, self.count), self._among)
         times = self.terms.times
-        (across,) = in_blocks(lambda t: (self.across(t),), times, len(times))
+        (across,) = in_blocks(lambda t: (self._across(t),), times, len(times))
         return self.terms.summed(across.T, self.count)
 
     def across(self, t: Array) -> Array:
+        if groups := nearby(self._first, t, self._reach):
+            return assembled(groups, (self.count, len(t)), lambda rows, at: self._those(rows)._across(t[at]))
+        return self._across(t)
+
+    def _among(self, rows: Places, others: Places) -> Array:
+        own = self._those(rows)
+        return own.terms.summed(self._those(others)._across(own.terms.times).T, own.count)
+
+    def _across(self, t: Array) -> Array:
         return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)
+
+    def _those(self, rows: Places) -> "Direct":
+        """Return some of the rows, in this order."""
+        places = np.full(self.count, -1)
+        places[rows] = np.arange(len(rows))
+        return Direct(self.kernel, self.terms.renumbered(places), len(rows))
 
     def among_gradient(self, multipliers: Array) -> Array:
         t, u = self._weighted(multipliers)
@@ -118,13 +136,29 @@ class Direct(RowKernel):
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
         times, u = self._weighted(multipliers)
-        _, gradient = self.kernel.value_and_gradient(times[:, None] - t)
-        return np.asarray(gradient @ weights @ u)
+
+        def gradient(of: Array, u: Array, t: Array, weights: Array) -> Array:
+            _, by_theta = self.kernel.value_and_gradient(of[:, None] - t)
+            return np.asarray(by_theta @ weights @ u)
+
+        if groups := nearby(times, t, self.kernel.negligible_distance):
+            return np.asarray(sum(gradient(times[p], u[p], t[at], weights[at]) for p, at in groups))
+        return gradient(times, u, t, weights)
 
     def _weighted(self, multipliers: Array) -> tuple[Array, Array]:
         """Return the times [s] that have a weight, and the weights."""
         u = self.terms.spread(multipliers)
         return self.terms.times[u != 0], u[u != 0]
+
+    @cached
+    def _first(self) -> Array:
+        return self.terms.first_times(self.count)
+
+    @cached
+    def _reach(self) -> float:
+        """The distance [s] of a row's first time beyond which nothing is correlated with any of its terms."""
+        widest = np.max(self.terms.times - self._first[self.terms.of_row], initial=0.0)
+        return float(self.kernel.negligible_distance + 2 * widest)
 
 
 @dataclass(frozen=True)
@@ -147,16 +181,26 @@ class Taylor(RowKernel):
         return Terms(times.ravel(), weights.ravel(), of_row.ravel())
 
     def among(self) -> Array:
-        jet = self.kernel.jet(self.first[:, None] - self.first, 2 * self._order)
-        by_second = np.ascontiguousarray((self.moments * (-1.0) ** np.arange(self._order + 1)).T)
+        if groups := nearby(self.first, self.first, self.kernel.negligible_distance):
+            return assembled(groups, (len(self.first), len(self.first)), self._among)
+        return self._among(slice(None), slice(None))
+
+    def across(self, t: Array) -> Array:
+        if groups := nearby(self.first, t, self.kernel.negligible_distance):
+            return assembled(groups, (len(self.first), len(t)), lambda rows, at: self._across(rows, t[at]))
+        return self._across(slice(None), t)
+
+    def _among(self, rows: Places | slice, others: Places | slice) -> Array:
+        jet = self.kernel.jet(self.first[rows, None] - self.first[others], 2 * self._order)
+        by_second = np.ascontiguousarray((self.moments[others] * (-1.0) ** np.arange(self._order + 1)).T)
         found = np.zeros(jet.shape[1:])
-        for n, by_first in enumerate(self.moments.T):
+        for n, by_first in enumerate(self.moments[rows].T):
             found += by_first[:, None] * np.einsum("mab,mb->ab", jet[n : n + len(by_second)], by_second)
         return found
 
-    def across(self, t: Array) -> Array:
-        jet = self.kernel.jet(self.first[:, None] - t, self._order)
-        return np.asarray(np.einsum("an,nai->ai", self.moments, jet))
+    def _across(self, rows: Places | slice, t: Array) -> Array:
+        jet = self.kernel.jet(self.first[rows, None] - t, self._order)
+        return np.asarray(np.einsum("an,nai->ai", self.moments[rows], jet))
 
     def among_gradient(self, multipliers: Array) -> Array:
         first, moments = self._weighted(multipliers)
@@ -166,8 +210,14 @@ class Taylor(RowKernel):
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
         first, moments = self._weighted(multipliers)
-        _, gradient = self.kernel.jet_and_gradient(first[:, None] - t, self._order)
-        return np.asarray(np.einsum("pna,an->p", gradient @ weights, moments))
+
+        def gradient(of: Array, moments: Array, t: Array, weights: Array) -> Array:
+            _, by_theta = self.kernel.jet_and_gradient(of[:, None] - t, self._order)
+            return np.asarray(np.einsum("pna,an->p", by_theta @ weights, moments))
+
+        if groups := nearby(first, t, self.kernel.negligible_distance):
+            return np.asarray(sum(gradient(first[p], moments[p], t[at], weights[at]) for p, at in groups))
+        return gradient(first, moments, t, weights)
 
     def _weighted(self, multipliers: Array) -> tuple[Array, Array]:
         """Return the first times [s] of the rows that have a multiplier, and their moments multiplied by it."""

@@ -6,7 +6,9 @@ from mpmath import mp
 
 from tests.trackable.gp import naive
 from tests.trackable.gp.instances import KERNELS, formula, over, time_scales
+from trackable.gp.kernels import nearby
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.radial import Radial
 from trackable.gp.prior import Prior
 from trackable.gp.row_kernel import Direct, RowKernel, Taylor, row_kernel
 from trackable.gp.rows import Terms
@@ -175,3 +177,55 @@ def test_weights_stay_small(kernel):
     terms = Terms(h * np.arange(3.0), np.array([1.0, -2.0, 1.0]) / h**2, np.zeros(3, dtype=int))
     centres = row_kernel(kernel, terms, 1).centres
     assert np.sum(np.abs(centres.weights)) < 1e-2 * np.sum(np.abs(terms.weights))
+
+
+def long_rows(h: float, order: int) -> Terms:
+    """Differences of one order at 700 random times of a long while, not sorted."""
+    times, weights = np.random.default_rng(1).uniform(0.0, 300.0, 700), np.array(DIFFERENCES[order])
+    parts = [
+        Terms(times + j * h, np.full(len(times), w / h**order), np.arange(len(times))) for j, w in enumerate(weights)
+    ]
+    return Terms.joined(parts)
+
+
+@over({name: KERNELS[name] for name in ("se", "matern32", "matern52")})
+@pytest.mark.parametrize(("h", "order"), [(0.1, 1), (0.01, 2)])
+def test_long_rows_are_evaluated_within_reach_only_and_lose_nothing(kernel, h, order, monkeypatch):
+    kernel = kernel.with_hyperparameters({"lengthscale": 0.7})
+    rng, terms = np.random.default_rng(2), long_rows(h, order)
+    times, weights = np.sort(rng.uniform(0.0, 300.0, 900)), rng.normal(size=900)
+    found = row_kernel(kernel.as_learned(), terms, 700)
+    multipliers = rng.normal(size=700)
+    asked = [0]
+
+    def counted(of):
+        def jet(self, r, *others):
+            asked[0] += np.size(r)
+            return of(self, r, *others)
+
+        return jet
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Radial, "jet", counted(Radial.jet))
+        near = found.among(), found.across(times), found.across_gradient(multipliers, times, weights)
+    entries = terms.times.size if isinstance(found, Direct) else 700
+    assert asked[0] < 0.5 * entries * (entries + 2 * 900)
+    monkeypatch.setattr(nearby, "_SHORT", 10**9)
+    whole = found.among(), found.across(times), found.across_gradient(multipliers, times, weights)
+    for few, every, rounding in zip(near, whole, (1e-13, 1e-13, 1e-9), strict=True):  # sums in another order: 1e-9
+        np.testing.assert_allclose(few, every, rtol=1e-9, atol=rounding * np.max(np.abs(every)))
+
+
+def test_all_pairs_within_reach_are_in_one_group_each():
+    rng = np.random.default_rng(5)
+    first, second = rng.uniform(0, 100, 600), rng.uniform(-5, 105, 700)
+    groups = nearby.nearby(first, second, 3.0)
+    assert groups is not None
+    assert len(groups) > 10
+    together = np.zeros((600, 700), dtype=int)
+    for of_first, of_second in groups:
+        together[np.ix_(of_first, of_second)] += 1
+    assert together.max() == 1
+    assert np.all(together[np.abs(np.subtract.outer(first, second)) <= 3.0] == 1)
+    assert nearby.nearby(first, second, 30.0) is None
+    assert nearby.nearby(first[:9], second, 3.0) is None
