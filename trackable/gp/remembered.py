@@ -14,7 +14,7 @@ _LONG = 32  # shorter rows of times are those of single minima, which no other q
 
 @dataclass(frozen=True)
 class RememberedSum(KernelSum):
-    """A sum of kernels that evaluates each long row of times once. For a few quantities: nothing is forgotten."""
+    """A sum of kernels that evaluates each long row of times once, `nearly`. Nothing is forgotten."""
 
     known: dict[bytes, Array] = field(default_factory=dict)
 
@@ -24,11 +24,11 @@ class RememberedSum(KernelSum):
 
     def __call__(self, t: Array) -> Array:
         if np.ndim(t) != 2 or t.shape[-1] < _LONG:
-            return super().__call__(t)
+            return self.nearly(t)
         keys = [row.tobytes() for row in t]
         new = [j for j, key in enumerate(keys) if key not in self.known]
         if new:
-            self.known.update(zip((keys[j] for j in new), super().__call__(t[new]), strict=True))
+            self.known.update(zip((keys[j] for j in new), self.nearly(t[new]), strict=True))
         return np.stack([self.known[key] for key in keys])
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.remembered import Remembered
+from trackable.learning.constraint import closest
 from trackable.learning.problem import ConstrainedProblem, NothingFeasible
 
 _SAME_TIME = 1e-9
@@ -30,8 +31,7 @@ class Candidate:
         """Evaluate the problem. Raises IllConditioned."""
         posterior = problem.posterior(log_theta)
         objective, _ = posterior.negative_log_marginal_likelihood()
-        seen = Remembered.of(posterior.signals)
-        minima = tuple(constraint.closest(seen) for constraint in problem.constraints)
+        minima = tuple(closest(problem.constraints, Remembered.of(posterior.signals)))
         return cls(log_theta, posterior, objective, minima)
 
     def with_overlooked(self, problem: ConstrainedProblem) -> "Candidate":

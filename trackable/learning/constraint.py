@@ -1,7 +1,7 @@
 """Constraints of the learning problem: a quantity, its bounds, and the places (times) at which they have to hold."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Protocol
@@ -10,9 +10,11 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
+from trackable.gp.kernels.base import Kernel
 from trackable.gp.signal import KernelSum
-from trackable.learning.index_set import IndexSet
+from trackable.learning.index_set import IndexSet, TimesAndMargins
 from trackable.systems.flat.functional import Functional
+from trackable.systems.quantities import Quantities
 from trackable.systems.quantity import Quantity
 
 # Bounds are drawn in by this part of their width: the optimiser's rounding errors are smaller.
@@ -146,6 +148,32 @@ class Constraint(Bounded):
         gradients = (slopes[name] * gradient for name, (_, gradient) in zip(names, found, strict=True))
         with np.errstate(invalid="ignore"):
             return trajectory.value(values), np.asarray(sum(gradients))
+
+
+def local_minima(
+    constraints: Sequence[Constraint],
+    kernels: Sequence[Kernel],
+    together: Callable[[Sequence[Constraint]], Quantities],
+) -> list[TimesAndMargins]:
+    """Return the local minima of each relative margin; those of one index set are sought `together`."""
+    found = dict[int, TimesAndMargins]()
+    for index_set in dict.fromkeys(constraint.index_set for constraint in constraints):
+        members = [i for i, constraint in enumerate(constraints) if constraint.index_set == index_set]
+        several = together([constraints[i] for i in members])
+        for i, (at, margins) in zip(members, index_set.minima_of_each(several, kernels), strict=True):
+            found[i] = at, margins / constraints[i].quantity.bounds.width
+    return [found[i] for i in range(len(constraints))]
+
+
+def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesAndMargins]:
+    """Return what is `closest` for each constraint; those with index sets are evaluated together."""
+    timed = [constraint for constraint in constraints if isinstance(constraint, Constraint)]
+
+    def together(some: Sequence[Constraint]) -> Quantities:
+        return Quantities(tuple(constraint.quantity for constraint in some), posterior.signals)
+
+    found = iter(local_minima(timed, [signal.kernel for signal in posterior.signals], together))
+    return [next(found) if isinstance(each, Constraint) else each.closest(posterior) for each in constraints]
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ _POINTS = 1200
 _AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0
 _PHASES = 24
 _AT_ONCE = 32  # points whose bounds are evaluated together
-_NUMBERS, _KEPT = 2**16, 2**22  # of covariance matrices that are decomposed together, and of all that are kept
+_NUMBERS, _KEPT = 2**14, 2**22  # of covariance matrices that are decomposed together, and of all that are kept
 # Two starts have to differ by more than this in some ln θ, otherwise only the better one is kept.
 _APART = {"lengthscale": 0.3, "period": 0.03, NOISE: 0.3}
 

@@ -15,8 +15,9 @@ from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import IllConditioned, Posterior
 from trackable.gp.prior import Prior
-from trackable.gp.remembered import Remembered
+from trackable.gp.remembered import Remembered, RememberedSum
 from trackable.gp.samples import Samples
+from trackable.gp.signal import KernelSum
 from trackable.gp.stencil import Stencil
 
 TIMES = np.array([-0.7, 0.0, 0.2, 0.55, 1.0, 1.42, 2.3, 4.0])
@@ -223,4 +224,17 @@ def test_remembered_signals_have_the_values_of_the_signals(length):
         for times in rows:
             np.testing.assert_allclose(remembered(times), signal(times), rtol=1e-12, atol=1e-12)
         assert len(remembered.known) == (3 if length > 3 else 0)
-        np.testing.assert_array_equal(remembered(t), signal(t))
+        np.testing.assert_allclose(remembered(t), signal(t), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [5, 400])
+def test_signals_are_nearly_the_same_by_the_shorter_way(count):
+    """Of few centres, and of so many that the sum is taken another way; for remembered signals too."""
+    rng = np.random.default_rng(7)
+    centres = np.sort(rng.uniform(0, 9, count))
+    for kernel in (Periodic(1.3, 0.4, 2.5), SquaredExponential(0.7, 1.1)):
+        signal = KernelSum(kernel, 0.3, centres, rng.standard_normal(count))
+        for t in (np.linspace(-1, 9, 300), np.linspace(0, 9, 6).reshape(2, 3), np.zeros((2, 0)), np.ones((1, 80))):
+            for one in (signal, RememberedSum.of(signal)):
+                np.testing.assert_allclose(one.nearly(t), signal(t), rtol=1e-11, atol=1e-11)
+                assert one.nearly(t).shape == t.shape

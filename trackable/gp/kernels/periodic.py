@@ -33,6 +33,9 @@ class Periodic(Elementary):
         gradient[2] = stretched(jet, r)
         return jet[:-1], gradient
 
+    def value(self, r: Array) -> Array:
+        return np.asarray(self.signal_std**2 * correlation(r, self.lengthscale, self.period))
+
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
         """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ, ∂κ/∂ln θ₂ = 2 g κ and ∂κ/∂ln θ₃ = r ġ κ."""
         omega, beta = tau / self.period, self.lengthscale**-2
@@ -75,6 +78,10 @@ class Periodic(Elementary):
         return math.inf
 
 
-def correlation(r: Array, lengthscale: Array, period: Array) -> Array:
+def correlation(r: Array, lengthscale: Array | float, period: Array | float) -> Array:
     """Return κ(r)/θ₁² for length scales θ₂ and periods θ₃ [s]: arrays that broadcast."""
-    return np.asarray(np.exp(-2 * (np.sin(np.pi / period * r) / lengthscale) ** 2))
+    square = np.asarray(np.tan(np.pi / period * r))  # sin² = tan²/(1 + tan²): NumPy's tangent is far faster
+    square *= square
+    exponent = square / (1 + square)
+    exponent *= -2 / (lengthscale * lengthscale)
+    return np.asarray(np.exp(exponent, out=exponent))

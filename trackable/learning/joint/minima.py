@@ -10,7 +10,7 @@ from trackable.arrays import Array
 from trackable.gp.factors.cached import cached
 from trackable.gp.remembered import Remembered
 from trackable.gp.signal import KernelSum
-from trackable.learning.constraint import PARTS, Bounded, Constraint
+from trackable.learning.constraint import PARTS, Bounded, Constraint, local_minima
 from trackable.learning.index_set import Indices
 from trackable.learning.joint.places import LOWER, UPPER, Places
 from trackable.systems.quantities import Quantities
@@ -54,14 +54,7 @@ class Seen:
 
     @property
     def _minima(self) -> Minima:
-        kernels, found = [signal.kernel for signal in self.signals], dict[int, tuple[Array, Array]]()
-        for index_set in dict.fromkeys(constraint.index_set for constraint in self._known):
-            members = [i for i, constraint in enumerate(self._known) if constraint.index_set == index_set]
-            are_all = len(members) == len(self._known)
-            several = self._all if are_all else self._several([self._known[i] for i in members])
-            for i, (at, margins) in zip(members, index_set.minima_of_each(several, kernels), strict=True):
-                found[i] = at, margins / self._known[i].quantity.bounds.width
-        return [found[i] for i in range(len(self._known))]
+        return local_minima(self._known, [signal.kernel for signal in self.signals], self._several)
 
     def _between(self, places: Sequence[Array]) -> Minima:
         """Return for each constraint the lowest margin between neighbouring places, in order, where it is negative."""
@@ -80,10 +73,14 @@ class Seen:
 
     @cached
     def _all(self) -> Quantities:
-        return self._several(self._known)
+        return self._quantities(self._known)
 
     def _several(self, constraints: Sequence[Constraint]) -> Quantities:
-        several = Quantities(tuple(constraint.quantity for constraint in constraints), self.signals)
+        return self._all if len(constraints) == len(self._known) else self._quantities(constraints)
+
+    def _quantities(self, constraints: Sequence[Constraint]) -> Quantities:
+        quick = tuple(signal.nearly for signal in self.signals)
+        several = Quantities(tuple(constraint.quantity for constraint in constraints), quick)
         return several if several.is_linear else replace(several, signals=self._remembered.signals)
 
     @cached
