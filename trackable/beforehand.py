@@ -32,8 +32,11 @@ def learned_beforehand(
 ) -> Beforehand | NoSolution:
     """Learn means and hyperparameters from samples, without bounds: by maximum likelihood.
 
-    `keep`: the hyperparameters are known from now on; otherwise they are learned again, with the bounds.
+    `keep`: the hyperparameters are known from now on; otherwise they are learned again, with the bounds, and only means
+    that lie `between` two values are learned here.
     """
+    if not (keep or any(between)):
+        return Beforehand(prior)
     space = SearchSpace.around(samples, prior, starts)
     found = best_solution(ConstrainedProblem(samples, prior, space, means=between))
     if not isinstance(found, Solution):

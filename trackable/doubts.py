@@ -1,10 +1,12 @@
 """Questions about input that is valid, but hardly what was meant."""
 
-from collections.abc import Iterator, Mapping
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
 from trackable.certificates.goal import Claim
+from trackable.errors import DoubtfulInputWarning
 from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
@@ -13,6 +15,12 @@ _OUTLYING = 1e3  # times the spread of the others
 _FEW = 0.1  # of all samples: more are no outliers
 _FEWEST = 5  # samples: among fewer, none is one among others
 _LATE = 1e4  # times the span of the samples
+
+
+def ask(questions: Iterable[str], frames: int) -> None:
+    """Warn of input that is valid, but hardly meant; the user's call is that many `frames` up."""
+    for question in questions:
+        warnings.warn(question, DoubtfulInputWarning, stacklevel=frames + 1)
 
 
 def doubts(claim: Claim, samples: Mapping[str, Samples], plant: ConstrainedSystem) -> Iterator[str]:

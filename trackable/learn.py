@@ -1,19 +1,18 @@
 """From samples to a reference with a proof in one call, for notebooks and programs."""
 
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 from trackable.arrays import ArrayLike
-from trackable.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
+from trackable.beforehand import Mean, learned_beforehand, levels, split_means
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import Pinned, prove_pinned
 from trackable.certificates.robust import robust_of
 from trackable.condensed.asked import Centres
 from trackable.condensed.cost import Condensation
-from trackable.doubts import doubts
-from trackable.errors import DoubtfulInputWarning
+from trackable.doubts import ask, doubts
 from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored
 from trackable.fit import Fit
 from trackable.gp.factors.threads import one_blas_thread
@@ -26,10 +25,10 @@ from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
 from trackable.reference import TrackableReference
 from trackable.request.claim import checked_goal, claimed
-from trackable.request.plant import checked_plant, tightened
+from trackable.request.plant import drawn_in
 from trackable.request.prior import Noise
 from trackable.request.samples import Measurements, SamplesLike
-from trackable.saved import NotTrackableError
+from trackable.saved import found_or_raise
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.waypoints import Waypoints, waypoints
@@ -146,50 +145,35 @@ def learn_reference(
         values of `at` and bounds contradict each other: it says which.
 
     """
-    checked_plant(plant)
-    drawn_in = tightened(plant, disturbance, feedback, margin, measurement_noise)
-    plant = drawn_in.plant if drawn_in else plant
+    plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
     claim, learner = claimed(claim), _learner(method, at, learn_from)
     measured = Measurements.of(samples, plant, noise_std, centres)
     seen = measured.signals
     level, between = split_means(mean, measured.names)
     shared = frozenset({"period"}) if claim == "all_phases" and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
-    if between or learn_from is not None:
-        others = seen if learn_from is None else measured.others("learn_from", learn_from)
-        ends = levels(between, measured.names, others)
-        first = learned_beforehand(others, prior, ends, starts, keep=learn_from is not None)
-        if not isinstance(first, Beforehand):
-            raise NotTrackableError(first)
-        _ask(first.questions)
-        prior = first.prior
+    others = seen if learn_from is None else measured.others("learn_from", learn_from)
+    ends = levels(between, measured.names, others)
+    first = found_or_raise(learned_beforehand(others, prior, ends, starts, keep=learn_from is not None))
+    ask(first.questions, _CALLER)
+    prior = first.prior
     goal = checked_goal(claim, seen, prior, plant)
     space = SearchSpace.around(seen, prior, starts)
-    _ask(doubts(claim, measured.given, plant))
+    ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with progress_bar("learn reference", shown=progress):
-        found = learn_certified(seen, prior, plant, space, goal, learner=learner, pins=pins)
-        if not isinstance(found, Certified):
-            raise NotTrackableError(found)
-        proofs = prove_pinned(found.reference, pinned)
-        if not isinstance(proofs, tuple):
-            raise NotTrackableError(proofs)
-        cost = measured.cost(found.solution.posterior.prior)
-        fit = _fit(found, ConstrainedProblem(seen, prior, space), pinned, cost)
-    certificate = replace(found.certificate, robust=robust_of(drawn_in))
-    learned = TrackableReference(fit, certificate, proofs, drawn_in)
+        certified = found_or_raise(learn_certified(seen, prior, plant, space, goal, learner=learner, pins=pins))
+        proofs = found_or_raise(prove_pinned(certified.reference, pinned))
+        cost = measured.cost(certified.solution.posterior.prior)
+        fit = _fit(certified, ConstrainedProblem(seen, prior, space), pinned, cost)
+    certificate = replace(certified.certificate, robust=robust_of(tightening))
+    learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignored(learned.fit):
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     if narrow := given_too_narrowly(learned.fit):
-        warnings.warn(narrow, DoubtfulInputWarning, stacklevel=_CALLER)
+        ask([narrow], _CALLER)
     return learned
-
-
-def _ask(questions: Iterable[str]) -> None:
-    """Warn of input that is valid, but hardly meant."""
-    for question in questions:
-        warnings.warn(question, DoubtfulInputWarning, stacklevel=_CALLER + 1)
 
 
 def _learner(method: object, at: object, learn_from: object) -> Learner:
@@ -204,15 +188,15 @@ def _learner(method: object, at: object, learn_from: object) -> Learner:
 
 
 def _fit(
-    found: Certified,
+    certified: Certified,
     unconstrained: ConstrainedProblem,
     pinned: tuple[Pinned, ...],
     cost: tuple[Condensation, ...],
 ) -> Fit:
     """Return the fit, beside the solution of the unconstrained problem, which most learners know already."""
-    solution = found.solution
+    solution = certified.solution
     if solution.unconstrained is not None:
-        return Fit.of(found.reference, solution, solution.unconstrained, pinned, cost)
+        return Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost)
     free = best_solution(unconstrained)
     least = free.posterior if isinstance(free, Solution) else solution.posterior
-    return Fit.of(found.reference, solution, least, pinned, cost)
+    return Fit.of(certified.reference, solution, least, pinned, cost)

@@ -17,7 +17,7 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.problem import ActiveBound, Method
 from trackable.proved.reference import ProvedReference
-from trackable.saved import NotTrackableError, SavedReference
+from trackable.saved import SavedReference, found_or_raise
 from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackable.systems.reference import Reference
@@ -172,10 +172,7 @@ class TrackableReference(ProvedReference):
         wrote, and NotTrackableError where it holds a reference that cannot be proved to keep its bounds.
         """
         saved = SavedReference.read(path_of("load", path))
-        found = saved.proofs()
-        if not isinstance(found, tuple):
-            raise NotTrackableError(found)
-        return cls(saved.fit, *found, saved.drawn_in)
+        return cls(saved.fit, *found_or_raise(saved.proofs()), saved.drawn_in)
 
     def __repr__(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 
@@ -28,6 +28,8 @@ from trackable.systems.disturbance.tightening import Tightening, tightening
 from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +152,13 @@ class SavedReference(Saved):
             return found
         pinned = prove_pinned(self.reference, self.fit.pinned)
         return (found, pinned) if isinstance(pinned, tuple) else pinned
+
+
+def found_or_raise(outcome: T | NoSolution | Failure) -> T:
+    """Return what was found. NotTrackableError: it is why there is nothing, or nothing that is proved."""
+    if isinstance(outcome, NoSolution | Counterexample | Unproved):
+        raise NotTrackableError(outcome)
+    return outcome
 
 
 class NotTrackableError(NoReferenceError):

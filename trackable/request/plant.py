@@ -12,13 +12,17 @@ def checked_plant(plant: object) -> None:
     instance("plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
 
 
-def tightened(
+def drawn_in(
     plant: ConstrainedSystem,
     disturbance: DisturbanceSet | None,
     feedback: ArrayLike | None,
     margin: float,
     noise: DisturbanceSet | None,
-) -> Tightening | None:
-    """Return the plant with its bounds drawn in; None where nothing asks for it. Raises as `tightening`."""
+) -> tuple[ConstrainedSystem, Tightening | None]:
+    """Return the plant to learn for, and how its bounds were drawn in; None where nothing asks for it.
+
+    TypeError: it is no plant. Raises as `tightening`, too.
+    """
+    checked_plant(plant)
     found = tightening(plant, disturbance, feedback, margin, noise)
-    return found if found.margin or found.invariant is not None else None
+    return (found.plant, found) if found.margin or found.invariant is not None else (plant, None)

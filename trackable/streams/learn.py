@@ -7,14 +7,13 @@ from typing import Never
 
 from trackable.arguments import real
 from trackable.arrays import ArrayLike
-from trackable.beforehand import Beforehand, Ends, Mean, learned_beforehand, levels, split_means
+from trackable.beforehand import Mean, learned_beforehand, levels, split_means
 from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import prove_pinned
 from trackable.certificates.robust import robust_of
 from trackable.condensed.asked import Centres
 from trackable.condensed.bins import NODES
-from trackable.doubts import doubts
-from trackable.errors import DoubtfulInputWarning
+from trackable.doubts import ask, doubts
 from trackable.explanation import IgnoresSamplesWarning, ignored
 from trackable.fit import Fit, edges_of
 from trackable.gp.factors.threads import one_blas_thread
@@ -24,14 +23,14 @@ from trackable.gp.samples import Samples
 from trackable.learning.index_set import Window
 from trackable.learning.joint.learn import learn_jointly
 from trackable.learning.prior import prior_for
-from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
 from trackable.request.claim import checked_goal, claimed
-from trackable.request.plant import checked_plant, tightened
+from trackable.request.plant import drawn_in
 from trackable.request.prior import Noise
 from trackable.request.samples import Measurements, SamplesLike
-from trackable.saved import NotTrackableError
+from trackable.saved import found_or_raise
 from trackable.streams.continued import part_of
 from trackable.streams.reference import StreamReference
 from trackable.streams.windows import Stream, constraints_at, learn_proved
@@ -111,9 +110,7 @@ def learn_stream(
 
     """
     _refuse(others)
-    checked_plant(plant)
-    drawn_in = tightened(plant, disturbance, feedback, margin, measurement_noise)
-    plant = drawn_in.plant if drawn_in else plant
+    plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
     claim = claimed(claim)
     measured = Measurements.of(samples, plant, noise_std, centres, _MANY)
     if (length := real("window", window)) <= 0:
@@ -122,24 +119,22 @@ def learn_stream(
     level, between = split_means(mean, measured.names)
     prior = prior_for(plant, measured.priors(kernel, level))
     first = _first(measured, length)
-    prior = _with_means(first, prior, levels(between, measured.names, first), starts)
+    likeliest = found_or_raise(
+        learned_beforehand(first, prior, levels(between, measured.names, first), starts, keep=False)
+    )
+    ask(likeliest.questions, _CALLER)
+    prior = likeliest.prior
     checked_goal("all_times", seen, prior, plant)  # between windows the function is at rest
-    for doubt in doubts(claim, measured.given, plant):
-        warnings.warn(doubt, DoubtfulInputWarning, stacklevel=_CALLER)
+    ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
     with progress_bar("learn stream", shown=progress):
         known = _known(first, prior, plant, starts)
         stream = Stream(seen, known, plant, length, claim, pinned)
-        found = learn_proved(stream)
-        if not isinstance(found, tuple):
-            raise NotTrackableError(found)
-        proofs = prove_pinned(found[0], pinned)
-        if not isinstance(proofs, tuple):
-            raise NotTrackableError(proofs)
+        reference, certificate = found_or_raise(learn_proved(stream))
+        proofs = found_or_raise(prove_pinned(reference, pinned))
         cost = measured.cost(known)
-    reference, certificate = found
-    certificate = replace(certificate, robust=robust_of(drawn_in))
-    learned = StreamReference(reference, certificate, stream, cost, drawn_in, proofs)
+    certificate = replace(certificate, robust=robust_of(tightening))
+    learned = StreamReference(reference, certificate, stream, cost, tightening, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
         off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)
         sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"
@@ -169,38 +164,22 @@ def _part_of(centres: Centres, share: float) -> Centres:
     return max(NODES, round(centres * share)) if isinstance(centres, int) else centres
 
 
-def _with_means(samples: tuple[Samples, ...], prior: JointPrior, between: Ends, starts: int) -> JointPrior:
-    """Return the prior with the means that are most likely without bounds. NotTrackableError: they were not found."""
-    if not any(between):
-        return prior
-    found = learned_beforehand(samples, prior, between, starts, keep=False)
-    if not isinstance(found, Beforehand):
-        raise NotTrackableError(found)
-    for question in found.questions:
-        warnings.warn(question, DoubtfulInputWarning, stacklevel=_CALLER + 1)
-    return found.prior
-
-
 def _known(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
     """Return the prior with the hyperparameters of least J, all known. NotTrackableError: no function keeps bounds."""
     if not prior.learned:
         return prior.as_known()
     times = Window(min(float(of.times[0]) for of in samples), max(float(of.times[-1]) for of in samples))
     space = SearchSpace.around(samples, prior, starts)
-    found = learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant)))
-    if not isinstance(found, Solution):
-        raise NotTrackableError(found)
-    if found.unconstrained and (
-        sentence := ignored(Fit.of(Reference(found.signals, plant), found, found.unconstrained, ()))
+    solution = found_or_raise(learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant))))
+    if solution.unconstrained and (
+        sentence := ignored(Fit.of(Reference(solution.signals, plant), solution, solution.unconstrained, ()))
     ):
         warnings.warn(
             f"in the first window, from which hyperparameters are learned, {sentence}",
             IgnoresSamplesWarning,
             stacklevel=_CALLER + 1,
         )
-    for edge in edges_of(found.posterior.prior, samples):
-        if edge.is_given:
-            warnings.warn(
-                f"{edge}, {edge.interval}: was it meant as a limit?", DoubtfulInputWarning, stacklevel=_CALLER + 1
-            )
-    return found.posterior.prior.as_known()
+    learned = solution.posterior.prior
+    narrow = [edge for edge in edges_of(learned, samples) if edge.is_given]
+    ask([f"{edge}, {edge.interval}: was it meant as a limit?" for edge in narrow], _CALLER + 1)
+    return learned.as_known()

@@ -15,7 +15,7 @@ from trackable.files import path_of
 from trackable.fit import Misfit
 from trackable.gp.samples import Samples
 from trackable.proved.reference import ProvedReference
-from trackable.saved import NotTrackableError, SavedTightening, window_of
+from trackable.saved import SavedTightening, found_or_raise, window_of
 from trackable.streams.saved import SavedStream
 from trackable.streams.windows import Stream
 from trackable.systems.disturbance.tightening import Tightening
@@ -93,13 +93,8 @@ class StreamReference(ProvedReference):
     def load(cls, path: Path | str) -> Self:
         """The inverse of `save`: what is read is proved again. Raises as `TrackableReference.load`."""
         saved = SavedStream.read(path_of("load", path))
-        found = saved.proof()
-        if not isinstance(found, Certificate):
-            raise NotTrackableError(found)
-        pinned = prove_pinned(saved.learned, saved.pinned)
-        if not isinstance(pinned, tuple):
-            raise NotTrackableError(pinned)
-        return cls(saved.learned, found, saved.stream, saved.condensed, saved.drawn_in, pinned)
+        proof, pinned = found_or_raise(saved.proof()), found_or_raise(prove_pinned(saved.learned, saved.pinned))
+        return cls(saved.learned, proof, saved.stream, saved.condensed, saved.drawn_in, pinned)
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
