@@ -81,7 +81,9 @@ def sampled_by(experiment: Experiment) -> Sampled:
 def _fewer(experiment: Experiment, samples: Mapping[str, Samples]) -> dict[str, Samples]:
     """Return the samples to learn from: fewer centres that stand for all of them, where the experiment says so."""
     noise = {name: fields.noise_std for name, fields in experiment.prior.items()}
-    return condensed_by_name(samples, kinds_by_name(experiment.plant, samples), experiment.centres, noise)
+    kinds = kinds_by_name(experiment.plant, samples)
+    kernels = [part.kernel for part in experiment.learned_prior.parts]
+    return condensed_by_name(samples, kinds, experiment.centres, noise, kernels=kernels)
 
 
 def _read_csv(source: CsvColumn, sampling_time: float) -> Signal:

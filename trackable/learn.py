@@ -26,7 +26,7 @@ from trackable.progress.bar import progress_bar
 from trackable.reference import TrackableReference
 from trackable.request.claim import checked_goal, claimed
 from trackable.request.plant import drawn_in
-from trackable.request.prior import Noise
+from trackable.request.prior import Noise, kernels_of
 from trackable.request.samples import Measurements, SamplesLike
 from trackable.saved import found_or_raise
 from trackable.systems.constrained import ConstrainedSystem
@@ -94,9 +94,10 @@ def learn_reference(
         At most how many centres the reference has for the samples of each name. None: each sample is one. A whole
         number: the time of the samples is divided into bins, and the samples in each are replaced by four that say the
         same of every signal that is a cubic polynomial in each bin, noise included. "auto": of more than 2000 samples,
-        as few as lose nothing that all of them show; for long recordings, of which a quarter loses something,
-        `learn_stream` is faster. What is proved is the reference that is handed out; its
-        `explanation` says how many samples are learned by how many centres, and what that changes in l and in the mean.
+        as few as lose nothing that all of them show; not half of regular samples where a kernel has kinks, as that
+        saves nothing. For long recordings, of which a quarter loses something, `learn_stream` is faster. What is proved
+        is the reference that is handed out; its `explanation` says how many samples are learned by how many centres,
+        and what that changes in l and in the mean.
     at
         Values of states and inputs, by name, that the reference has at times [s]: {0.0: {"position": -0.08, "velocity":
         0.0}} begins at a plant's present state, at rest. Only function and hyperparameters together can meet them.
@@ -147,7 +148,7 @@ def learn_reference(
     """
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
     claim, learner = claimed(claim), _learner(method, at, learn_from)
-    measured = Measurements.of(samples, plant, noise_std, centres)
+    measured = Measurements.of(samples, plant, noise_std, centres, kernels=kernels_of(kernel))
     seen = measured.signals
     level, between = split_means(mean, measured.names)
     shared = frozenset({"period"}) if claim == "all_phases" and len(measured.names) > 1 else frozenset[str]()

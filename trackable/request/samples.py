@@ -31,7 +31,7 @@ class Measurements:
     """Samples of a `plant` by name, with the noise `noise_std` of each.
 
     `kinds` are the names that show each flat output; noise is relative to that of the first of them. Of more than
-    `many` samples of a name, fewer are learned from, as `centres` says.
+    `many` samples of a name, fewer are learned from, as `centres` says; see `condensed_by_name` for `kernels`.
     """
 
     plant: ConstrainedSystem
@@ -40,14 +40,21 @@ class Measurements:
     noise_std: Noise
     centres: Centres
     many: int = MANY
+    kernels: tuple[Kernel, ...] = ()
 
     @classmethod
     def of(
-        cls, samples: SamplesLike, plant: ConstrainedSystem, noise_std: Noise, centres: Centres, many: int = MANY
+        cls,
+        samples: SamplesLike,
+        plant: ConstrainedSystem,
+        noise_std: Noise,
+        centres: Centres,
+        many: int = MANY,
+        kernels: tuple[Kernel, ...] = (),
     ) -> Self:
         """Return what was given, checked. Raises TypeError and ValueError, as `learn_reference` says."""
         given, centres = samples_by_name(samples, plant), checked_centres(centres)
-        return cls(plant, given, names_of_each(plant, given), noise_std, centres, many)
+        return cls(plant, given, names_of_each(plant, given), noise_std, centres, many, kernels)
 
     @cached_property
     def all(self) -> dict[str, Samples]:
@@ -87,7 +94,7 @@ class Measurements:
         return cost_of(self.plant, self.all, self.fewer, prior)
 
     def _condensed(self, samples: Mapping[str, Samples], centres: Centres) -> dict[str, Samples]:
-        return condensed_by_name(samples, self.kinds, centres, self.noise_std, self.many)
+        return condensed_by_name(samples, self.kinds, centres, self.noise_std, self.many, self.kernels)
 
 
 def names_of_each(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[str, ...]]:
