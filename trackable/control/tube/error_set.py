@@ -7,6 +7,7 @@ from itertools import combinations
 from math import comb
 
 import numpy as np
+import numpy.typing as npt
 import scipy
 
 from trackable.arrays import Array
@@ -18,6 +19,9 @@ _ROUNDING = 1e-12
 """Points beyond a side of the set by this part of its size along the coordinates of the side count as inside."""
 
 _MOST_FACETS = 100_000
+
+Places = npt.NDArray[np.intp]
+"""Of coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +54,13 @@ class ErrorSet:
         return rows, sides + _ROUNDING * np.abs(rows) @ self._reach
 
     @cached_property
-    def blocks(self) -> tuple[list[int], ...]:
+    def blocks(self) -> tuple[Places, ...]:
         """Sets of coordinates that have nothing to do with each other: Z is the product of its projections on them."""
         if len(self.hulls):
-            return (list(range(self.dimension)),)
+            return (np.arange(self.dimension),)
         used = (self.generators != 0).astype(int)
         count, labels = scipy.sparse.csgraph.connected_components(used.T @ used, directed=False)
-        return tuple(np.flatnonzero(labels == block).tolist() for block in range(count))
+        return tuple(np.flatnonzero(labels == block) for block in range(count))
 
     @cached_property
     def halfspaces(self) -> tuple[Array, Array] | None:
@@ -69,7 +73,7 @@ class ErrorSet:
         rows = np.vstack([self.normals(block) for block in self.blocks])
         return rows, self.support(rows)
 
-    def normals(self, block: list[int]) -> Array:
+    def normals(self, block: Places) -> Array:
         """Return the outward normals (f, n) of the sides of Z in one or two coordinates."""
         sides = np.array([[1.0], [-1.0]])
         if len(block) == 2:
@@ -96,7 +100,7 @@ class ErrorSet:
             found = found + self.hulls[np.arange(len(self.hulls)), np.argmax(self.hulls @ row, axis=1)].sum(axis=0)
         return np.asarray(found)
 
-    def corners(self, block: list[int]) -> Array:
+    def corners(self, block: Places) -> Array:
         """Return all vertices (v, 1 or 2) of Z in one or two coordinates, in turn: each is between two normals."""
         rows = self.normals(block)
         if len(block) == 2:
@@ -169,7 +173,7 @@ class ErrorSet:
         rows = np.vstack([rows, -rows])
         return rows, self.support(rows)
 
-    def _edges(self, block: list[int]) -> Iterator[Array]:
+    def _edges(self, block: Places) -> Iterator[Array]:
         """Yield the directions (2,) of all edges in two coordinates, which are those of the summands."""
         Z = self.invariant
         if isinstance(Z.disturbance, Zonotope):

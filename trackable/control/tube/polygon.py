@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.control.tube.error_set import ErrorSet
+from trackable.control.tube.error_set import ErrorSet, Places
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +17,7 @@ class Polygon:
     """
 
     errors: ErrorSet
-    block: list[int]
+    block: Places
     root: Array
 
     def nearest(self, e: Array, d: Array) -> Array:

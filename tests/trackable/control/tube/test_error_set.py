@@ -57,7 +57,7 @@ def test_each_block_has_its_own_rounding(unit):
         TWO_CARTS.system, Polytope.box(-sizes, sizes), Polytope.box(-2 * sizes[[0, 2]], 2 * sizes[[0, 2]])
     )
     errors = ErrorSet(tightening(plant, W).invariant)
-    assert errors.blocks == ([0, 1], [2, 3])
+    assert [block.tolist() for block in errors.blocks] == [[0, 1], [2, 3]]
     for direction in np.random.default_rng(4).normal(size=(8, 2)):
         e = errors.farthest(np.array([0.0, 0.0, *direction])) * [0, 0, 1, 1]
         assert errors.contains((1 - 1e-9) * e)

@@ -111,8 +111,8 @@ def test_edges_and_corners_of_polygons_are_the_nearest_of_all():
 
 
 def test_products_of_polygons_are_seen_as_such():
-    assert LOOPS["two carts"].controller.errors.blocks == ([0, 1], [2, 3])
-    assert LOOPS["three states"].controller.errors.blocks == ([0, 1, 2],)
+    for name, blocks in (("two carts", [[0, 1], [2, 3]]), ("three states", [[0, 1, 2]])):
+        assert [block.tolist() for block in LOOPS[name].controller.errors.blocks] == blocks
     assert LOOPS["three states, a hull"].controller.errors.halfspaces is None
     assert isinstance(LOOPS["three states, a hull"].disturbance, type(HULL))
 
