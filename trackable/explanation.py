@@ -1,9 +1,18 @@
 """What a fit says of itself, in plain sentences."""
 
+import numpy as np
+
 from trackable.fit import Fit, Misfit
 from trackable.systems.disturbance.tightening import Tightening
 
 _DEAREST = 3
+
+# A sample is far off if it is so by more than both; more than a few are no outliers, but noise of another kind.
+_TIMES_TYPICAL = 10.0
+_TIMES_NOISE = 5.0
+_FEW = 0.1  # of all samples
+_FEWEST = 10
+_NORMAL = 0.6745  # the median of |x| of standard normal x
 
 
 class IgnoresSamplesWarning(UserWarning):
@@ -49,6 +58,14 @@ def given_too_narrowly(fit: Fit) -> str | None:
     return f"{said}: was it meant as a limit? A wider one fits better" if said else None
 
 
+def outlying(fit: Fit) -> str | None:
+    """Return a question if a few samples are far off the fit without bounds, and most are not; None otherwise.
+
+    One such sample is enough to raise the noise that is learned, and so to pull the reference off all others.
+    """
+    return "; ".join(said for misfit in fit.misfits if (said := _outliers(misfit))) or None
+
+
 def costs(fit: Fit) -> str:
     """Return what the bounds cost, which of them and when."""
     of = "bounds and given values" if fit.pinned else "bounds"
@@ -81,3 +98,19 @@ def _help(fit: Fit) -> str:
         return "wider bounds or another prior mean may help"
     other = "another value" if dearest.side == "equal" else "wider bounds or another prior mean"
     return f"{dearest}: {other} may help"
+
+
+def _outliers(misfit: Misfit) -> str:
+    off = np.abs(misfit.unconstrained) / misfit.samples.relative_noise
+    typical = float(np.median(off)) / _NORMAL
+    far = np.flatnonzero(off > max(_TIMES_TYPICAL * typical, _TIMES_NOISE * misfit.noise_std))
+    if len(off) < _FEWEST or not typical or not 0 < len(far) <= _FEW * len(off):
+        return ""
+    i = int(np.argmax(off))
+    others = f" (and {len(far) - 1} more are far off)" if len(far) > 1 else ""
+    harm = " It raises the noise that is learned" if misfit.is_learned else ""
+    return (
+        f"samples: {misfit.name} is {misfit.samples.values[i]:.6g} at {misfit.samples.times[i]:.6g} s, "
+        f"{abs(misfit.unconstrained[i]):.3g} off the fit without bounds, {off[i] / typical:.3g} times as far as most"
+        f"{others}: is it an outlier to be left out?{harm}"
+    )

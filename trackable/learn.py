@@ -13,7 +13,7 @@ from trackable.certificates.robust import robust_of
 from trackable.condensed.asked import Centres
 from trackable.condensed.cost import Condensation
 from trackable.doubts import ask, doubts
-from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored
+from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored, outlying
 from trackable.fit import Fit
 from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.kernels.base import Kernel
@@ -158,7 +158,7 @@ def learn_reference(
     first = found_or_raise(learned_beforehand(others, prior, ends, starts, keep=learn_from is not None))
     ask(first.questions, _CALLER)
     prior = first.prior
-    goal = checked_goal(claim, seen, prior, plant)
+    goal = checked_goal(claim, seen, prior, plant, tightening)
     space = SearchSpace.around(seen, prior, starts)
     ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
@@ -172,8 +172,7 @@ def learn_reference(
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignored(learned.fit):
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
-    if narrow := given_too_narrowly(learned.fit):
-        ask([narrow], _CALLER)
+    ask(filter(None, (given_too_narrowly(learned.fit), outlying(learned.fit))), _CALLER)
     return learned
 
 

@@ -18,6 +18,7 @@ from trackable.gp.samples import Samples
 from trackable.learning.problem import ActiveBound, Method
 from trackable.proved.reference import ProvedReference
 from trackable.saved import SavedReference, found_or_raise
+from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackable.systems.reference import Reference
@@ -43,6 +44,11 @@ class TrackableReference(ProvedReference):
     def reference(self) -> Reference:
         """The reference itself, at all times."""
         return self.fit.reference
+
+    @property
+    def plant(self) -> ConstrainedSystem:
+        """The plant with the bounds that were given; `reference.plant` has what disturbance or margin leave of them."""
+        return self.tightening.given if self.tightening else self.reference.plant
 
     @property
     def samples(self) -> tuple[Samples, ...]:

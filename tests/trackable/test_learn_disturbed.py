@@ -167,6 +167,21 @@ def test_too_large_a_disturbance_is_refused_in_one_sentence():
         learn_reference(SAMPLES, AXIS, KERNEL, WINDOW, **ARGUMENTS, disturbance=PUSHED.scaled(Fraction(40)))
 
 
+def test_a_mean_that_the_disturbance_leaves_outside_is_refused_beside_the_given_bounds():
+    said = r"not inside \[-1\.0.*, 0\.1.*\]: .*; disturbance, noise and margin leave no more of \[-1\.1, 0\.2\]$"
+    with pytest.raises(ValueError, match=said):
+        learn_reference(SAMPLES, AXIS, KERNEL, "all_times", **ARGUMENTS, mean=0.19, margin=0.05)
+    with pytest.raises(ValueError, match=r"could not be followed for ever$"):
+        learn_reference(SAMPLES, AXIS, KERNEL, "all_times", **ARGUMENTS, mean=0.21)
+
+
+def test_the_plant_is_the_one_that_was_given(tmp_path: Path):
+    for name in ("nominal", "pushed", "margin"):
+        learned(name).save(tmp_path / "r.json")
+        for found in (learned(name), TrackableReference.load(tmp_path / "r.json")):
+            np.testing.assert_array_equal(found.plant.state_set.upper, AXIS.state_set.upper)
+
+
 def test_several_flat_outputs_are_learned_for_a_disturbed_system():
     times = np.linspace(0, 2, 9)
     samples = {name: Samples(times, 0.5 * np.sin(times + i)) for i, name in enumerate("ab")}

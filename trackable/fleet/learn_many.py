@@ -83,6 +83,9 @@ class Fleet:
     def __len__(self) -> int:
         return len(self.rows)
 
+    def __repr__(self) -> str:
+        return f"Fleet({self})"
+
     def __str__(self) -> str:
         failed = [row for row in self.rows if row.outcome != "proved"]
         lines = [f"{len(self.proved)} of {len(self)} references are proved; the table is {self.table}"]

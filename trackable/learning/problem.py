@@ -1,6 +1,7 @@
 """The constrained learning problem, its solution, and the explanation where there is none."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -16,6 +17,8 @@ from trackable.learning.space import SearchSpace
 from trackable.progress.work import done
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.quantity import Quantity
+
+_ROUNDING = 1e-9  # of a width
 
 
 @dataclass(frozen=True)
@@ -204,6 +207,12 @@ class NoFunction(NoSolution):
         )
 
 
+def _depends_on_mean(quantity: Quantity, means: Sequence[float]) -> bool:
+    """Whether another prior mean gives another value at rest: a velocity is zero there, whatever the mean."""
+    change = quantity.at_rest([mean + 1.0 for mean in means]) - quantity.at_rest(means)
+    return not abs(change) <= _ROUNDING * quantity.bounds.width
+
+
 @dataclass(frozen=True, repr=False)
 class NothingFeasible(NoSolution):
     """No point of the search space was found that satisfies the constraints; `best` came closest.
@@ -226,7 +235,8 @@ class NothingFeasible(NoSolution):
         level = ", ".join(f"{mean:g}" for mean in means)
         rest = "".join(
             f"the prior mean {level} is no admissible equilibrium (its {q.name} {q.at_rest(means):.4g} does "
-            f"not lie inside {q.bounds}), so that nothing guarantees that the problem is feasible: choose another; "
+            f"not lie inside {q.bounds}), so that nothing guarantees that the problem is feasible: "
+            f"{'choose another' if _depends_on_mean(q, means) else 'no other mean changes that'}; "
             for q in self.broken_at_rest[:1]
         )
         what = f"breaks the {self.quantity.name} bounds {self.quantity.bounds} at t = {self.time:.6g} s"

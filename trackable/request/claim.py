@@ -7,6 +7,7 @@ from trackable.certificates.goal import Claim, Goal, goal_for
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.quantity import Quantity
 
 
@@ -24,16 +25,34 @@ def claimed(claim: object) -> Claim:
     raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {claim!r}")
 
 
-def checked_goal(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
-    """Return the goal of a claim. ValueError: it does not suit the kernels, or the mean cannot be followed for ever."""
+def checked_goal(
+    claim: Claim,
+    samples: tuple[Samples, ...],
+    prior: JointPrior,
+    plant: ConstrainedSystem,
+    drawn_in: Tightening | None = None,
+) -> Goal:
+    """Return the goal of a claim, for a plant whose bounds may be `drawn_in`, as messages then say.
+
+    ValueError: it does not suit the kernels, or the mean cannot be followed for ever.
+    """
     goal = goal_for(claim, samples, prior, plant)
     means = [part.mean for part in prior.parts]
     # A vehicle may move for ever: it has to come to rest only where the kernel decays.
     fades = not isinstance(claim, tuple) and not (plant.flat_form and claim == "all_phases")
     for quantity in plant.quantities if fades else ():
         if not quantity.bounds.strictly_contains(level := quantity.at_rest(means)):
-            raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {_placed(quantity, level)}")
+            left = _left(quantity, drawn_in) if drawn_in else ""
+            raise ValueError(
+                f"mean: must be an admissible equilibrium, but at rest there {_placed(quantity, level)}{left}"
+            )
     return goal
+
+
+def _left(quantity: Quantity, drawn_in: Tightening) -> str:
+    """Say of which bounds these are left, if disturbances or a margin have taken a part."""
+    given = {whole.name: whole.bounds for whole in drawn_in.given.quantities}.get(quantity.name, quantity.bounds)
+    return "" if given == quantity.bounds else f"; disturbance, noise and margin leave no more of {given}"
 
 
 def _placed(quantity: Quantity, level: float) -> str:

@@ -124,7 +124,7 @@ def learn_stream(
     )
     ask(likeliest.questions, _CALLER)
     prior = likeliest.prior
-    checked_goal("all_times", seen, prior, plant)  # between windows the function is at rest
+    checked_goal("all_times", seen, prior, plant, tightening)  # between windows the function is at rest
     ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
     with progress_bar("learn stream", shown=progress):

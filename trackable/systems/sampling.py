@@ -9,12 +9,16 @@ from trackable.gp.samples import Samples
 from trackable.gp.stencil import POINT, Stencil
 from trackable.gp.stencils import Stencils
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.flat.flatness import outputs_in_states
 from trackable.systems.flat.functional import Functional
+from trackable.systems.formulas.wording import weighted_sum_text
+from trackable.systems.linear import LinearSystem
 
 RATE_OF = "rate of "
 """Before the name of a state or flat output: its change in one step, divided by the sampling time, in unit/s."""
 
 _ROUNDING = 1e-12  # relative to the weights
+_DIGITS = 9  # of weights by which samples are computed
 
 
 def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str, Stencil]:
@@ -59,7 +63,7 @@ def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[
             raise ValueError(f"samples: none are given; expected {wanted}")
         raise ValueError(
             f"samples: {plant.signal_count} flat outputs determine all states, one for each input that matters, but "
-            f"{len(missing)} of them cannot be seen in samples of {given}: also give {wanted}"
+            f"{len(missing)} of them cannot be seen in samples of {given}: also give {wanted}{_where(plant)}"
         )
     return ordered
 
@@ -118,6 +122,7 @@ def default_sample(plant: ConstrainedSystem) -> str:
         raise ValueError(
             f"samples: must be given by name, one for each of {plant.signal_count} flat outputs: "
             + "; ".join(f"one of {', '.join(_sampled_names(plant, signal))}" for signal in range(plant.signal_count))
+            + _where(plant)
         )
     return _sampled_names(plant, 0)[0]
 
@@ -137,6 +142,7 @@ def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
             )
             raise ValueError(
                 f"samples: {name} {why}; give samples of {', '.join(flat)}, or of states that show one each"
+                + _where(plant)
             )
         return *seen, shows_level(seen[1])
     if name in flat:
@@ -162,6 +168,18 @@ def _sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
     stencils = [coordinate.stencil for coordinate in plant.flatness.states]
     alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and shows_level(seen[1])]
     return [*(plant.system.states[i] for i in alone), f"z{signal + 1}"]
+
+
+def _where(plant: ConstrainedSystem) -> str:
+    """Say what the flat outputs of a linear system are that no state shows alone, as their names tell nobody."""
+    if not isinstance(plant.system, LinearSystem):
+        return ""
+    said = []
+    for signal, row in enumerate(outputs_in_states(plant.flatness)):
+        *shown, name = _sampled_names(plant, signal)
+        if not shown:
+            said.append(f"{name} = {weighted_sum_text(row, plant.system.states, _DIGITS)}")
+    return f", where {' and '.join(said)}" if said else ""
 
 
 def shows_level(stencil: Stencil) -> bool:

@@ -58,6 +58,8 @@ def test_an_infeasible_problem_is_explained_in_true_numbers(name):
         assert float(value) == pytest.approx(answer.best.prior.hyperparameters[parameter], rel=5e-4)
 
     assert [q.name for q in answer.broken_at_rest] == [quantity]
+    other = {"state": "choose another; ", "input": "no other mean changes that; "}  # it is −c/b with a = 1
+    assert f"feasible: {other[quantity]}" in answer.explanation
     assert answer.explanation.startswith(
         f"the prior mean 0 is no admissible equilibrium (its {quantity} {at_rest:.4g} does not lie inside {bounds})"
     )

@@ -8,6 +8,8 @@ import pytest
 from tests.trackable.systems.instances import random_signal, unbounded
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import POINT
+from trackable.systems.flat.flatness import outputs_in_states
+from trackable.systems.formulas.wording import weighted_sum_text
 from trackable.systems.library import mobile_robot, pendulum
 from trackable.systems.linear import LinearSystem
 from trackable.systems.sampling import default_sample, kinds_by_name, sampled_signals, stencils_by_name
@@ -158,3 +160,26 @@ def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it():
     assert sum(nearly.flatness.states[1].weights[0]) != 0
     with pytest.raises(ValueError, match=NO_LEVEL):
         stencils_by_name(nearly, ["x2"])
+
+
+def test_flat_outputs_that_no_state_shows_are_told_in_states():
+    """On a trajectory from random inputs, states follow from the flat outputs as they are told, and their shifts."""
+    A, B = np.array([[1.0, 0.25, 0.0], [0.0, 0.5, 0.5], [0.0, 0.0, 0.0]]), np.array([[0, 0.125], [0, 0.25], [1, 0]])
+    c = np.array([0.0625, 0.0, 0.0])
+    delayed = unbounded(LinearSystem(A, B, c, states=("x", "v", "held"), sampling_time=0.25))
+    outputs = outputs_in_states(delayed.flatness)
+    with pytest.raises(ValueError, match=r"also give one of z1, where z1 = ") as raised:
+        kinds_by_name(delayed, ["x"])
+    said = str(raised.value).rpartition("z1 = ")[2]
+    assert said == weighted_sum_text(outputs[0], ["x", "v", "held"], 9) == "-2x+v"
+    rng = np.random.default_rng(0)
+    states, inputs = [rng.standard_normal(3)], rng.standard_normal((6, 2))
+    for u in inputs:
+        states.append(delayed.linear.successor(states[-1], u))
+    x = np.array(states)
+    z = [x @ np.array([float(v) for v in row]) for row in outputs]
+    for i, of_state in enumerate(delayed.flatness.states):
+        shifted = float(of_state.offset) + sum(
+            float(v) * z[c][j : len(x) - 1 + j] for c, ws in enumerate(of_state.weights) for j, v in enumerate(ws)
+        )
+        np.testing.assert_allclose(shifted, x[: len(x) - 1, i], atol=1e-12)

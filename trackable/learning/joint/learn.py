@@ -139,7 +139,8 @@ def _solution(point: Point, fits: int, unconstrained: JointPosterior | None) -> 
 def _no_solution(problem: ConstrainedProblem, closest: Point) -> NoSolution:
     bent, function = closest.function.bent, closest.function
     if bent.contradicts:
-        return Contradiction(bent.posterior, bent.most_influential[:_TOLD])
+        given_first = sorted(bent.most_influential, key=lambda bound: bound.side != "equal")
+        return Contradiction(bent.posterior, tuple(given_first[:_TOLD]))
     quantity = problem.constraints[function.constraint].quantity
     violation = -function.margin * quantity.bounds.width
     return NothingFeasible(bent.posterior, quantity, function.time, violation, problem.broken_at_rest)

@@ -71,6 +71,15 @@ def flatness(A: Array, B: Array, c: Array, sampling_time: float, states: Sequenc
     )
 
 
+def outputs_in_states(flat: Flatness) -> list[list[Fraction]]:
+    """Return the row q_c of each flat output z_c = q_c x of a linear system, exactly."""
+    n, places = len(flat.states), [(c, j) for c, order in enumerate(flat.orders) for j in range(order)]
+    states = [x for x in flat.states if isinstance(x, Functional)]
+    entries = [x.weights[c][j] for x in states for c, j in places]
+    inverse = fmpq_mat(n, n, [fmpq(w.numerator, w.denominator) for w in entries]).inv()
+    return [[fraction(inverse[place, i]) for i in range(n)] for place, (_, j) in enumerate(places) if j == 0]
+
+
 def _shifted(q: fmpq_mat, A: fmpq_mat, offset: fmpq_mat, which: list[tuple[int, int]]) -> tuple[fmpq_mat, fmpq_mat]:
     """Return Q and d such that z_i(k + j) = Q x(k) + d with u = 0, one row for each pair (i, j)."""
     return (

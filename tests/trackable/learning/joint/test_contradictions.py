@@ -55,6 +55,12 @@ def test_a_state_and_an_input_that_lead_elsewhere():
     assert set(found) < {(name, "equal", time) for name, time, _ in pins}
 
 
+def test_given_values_are_told_before_the_bounds():
+    sides = [side for _, side, _ in told(AXIS, ("x1", 0.5, 0.1), ("x1", 0.6, 0.9))]
+    assert sides == sorted(sides, key=lambda side: side != "equal")
+    assert len(set(sides)) > 1
+
+
 def test_positions_that_velocity_and_input_do_not_allow():
     found = told(AXIS, ("x1", 0.5, 0.1), ("x1", 0.6, 0.9))
     assert {("x1", "equal", 0.5), ("x1", "equal", 0.6)} <= set(found)
