@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from reprlib import repr as short
 
 from trackable.arguments import is_number
-from trackable.fit import edges_of
+from trackable.fit.edges import edges_of
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution

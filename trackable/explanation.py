@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from trackable.fit import Fit, Misfit
+from trackable.fit.fit import Fit
+from trackable.fit.misfit import Misfit
 from trackable.systems.disturbance.tightening import Tightening
 
 _DEAREST = 3

@@ -14,7 +14,7 @@ from trackable.condensed.asked import Centres
 from trackable.condensed.cost import Condensation
 from trackable.doubts import ask, doubts
 from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored, outlying
-from trackable.fit import Fit
+from trackable.fit.fit import Fit
 from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.kernels.base import Kernel
 from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner

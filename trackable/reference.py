@@ -12,7 +12,7 @@ from trackable.certificates.certificate import Certificate
 from trackable.certificates.rounding.references import LATEST
 from trackable.explanation import at_edges, condensed, costs, distances, ignored, kept_free
 from trackable.files import path_of
-from trackable.fit import Fit
+from trackable.fit.fit import Fit
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.problem import ActiveBound, Method

@@ -20,7 +20,7 @@ from trackable.certificates.prove import Failure, prove, prove_on_window
 from trackable.certificates.robust import robust_of
 from trackable.errors import InputError, NoReferenceError
 from trackable.files import LEFT_OUT, path_of, read_bytes, write_atomically, write_json
-from trackable.fit import Fit
+from trackable.fit.fit import Fit
 from trackable.learning.problem import NoSolution
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet

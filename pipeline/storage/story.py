@@ -6,7 +6,7 @@ from typing import Any
 from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
 from trackable.files import read_json
-from trackable.fit import edges_of
+from trackable.fit.edges import edges_of
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.margins import MarginProfile
 

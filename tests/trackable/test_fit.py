@@ -16,7 +16,7 @@ from trackable import (
     TrackableReference,
     learn_reference,
 )
-from trackable.fit import Misfit
+from trackable.fit.misfit import Misfit
 from trackable.gp.joint import JointPosterior
 from trackable.learning.joint.contacts import contacts
 from trackable.learning.problem import ActiveBound

@@ -15,7 +15,8 @@ from trackable.condensed.asked import Centres
 from trackable.condensed.bins import NODES
 from trackable.doubts import ask, doubts
 from trackable.explanation import IgnoresSamplesWarning, ignored
-from trackable.fit import Fit, edges_of
+from trackable.fit.edges import edges_of
+from trackable.fit.fit import Fit
 from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel

@@ -12,7 +12,7 @@ from trackable.certificates.pinned import prove_pinned
 from trackable.condensed.cost import Condensation
 from trackable.explanation import kept_free
 from trackable.files import path_of
-from trackable.fit import Misfit
+from trackable.fit.misfit import Misfit
 from trackable.gp.samples import Samples
 from trackable.proved.reference import ProvedReference
 from trackable.saved import SavedTightening, found_or_raise, window_of

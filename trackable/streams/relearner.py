@@ -10,7 +10,7 @@ from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.robust import robust_of
 from trackable.control.online import holds_for_all_times
 from trackable.control.windows import Clock, Late, WindowLearner
-from trackable.fit import Fit
+from trackable.fit.fit import Fit
 from trackable.learning.joint.places import places_of
 from trackable.learning.problem import NoSolution, Solution
 from trackable.reference import TrackableReference

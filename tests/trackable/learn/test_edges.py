@@ -7,7 +7,7 @@ import pytest
 
 from tests.trackable.plants import AXIS, SAMPLES
 from trackable import DoubtfulInputWarning, SquaredExponential, TrackableReference, learn_reference
-from trackable.fit import Edge
+from trackable.fit.edges import Edge
 from trackable.gp.hyperparameter import Learned
 from trackable.systems.sets.interval import Interval
 

@@ -9,7 +9,7 @@ import pytest
 from tests.trackable.plants import AXIS
 from trackable import DoubtfulInputWarning, Samples, SquaredExponential, learn_reference
 from trackable.explanation import outlying
-from trackable.fit import Misfit
+from trackable.fit.misfit import Misfit
 
 TIMES = np.linspace(0, 3, 61)
 MOVED = np.where(TIMES < 1.5, -0.5 - 0.5 * np.cos(np.pi * TIMES / 1.5), 0.0)

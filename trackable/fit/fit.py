@@ -1,6 +1,5 @@
 """A reference with what it was learned from: how far it is from its samples, and what its bounds cost."""
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,108 +11,16 @@ from trackable.arrays import Array
 from trackable.certificates.pinned import Pinned
 from trackable.condensed.cost import Condensation
 from trackable.files import LEFT_OUT
-from trackable.gp.hyperparameter import Learned
+from trackable.fit.edges import Edge, edges_of
+from trackable.fit.misfit import Misfit
 from trackable.gp.joint import JointPosterior, JointPrior
 from trackable.gp.prior import NOISE
 from trackable.gp.samples import Samples
 from trackable.learning.joint.contacts import Contact, contacts
 from trackable.learning.problem import ActiveBound, Method, Solution
-from trackable.learning.space import SearchSpace
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Coordinate
 from trackable.systems.reference import Reference
-from trackable.systems.sets.interval import Interval
-
-# A reference follows its samples unless it is further off than all of these.
-_TIMES_UNCONSTRAINED = 3.0
-_TIMES_NOISE = 1.0
-_OF_SPREAD = 0.1
-
-_AT_EDGE = 1e-4  # of ln θ: an optimiser stops there where its bound holds it back
-
-
-@dataclass(frozen=True, eq=False)
-class Misfit:
-    """The samples called `name`, minus the reference (`off`) and minus the `unconstrained` fit, each of shape (n,).
-
-    `noise_std` is σ_n of the unconstrained fit, learned from the samples if `is_learned` holds. Where the samples stand
-    for more of them, sizes are those of all, each weighted by its relative noise.
-    """
-
-    name: str
-    samples: Samples
-    off: Array
-    unconstrained: Array
-    noise_std: float
-    is_learned: bool
-
-    @property
-    def size(self) -> float:
-        """The root mean square of `off`, in the unit of the samples."""
-        return self._size(self.off)
-
-    @property
-    def size_unconstrained(self) -> float:
-        """The same of the unconstrained fit."""
-        return self._size(self.unconstrained)
-
-    @property
-    def in_noise(self) -> float:
-        """The root mean square of `off`, in standard deviations of each sample's noise."""
-        return self._weighted(self.off) / self.noise_std
-
-    @property
-    def is_large(self) -> bool:
-        """Whether the reference ignores the samples.
-
-        Three conditions have to hold; samples count by their relative noise. The reference is more than 3 times as far
-        off as the unconstrained fit: so neither the kernel nor the noise explains it. It is off by more than the noise:
-        a fit that passes through all samples is no measure. It is off by more than a tenth of their spread: less is
-        hardly seen in a plot, however small the noise.
-        """
-        w = self.samples.relative_noise**-2
-        about = self.samples.values - np.average(self.samples.values, weights=w)
-        return self._weighted(self.off) > max(
-            _TIMES_UNCONSTRAINED * self._weighted(self.unconstrained),
-            _TIMES_NOISE * self.noise_std,
-            _OF_SPREAD * self._weighted(about),
-        )
-
-    def _size(self, values: Array) -> float:
-        return math.sqrt(self.samples.mean_square(values))
-
-    def _weighted(self, values: Array) -> float:
-        scatter = self.samples.scatter
-        squares = float(np.sum((values / self.samples.relative_noise) ** 2)) + scatter.squares
-        return float(np.sqrt(squares / (len(values) + scatter.count)))
-
-
-@dataclass(frozen=True)
-class Edge:
-    """A learned hyperparameter that lies at an end of its search `interval`; `is_given` if the user chose it."""
-
-    name: str
-    value: float
-    interval: Interval
-    is_given: bool
-
-    @classmethod
-    def of(cls, name: str, value: float, interval: Interval) -> Self | None:
-        """Return the edge at which a value lies; None where it lies inside."""
-        inside = np.log([value / interval.lower, interval.upper / value]) > _AT_EDGE
-        given = isinstance(value, Learned) and value.interval is not None
-        return None if inside.all() else cls(name, float(value), interval, given)
-
-    def __str__(self) -> str:
-        end = "lower" if self.value < math.sqrt(self.interval.lower) * math.sqrt(self.interval.upper) else "upper"
-        return f"{self.name} = {self.value:.4g} lies at the {end} end of the interval in which it was sought"
-
-
-def edges_of(prior: JointPrior, samples: tuple[Samples, ...]) -> tuple[Edge, ...]:
-    """Return the hyperparameters, learned from these samples, that lie at an end of their search interval."""
-    space, learned = SearchSpace.around(samples, prior), prior.hyperparameters
-    found = (Edge.of(name, learned[name], interval) for name, interval in space.bounds.items())
-    return tuple(edge for edge in found if edge)
 
 
 @dataclass(frozen=True, eq=False)
