@@ -47,16 +47,22 @@ def exact(value: object) -> Decimal | None:
     raise ValueError(f"expected a finite number, got {shown(value)}")
 
 
-def scaled(number: Decimal, scale: float) -> float:
-    """Return `number` times `scale` (as it is written in decimal), rounded once. ValueError: too large for float64."""
-    result = float(number if scale == 1 else EXACT.multiply(number, Decimal(repr(float(scale)))))
+def scaled(number: Decimal, scale: float, offset: float = 0.0) -> float:
+    """Return `number` times `scale` plus `offset` (as they are written in decimal), rounded once.
+
+    ValueError: too large for float64.
+    """
+    product = number if scale == 1 else EXACT.multiply(number, Decimal(repr(float(scale))))
+    result = float(EXACT.add(product, Decimal(repr(float(offset)))) if offset else product)
     if math.isinf(result):
         raise ValueError(f"expected a number that fits a float64, got {number:.3e} (times {scale!r})")
     return result
 
 
-def check_scale(name: str, scale: object) -> None:
-    """Raise InputError if the `scale` of the values of `name` is no number, zero or not finite."""
+def check_scale(name: str, scale: object, offset: object = 0.0) -> None:
+    """Raise InputError if `scale` or `offset` of the values of `name` is no finite number, or the scale zero."""
+    if not is_number(offset) or not math.isfinite(offset):
+        raise InputError(f"{name!r}: expected a finite number as offset, got {offset!r}")
     if not is_number(scale):
         raise InputError(f"{name!r}: expected a number as scale, got {scale!r}")
     if not 0 < abs(scale) < math.inf:

@@ -10,6 +10,7 @@ from mcap.writer import Writer
 from pyarrow import parquet
 
 from trackable import (
+    Column,
     Field,
     Recording,
     parts_of_csv,
@@ -167,3 +168,26 @@ def test_topics_that_are_missing_are_named(log):
         topics_of(log, {"position": Field("/{name}/speed", "x")})
     with pytest.raises(InputError, match=r"expected \{name\} once in each topic"):
         topics_of(log, {"position": Field("/left/pose", "x")})
+
+
+def test_offsets_are_added_after_the_scale_to_values_alone(tmp_path):
+    """CSV, Parquet and MCAP alike; noise has no offset."""
+    (tmp_path / "t.csv").write_text("t,x,s\n0,64.5,3\n1,-0.75,3\n")
+    table = pa.table({"t": [0.0, 1.0], "x": [64.5, -0.75], "s": [3.0, 3.0]})
+    parquet.write_table(table, tmp_path / "t.parquet")
+    path = tmp_path / "t.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        channel = writer.register_channel("/x", "json", writer.register_schema("x", "jsonschema", b"{}"))
+        for t, x in ((0, 64.5), (10**9, -0.75)):
+            writer.add_message(channel, log_time=t, publish_time=t, data=b'{"x": %a, "s": 3}' % x)
+        writer.finish()
+    column = {"position": Column("x", 1e-3, "s", offset=-0.012)}
+    for found in (
+        read_csv(tmp_path / "t.csv", "t", "s", column),
+        read_parquet(tmp_path / "t.parquet", "t", "s", column),
+        read_mcap(path, {"position": Field("/x", "x", 1e-3, noise_std="s", offset=-0.012)}),
+    ):
+        assert found["position"].values.tolist() == [0.0525, -0.01275]
+        assert found["position"].noise_std.tolist() == [0.003, 0.003]

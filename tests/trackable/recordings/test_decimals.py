@@ -79,6 +79,8 @@ def test_a_scaled_number_is_rounded_once(number: Decimal) -> None:
     for scale in ("1e-3", "0.1", "-0.3", "1e6"):
         product = Fraction(number) * Fraction(Decimal(scale))
         assert scaled(number, float(scale)) == float(product)
+        for offset in ("273.15", "-0.012"):
+            assert scaled(number, float(scale), float(offset)) == float(product + Fraction(Decimal(offset)))
 
 
 def test_millimetres_become_the_metres_one_would_write() -> None:

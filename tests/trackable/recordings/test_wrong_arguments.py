@@ -27,6 +27,8 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         "signals: expected a mapping from names to fields",
     ),
     "scale, text": (lambda: Column("y", "1e-3"), "'y': expected a number as scale, got '1e-3'"),
+    "offset, text": (lambda: Column("y", offset="1"), "'y': expected a finite number as offset, got '1'"),
+    "offset of a field": (lambda: Field("/t", "y", offset=float("nan")), "'/t y': expected a finite number as offset"),
     "scale, none": (lambda: Column("y", None), "'y': expected a number as scale, got None"),
     "scale of a field": (lambda: Field("/t", "y", "1"), "'/t y': expected a number as scale, got '1'"),
     "column number": (lambda: Column(3), "Column: name: expected the name of a column, got 3"),

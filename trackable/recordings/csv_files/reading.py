@@ -28,19 +28,22 @@ _T = TypeVar("_T")
 class Column:
     """The column `name`; its numbers are multiplied by `scale` (1e-3 converts millimetres to metres).
 
-    `noise_std` names the column with the standard deviation of each sample, in the file's unit of the values; it is
-    scaled too. InputError: a scale that is zero or not finite, or names that are none.
+    Then `offset` is added, in the new unit: 273.15 makes kelvins of degrees Celsius, and -0.012 takes away what a
+    sensor shows at zero. `noise_std` names the column with the standard deviation of each sample, in the file's unit of
+    the values; it is scaled too. InputError: a scale or an offset that is not finite, a scale of zero, or names that
+    are none.
     """
 
     name: str
     scale: float = 1.0
     noise_std: str | None = None
+    offset: float = 0.0
 
     def __post_init__(self) -> None:
         for what, name in (("name", self.name), ("noise_std", self.noise_std)):
             if not isinstance(name, str) and not (what == "noise_std" and name is None):
                 raise InputError(f"Column: {what}: expected the name of a column, got {name!r}")
-        check_scale(self.name, self.scale)
+        check_scale(self.name, self.scale, self.offset)
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ class CsvReading:
             str(self.path),
             [f"line {line}" for line in table.lines],
             cells.stamps(self.time, self.clock),
-            {name: cells.numbers(column.name, column.scale) for name, column in self.columns.items()},
+            {name: cells.numbers(column.name, column.scale, column.offset) for name, column in self.columns.items()},
             {
                 name: cells.numbers(column.noise_std, abs(column.scale))
                 for name, column in self.columns.items()
@@ -115,9 +118,9 @@ class _Cells:
     table: CsvTable
     layout: CsvLayout
 
-    def numbers(self, name: str, scale: float) -> Array:
+    def numbers(self, name: str, scale: float, offset: float = 0.0) -> Array:
         mark = self.layout.decimal
-        found = self._converted(name, lambda cell: scaled(parse(cell, mark), scale))
+        found = self._converted(name, lambda cell: scaled(parse(cell, mark), scale, offset))
         return np.array([np.nan if number is None else number for number in found])
 
     def stamps(self, name: str | None, clock: Clock) -> list[Decimal | None]:

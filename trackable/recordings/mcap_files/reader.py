@@ -30,10 +30,11 @@ _T = TypeVar("_T")
 class Field:
     """The number at `path` in the messages on `topic`, multiplied by `scale` (1e-3 converts millimetres to metres).
 
+    Then `offset` is added, in the new unit (273.15 makes kelvins of degrees Celsius).
     A path is `pose.position.x`, `joints[2].angle`, or `transforms[child_frame_id=base].transform.translation.x` for the
     entry of a list that has this name. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a
     `Stamp` in it. `noise_std` is the path of the standard deviation of each sample, in the unit of the message; it is
-    scaled too. InputError: a scale that is zero or not finite, or paths that are no texts.
+    scaled too. InputError: a scale or an offset that is not finite, a scale of zero, or paths that are no texts.
     """
 
     topic: str
@@ -41,6 +42,7 @@ class Field:
     scale: float = 1.0
     time: MessageTime = LOG_TIME
     noise_std: str | None = None
+    offset: float = 0.0
 
     def __post_init__(self) -> None:
         for what, given in (("topic", self.topic), ("path", self.path), ("noise_std", self.noise_std)):
@@ -50,7 +52,7 @@ class Field:
             raise InputError(
                 f'Field: time: expected LOG_TIME, PUBLISH_TIME or Stamp("header.stamp"), got {self.time!r}'
             )
-        check_scale(f"{self.topic} {self.path}", self.scale)
+        check_scale(f"{self.topic} {self.path}", self.scale, self.offset)
 
 
 def read_mcap(
@@ -103,7 +105,7 @@ def _refuse_no_field(signal: str, wanted: object) -> None:
 
 def _rows(path: Path, messages: Sequence[Received], topic: str, time: MessageTime, fields: Mapping[str, Field]) -> Rows:
     stamps = _Column(time.field, time.seconds)
-    values = {name: _numbers(wanted.path, wanted.scale) for name, wanted in fields.items()}
+    values = {name: _numbers(wanted.path, wanted.scale, wanted.offset) for name, wanted in fields.items()}
     noise_std = {
         name: _numbers(wanted.noise_std, abs(wanted.scale))
         for name, wanted in fields.items()
@@ -163,10 +165,10 @@ class _Column(Generic[_T]):
         self.labels = named
 
 
-def _numbers(path: str, scale: float) -> _Column[float]:
+def _numbers(path: str, scale: float, offset: float = 0.0) -> _Column[float]:
     def read(_: Received, content: object) -> float | None:
         number = exact(find(content, path))
-        return None if number is None else scaled(number, scale)
+        return None if number is None else scaled(number, scale, offset)
 
     return _Column(path, read)
 

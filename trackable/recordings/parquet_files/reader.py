@@ -135,7 +135,10 @@ class ParquetReading:
             str(self.path),
             [f"row {row}" for row in cells.rows],
             self._stamps(cells),
-            {name: self._numbers(cells, column.name, column.scale) for name, column in self.columns.items()},
+            {
+                name: self._numbers(cells, column.name, column.scale, column.offset)
+                for name, column in self.columns.items()
+            },
             {
                 name: self._numbers(cells, column.noise_std, abs(column.scale))
                 for name, column in self.columns.items()
@@ -150,8 +153,8 @@ class ParquetReading:
             return self._converted(cells, self.time, lambda cell: _date(clock, cell))
         return self._converted(cells, self.time, lambda cell: clock.seconds(_counted(cell)))
 
-    def _numbers(self, cells: Cells, name: str, scale: float) -> Array:
-        found = self._converted(cells, name, lambda cell: scaled(_counted(cell), scale))
+    def _numbers(self, cells: Cells, name: str, scale: float, offset: float = 0.0) -> Array:
+        found = self._converted(cells, name, lambda cell: scaled(_counted(cell), scale, offset))
         return np.array([np.nan if number is None else number for number in found])
 
     def _converted(self, cells: Cells, name: str, convert: Callable[[object], _T]) -> list[_T | None]:
