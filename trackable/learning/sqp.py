@@ -16,13 +16,13 @@ with it, and takes it up again where it foretells the last step better.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy
 from scipy.linalg.lapack import dpotrf, dtrtri
 
 from trackable.arrays import Array
+from trackable.gp.factors.cached import cached
 
 _MAX_ITERATIONS, _STEP_TOLERANCE = 1000, 1e-10
 PRECISION, _FEASIBLE = 1e-15, 1e-12
@@ -56,7 +56,7 @@ class Evaluation:
     jacobian: Array
     information: Array | None = None
 
-    @cached_property
+    @cached
     def violation(self) -> float:
         """The largest violation of the constraints; 0 where all are kept."""
         return _violation(self.slack)
@@ -122,25 +122,26 @@ def minimise(
             penalty, radius = 100 * penalty, max(radius, 1e-3)
             continue
         there = evaluate(x + d)
-        if there is not None and there.merit(penalty) > merit - 0.1 * gain:
+        reached = np.inf if there is None else there.merit(penalty)
+        if there is not None and reached > merit - 0.1 * gain:
             # Curved constraints can spoil a good step: correct it to second order, with the constraints at x + d.
             corrected, _ = _quadratic_step(curvature, here, there.slack - here.jacobian @ d, box, penalty)
             if np.abs(corrected - d).max() > _STEP_TOLERANCE:
                 again = evaluate(x + corrected)
-                if again is not None and again.merit(penalty) < there.merit(penalty):
-                    d, there, size = corrected, again, np.abs(corrected).max().item()
-        if there is None or there.merit(penalty) >= merit:
+                if again is not None and again.merit(penalty) < reached:
+                    d, there, size, reached = corrected, again, np.abs(corrected).max().item(), again.merit(penalty)
+        if there is None or reached >= merit:
             radius = size / 4
             if radius < _SMALLEST_RADIUS:
                 return Minimum(x, here, False, curvature)
             continue
-        last, gained, is_whole = gained, merit - there.merit(penalty), size < radius
+        last, gained, is_whole = gained, merit - reached, size < radius
         agreement, curvature = gained / gain, _updated(curvature, d, here, there, multipliers)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
-        if is_whole and give_up(x, here.merit(penalty), max(last, gained)):
+        if is_whole and give_up(x, reached, max(last, gained)):
             return None
-        enough = max(_FIRST_PENALTY, _ENOUGH * float(np.sum(multipliers)))
+        enough = max(_FIRST_PENALTY, _ENOUGH * float(multipliers.sum()))
         if here.violation == 0 and penalty > _ENOUGH * enough and reductions < _MOST_REDUCTIONS:
             penalty, reductions = enough, reductions + 1
     return Minimum(x, here, False, curvature)
@@ -151,9 +152,8 @@ def _steered_step(
 ) -> tuple[Array, Array, float, float]:
     """Return the step, its multipliers, the penalty, and the violation that the step leaves.
 
-    The penalty is raised until the step removes enough of the violation.
-    "Enough" is half of the violation that any step can remove. With a low penalty the iteration would first run to
-    where f is small, and come back to another part of the feasible set, or to none (Byrd, Nocedal and Waltz: steering).
+    The penalty is raised until the step removes half of the violation that any step can. With a low one the iteration
+    would run to where f is small, and come back to another feasible part, or to none (Byrd, Nocedal, Waltz: steering).
     """
     d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
     if (left := here.linear_violation(d)) <= _FEASIBLE:
