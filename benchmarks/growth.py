@@ -11,7 +11,12 @@ from time import perf_counter, process_time
 import numpy as np
 
 from benchmarks.duel import Row, agree, duel
+from benchmarks.loops.windows import integrator
 from benchmarks.problems import PRIOR, example, irregular, likelihood, regular
+from trackable.gp.kernels.matern import Matern52
+from trackable.gp.kernels.squared_exponential import SquaredExponential
+from trackable.gp.samples import Samples
+from trackable.learn import learn_reference
 from trackable.learning.problem import Solution
 from trackable.learning.published.scalar import scalar
 from trackable.learning.search import best_solution
@@ -22,6 +27,15 @@ _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
 _SPAN = 2.0  # seconds
 _FEW, _MANY = 1_000, (10_000, 100_000)
 _LARGE, _LARGE_TIMES = 10_000, 100_000
+_KERNELS = {"squared exponential": SquaredExponential(), "Matérn 5/2": Matern52()}
+_BUDGETS = {
+    ("squared exponential", 1_000): 4.0,
+    ("squared exponential", 10_000): 60.0,
+    ("Matérn 5/2", 1_000): 10.0,
+    ("Matérn 5/2", 10_000): 120.0,
+}  # seconds
+_RATE, _PERIOD, _NOISE = 10.0, 5.0, 0.05  # of the recording: samples a second, seconds, unit of the position
+_GROWTH = 15.0  # times the time for ten times the samples
 
 
 def rows() -> Iterator[Row]:
@@ -57,6 +71,8 @@ def rows() -> Iterator[Row]:
             at_most=True,
         )
     yield from _large()
+    for kernel in _KERNELS:
+        yield from _recorded(kernel)
 
 
 @dataclass(frozen=True)
@@ -70,10 +86,42 @@ class Measured:
     active: int
 
 
-def _large() -> Iterator[Row]:
-    command = [sys.executable, "-m", "benchmarks.growth"]
+def _alone(*arguments: str) -> Measured:
+    """Measure in a process of its own."""
+    command = [sys.executable, "-m", "benchmarks.growth", *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    found = Measured(**json.loads(done.stdout))
+    return Measured(**json.loads(done.stdout))
+
+
+def _recorded(kernel: str) -> Iterator[Row]:
+    """Learn a window of ten samples a second with its proof, from a thousand samples and from ten thousand."""
+    found = {n: _alone(kernel, str(n)) for n in (_FEW, _LARGE)}
+    for n, measured in found.items():
+        budget, taken = _BUDGETS[kernel, n], measured.processor
+        note = f"{measured.active} bounds active; J = {measured.objective:.1f}; {measured.peak / 2**20:.0f} MiB"
+        problem = f"double integrator, 10 Hz, {kernel}, n = {_grouped(n)}"
+        row = Row("recordings learned and proved", problem, f"{budget:g} s", taken, budget, *(taken / budget,) * 3)
+        yield replace(row, target=1.0, at_most=True, note=note)
+    few, many = (found[n].processor for n in (_FEW, _LARGE))
+    problem = f"double integrator, 10 Hz, {kernel}, n = {_grouped(_LARGE)}"
+    row = Row("recordings learned and proved", problem, f"own with n = {_grouped(_FEW)}", many, few, *(many / few,) * 3)
+    yield replace(row, target=_GROWTH, at_most=True)
+
+
+def recorded(kernel: str, count: int) -> Measured:
+    """Learn from a sine in noise that stays within its bounds, where noise does not."""
+    times = np.arange(count) / _RATE
+    noise = _NOISE * np.random.default_rng(0).standard_normal(count)
+    samples = Samples(times, np.sin(2 * np.pi * times / _PERIOD) + noise)
+    plant = integrator(1.2, 2.0, 3.0, 1 / _RATE)
+    clock, processor = perf_counter(), process_time()
+    found = learn_reference(samples, plant, _KERNELS[kernel], (0.0, float(times[-1])), progress=False)
+    taken = perf_counter() - clock, process_time() - processor
+    return Measured(*taken, _peak(), found.objective, len(found.active_bounds))
+
+
+def _large() -> Iterator[Row]:
+    found = _alone()
     problem = f"n = {_grouped(_LARGE)} regular, {_grouped(_LARGE_TIMES)} instants"
     note = f"{found.clock:.0f} s by the clock; {found.active} constraints active; l = {found.objective:.1f}"
     seconds = Row("large constrained fit", problem, "one minute", found.processor, 60.0, *(found.processor / 60,) * 3)
@@ -108,4 +156,8 @@ def measure(samples: int, times: int) -> Measured:
 
 
 if __name__ == "__main__":
-    print(json.dumps(vars(measure(_LARGE, _LARGE_TIMES))))
+    match sys.argv[1:]:
+        case [kernel, count]:
+            print(json.dumps(vars(recorded(kernel, int(count)))))
+        case _:
+            print(json.dumps(vars(measure(_LARGE, _LARGE_TIMES))))
