@@ -29,6 +29,7 @@ _FIRST, _SHORTER, _SHORTEST = 2.0, 4.0, 1e-3  # steps in ln θ
 # evaluation is rounded: a larger back-off will mend it, and no other start.
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # of a width: a function that breaks bounds by more needs too many places for steps in θ
+_MANY_BENDS = 500  # active places
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # of 1 + |J|
 _EXACT = 1e-2  # of a gain: to which a relaxation is minimised
 
@@ -189,7 +190,7 @@ class JointSearch:
             if self._is_known(found.at.value, path, least_gain):
                 break
             there = self._at(found.x, active, signals, tolerance, point.ceiling)
-            if there is None or there.is_unfinished(point.ceiling):
+            if there is None or there.is_unfinished(point.ceiling) or self._is_hopeless(there):
                 break
             if there.is_solution and there.objective < point.ceiling:
                 path = _Path(there, path.met(there), found.curvature, 2 * path.reach)
@@ -199,6 +200,14 @@ class JointSearch:
             else:
                 break
         return path
+
+    def _is_hopeless(self, point: Point) -> bool:
+        """Whether a function breaks bounds though it is bent at most of the times that there are samples for.
+
+        Each further program would take many seconds, and hardly lead to a function that keeps its bounds.
+        """
+        bent = sum(map(len, point.function.active))
+        return not point.is_solution and bent > max(_MANY_BENDS, sum(map(len, self.problem.samples)) / 2)
 
     def _is_known(self, value: float, path: "_Path", least_gain: float) -> bool:
         """Whether a relaxation with this value promises too little, or nothing better than the best point."""

@@ -8,7 +8,7 @@ import pytest
 from tests.trackable.learning.joint.test_learn import INSTANCES, problem_of
 from trackable import ConstrainedSystem, LinearSystem, Polytope, Samples, SquaredExponential, learn_reference
 from trackable.learning.joint import learn, search
-from trackable.learning.joint.settle import settled
+from trackable.learning.joint.settle import no_places, settled
 from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.search import best_solution, better_solution
 
@@ -69,3 +69,25 @@ def test_of_many_samples_function_and_hyperparameters_are_no_worse_than_these_al
     assert many.method == "joint"
     assert many.objective < alone.objective - 1
     assert many.objective == pytest.approx(whole.objective, rel=1e-6)
+
+
+@pytest.mark.parametrize(("bent", "is_given_up"), [(600, True), (400, False)])
+def test_functions_that_break_bounds_though_bent_at_hundreds_of_times_end_the_search(bent, is_given_up, monkeypatch):
+    """The first function keeps its bounds; those that steps lead to do not: shorter and shorter steps are tried."""
+    counts: list[int] = []
+
+    def seen(*asked):
+        found = settled(*asked)
+        counts.append(0)
+        if len(counts) == 1:
+            return found
+        return replace(found, margin=-0.1, bent=replace(found.bent, price=1e9), active=(np.zeros((bent, 2)),))
+
+    monkeypatch.setattr(search, "settled", seen)
+    problem = problem_of("tight_2")
+    joint = search.JointSearch(problem)
+    start = free_of(problem).posterior.prior.log_hyperparameters
+    point = joint._at(start, no_places(problem), None, 0.0)
+    assert point is not None
+    joint._descended(search._Path(point, point.function.places), 0.0, 1e-4)
+    assert (joint.fits == 1) is is_given_up
