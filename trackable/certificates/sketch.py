@@ -63,16 +63,19 @@ def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
 
     The times are the same for all quantities.
     """
-    signals = Remembered.of(reference.kernel_sums).signals
-    every, length = Quantities(reference.quantities, signals), end - start
-    grid = np.linspace(start, end, _points(length / min(s.kernel.correlation_time for s in signals), every.is_linear))
+    quantities, of_signals, length = reference.quantities, reference.kernel_sums, end - start
+    every = Quantities(quantities, [signal.nearly for signal in of_signals])
+    if not every.is_linear:  # each formula evaluates the signals for itself
+        every = Quantities(quantities, Remembered.of(of_signals).signals)
+    shortest = min(signal.kernel.correlation_time for signal in of_signals)
+    grid = np.linspace(start, end, _points(length / shortest, every.is_linear))
     times = _with_centres(reference, grid, every.is_linear)
     margins = every.margins(times)
     lowest = _refined(every, times, margins)
     times, once = np.unique(np.concatenate([times, lowest]), return_index=True)
     margins = np.concatenate([margins, every.margins(lowest)], axis=1)[:, once]
-    pairs = zip(reference.quantities, margins, strict=True)
-    return [Sketch(times, of, _sizes(quantity, signals, times)) for quantity, of in pairs]
+    pairs = zip(quantities, margins, strict=True)
+    return [Sketch(times, of, _sizes(quantity, every.signals, times)) for quantity, of in pairs]
 
 
 def _points(correlation_times: float, is_linear: bool) -> int:

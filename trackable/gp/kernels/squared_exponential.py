@@ -25,6 +25,14 @@ class SquaredExponential(Radial):
                 phi[n + 1] -= n * phi[n - 1]
         return phi
 
+    def value(self, r: Array) -> Array:
+        value = np.asarray(r * (math.sqrt(0.5) / self.lengthscale))
+        value *= value
+        np.negative(value, out=value)
+        np.exp(value, out=value)
+        value *= self.signal_std**2
+        return value
+
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
         """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = 2 g κ, with g = (r/θ₂)²/2."""
         g = np.asarray(r * (math.sqrt(0.5) / self.lengthscale))
