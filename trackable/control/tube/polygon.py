@@ -28,10 +28,10 @@ class Polygon:
         """
         aim = e[self.block] + self._coupling @ (e - d)
         rows, offsets = self._sides
-        placed = rows @ aim - offsets
-        along, outside = placed[: len(self._edges) + 1], placed[len(self._edges) + 1 :]
-        before, part = along[:-1], along[1:]
-        found = (part <= 1) & np.where(part < 0, before >= 1, outside > 0)
+        placed, v = rows @ aim - offsets, len(self._edges)
+        before, part, outside = placed[:v], placed[1 : v + 1], placed[v + 1 :]
+        is_beside = part >= 0
+        found = (part <= 1) & (is_beside & (outside > 0) | ~is_beside & (before >= 1))
         at = int(found.argmax())
         if not found[at]:
             if self.contains(aim):
