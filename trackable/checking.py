@@ -1,5 +1,7 @@
 """The certificate checker on files, for the command line and for notebooks; the checker itself reads no files."""
 
+from __future__ import annotations
+
 import sys
 from collections.abc import Mapping
 from pathlib import Path

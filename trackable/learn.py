@@ -1,5 +1,7 @@
 """From samples to a reference with a proof in one call, for notebooks and programs."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,5 +1,7 @@
 """Model predictive control that tracks a reference, with a terminal equality constraint on it."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING

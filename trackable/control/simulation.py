@@ -1,5 +1,7 @@
 """Simulate the closed loop of a controller and its system."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from reprlib import repr as short

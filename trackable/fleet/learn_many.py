@@ -1,5 +1,7 @@
 """From many recordings to references with proofs, and one table."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path

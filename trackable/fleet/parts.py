@@ -1,5 +1,7 @@
 """Sources in one file: a table with a column that names the recordings, or topics of an MCAP file."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

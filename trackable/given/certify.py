@@ -1,5 +1,7 @@
 """Certify a trajectory that somebody else made: a proof, a counterexample, or what a proof lacks."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -85,7 +87,7 @@ class Given:
     @classmethod
     def of(
         cls, trajectory: Any, plant: ConstrainedSystem, claim: Claim | None, interpolation: Interpolation | None
-    ) -> "Given":
+    ) -> Given:
         instance("certify: plant", plant, ConstrainedSystem, "a ConstrainedSystem")
         if not isinstance(plant.system, LinearSystem):
             raise ValueError(

@@ -1,5 +1,7 @@
 """Repair a trajectory that breaks its bounds: the nearest spline that is proved, by quadratic programs."""
 
+from __future__ import annotations
+
 from typing import Any, Literal, get_args
 
 import numpy as np

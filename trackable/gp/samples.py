@@ -1,5 +1,7 @@
 """Noisy samples of a signal."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -38,7 +40,7 @@ class Scatter:
                 f"and {self.log_scale:g}"
             )
 
-    def __add__(self, other: "Scatter") -> "Scatter":
+    def __add__(self, other: Scatter) -> Scatter:
         return Scatter(self.count + other.count, self.squares + other.squares, self.log_scale + other.log_scale)
 
     def negative_log_likelihood(self, noise_std: float) -> tuple[float, float]:
@@ -119,7 +121,7 @@ class Samples:
             raise ValueError("samples: of several kinds must be sorted by time, and each needs its stencil")
         self.by_name("")
 
-    def by_name(self, name: str) -> dict[str, "Samples"]:
+    def by_name(self, name: str) -> dict[str, Samples]:
         """Return these samples by their `name`; of several kinds, each kind by the name that it has."""
         if not isinstance(self.stencil, Stencils):
             return {name: self}
@@ -142,7 +144,7 @@ class Samples:
         return list(zip(self.times[before].tolist(), self.times[before + 1].tolist(), strict=True))
 
     @property
-    def of_level(self) -> "Samples":
+    def of_level(self) -> Samples:
         """The samples of the first kind that shows where the process is; all of them where there is one kind."""
         kinds = self.by_name("").values()
         return next((of for of in kinds if isinstance(of.stencil, Stencil) and of.stencil.measures_levels), self)

@@ -1,5 +1,7 @@
 """From a long stream of samples to one reference with a proof, in one call."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,5 +1,7 @@
 """A reference learned window by window, with the proof of the whole."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path

@@ -1,5 +1,7 @@
 """Linear systems with several states and inputs."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

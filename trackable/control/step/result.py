@@ -1,5 +1,7 @@
 """The result of one step of a controller: a plan, or the reason why there is none."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from enum import StrEnum
 

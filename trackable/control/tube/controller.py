@@ -1,5 +1,7 @@
 """Tube model predictive control that tracks a reference under disturbances."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING

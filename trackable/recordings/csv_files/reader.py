@@ -1,5 +1,7 @@
 """Read recordings from CSV files."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

@@ -1,5 +1,7 @@
 """Read recordings from MCAP files."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

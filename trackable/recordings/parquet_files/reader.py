@@ -1,5 +1,7 @@
 """Read recordings from Parquet files."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -68,7 +70,7 @@ class Cells:
     columns: Mapping[str, Sequence[object]]
     rows: Sequence[int]
 
-    def part(self, chosen: Sequence[int]) -> "Cells":
+    def part(self, chosen: Sequence[int]) -> Cells:
         """Return these rows, given as positions from 0, in this order."""
         columns = {name: [column[i] for i in chosen] for name, column in self.columns.items()}
         return Cells(columns, [self.rows[i] for i in chosen])

@@ -1,5 +1,7 @@
 """Disturbance sets that are the convex hulls of their vertices; bounded half-spaces are converted to them."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction

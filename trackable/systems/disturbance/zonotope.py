@@ -1,5 +1,7 @@
 """Disturbance sets that are zonotopes; boxes are some of them."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction

@@ -1,5 +1,7 @@
 """State and input sets: polytopes as bounds of linear combinations; boxes and half-spaces are converted to them."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
 

@@ -1,5 +1,7 @@
 """A piecewise polynomial signal, as plain stored numbers: any spline is one."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
