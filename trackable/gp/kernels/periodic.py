@@ -82,6 +82,5 @@ def correlation(r: Array, lengthscale: Array | float, period: Array | float) -> 
     """Return κ(r)/θ₁² for length scales θ₂ and periods θ₃ [s]: arrays that broadcast."""
     square = np.asarray(np.tan(np.pi / period * r))  # sin² = tan²/(1 + tan²): NumPy's tangent is far faster
     square *= square
-    exponent = square / (1 + square)
-    exponent *= -2 / (lengthscale * lengthscale)
-    return np.asarray(np.exp(exponent, out=exponent))
+    square /= 1 + square
+    return np.asarray(np.exp(-2 / (lengthscale * lengthscale) * square))

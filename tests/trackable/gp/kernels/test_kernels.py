@@ -77,6 +77,7 @@ def test_value_and_gradient_are_those_of_the_jet(kernel):
     jet, by_theta = kernel.jet_and_gradient(r, 0)
     np.testing.assert_allclose(value, jet[0], rtol=1e-13, atol=1e-300)
     np.testing.assert_allclose(kernel.value(r), jet[0], rtol=1e-13, atol=1e-300)
+    np.testing.assert_allclose(kernel.value(r[0]), jet[0, 0], rtol=1e-13, atol=1e-300)
     np.testing.assert_allclose(gradient, by_theta[:, 0], rtol=1e-12, atol=1e-13 * variance_at_zero(kernel))
 
 
