@@ -135,6 +135,8 @@ class _ProofProblem:
         if by > 0:
             return Counterexample(quantity.name, quantity.bounds, time, _below(by), self.reference, self.claim.span)
         reason = f"the margin is smaller than the error of float64 evaluation, up to {self.errors[quantity.name]:.3g}"
+        if extreme.reached > bound:
+            reason = "its limit at a jump is outside, and limits at the ends of a claim count too, as k T_s is rounded"
         return self.unproved(quantity, reason, time, _float(extreme.at_most - bound + reserve))
 
     def _worst(self, functional: Functional, extreme: Extreme, sign: int, bound: fmpq) -> tuple[float, fmpq]:
