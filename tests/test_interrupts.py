@@ -27,3 +27,13 @@ def test_an_interrupt_while_modules_are_loaded_says_nothing(package: str, loaded
     command = [sys.executable, "-c", INTERRUPTED_BY_IMPORT, package, loaded]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+
+
+@pytest.mark.parametrize(("package", "loaded"), [("trackable", "trackable.checking"), ("pipeline", "click")])
+def test_an_interrupt_that_is_ignored_stays_ignored(package: str, loaded: str) -> None:
+    """As of what a shell script starts in the background: it goes on to say what is wrong with its arguments."""
+    ignored = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n" + INTERRUPTED_BY_IMPORT
+    command = [sys.executable, "-c", ignored, package, loaded]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "interrupted" not in done.stderr.lower()

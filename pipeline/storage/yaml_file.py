@@ -66,7 +66,10 @@ def _complaint(error: ErrorDetails) -> str:
         case "missing":
             return "is missing"
         case "extra_forbidden":
-            return f"is not a known field (known and not given: {', '.join(error['ctx']['others'])})"
+            others = ", ".join(error["ctx"]["others"])
+            return (
+                f"is not a known field ({f'known and not given: {others}' if others else 'all known ones are given'})"
+            )
         case "value_error":
             expected = error["msg"].removeprefix("Value error, ")
         case "model_type" | "model_attributes_type" | "dict_type":

@@ -71,12 +71,7 @@ WRONG = [
     ("example1", "starts: 8", "starts: 2.5", r"search\.starts: .*2\.5"),
     ("example1", "first_step: 70", "first_step: 700", r"algorithm1: expected first_step ≤ last_step, got 700 and 300"),
     ("example1", "verification: {last_step: 300", "verification: {last_step: 30", r"verification\.last_step .*got 30"),
-    (
-        "example1",
-        "instants_per_step: 100",
-        "instants_per_step: 0",
-        r"instants_per_step: expected greater than 0",
-    ),
+    ("example1", "instants_per_step: 100", "instants_per_step: 0", r"instants_per_step: expected greater than 0"),
     (
         "example1",
         "time_unit: steps",
@@ -98,6 +93,12 @@ WRONG = [
     ("example1", "claim: all_times", "claim: all_times\n    centres: few", r"centres: expected auto, a whole .*'few'"),
     ("example1", "claim: all_times", "claim: all_times\n    centres: 3", r"centres: expected auto, a whole .* got 3"),
     ("example1", "claim: all_times", "claim: all_times\n    centres: true", r"centres: expected auto, .* got True"),
+    (
+        "example1-resampled",
+        "every: 5}",
+        "every: 5, each: 5}",
+        r"steps\.each: .* known field \(all known ones are given\)",
+    ),
     ("example1-resampled", "every: 5", "every: 0", r"samples\.state\.steps\.every: .*got 0"),
     ("example2", "claim: all_phases", "claim: all_times", r"claim: all_times needs kernels that decay, got Periodic"),
     ("example2", "{type: periodic}", QUASI, r"claim: all_phases needs periodic kernels of one period, got Product"),
