@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from trackable.control.tube.controller import TubeController as TubeController
     from trackable.control.windows import Late as Late
     from trackable.errors import DoubtfulInputWarning as DoubtfulInputWarning
+    from trackable.errors import InputError as InputError
     from trackable.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
     from trackable.fleet.learn_many import Fleet as Fleet
     from trackable.fleet.learn_many import learn_many as learn_many
@@ -102,6 +103,7 @@ _MODULES = {
     "Fleet": "fleet.learn_many",
     "IgnoresSamplesWarning": "explanation",
     "Infeasible": "control.step.result",
+    "InputError": "errors",
     "Kernel": "gp.kernels.base",
     "Late": "control.windows",
     "LinearSystem": "systems.linear",

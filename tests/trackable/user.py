@@ -1,5 +1,6 @@
 """A user's program, as type checkers see it: `test_public.py` runs mypy --strict on it. Nothing here is executed."""
 
+import sys
 import warnings
 from pathlib import Path
 from typing import assert_type
@@ -23,6 +24,7 @@ from trackable import (
     Fleet,
     IgnoresSamplesWarning,
     Infeasible,
+    InputError,
     Kernel,
     Late,
     LinearSystem,
@@ -92,7 +94,10 @@ general: Kernel = kernel
 assert_type(general.period, float | None)
 
 assert_type(Samples([0.0, 1.0], [0.1, 0.2]).times, npt.NDArray[np.float64])
-recording = read_csv("axis.csv", time="t", time_unit="s", signals={"position": Column("y")}, layout=CsvLayout())
+try:
+    recording = read_csv("axis.csv", time="t", time_unit="s", signals={"position": Column("y")}, layout=CsvLayout())
+except InputError as wrong:
+    sys.exit(str(wrong))
 assert_type(recording, Recording)
 assert_type(read_mcap("axis.mcap", {"position": Field("/axis", "position")}), Recording)
 assert_type(recording.samples("position"), Samples)
