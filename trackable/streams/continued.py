@@ -76,9 +76,12 @@ def part_of(samples: Samples, start: float, end: float) -> Samples | None:
 def with_memory(samples: Samples, base: KernelSum, since: float, now: float, end: float) -> Samples | None:
     """Return the samples from `now` to `end` [s], after those since `since`, whose values are those of `base`.
 
-    None where there are none from `now` on.
+    Where there are none since then, the last one before is all. None where there are none before `end`.
     """
-    if part_of(samples, now, end) is None or (found := part_of(samples, since, end)) is None:
+    found = part_of(samples, since, end)
+    if found is None and samples.times[0] < since:
+        found = part_of(samples, float(samples.times[samples.times < since][-1]), end)
+    if found is None:
         return None
     values = np.where(found.times < now, found.stencil.measured(base, found.times), found.values)
     return Samples(found.times, values, found.relative_noise, found.stencil)

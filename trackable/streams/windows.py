@@ -18,7 +18,7 @@ from trackable.learning.joint.learn import learn_function
 from trackable.learning.problem import ConstrainedProblem, NoSolution, Pin, Solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.work import done
-from trackable.streams.continued import ContinuedProblem, with_memory
+from trackable.streams.continued import ContinuedProblem, part_of, with_memory
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 
@@ -102,11 +102,15 @@ def _signals(stream: Stream, backoff: float) -> tuple[KernelSum, ...] | NoSoluti
 def _problem(
     stream: Stream, bases: tuple[KernelSum, ...], now: float, end: float, backoff: float
 ) -> ConstrainedProblem | None:
-    """Return the problem of the window from `now` to `end` [s]; None where a flat output has no samples there.
+    """Return the problem of the window from `now` to `end` [s].
 
-    Bounds are constrained from as far back as a change reaches, until the function is at rest.
+    None where no flat output has samples there, or one has none before its end. Others without samples there go on as
+    before, as far as bounds let them. Bounds are constrained from as far back as a change reaches, until the function
+    is at rest.
     """
     memory = stream.memory
+    if all(part_of(of, now, end) is None for of in stream.samples):
+        return None
     samples = tuple(
         with_memory(of, base, now - memory, now, end) for of, base in zip(stream.samples, bases, strict=True)
     )

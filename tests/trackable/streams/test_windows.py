@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.trackable.plants import AXIS
+from tests.trackable.plants import AXIS, CART
 from trackable import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExponential
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.outcome import Counterexample, Unproved
@@ -65,6 +65,20 @@ def test_without_bounds_it_is_the_posterior_mean(kernel, length):
     assert isinstance(certificate, Certificate)
     mean = Posterior(of.prior.parts[0], of.samples[0]).mean(at := np.linspace(0, 29, 400))
     np.testing.assert_allclose(reference.signals[0](at), mean, atol=2e-4)
+
+
+@each_kernel
+@pytest.mark.parametrize("seen", [TIMES < 8, (TIMES < 5) | (TIMES > 24)], ids=["at first", "at both ends"])
+def test_one_flat_output_is_learned_where_another_has_no_samples(kernel, seen):
+    """For longer than the kernel's memory: each is the posterior mean of its own samples."""
+    free = ConstrainedSystem(CART.system, *(Polytope.box([-99, -99], [99, 99]),) * 2)
+    _, samples = sampled_signals(free, {"a": SAMPLES, "b": Samples(TIMES[seen], VALUES[seen])})
+    prior = JointPrior((Prior(kernel, 0.05, -0.4),) * 2, ("a", "b"))
+    found = learn_proved(Stream(samples, prior, free, 3.0, (0.0, 29.0)))
+    assert isinstance(found, tuple)
+    for part, of, signal in zip(prior.parts, samples, found[0].signals, strict=True):
+        mean = Posterior(part, of).mean(at := np.linspace(0, 29, 400))
+        np.testing.assert_allclose(signal(at), mean, atol=2e-4)
 
 
 @each_kernel
