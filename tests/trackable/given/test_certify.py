@@ -179,3 +179,6 @@ def test_a_jump_right_after_the_end_of_a_claim_is_no_part_of_it():
     assert "limit at a jump is outside" in next_to.reason
     assert isinstance(later, CertifiedReference)
     assert later.input(30) == pytest.approx(np.array([0.5]))
+    unproved = later.certificate.first_unproved
+    assert unproved(np.array([3.0, np.nextafter(3.0, 4)])) is None
+    assert unproved(np.array([3.0, 3.0 + 1e-13])) == (1, "outside of what is proved, all real t from 0 s to 3 s")

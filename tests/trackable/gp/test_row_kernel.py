@@ -189,7 +189,7 @@ def long_rows(h: float, order: int) -> Terms:
 
 
 @over({name: KERNELS[name] for name in ("se", "matern32", "matern52")})
-@pytest.mark.parametrize(("h", "order"), [(0.1, 1), (0.01, 2)])
+@pytest.mark.parametrize(("h", "order"), [(0.1, 1), (0.01, 2), (15.0, 1)])
 def test_long_rows_are_evaluated_within_reach_only_and_lose_nothing(kernel, h, order, monkeypatch):
     kernel = kernel.with_hyperparameters({"lengthscale": 0.7})
     rng, terms = np.random.default_rng(2), long_rows(h, order)
