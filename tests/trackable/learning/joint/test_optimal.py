@@ -51,7 +51,8 @@ def test_keeps_its_bounds_and_its_pins_at_every_step(name):
     assert found.keeps_bounds or name in STANDS_FOR
     margins = [c.relative_margin(found.bent, case.times) for c in case.problem.constraints]
     assert np.min(margins) >= -STANDS_FOR.get(name, 0.0)
-    assert found.margin == pytest.approx(np.min(margins), abs=1e-12)
+    rounding = 1e-12 + 1e-6 * STANDS_FOR.get(name, 0.0)  # it grows where rows divide by short steps
+    assert found.margin == pytest.approx(np.min(margins), abs=rounding)
     for pin in case.pins:
         value = pin.trajectory(found.bent.signals, np.array(pin.time))
         assert value == pytest.approx(pin.value, abs=pin.tolerance)
