@@ -91,26 +91,29 @@ class KernelSum:
         return self._products(order, self.kernel.negligible_distance, t)
 
     def _products(self, order: int, reach: float, t: Array) -> tuple[Array]:
-        nearby = self._relevant_centres(t, reach)
-        return (self.kernel.jet(t[..., None] - self.centres[nearby], order) @ self.weights[nearby],)
+        centres, weights = self._relevant(t, reach)
+        return (self.kernel.jet(t[..., None] - centres, order) @ weights,)
 
-    def _relevant_centres(self, t: Array, reach: float) -> slice:
-        """Return the centres that are within reach [s] of some of the times."""
-        if not (self._selects_centres and np.isfinite(reach) and t.size):
-            return slice(None)
-        first, last = np.searchsorted(self.centres, [np.min(t) - reach, np.max(t) + reach]).tolist()
-        return slice(first, last)
+    def _relevant(self, t: Array, reach: float) -> tuple[Array, Array]:
+        """Return the centres that are within reach [s] of some of the times, and their weights."""
+        if not (len(self.centres) >= _LONG and np.isfinite(reach) and t.size):
+            return self.centres, self.weights
+        centres, weights = self._in_order
+        first, last = np.searchsorted(centres, [np.min(t) - reach, np.max(t) + reach]).tolist()
+        return centres[first:last], weights[first:last]
 
     @cached_property
     def _most_relevant(self) -> int:
         """The number of centres whose kernels matter at one time, at most."""
         reach = self.kernel.negligible_distance
-        if not (self._selects_centres and np.isfinite(reach)):
+        if not (len(self.centres) >= _LONG and np.isfinite(reach)):
             return len(self.centres)
-        last = np.searchsorted(self.centres, self.centres + 2 * reach, side="right")
+        centres, _ = self._in_order
+        last = np.searchsorted(centres, centres + 2 * reach, side="right")
         return int(np.max(last - np.arange(len(last))))
 
     @cached_property
-    def _selects_centres(self) -> bool:
-        """Whether selecting nearby centres saves time: there are many, and they are in order."""
-        return len(self.centres) >= _LONG and bool(np.all(np.diff(self.centres) >= 0))
+    def _in_order(self) -> tuple[Array, Array]:
+        """Centres from the first to the last, and their weights; samples of several lags come lag by lag."""
+        order = np.argsort(self.centres, kind="stable")
+        return self.centres[order], self.weights[order]
