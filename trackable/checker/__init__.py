@@ -55,8 +55,8 @@ rests on these assumptions.
 Polynomial pieces are evaluated in double-double arithmetic, at times that are not rounded; each state or
 input is rounded to float64 once.
 
-Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 100,000 centres of a
-signal, 10,000 rows of a set, 100,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
+Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 500,000 centres of a
+signal, 10,000 rows of a set, 500,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
 numbers of 20,000 characters, 100 coefficients of a piece, 100 kernels in one, nested 40 deep, and 30,000 parts of a
 formula, nested 100 deep; the formula of an input has up to 10,000. Polynomials of step 0 have up to 5000 terms, with 80
 values of functions. What exceeds them is refused (`reading.limits`). A check may be given a time, after which it is

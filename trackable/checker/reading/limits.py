@@ -12,7 +12,7 @@ SIGNALS = COORDINATES = SHIFTS = 100
 ROWS = 10_000
 """Rows of a set, and attainable rows."""
 
-CENTRES = BOXES = INSTANTS = 100_000
+CENTRES = BOXES = INSTANTS = 500_000
 """Centres of a signal; boxes of a bound; instants that are checked one by one."""
 
 COEFFICIENTS = 100
