@@ -5,6 +5,7 @@ from typing import Self
 
 import numpy as np
 
+from trackable.arrays import Array
 from trackable.gp.posterior import IllConditioned, Posterior
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
@@ -30,14 +31,18 @@ class Condensation:
     def of(cls, name: str, prior: Prior, fewer: Samples, more: Samples) -> Self:
         """Compare the posteriors of `fewer` and of `more` samples, which both stand for the same ones."""
         count = len(fewer) + fewer.scatter.count
-        one, other = Posterior(prior, fewer), Posterior(prior, more)
+
+        def judged(samples: Samples) -> tuple[float, Array]:
+            """Return l, and the posterior mean as `fewer` would measure it; the large matrices are not kept."""
+            posterior = Posterior(prior, samples)
+            return posterior.negative_log_likelihood, fewer.stencil.measured(posterior.signal, fewer.times)
+
         try:
-            change = other.negative_log_marginal_likelihood()[0] - one.negative_log_marginal_likelihood()[0]
-            means = [fewer.stencil.measured(each.signal, fewer.times) for each in (one, other)]
+            (l_one, one), (l_other, other) = judged(fewer), judged(more)
         except IllConditioned:
             return cls(name, count, len(fewer), len(more), None, None)
-        apart = float(np.sqrt(np.mean((means[1] - means[0]) ** 2))) / prior.noise_std
-        return cls(name, count, len(fewer), len(more), change, apart)
+        apart = float(np.sqrt(np.mean((other - one) ** 2))) / prior.noise_std
+        return cls(name, count, len(fewer), len(more), l_other - l_one, apart)
 
     def __str__(self) -> str:
         said = f"of {self.count} samples of {self.name} by {self.centres} centres"

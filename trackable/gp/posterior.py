@@ -85,12 +85,15 @@ class Posterior:
         This is twice the usual negative logarithm, as in the paper, so that printed values can be compared. The
         gradient is tr((A⁻¹ − c cᵀ) ∂A). Where the samples stand for more of them, l is that of all.
         """
-        n, c = len(self.samples), self.weights
-        value = self._factored.log_determinant + float(c.dot(self._residual))
-        by_kernel, by_noise = self._factored.likelihood_traces(c)
-        beside, by_log_noise = self.samples.scatter.negative_log_likelihood(self.prior.noise_std)
+        value, by_log_noise = self._value
+        by_kernel, by_noise = self._factored.likelihood_traces(self.weights)
         of_all = np.array([*by_kernel.tolist(), 2 * by_noise + by_log_noise])
-        return value + n * _LOG_TAU + beside, of_all[self.prior.places]
+        return value, of_all[self.prior.places]
+
+    @property
+    def negative_log_likelihood(self) -> float:
+        """l(θ) without its gradient, which takes most of the time and of the memory."""
+        return self._value[0]
 
     @property
     def information(self) -> Array:
@@ -164,6 +167,13 @@ class Posterior:
         moved = type(self)(replace(self.prior, mean=mean), self.samples)
         vars(moved)["_factored"] = self._factored
         return moved
+
+    @property
+    def _value(self) -> tuple[float, float]:
+        """l(θ), and ∂/∂ln σ_n of what the scatter of the samples adds to it."""
+        value = self._factored.log_determinant + float(self.weights.dot(self._residual))
+        beside, by_log_noise = self.samples.scatter.negative_log_likelihood(self.prior.noise_std)
+        return value + len(self.samples) * _LOG_TAU + beside, by_log_noise
 
     @cached
     def _residual(self) -> Array:

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from tests.trackable.gp import naive
 from tests.trackable.gp.instances import KERNELS, REPRESENTATIVE, decaying_kernels, over
+from trackable.gp.factors.dense import Dense
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import IllConditioned, Posterior
 from trackable.gp.prior import Prior
@@ -60,6 +61,13 @@ def test_likelihood_against_the_naive_one(kernel):
     assert value == pytest.approx(naive.negative_log_marginal_likelihood(prior, SAMPLES), rel=1e-10, abs=1e-9)
     reference = naive.by_log_hyperparameters(lambda p: naive.negative_log_marginal_likelihood(p, SAMPLES), prior)
     np.testing.assert_allclose(gradient, reference, rtol=1e-6, atol=1e-6 * max(1, abs(value)))
+
+
+@over(REPRESENTATIVE)
+def test_likelihood_without_gradient_is_the_same_and_takes_no_trace(kernel, monkeypatch):
+    with_gradient, _ = Posterior(prior_of(kernel), SAMPLES).negative_log_marginal_likelihood()
+    monkeypatch.setattr(Dense, "likelihood_traces", None)
+    assert Posterior(prior_of(kernel), SAMPLES).negative_log_likelihood == with_gradient
 
 
 @over(REPRESENTATIVE)
