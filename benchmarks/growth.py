@@ -1,9 +1,11 @@
 """What many constraint times and many samples cost: time, and memory in a process of its own."""
 
 import json
+import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter, process_time
@@ -36,6 +38,8 @@ _BUDGETS = {
 }  # seconds
 _RATE, _PERIOD, _NOISE = 10.0, 5.0, 0.05  # of the recording: samples a second, seconds, unit of the position
 _GROWTH = 15.0  # times the time for ten times the samples
+_ODD, _OTHERS, _SLOWER = 1_245, 2, 1.5
+_THREADS = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"
 
 
 def rows() -> Iterator[Row]:
@@ -73,6 +77,7 @@ def rows() -> Iterator[Row]:
     yield from _large()
     for kernel in _KERNELS:
         yield from _recorded(kernel)
+    yield _busy()
 
 
 @dataclass(frozen=True)
@@ -86,11 +91,35 @@ class Measured:
     active: int
 
 
-def _alone(*arguments: str) -> Measured:
+def _alone(*arguments: str, environment: Mapping[str, str] = os.environ) -> Measured:
     """Measure in a process of its own."""
     command = [sys.executable, "-m", "benchmarks.growth", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
     return Measured(**json.loads(done.stdout))
+
+
+@contextmanager
+def _others_at_work(count: int) -> Iterator[None]:
+    """Keep so many other processes busy inside the block."""
+    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for other in others:
+            other.kill()
+            other.wait()
+
+
+def _busy() -> Row:
+    """Learn with default settings while others work, beside one thread while they do not."""
+    kernel = "squared exponential"
+    defaults = {name: value for name, value in os.environ.items() if name not in _THREADS}
+    one = _alone(kernel, str(_ODD), environment=defaults | dict.fromkeys(_THREADS, "1")).processor
+    with _others_at_work(_OTHERS):
+        default = _alone(kernel, str(_ODD), environment=defaults).processor
+    problem = f"double integrator, 10 Hz, n = {_grouped(_ODD)}, default threads, {_OTHERS} other busy processes"
+    row = Row("recordings learned and proved", problem, "one thread", default, one, *(default / one,) * 3)
+    return replace(row, target=_SLOWER, at_most=True)
 
 
 def _recorded(kernel: str) -> Iterator[Row]:
