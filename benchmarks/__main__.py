@@ -17,6 +17,7 @@ _ALL = (
     "jointly",
     "recorded",
     "growth",
+    "fleet",
     "mpc",
     "loops.tube",
     "loops.disturbed",
