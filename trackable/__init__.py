@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from trackable.errors import DoubtfulInputWarning as DoubtfulInputWarning
     from trackable.errors import InputError as InputError
     from trackable.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
+    from trackable.feasibility.impossible import Impossible as Impossible
     from trackable.fleet.learn_many import Fleet as Fleet
     from trackable.fleet.learn_many import learn_many as learn_many
     from trackable.fleet.parts import parts_of_csv as parts_of_csv
@@ -102,6 +103,7 @@ _MODULES = {
     "FlatForm": "systems.flat.form",
     "Fleet": "fleet.learn_many",
     "IgnoresSamplesWarning": "explanation",
+    "Impossible": "feasibility.impossible",
     "Infeasible": "control.step.result",
     "InputError": "errors",
     "Kernel": "gp.kernels.base",

@@ -16,6 +16,7 @@ from trackable.condensed.asked import Centres
 from trackable.condensed.cost import Condensation
 from trackable.doubts import ask, doubts
 from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored, outlying
+from trackable.feasibility.impossible import impossible
 from trackable.fit.fit import Fit
 from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.kernels.base import Kernel
@@ -144,8 +145,9 @@ def learn_reference(
         the claim. Where a disturbance leaves nothing of the bounds: it says which bound is short by how much, and which
         part of the disturbance set would do.
     NotTrackableError
-        Where no reference was found, or none that is proved: the message says by how much, where and why. Also where
-        values of `at` and bounds contradict each other: it says which.
+        Where no reference was found, or none that is proved: the message says by how much, where and why. Its
+        `outcome` is `Impossible` where values of `at` and bounds of a linear system contradict each other whatever the
+        kernel: that is found before anything is learned.
 
     """
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
@@ -164,6 +166,7 @@ def learn_reference(
     space = SearchSpace.around(seen, prior, starts)
     ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
+    found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts]))
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with progress_bar("learn reference", shown=progress):
         certified = found_or_raise(learn_certified(seen, prior, plant, space, goal, learner=learner, pins=pins))

@@ -26,6 +26,7 @@ from trackable import learn as learning
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.pinned import Pinned
 from trackable.codec.certificates import encode_certificate
+from trackable.feasibility.impossible import Impossible
 from trackable.learning.joint.learn import learn_jointly
 from trackable.learning.learner import JOINT
 from trackable.learning.problem import Contradiction
@@ -138,8 +139,15 @@ def test_states_of_a_system_with_redundant_inputs_are_met():
 
 
 def test_what_contradicts_the_bounds_is_no_reference():
-    with pytest.raises(NotTrackableError, match=r"position \(given value\) at t = 0.05 s") as raised:
+    with pytest.raises(NotTrackableError, match=r"position = 0.1 at t = 0.05 s is out of reach by at least") as raised:
         learned({0.0: {"position": -0.95}, 0.05: {"position": 0.1}})
+    assert isinstance(raised.value.outcome, Impossible)
+
+
+def test_what_contradicts_the_bounds_between_steps_is_no_reference():
+    """No whole number of steps links these times: it is the kernel's length scale that excludes them."""
+    with pytest.raises(NotTrackableError, match=r"position \(given value\) at t = 0.051 s") as raised:
+        learned({0.0: {"position": -0.95}, 0.051: {"position": 0.1}})
     assert isinstance(raised.value.outcome, Contradiction)
 
 

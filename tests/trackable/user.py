@@ -23,6 +23,7 @@ from trackable import (
     FlatForm,
     Fleet,
     IgnoresSamplesWarning,
+    Impossible,
     Infeasible,
     InputError,
     Kernel,
@@ -130,6 +131,8 @@ try:
     assert_type([bound.multiplier for bound in reference.active_bounds], list[float])
 except NotTrackableError as error:
     assert_type(error.outcome.explanation, str)
+    if isinstance(error.outcome, Impossible):
+        assert_type(error.outcome.missing, float)
 learn_reference({"position": recording.samples("position")}, plant, {"position": kernel}, (0.0, 10.0), starts=3)
 learn_reference(recording.samples("position"), plant, kernel, "all_times", method="hyperparameters")
 learn_reference(recording.samples("position"), plant, kernel, "all_times", at={0.0: {"x1": 0.1}}, at_tolerance=1e-3)

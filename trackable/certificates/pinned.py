@@ -20,7 +20,8 @@ from trackable.systems.reference import Reference
 from trackable.systems.sets.interval import Interval
 from trackable.systems.sets.polytope import Polytope
 
-_WINDOW = 1e-6  # of a sampling time, to either side: a certificate's window has a length
+WINDOW = 1e-6
+"""Of a sampling time, to either side: values are proved in a window, as that of a certificate has a length."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class Pinned:
 
     def prove(self, reference: Reference) -> Outcome:
         """Prove that the reference has the values, in a window that holds `time` and its neighbours in float64."""
-        half = max(_WINDOW * reference.plant.sampling_time, 4 * float(np.spacing(abs(self.time))))
+        half = max(WINDOW * reference.plant.sampling_time, 4 * float(np.spacing(abs(self.time))))
         at = Reference(reference.signals, self.plant(reference.plant))
         return prove_on_window(at, self.time - half, self.time + half)
 

@@ -17,6 +17,7 @@ from trackable.condensed.asked import Centres
 from trackable.condensed.bins import NODES
 from trackable.doubts import ask, doubts
 from trackable.explanation import IgnoresSamplesWarning, ignored
+from trackable.feasibility.impossible import impossible
 from trackable.fit.edges import edges_of
 from trackable.fit.fit import Fit
 from trackable.gp.factors.threads import one_blas_thread
@@ -130,6 +131,7 @@ def learn_stream(
     checked_goal("all_times", seen, prior, plant, tightening)  # between windows the function is at rest
     ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
+    found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts]))
     with progress_bar("learn stream", shown=progress):
         known = _known(first, prior, plant, starts)
         stream = Stream(seen, known, plant, length, claim, pinned)

@@ -1,0 +1,184 @@
+"""What no reference can satisfy is told before one is sought; what some trajectory satisfies is never called so."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.trackable.feasibility import naive
+from tests.trackable.plants import AXIS, KERNEL, SAMPLES
+from trackable import ConstrainedSystem, Impossible, LinearSystem, NotTrackableError, Polytope, learn_reference
+from trackable import learn as learning
+from trackable.certificates.goal import Claim
+from trackable.feasibility.certain import certainly_missing
+from trackable.feasibility.impossible import impossible
+from trackable.feasibility.program import Least, least
+from trackable.feasibility.steps import Steps, Value, steps_of
+from trackable.streams import learn as streams
+from trackable.waypoints import Waypoints, waypoints
+
+WEAK = replace(AXIS, state_set=Polytope.box([-1, -1.5], [1, 1.5]), input_set=Polytope.box([-0.1], [0.1]))
+MOVING = replace(AXIS, state_set=Polytope.box([0.3, 0.5], [1.0, 1.5]))
+REST = {"position": 0.0, "velocity": 0.0}
+SEEDS = range(12)
+
+
+def told(at: Waypoints, plant: ConstrainedSystem = WEAK, claim: Claim = "all_times", mean: float = 0.0) -> Any:
+    return impossible(plant, claim, waypoints(at, 1e-6, plant, claim), [mean] * plant.signal_count)
+
+
+def random_plant(rng: np.random.Generator) -> ConstrainedSystem:
+    n, m = int(rng.integers(1, 5)), int(rng.integers(1, 3))
+    A = rng.normal(size=(n, n))
+    A *= rng.uniform(0.5, 1.2) / np.abs(np.linalg.eigvals(A)).max()
+    system = LinearSystem(A, rng.normal(size=(n, min(n, m))), rng.normal(size=n) / 20, sampling_time=0.1)
+    x, u = 10.0 ** rng.uniform(-3, 3, n), 10.0 ** rng.uniform(-3, 3, min(n, m))
+    scaled = LinearSystem(A * x[:, None] / x, system.B * x[:, None] / u, system.c * x, sampling_time=0.1)
+    u *= rng.uniform(0.05, 1.0)
+    skew = np.vstack([np.eye(n), np.ones(n)]) / x
+    return ConstrainedSystem(scaled, Polytope(skew, -np.ones(n + 1), np.ones(n + 1)), Polytope.box(-u, u))
+
+
+def trajectory(plant: ConstrainedSystem, rng: np.random.Generator, count: int) -> list[np.ndarray]:
+    """The states of a random admissible trajectory, as many steps as it stays inside."""
+    x = np.zeros(len(plant.system.states))
+    found = [x]
+    for _ in range(count - 1):
+        u = rng.uniform(plant.input_set.lower, plant.input_set.upper) * rng.uniform(0, 0.3)
+        x = plant.linear.successor(x, u)
+        if plant.state_set.margin(x) < 0:
+            break
+        found.append(x)
+    return found
+
+
+def random_steps(rng: np.random.Generator) -> Steps:
+    """Some values that lie inside their bounds, each at a step of its own."""
+    plant = random_plant(rng)
+    names = rng.choice(plant.system.states, size=4)
+    extents = {name: plant.state_set.extent(i) for i, name in enumerate(plant.system.states)}
+    middles = [rng.uniform(extents[name].lower, extents[name].upper) for name in names]
+    at = sorted(rng.choice(12, size=4, replace=False).tolist())
+    values = tuple(
+        Value(k, str(name), middle, middle + 1e-6 * extents[name].width)
+        for k, name, middle in zip(at, names, middles, strict=True)
+    )
+    return Steps(plant, 0.0, 15, values)
+
+
+def test_how_much_is_missing_is_what_the_largest_force_leaves():
+    found = told({0.0: REST, 1.0: {"position": 0.8}})
+    assert found.given == "position = 0.8 at t = 1 s"
+    assert found.missing == pytest.approx(0.8 - 0.1 / 2, abs=1e-5)
+    assert found.missing < 0.8 - 0.1 / 2
+    assert found.explanation == (
+        "no reference exists, whatever the kernel and the samples: position = 0.8 at t = 1 s is out of reach by at "
+        "least 0.75, because of position = 0 at t = 0 s; velocity = 0 at t = 0 s; force (upper bound 0.1) from "
+        "t = 0 s to 0.95 s"
+    )
+
+
+@pytest.mark.parametrize("claim", ["all_times", "all_phases", (0.0, 9.0), (-3.0, 9.0)])
+def test_who_cannot_brake_in_time_is_told(claim):
+    """v² / 2 u is left of the way, less what the last step of constant force overshoots."""
+    found = told({0.0: {"position": 0.9, "velocity": 1.0}}, claim=claim)
+    assert found.given == "velocity = 1 at t = 0 s"
+    assert found.missing == pytest.approx(1.0 - np.sqrt(2 * 0.1 * 0.1), abs=5e-3)
+    assert any(said.startswith("force (lower bound -0.1) from t = 0 s to") for said in found.among)
+    assert told({0.0: {"position": 0.9, "velocity": 0.99 * np.sqrt(2 * 0.1 * 0.1)}}, claim=claim) is None
+
+
+def test_bounds_alone_are_told_with_the_part_that_is_missing():
+    """At least 0.5 m/s for 3 s on 0.7 m: (0.5 - d) 3 = 0.7 (1 + 2 d)."""
+    found = told({}, MOVING, (0.0, 3.0))
+    assert found.given == ""
+    assert found.missing == pytest.approx((1.5 - 0.7) / (3 + 1.4), abs=1e-6)
+    assert "velocity (lower bound 0.5) from t = 0 s to 3 s" in found.among
+    assert "each of these would have to be moved by 0.182 of its width at least" in found.explanation
+    assert told({}, MOVING, (0.0, 1.3)) is None
+
+
+def test_times_that_steps_do_not_link_exclude_nothing():
+    assert told({0.0: {"position": 0.0}, 0.025: {"position": 0.9}}) is None
+    assert told({0.0: {"position": 0.0}, 0.05: {"position": 0.9}}) is not None
+    assert told({0.3: {"position": 0.0}, 0.35: {"position": 0.9}}) is not None
+
+
+def test_where_it_may_rest_nothing_is_computed():
+    assert [steps.count for steps in steps_of(WEAK, "all_times", ())] == [1001]
+    assert told({}) is None
+
+
+def test_nonlinear_systems_are_not_examined():
+    from trackable import mobile_robot  # noqa: PLC0415
+
+    robot = ConstrainedSystem(mobile_robot(0.1), Polytope.box([-3, -3, -3], [3, 3, 3]), Polytope.box([0.1, -1], [1, 1]))
+    assert told({0.0: {"x": 0.0}, 0.1: {"x": 2.0}}, robot, (0.0, 1.0)) is None
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_values_on_an_admissible_trajectory_are_never_called_impossible(seed):
+    rng = np.random.default_rng(seed)
+    plant = random_plant(rng)
+    states = trajectory(plant, rng, 30)
+    names = plant.system.states
+    at = {0.1 * k: dict(zip(names, x.tolist(), strict=True)) for k, x in enumerate(states) if rng.random() < 0.4}
+    claim = 0.0, 0.1 * max(1, len(states) - 1)
+    pinned = waypoints(at, 1e-9, plant, claim)
+    assert impossible(plant, claim, pinned, [0.0] * plant.signal_count) is None
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_is_missing_is_what_another_program_finds(seed):
+    steps = random_steps(np.random.default_rng(seed))
+    elastic = np.where(steps.is_given, steps.widths, 0.0)
+    found = least(steps, elastic)
+    assert found is not None
+    expected = naive.missing(steps, elastic)
+    assert found.missing == pytest.approx(expected, rel=1e-5, abs=1e-6)
+    if expected > 1e-3:
+        assert certainly_missing(found) == pytest.approx(found.missing, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_multipliers_prove_too_much(seed):
+    """Weak duality: whatever is perturbed, what is certain is no more than what is missing."""
+    rng = np.random.default_rng(seed)
+    steps = random_steps(rng)
+    found = least(steps, np.where(steps.is_given, steps.widths, 0.0))
+    assert found is not None
+    claimed = replace(found, missing=10 * found.missing + 1.0)
+    for size in (1e-9, 1e-3, 1.0):
+        noisy = [of * np.exp(size * rng.normal(size=of.shape)) for of in (found.at_lower, found.at_upper)]
+        assert certainly_missing(replace(claimed, at_lower=noisy[0], at_upper=noisy[1])) <= found.missing + 1e-6
+
+
+def test_one_value_alone_proves_nothing():
+    """A planted multiplier of one value that can be had: where the first state lies is what makes it possible."""
+    steps = Steps(WEAK, 0.0, 5, (Value(3, "position", 0.5, 0.5001),))
+    chosen = steps.is_given.astype(float)
+    for side in ("at_lower", "at_upper"):
+        none = {"at_lower": np.zeros(len(chosen)), "at_upper": np.zeros(len(chosen))}
+        assert certainly_missing(Least(steps, chosen, 1.0, **none | {side: chosen})) == 0.0
+
+
+def test_a_free_state_without_a_value_proves_nothing():
+    free = replace(WEAK, state_set=Polytope.box([-1, -np.inf], [1, np.inf]))
+    assert told({0.0: REST, 1.0: {"position": 0.8}}, free).missing == pytest.approx(0.75, abs=1e-5)
+
+
+@pytest.mark.parametrize("learn", [learning.learn_reference, streams.learn_stream])
+def test_nothing_is_learned_where_nothing_is_possible(learn, monkeypatch):
+    monkeypatch.setattr(learning, "learn_certified", None)
+    monkeypatch.setattr(streams, "learn_proved", None)
+    options = {"window": 2.0} if learn is streams.learn_stream else {}
+    with pytest.raises(NotTrackableError, match="no reference exists") as raised:
+        learn(SAMPLES, WEAK, KERNEL, "all_times", noise_std=0.02, at={0.0: REST, 1.0: {"position": 0.8}}, **options)
+    assert isinstance(raised.value.outcome, Impossible)
+
+
+def test_a_window_without_a_place_to_rest_is_examined_first(monkeypatch):
+    monkeypatch.setattr(learning, "learn_certified", None)
+    with pytest.raises(NotTrackableError, match=r"no reference exists, .*: bounds contradict each other"):
+        learn_reference(SAMPLES, MOVING, KERNEL, (0.0, 3.0), noise_std=0.02)
