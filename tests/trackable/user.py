@@ -181,7 +181,7 @@ if reference.tightening is not None:
 relearn = Relearner(reference, budget=0.05, moving_every=10)
 answer = relearn(recording.samples("position"))
 if isinstance(answer, TrackableReference):
-    assert_type(controller.step(0, np.zeros(2), answer), Plan | Infeasible | Unsolved)
+    assert_type(relearn.step(controller, 0, np.zeros(2)), Plan | Infeasible | Unsolved)
 else:
     assert_type(answer.explanation, str)
     assert_type(answer.seconds if isinstance(answer, Late) else 0.0, float)

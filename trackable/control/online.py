@@ -15,7 +15,7 @@ from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.control.closed_loop import ClosedLoop, concatenate
 from trackable.control.controller import Controller
 from trackable.control.simulation import simulate
-from trackable.control.step.result import Infeasible, Status, Unsolved
+from trackable.control.step.result import Infeasible, Unsolved
 from trackable.control.windows import Late, LearnFromWindow, LearningResult
 from trackable.gp.samples import Samples
 from trackable.systems.reference import Reference
@@ -103,7 +103,7 @@ def decide_update(
     if isinstance(result, Unsolved):
         return ReferenceUpdate(k, counts, learned, False, result.explanation)
     # The tolerance makes up for rounding on the reference that is tracked already. A new one must not need it.
-    if result.status is Status.WIDENED:
+    if not result.keeps_sets:
         reason = f"within the tolerance only: {result.explanation}"
         return ReferenceUpdate(k, counts, learned, False, reason, -result.slack)
     return ReferenceUpdate(k, counts, learned, True, result.explanation)

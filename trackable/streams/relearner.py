@@ -1,14 +1,19 @@
 """Learning in the loop as users write it: `WindowLearner` for samples by name, and references that can be saved."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 from trackable.arguments import instance, real, whole
+from trackable.arrays import ArrayLike
 from trackable.certificates.certified import Certified
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.robust import robust_of
 from trackable.control.online import holds_for_all_times
+from trackable.control.step.result import Plan, StepResult
+from trackable.control.stepping import SteppedController
 from trackable.control.windows import Clock, Late, WindowLearner
 from trackable.fit.fit import Fit
 from trackable.learning.joint.places import places_of
@@ -26,10 +31,10 @@ class Relearner:
     times at which bounds held it back. In every `moving_every`-th window the hyperparameters move too, which takes a
     few times longer; with 0 they stay as they are. Times of samples are those of the loop: step k is at k T_s.
 
-    `reference` is the last one that was proved within the `budget` [s], if there is one; at first it is the one that is
-    given. It holds for all times, so that a loop tracks it for as long as it has no other. A controller says whether it
-    can go over to another one from the state where it is: `Controller.step` then returns a `Plan`. `seconds` are what
-    the windows have taken by the `clock`, late ones too. `noise_std` is needed where several states show one flat
+    `reference` is the one that the loop tracks, at first the one that is given. It holds for all times, so that a loop
+    tracks it for as long as it has no other. `step` goes over to the last one that was learned within the `budget` [s],
+    if the controller has a plan that ends on it; who decides otherwise when to go over sets `reference`. `seconds` are
+    what the windows have taken by the `clock`, late ones too. `noise_std` is needed where several states show one flat
     output, as in `learn_reference`.
 
     Raises TypeError and ValueError for other arguments, for a reference that is proved for a window only, and where
@@ -42,6 +47,7 @@ class Relearner:
     noise_std: Mapping[str, float] | None = None
     clock: Clock = perf_counter
     _windows: WindowLearner = field(init=False, repr=False)
+    _learned: TrackableReference | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         instance("reference", self.reference, TrackableReference, "one that learn_reference returns")
@@ -65,6 +71,7 @@ class Relearner:
     def __call__(self, samples: SamplesLike) -> TrackableReference | Late | NoSolution | Counterexample | Unproved:
         """Return a reference learned from a window of samples, with its proof; or why there is none in time.
 
+        `reference` stays as it is until the next `step`: whether the loop can go over depends on the state then.
         The samples are of the same states as those of the first reference, and count in this window alone. Every answer
         has an `explanation`. The next window begins where the last proof was found, a late one too. Raises TypeError
         and ValueError for samples that do not fit.
@@ -75,8 +82,25 @@ class Relearner:
         found = self._windows(seen)
         if not isinstance(found, Certified):
             return found
-        self.reference = _with_proof(found, self.reference)
-        return self.reference
+        self._learned = _with_proof(found, self.reference)
+        return self._learned
+
+    def step(
+        self, controller: SteppedController, k: int, state: ArrayLike, initial_guess: ArrayLike | None = None
+    ) -> StepResult:
+        """Return the controller's plan at step `k` from `state` (n,), or why there is none, as `Controller.step` does.
+
+        The first step after a reference was learned tries to go over to it: if there is a plan that keeps the bounds,
+        not only up to a tolerance, and ends on it, that is the answer, and `reference` is the new one from then on.
+        Otherwise the loop stays on the old one, on which plans can always be continued, and tries the new one no more.
+        """
+        learned, self._learned = self._learned, None
+        if learned is not None:
+            answer = controller.step(k, state, learned, initial_guess)
+            if isinstance(answer, Plan) and answer.keeps_sets:
+                self.reference = learned
+                return answer
+        return controller.step(k, state, self.reference, initial_guess)
 
 
 def _certified(reference: TrackableReference) -> Certified:

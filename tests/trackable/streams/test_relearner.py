@@ -1,5 +1,6 @@
 """Learning in the loop from public names: windows are proved, late ones are told, and the old reference stays."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,10 @@ import pytest
 
 from tests.trackable.plants import AXIS
 from trackable import (
+    Controller,
+    Infeasible,
     Late,
+    Plan,
     Proved,
     Relearner,
     Samples,
@@ -17,6 +21,7 @@ from trackable import (
     check,
     learn_reference,
 )
+from trackable.control.step.result import Status
 from trackable.learning.joint.places import places_of
 
 KERNEL = SquaredExponential(0.5, 0.5)
@@ -41,7 +46,7 @@ def test_each_window_is_what_is_learned_from_nothing_and_a_stranger_checks_it(le
     for i in (2, 4):
         found, anew = relearn(window(i)), learn_reference(window(i), AXIS, KERNEL, "all_times", **OPTIONS)
         assert isinstance(found, TrackableReference)
-        assert found is relearn.reference
+        assert relearn.reference is learned
         k = np.arange(100)
         np.testing.assert_allclose(found.state(k), anew.state(k), atol=1e-3)
         assert found.objective == pytest.approx(anew.objective, abs=1e-3)
@@ -84,6 +89,51 @@ def test_what_is_late_keeps_the_reference(learned):
     assert relearn.reference is learned
     assert isinstance(relearn(window(4)), TrackableReference)
     assert relearn.seconds == [2.0, 0.5]
+
+
+class Recorded:
+    """A controller that remembers along which references it planned."""
+
+    def __init__(self) -> None:
+        self.controller = Controller(AXIS, 20, np.eye(2), np.eye(1))
+        self.asked: list[TrackableReference] = []
+
+    def step(self, k, state, reference, initial_guess=None):
+        self.asked.append(reference)
+        return self.controller.step(k, state, reference, initial_guess)
+
+
+def test_a_step_goes_over_where_a_plan_ends_on_the_new_reference(learned):
+    relearn, controller = Relearner(learned), Recorded()
+    found, k = relearn(window(2)), 40
+    answer = relearn.step(controller, k, learned.state(k))
+    assert isinstance(answer, Plan)
+    assert relearn.reference is found
+    np.testing.assert_array_equal(answer.inputs, controller.controller.step(k, learned.state(k), found).inputs)
+    relearn.step(controller, k + 1, found.state(k + 1))
+    assert controller.asked == [found, found]
+
+
+def test_a_reference_that_the_controller_refuses_is_not_tracked(learned):
+    """The new one lies 0.3 m off: two steps do not lead there."""
+    brief = Controller(AXIS, 2, np.eye(2), np.eye(1))
+    relearn, k = Relearner(learned), 40
+    found = relearn(window(2, VALUES - 0.3))
+    assert isinstance(brief.step(k, learned.state(k), found), Infeasible)
+    assert relearn.step(brief, k, learned.state(k)).cost == pytest.approx(0.0, abs=1e-12)
+    assert relearn.reference is learned
+    controller = Recorded()
+    relearn.step(controller, k, learned.state(k))
+    assert controller.asked == [learned]  # it was tried once
+
+
+def test_a_plan_within_the_tolerance_only_is_no_reason_to_go_over(learned, monkeypatch):
+    relearn, controller = Relearner(learned), Recorded()
+    relearn(window(2))
+    widened = controller.controller.step(40, learned.state(40), learned)
+    monkeypatch.setattr(Recorded, "step", lambda *_: replace(widened, status=Status.WIDENED))
+    assert relearn.step(controller, 40, learned.state(40)).status is Status.WIDENED
+    assert relearn.reference is learned
 
 
 def test_hyperparameters_move_where_that_is_asked_for():

@@ -60,6 +60,11 @@ class Plan:
     status: Status
 
     @property
+    def keeps_sets(self) -> bool:
+        """Whether the plan keeps the sets as they are, and not only up to the controller's tolerance."""
+        return self.status is not Status.WIDENED
+
+    @property
     def explanation(self) -> str:
         """Say in a sentence how the plan was found, what it costs, and its slack."""
         return (
