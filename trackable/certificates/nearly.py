@@ -24,46 +24,47 @@ def nearly_settled(reference: Reference, reserve: Mapping[str, float]) -> Callab
     every = _weights(plant)
     if every is None or not all(isinstance(s.kernel, Radial) for s in signals):
         return None
-    rows = []
-    for (weights, offset), quantity in zip(every, reference.quantities, strict=True):
-        rest = offset + sum(w.sum * signal.mean for w, signal in zip(weights, signals, strict=True))
-        room = min(rest - quantity.bounds.lower, quantity.bounds.upper - rest)
-        rows.append((weights, room - reserve[quantity.name]))
+    weights, offsets = every
+    rest = offsets + sum(w.sum * signal.mean for w, signal in zip(weights, signals, strict=True))
+    bounds = [quantity.bounds for quantity in reference.quantities]
+    room = np.minimum(rest - [each.lower for each in bounds], [each.upper for each in bounds] - rest)
+    room -= [reserve[quantity.name] for quantity in reference.quantities]
 
     def holds(starts: Array) -> Mask:
-        envelopes, found = [_envelope(signal, starts) for signal in signals], np.ones(starts.shape, dtype=bool)
-        for weights, room in rows:
-            found &= sum(w.reach(*e, plant.sampling_time) for w, e in zip(weights, envelopes, strict=True)) <= room
-        return found
+        envelopes = (_envelope(signal, starts) for signal in signals)
+        reach = sum(w.reach(*e, plant.sampling_time) for w, e in zip(weights, envelopes, strict=True))
+        return np.asarray(np.all(reach <= room, axis=-1))
 
     return holds
 
 
 @lru_cache
-def _weights(plant: ConstrainedSystem) -> list[tuple[list["_Weights"], float]] | None:
-    """Return the weights and the offset of each quantity; None unless all of them are functionals."""
-    functionals = [quantity.functional for quantity in plant.quantities]
-    if plant.flat_form is not None:
+def _weights(plant: ConstrainedSystem) -> tuple[list["_Weights"], Array] | None:
+    """Return the weights of each signal, and the offsets of all quantities; None unless all of them are functionals."""
+    functionals = [quantity.functional for quantity in plant.quantities if quantity.functional]
+    if plant.flat_form is not None or len(functionals) < len(plant.quantities):
         return None
-    found = [([_Weights.of(w) for w in each.weights], float(each.offset)) for each in functionals if each]
-    return found if len(found) == len(functionals) else None
+    of_signals = (_Weights.of([each.weights[c] for each in functionals]) for c in range(plant.signal_count))
+    return list(of_signals), np.array([float(each.offset) for each in functionals])
 
 
 class _Weights(NamedTuple):
-    """Of the weights w_j of one signal Σ_j |w_j|, Σ_j w_j and Σ_j j |w_j|."""
+    """Of the weights w_j of one signal in each quantity Σ_j |w_j|, Σ_j w_j and Σ_j j |w_j|: shape (Q,) each."""
 
-    each: float
-    sum: float
-    shifted: float
+    each: Array
+    sum: Array
+    shifted: Array
 
     @classmethod
-    def of(cls, weights: Sequence[Fraction]) -> Self:
-        each = np.abs([float(w) for w in weights])
-        return cls(float(np.sum(each)), float(sum(weights)), float(np.arange(len(each)) @ each))
+    def of(cls, rows: Sequence[Sequence[Fraction]]) -> Self:
+        sizes = [[abs(float(w)) for w in row] for row in rows]
+        shifted = [sum(j * size for j, size in enumerate(row)) for row in sizes]
+        return cls(np.array(list(map(sum, sizes))), np.array([float(sum(row)) for row in rows]), np.array(shifted))
 
     def reach(self, size: Array, slope: Array, step: float) -> Array:
-        """Return the bound of |Σ_j w_j e(t + j T_s)| of `limits`."""
-        return np.minimum(self.each * size, abs(self.sum) * size + step * self.shifted * slope)
+        """Return the bound of |Σ_j w_j e(t + j T_s)| of `limits` for each quantity: shape (n, Q)."""
+        size, slope = size[:, None], slope[:, None]
+        return np.minimum(self.each * size, np.abs(self.sum) * size + step * self.shifted * slope)
 
 
 def _envelope(signal: KernelSum, starts: Array) -> tuple[Array, Array]:

@@ -86,6 +86,8 @@ class Posterior:
         gradient is tr((A⁻¹ − c cᵀ) ∂A). Where the samples stand for more of them, l is that of all.
         """
         value, by_log_noise = self._value
+        if not self.prior.learned:
+            return value, np.empty(0)
         by_kernel, by_noise = self._factored.likelihood_traces(self.weights)
         of_all = np.array([*by_kernel.tolist(), 2 * by_noise + by_log_noise])
         return value, of_all[self.prior.places]
@@ -125,8 +127,11 @@ class Posterior:
         centres = np.concatenate([self._kernel_centres, t[weights != 0]])
         spread = self.samples.stencil.spread(self._factored.weights_at_centres(own))
         together = np.concatenate([spread, weights[weights != 0]])
-        places, at = np.unique(centres, return_inverse=True)
-        return KernelSum(self.prior.kernel, self.prior.mean, places, np.bincount(at, together).astype(float))
+        order = np.argsort(centres, kind="stable")
+        in_order = centres[order]
+        first = np.append(0, np.flatnonzero(in_order[1:] != in_order[:-1]) + 1)
+        sums = np.add.reduceat(together[order], first)
+        return KernelSum(self.prior.kernel, self.prior.mean, in_order[first], sums)
 
     @cached
     def misfit_gradient(self) -> Array:

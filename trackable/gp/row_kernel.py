@@ -14,6 +14,7 @@ from functools import lru_cache
 from math import factorial
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from trackable.arrays import Array
 from trackable.gp.factors.blocks import in_blocks
@@ -29,6 +30,7 @@ _LARGEST_ERROR = 1e-12  # of sums over terms, as a part of a row's variance
 _NEGLIGIBLE = 1e-11
 _LONGEST = 14
 _FACTORIALS = np.array([float(factorial(n)) for n in range(_LONGEST)])
+_SIGNS = (-1.0) ** np.arange(_LONGEST)
 _NODES, _APART = 9, 0.1  # correlation times: the sums of kernels that stand for rows err by about 0.4⁹/√9!
 
 
@@ -192,11 +194,9 @@ class Taylor(RowKernel):
 
     def _among(self, rows: Places | slice, others: Places | slice) -> Array:
         jet = self.kernel.jet(self.first[rows, None] - self.first[others], 2 * self._order)
-        by_second = np.ascontiguousarray((self.moments[others] * (-1.0) ** np.arange(self._order + 1)).T)
-        found = np.zeros(jet.shape[1:])
-        for n, by_first in enumerate(self.moments[rows].T):
-            found += by_first[:, None] * np.einsum("mab,mb->ab", jet[n : n + len(by_second)], by_second)
-        return found
+        by_sum = sliding_window_view(jet, self._order + 1, axis=0)  # κ⁽ⁿ⁺ᵐ⁾ at n, a, b, m
+        by_first = np.einsum("nabm,bm->nab", by_sum, self.moments[others] * _SIGNS[: self._order + 1])
+        return np.asarray(np.einsum("nab,an->ab", by_first, self.moments[rows]))
 
     def _across(self, rows: Places | slice, t: Array) -> Array:
         jet = self.kernel.jet(self.first[rows, None] - t, self._order)

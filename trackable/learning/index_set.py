@@ -204,26 +204,26 @@ def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequenc
     which, grid = np.nonzero(_are_minima(values))
     inner = np.clip(grid, 1, len(times) - 2)  # at an end the parabola leans inwards
     at, centre, beside = times[grid], times[inner], values[which, inner + _BESIDE]
-    at = _at_lowest(at, centre, reach, beside)
+    at, refined = _at_lowest(at, centre, reach, beside)
     for _ in range(_REFINEMENTS - 1):
         reach *= _NARROWER
         centre = np.clip(at, start + reach, end - reach)
-        at = _at_lowest(at, centre, reach, margins.margins_of(which, centre + reach * _BESIDE))
+        at, refined = _at_lowest(at, centre, reach, margins.margins_of(which, centre + reach * _BESIDE))
     at, lowest = np.clip(at, start, end), values[which, grid]
-    refined = margins.margins_of(which, at)
-    at, lowest = np.where(refined < lowest, at, times[grid]), np.minimum(refined, lowest)
+    at, lowest = np.where(refined < lowest, at, times[grid]), np.fmin(refined, lowest)
     ends = np.searchsorted(which, np.arange(len(values) + 1)).tolist()
     return [_in_order(at[first:last], lowest[first:last]) for first, last in pairwise(ends)]
 
 
-def _at_lowest(at: Array, centre: Array, reach: float, beside: Array) -> Array:
-    """Return where parabolas through the values (3, n) `beside` each centre are lowest, within reach; or `at` it is."""
+def _at_lowest(at: Array, centre: Array, reach: float, beside: Array) -> TimesAndMargins:
+    """Return where parabolas through values (3, n) are lowest in reach of each centre, or near `at`, and how low."""
     left, middle, right = beside
     with np.errstate(invalid="ignore"):  # where a margin is infinite, the minimum on the grid stays
-        curvature = left - 2 * middle + right
+        slope, curvature = (right - left) / 2, left - 2 * middle + right
         is_valley = (curvature > 0) & (curvature < np.inf)
-        step = np.divide(reach / 2 * (left - right), curvature, out=at - centre, where=is_valley)
-    return np.asarray(centre + np.minimum(np.maximum(step, -reach), reach))
+        step = np.divide(-slope, curvature, out=(at - centre) / reach, where=is_valley)
+        step = np.minimum(np.maximum(step, -1.0), 1.0)
+        return centre + reach * step, middle + step * (slope + step / 2 * curvature)
 
 
 def _in_order(times: Array, margins: Array) -> TimesAndMargins:

@@ -48,6 +48,8 @@ class SearchSpace:
         Chosen ones follow from the scales of the samples: amplitudes from the root mean square of y − m, times from the
         span and the smallest spacing.
         """
+        if not prior.learned:
+            return cls({}, starts)
         scales = [_scales(s, part) for s, part in zip(samples, prior.parts, strict=True)]
         found = {name: prior.search(name, scales) for name in prior.learned}
         return cls(

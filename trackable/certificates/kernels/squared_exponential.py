@@ -1,5 +1,6 @@
 """κ(r) = θ₁² exp(−r²/(2 θ₂²)) in ball arithmetic."""
 
+import numpy as np
 from flint import arb
 
 from trackable.certificates.floats.choice import Number, PowerSeries
@@ -24,7 +25,9 @@ class SquaredExponentialBalls(RadialBalls):
     def beyond(self, distance: Number) -> Decay[Number]:
         # |κ̇| = |r| κ/θ₂²
         steepest = distance.max(self.length)
-        return Decay(self._at(distance), self._at(steepest) * steepest / self.squared_length)
+        there = self._at(steepest)
+        size = there if np.all(distance >= self.length) else self._at(distance)
+        return Decay(size, there * steepest / self.squared_length)
 
     def _at(self, r: Number) -> Number:
         return self.variance * (r**2 / (-2 * self.squared_length)).exp()

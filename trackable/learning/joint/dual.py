@@ -81,19 +81,18 @@ def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: float, found: A
 
 def _solved(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array | None:
     """Return the multipliers for a positive definite K; None if it has no Cholesky factor in float64."""
-    free, bounded = np.flatnonzero(is_equation), np.flatnonzero(~is_equation)
-    found, across, alone = np.zeros(len(d)), np.zeros((len(free), len(bounded))), np.zeros(len(free))
     try:
-        if len(free):  # eliminate the equations
-            factor = scipy.linalg.cho_factor(K[np.ix_(free, free)], lower=True)
-            across = scipy.linalg.cho_solve(factor, K[np.ix_(free, bounded)])
-            alone = scipy.linalg.cho_solve(factor, d[free])
-        if len(bounded):
-            beside = K[np.ix_(free, bounded)]
-            left = K[np.ix_(bounded, bounded)] - beside.T @ across
-            begun = None if likely is None else likely[bounded]
-            found[bounded] = nonnegative_minimum(left, d[bounded] - alone @ beside, begun)
-        found[free] = alone - across @ found[bounded]
+        return _eliminated(K, d, is_equation, likely) if is_equation.any() else nonnegative_minimum(K, d, likely)
     except (np.linalg.LinAlgError, RuntimeError):  # no factor; or too many steps, where rows are nearly dependent
         return None
+
+
+def _eliminated(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array:
+    """Return the multipliers where some rows are equations, which leave a smaller program of all others."""
+    free, bounded, found = np.flatnonzero(is_equation), np.flatnonzero(~is_equation), np.zeros(len(d))
+    factor, beside = scipy.linalg.cho_factor(K[np.ix_(free, free)], lower=True), K[np.ix_(free, bounded)]
+    across, alone = scipy.linalg.cho_solve(factor, beside), scipy.linalg.cho_solve(factor, d[free])
+    left, begun = K[np.ix_(bounded, bounded)] - beside.T @ across, None if likely is None else likely[bounded]
+    found[bounded] = nonnegative_minimum(left, d[bounded] - alone @ beside, begun)
+    found[free] = alone - across @ found[bounded]
     return found

@@ -58,6 +58,8 @@ class Seen:
 
     def _between(self, places: Sequence[Array]) -> Minima:
         """Return for each constraint the lowest margin between neighbouring places, in order, where it is negative."""
+        if all(len(at) < 2 for at in places):
+            return [(np.empty(0), np.empty(0)) for _ in places]
         times = [
             constraint.index_set.nearest(at[:-1] + _PARTS * (at[1:] - at[:-1]))
             for constraint, at in zip(self._known, places, strict=True)

@@ -118,7 +118,9 @@ def _worst(minima: Minima) -> tuple[float, int, float]:
 
 def _united(places: Array, new: Array, same: float) -> Array:
     """Return places with those new ones that have no other on their side nearby."""
-    known = {side: sorted(places[places[:, 1] == side, 0].tolist()) for side in (LOWER, UPPER)}
+    known: dict[float, list[float]] = {LOWER: [], UPPER: []}
+    for time, side in sorted(places.tolist()):
+        known[side].append(time)
     for time, side in new.tolist():
         times = known[side]
         at = bisect(times, time)
