@@ -1,6 +1,7 @@
 """Stage 2: samples → references, each learned by one of the experiment's methods, and the iterations on the way."""
 
 import time
+import warnings
 from collections.abc import Mapping
 
 import numpy as np
@@ -8,16 +9,19 @@ import numpy as np
 from pipeline.environment.record import environment
 from pipeline.experiments import Experiment
 from pipeline.experiments.means import with_learned_means
-from pipeline.methods import Fit, Method, Task
+from pipeline.methods import JOINT, UNCONSTRAINED, Fit, Method, Task
 from pipeline.storage.archive import Fitted, read_samples, write_fit
 from pipeline.storage.results import Results
 from pipeline.storage.tables import to_csv
 from pipeline.studies import study
 from trackable.arrays import Array
-from trackable.errors import NoReferenceError
+from trackable.errors import DoubtfulInputWarning, NoReferenceError
+from trackable.explanation import IgnoresSamplesWarning, ignored, outlying
 from trackable.files import write_json, write_text
+from trackable.fit.fit import Fit as TrackableFit
 from trackable.learning.learned import LearnedReference
 from trackable.progress.bar import progress_bar
+from trackable.systems.reference import Reference
 
 _INSTANTS_PER_STEP = 2
 _INTERVALS = 1000  # of a curve: a viewer shows no more, and every instant can be computed from what is logged
@@ -28,6 +32,7 @@ def fit(experiment: Experiment, results: Results) -> None:
     sampled = read_samples(results)
     experiment = with_learned_means(experiment, sampled.samples)
     fits, seconds = _fits(experiment, experiment.task(sampled.samples))
+    _ask(experiment, fits)
     learned = {
         name: LearnedReference.of(
             name, found.solution, experiment.plant_of(name), final_step=found.final_step, fits=found.fits
@@ -61,6 +66,19 @@ def _fit(experiment: str, method: Method, task: Task) -> Fit:
     if not isinstance(found, Fit):
         raise NoReferenceError(f"experiment {experiment}, {method.name}: {found.explanation}")
     return found
+
+
+def _ask(experiment: Experiment, fits: Mapping[str, Fit]) -> None:
+    """Warn as `learn_reference` does: where the joint fit ignores samples, and of outliers among those that are all.
+
+    Where fewer centres stand for many samples, none of these is known here.
+    """
+    found, free = fits[JOINT.name].solution, fits[UNCONSTRAINED.name].solution.posterior
+    of = TrackableFit.of(Reference(found.signals, experiment.plant), found, free, ())
+    if sentence := ignored(of):
+        warnings.warn(f"experiment {experiment.name}: {sentence}", IgnoresSamplesWarning, stacklevel=3)
+    if question := outlying(misfit for misfit in of.misfits if not misfit.samples.scatter.count):
+        warnings.warn(f"experiment {experiment.name}: {question}", DoubtfulInputWarning, stacklevel=3)
 
 
 def _iterations(fits: Mapping[str, Fit]) -> Mapping[str, Array]:

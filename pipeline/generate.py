@@ -27,7 +27,8 @@ _MISSING = 0.5  # of what is held out: a recording may end earlier, but not much
 def generate(experiment: Experiment, results: Results) -> None:
     """Write the samples, and the ground truths at every verified step. Raises InputError for unusable samples."""
     try:
-        sampled = sampled_by(experiment)
+        measured, held_out = _measured(experiment)
+        sampled = _sampled(experiment, measured, held_out)
         for name, samples in sampled.by_name.items():
             if samples.times[0] < 0:
                 raise ValueError(
@@ -36,7 +37,7 @@ def generate(experiment: Experiment, results: Results) -> None:
         # Raises where the samples are too few for what is to be learned from them.
         ConstrainedProblem(sampled.samples, experiment.learned_prior, experiment.search_space(sampled.samples))
         experiment.check(sampled.samples)
-        for doubt in (*doubts(experiment.claim, sampled.by_name, experiment.plant), *_of_many(experiment, sampled)):
+        for doubt in (*doubts(experiment.claim, measured, experiment.plant), *_of_many(experiment, sampled)):
             warnings.warn(f"experiment {experiment.name}: {doubt}", DoubtfulInputWarning, stacklevel=1)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: {error}") from error
@@ -55,10 +56,15 @@ def _of_many(experiment: Experiment, sampled: Sampled) -> Iterator[str]:
 
 
 def sampled_by(experiment: Experiment) -> Sampled:
-    """Return the samples of every source, in the order of the flat outputs.
+    """Return the samples of every source that are learned from, in the order of the flat outputs.
 
     Raises InputError where a recording cannot be read, and ValueError where its samples cannot be used.
     """
+    return _sampled(experiment, *_measured(experiment))
+
+
+def _measured(experiment: Experiment) -> tuple[dict[str, Samples], dict[str, Samples]]:
+    """Return all samples of every source by name, and those held out."""
     plant = experiment.plant
     learned: dict[str, Samples] = {}
     held_out: dict[str, Samples] = {}
@@ -74,7 +80,11 @@ def sampled_by(experiment: Experiment) -> Sampled:
             raise InputError(f"{source.file}: {error}") from error
         if later:
             held_out[name] = later
-    names, samples = sampled_signals(plant, _fewer(experiment, experiment.noisy(learned)))
+    return learned, held_out
+
+
+def _sampled(experiment: Experiment, measured: Mapping[str, Samples], held_out: Mapping[str, Samples]) -> Sampled:
+    names, samples = sampled_signals(experiment.plant, _fewer(experiment, experiment.noisy(measured)))
     return Sampled(names, samples, tuple(held_out), tuple(held_out.values()))
 
 

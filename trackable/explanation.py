@@ -1,5 +1,7 @@
 """What a fit says of itself, in plain sentences."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from trackable.fit.fit import Fit
@@ -59,12 +61,12 @@ def given_too_narrowly(fit: Fit) -> str | None:
     return f"{said}: was it meant as a limit? A wider one fits better" if said else None
 
 
-def outlying(fit: Fit) -> str | None:
+def outlying(misfits: Iterable[Misfit]) -> str | None:
     """Return a question if a few samples are far off the fit without bounds, and most are not; None otherwise.
 
     One such sample is enough to raise the noise that is learned, and so to pull the reference off all others.
     """
-    return "; ".join(said for misfit in fit.misfits if (said := _outliers(misfit))) or None
+    return "; ".join(said for misfit in misfits if (said := _outliers(misfit))) or None
 
 
 def costs(fit: Fit) -> str:

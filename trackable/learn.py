@@ -177,7 +177,7 @@ def learn_reference(
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignored(learned.fit):
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
-    ask(filter(None, (given_too_narrowly(learned.fit), outlying(learned.fit))), _CALLER)
+    ask(filter(None, (given_too_narrowly(learned.fit), outlying(fit.misfits_to(measured.all_signals)))), _CALLER)
     return learned
 
 

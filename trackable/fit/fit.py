@@ -106,12 +106,16 @@ class Fit:
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
         """How far the reference and the unconstrained fit are from the samples of each name."""
-        off, free = self._off(self.reference), self._off(self.unconstrained)
-        parts = zip(self.prior.names, self.samples, self.unconstrained_prior.parts, strict=True)
+        return self.misfits_to(self.samples)
+
+    def misfits_to(self, samples: tuple[Samples, ...]) -> tuple[Misfit, ...]:
+        """Return the same for other samples of each flat output, such as all that the fit's own stand for."""
+        off, free = (self._off(reference, samples) for reference in (self.reference, self.unconstrained))
+        parts = zip(self.prior.names, samples, self.unconstrained_prior.parts, strict=True)
         return tuple(
-            Misfit(name, samples, off[name], free[name], float(part.noise_std), NOISE in part.learned)
+            Misfit(name, of, off[name], free[name], float(part.noise_std), NOISE in part.learned)
             for process, together, part in parts
-            for name, samples in together.by_name(process).items()
+            for name, of in together.by_name(process).items()
         )
 
     @cached_property
@@ -139,9 +143,9 @@ class Fit:
         ]
         return np.array(each).reshape(t.shape)
 
-    def _off(self, reference: Reference) -> dict[str, Array]:
+    def _off(self, reference: Reference, samples: tuple[Samples, ...]) -> dict[str, Array]:
         """Return samples minus what a reference says of them."""
-        flat = zip(self.prior.names, self.samples, reference.kernel_sums, strict=True)
+        flat = zip(self.prior.names, samples, reference.kernel_sums, strict=True)
         return {
             name: of.values - of.stencil.measured(signal, of.times)
             for process, together, signal in flat

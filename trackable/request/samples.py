@@ -72,6 +72,11 @@ class Measurements:
         return tuple(first for first, *_ in self.kinds)
 
     @cached_property
+    def all_signals(self) -> tuple[Samples, ...]:
+        """All samples of each flat output."""
+        return sampled_signals(self.plant, self.all)[1]
+
+    @cached_property
     def signals(self) -> tuple[Samples, ...]:
         """The samples to learn from, of each flat output."""
         return sampled_signals(self.plant, self.fewer)[1]

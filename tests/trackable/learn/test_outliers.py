@@ -1,7 +1,6 @@
 """A few samples far off a fit of all others are asked about; noise, however it is spread, is not."""
 
 import warnings
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -16,16 +15,9 @@ MOVED = np.where(TIMES < 1.5, -0.5 - 0.5 * np.cos(np.pi * TIMES / 1.5), 0.0)
 NOISE = 0.005 * np.random.default_rng(1).standard_normal(TIMES.size)
 
 
-@dataclass(frozen=True)
-class Misfits:
-    """What `outlying` looks at of a fit."""
-
-    misfits: tuple[Misfit, ...]
-
-
 def asked(off: np.ndarray, noise_std: float = 1.0, is_learned: bool = True) -> str | None:
     samples = Samples(np.arange(len(off)), off)
-    return outlying(Misfits((Misfit("x", samples, off, off, noise_std, is_learned),)))
+    return outlying([Misfit("x", samples, off, off, noise_std, is_learned)])
 
 
 @pytest.mark.parametrize("lost", [10, 20, 41])
@@ -37,6 +29,19 @@ def test_one_sample_elsewhere_is_asked_about(lost):
     (said,) = (str(warned.message) for warned in caught)
     assert said.startswith(f"samples: position is {values[lost]:.6g} at {TIMES[lost]:.6g} s, ")
     assert said.endswith("is it an outlier to be left out? It raises the noise that is learned")
+
+
+def test_so_is_one_of_many_that_fewer_centres_stand_for():
+    """It is named by its own value and time, not by those of a centre."""
+    times = np.linspace(0, 3, 3001)
+    values = np.where(times < 1.5, -0.5 - 0.5 * np.cos(np.pi * times / 1.5), 0.0)
+    values = values + 0.005 * np.random.default_rng(2).standard_normal(times.size)
+    values[1234] += 0.15
+    with pytest.warns(DoubtfulInputWarning) as caught:
+        found = learn_reference(Samples(times, values), AXIS, SquaredExponential(), "all_times", starts=1)
+    assert found.fit.condensed
+    (said,) = (str(warned.message) for warned in caught)
+    assert said.startswith(f"samples: position is {values[1234]:.6g} at 1.234 s, 0.148 off")
 
 
 def test_without_it_nothing_is_asked():
