@@ -5,11 +5,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Finding:
-    """`what` was wrong in `count` rows or values, and what became of them; the first one is in `first`."""
+    """`what` was wrong in `count` rows or values, and what became of them; the first one is in `first`.
+
+    Readers warn of a finding that `is_doubtful`: it is hardly what the chosen repair is for.
+    """
 
     what: str
     count: int
     first: str
+    is_doubtful: bool = False
 
     def __str__(self) -> str:
         return f"{self.what}: {self.count}, first in {self.first}"
@@ -22,6 +26,11 @@ class Cleaning:
     source: str
     rows: int
     findings: tuple[Finding, ...] = ()
+
+    @property
+    def questions(self) -> list[str]:
+        """What readers warn of."""
+        return [f"{self.source}: {finding}" for finding in self.findings if finding.is_doubtful]
 
     def __str__(self) -> str:
         found = [str(finding) for finding in self.findings] or ["nothing to mend"]

@@ -19,10 +19,14 @@ from trackable.recordings.signal import Signal
 
 
 def recording_of_table(rows: Rows, clock: Clock, repairs: Sequence[Repair], origin: Origin) -> Recording:
-    """Return the signals of one table as `recording_from_rows` does; warn of stamps that are hardly in their unit."""
+    """Return the signals of one table as `recording_from_rows` does; warn of what is doubtful, stamps too."""
     if origin is None and (question := first_doubt(clock, rows.stamps)):
         warnings.warn(f"{rows.source}: {question}", DoubtfulInputWarning, stacklevel=4)
-    return recording_from_rows([rows], clock.absolute, repairs, origin)
+    recording = recording_from_rows([rows], clock.absolute, repairs, origin)
+    for cleaning in recording.cleanings:
+        for question in cleaning.questions:
+            warnings.warn(question, DoubtfulInputWarning, stacklevel=4)
+    return recording
 
 
 def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:

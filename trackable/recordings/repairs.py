@@ -11,6 +11,7 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.errors import InputError
+from trackable.recordings.apart import far_apart
 from trackable.recordings.cleaning import Finding
 from trackable.recordings.order import out_of_order
 from trackable.recordings.rows import Rows
@@ -56,9 +57,11 @@ def keep_last_of_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
 def average_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
     """Replace several values of a signal at one time by their mean.
 
-    Its standard deviation is that of the mean of independent samples. InputError: a row without a time.
+    Its standard deviation is that of the mean of independent samples. Values that are further apart than noise explains
+    are found doubtful: they may be of two sensors, or of wrong stamps. InputError: a row without a time.
     """
-    return _merge(rows, lambda column, summary: summary(column) / len(column), "time repeated, averaged")
+    averaged, found = _merge(rows, lambda column, summary: summary(column) / len(column), "time repeated, averaged")
+    return averaged, (*found, *far_apart(rows))
 
 
 REPAIRS: Mapping[str, Repair] = {

@@ -50,6 +50,7 @@ def read_csv(
     -----
     DoubtfulInputWarning
         For stamps that are hardly in the unit that is said: as seconds since 1970 where they are milliseconds.
+        Where `average_repeated` averages values at one time that noise does not explain.
 
     Raises
     ------

@@ -97,6 +97,9 @@ def read_mcap(
         groups.setdefault((wanted.topic, wanted.time), {})[name] = wanted
     tables = [_rows(path, messages[topic], topic, time, fields) for (topic, time), fields in groups.items()]
     found = recording_from_rows(tables, absolute.pop(), chosen, zero)
+    for cleaning in found.cleanings:
+        for question in cleaning.questions:
+            warnings.warn(question, DoubtfulInputWarning, stacklevel=2)
     return replace(found, signals={name: found[name] for name in signals})
 
 

@@ -50,7 +50,8 @@ def read_parquet(
     Warns
     -----
     DoubtfulInputWarning
-        For stamps that are hardly in the unit that is said.
+        For stamps that are hardly in the unit that is said, and where `average_repeated` averages values at one time
+        that noise does not explain.
 
     Raises
     ------
