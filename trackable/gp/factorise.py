@@ -13,7 +13,9 @@ from trackable.gp.factors.dense import Dense
 from trackable.gp.factors.factorisation import Covariance, Factorisation
 from trackable.gp.factors.grid import Grid
 from trackable.gp.factors.low_rank import LowRank
+from trackable.gp.factors.markov.markov import Markov
 from trackable.gp.factors.toeplitz import Toeplitz
+from trackable.gp.kernels.matern import Matern
 from trackable.gp.prior import Prior
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import Stencil
@@ -24,6 +26,7 @@ _LARGEST_BLOCK = LARGEST_DENSE // 2
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for structure
 _NEGLIGIBLE = 2.0**-53  # of the variance: a smaller addition to a diagonal entry is lost in rounding
 _AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
+_PRECISE = 1e-10  # the largest estimated error of band matrices: that of gradients may be a hundred times as large
 _LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
 _EPS = float(np.finfo(float).eps)
 
@@ -96,6 +99,10 @@ def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Itera
         rows = blocks(times, reach(kernel, span, _NEGLIGIBLE * variance / gain) + abs(lags[-1][1]))
         if len(rows) > 2 and max(row.stop - row.start for row in rows) <= _LARGEST_BLOCK:
             yield Candidate(_cost_of_band(rows), partial(Band.of, times, rows, covariance, variances))
+
+    if entries <= allowed and isinstance(kernel, Matern) and all(rho > 0 for rho, _ in lags):
+        (decay,) = kernel.decays
+        yield Candidate(800.0 * n + 6.5e5, partial(Markov.of, times, decay, lags, variances, _PRECISE))
 
     # Chebyshev points are computed for times from 0 on; shifting them to the first sample rounds them.
     moved = float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0

@@ -12,6 +12,7 @@ from trackable.gp.factorise import noise_variance
 from trackable.gp.factors.band import Band
 from trackable.gp.factors.dense import Dense
 from trackable.gp.factors.low_rank import LowRank
+from trackable.gp.factors.markov.markov import Markov
 from trackable.gp.factors.toeplitz import Toeplitz
 from trackable.gp.kernels.base import Product, Sum
 from trackable.gp.kernels.matern import Matern32, Matern52
@@ -93,6 +94,7 @@ def test_the_table_means_something():
     )
     assert kinds[Dense] == len(FAMILIES) * len(TIMES)
     assert min(kinds[Band], kinds[LowRank], kinds[Toeplitz]) > 5
+    assert kinds[Markov] > 2  # more in its own tests
 
 
 @over(FAMILIES)
@@ -148,7 +150,9 @@ def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
         (SquaredExponential(1.0, 0.5), TIMES["even"](1000), Toeplitz),
         (Matern32(1.0, 2.0), TIMES["random"](500), Dense),
         (Matern32(1.0, 2.0), TIMES["even"](500), Toeplitz),
-        (Matern32(1.0, 0.02), TIMES["random"](500), Band),
+        (Matern32(1.0, 2.0), TIMES["even"](2000), Markov),
+        (Matern52(1.0, 2.0), 0.1 * np.arange(2000) + random(2000, 0, 0.05), Markov),
+        (Matern32(1.0, 0.02), TIMES["random"](500), Markov),
         (PiecewisePolynomial2(1.0, 0.3), TIMES["random"](1000), Band),
         (PiecewisePolynomial3(1.0, 0.5), TIMES["random"](1000), Band),
         (Periodic(1.0, 1.0, 10.0), TIMES["random"](1000), LowRank),

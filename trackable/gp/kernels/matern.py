@@ -13,7 +13,7 @@ from trackable.gp.kernels.polynomials import horner
 from trackable.gp.kernels.radial import NEGLIGIBLE, UNDERFLOW, Radial
 
 
-class _Matern(Radial):
+class Matern(Radial):
     """φ(s) = P(x) e^(−x) with x = √(2ν) |s|; n derivatives in x turn P into (d/dx − 1)ⁿ P."""
 
     rate: ClassVar[float]
@@ -60,7 +60,7 @@ def _factors(polynomial: tuple[float, ...], order: int) -> list[list[float]]:
     return found
 
 
-class Matern32(_Matern):
+class Matern32(Matern):
     """φ(s) = (1 + x) e^(−x), x = √3 |s|: the mean has two continuous derivatives, and a third that jumps at samples.
 
     |φ'| ∝ x e^(−x) has the slope (1 − x) e^(−x), negative from x = 1 on: ζ = θ₂/√3. Where the third derivative
@@ -75,7 +75,7 @@ class Matern32(_Matern):
         return self.lengthscale / math.sqrt(3)
 
 
-class Matern52(_Matern):
+class Matern52(Matern):
     """φ(s) = (1 + x + x²/3) e^(−x), x = √5 |s|.
 
     |φ'| ∝ (x + x²) e^(−x) has the slope (1 + x − x²) e^(−x), negative from the golden ratio on: ζ = θ₂ (1 + √5)/(2√5).

@@ -16,7 +16,8 @@ from tests.trackable.gp.factors.factors import (
 from tests.trackable.gp.instances import over
 from trackable.gp.factors import toeplitz as toeplitz_module
 from trackable.gp.factors.toeplitz import Toeplitz
-from trackable.gp.kernels.matern import Matern52
+from trackable.gp.kernels.base import Sum
+from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.posterior import Posterior
 
@@ -90,7 +91,7 @@ def test_a_recursion_gone_wrong_is_noticed(monkeypatch):
 
 def test_memory_grows_with_the_number_of_samples_not_with_its_square():
     times = STEP * np.arange(5000)
-    posterior = posterior_at(Matern52(1.0, 2.0), times, 0.1)
+    posterior = posterior_at(Sum(Matern52(1.0, 2.0), Matern32(0.1, 0.5)), times, 0.1)
     tracemalloc.start()
     posterior.negative_log_marginal_likelihood()
     posterior.jet_and_gradient(times[:10], 0)
