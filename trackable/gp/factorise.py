@@ -1,5 +1,6 @@
 """Factorise K + V in the fastest way that is exact up to rounding."""
 
+import math
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import NamedTuple
@@ -11,6 +12,7 @@ from trackable.gp.factors.band import Band, blocks, reach
 from trackable.gp.factors.chebyshev import ROUNDING
 from trackable.gp.factors.dense import Dense
 from trackable.gp.factors.factorisation import Covariance, Factorisation
+from trackable.gp.factors.fourier import Fourier
 from trackable.gp.factors.grid import Grid
 from trackable.gp.factors.low_rank import LowRank
 from trackable.gp.factors.markov.markov import Markov
@@ -24,6 +26,8 @@ from trackable.gp.stencils import Stencils
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_BLOCK = LARGEST_DENSE // 2
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for structure
+_FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
+_MOST_WAVES = 0.65  # for each sample: with more, the dense matrix is faster
 _NEGLIGIBLE = 2.0**-53  # of the variance: a smaller addition to a diagonal entry is lost in rounding
 _AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
 _PRECISE = 1e-10  # the largest estimated error of band matrices: that of gradients may be a hundred times as large
@@ -56,7 +60,8 @@ class Candidate(NamedTuple):
 def factorise(prior: Prior, samples: Samples, covariance: Covariance) -> Factorisation | None:
     """Factorise K + V, K being the `covariance` of the samples; None if it is not positive definite in float64."""
     if len(samples) < _FEWEST:
-        return unstructured(prior, samples, covariance)
+        spectral = waves(prior, samples) if len(samples) >= _FEWEST_OF_WAVES else None
+        return (spectral and spectral.compute()) or unstructured(prior, samples, covariance)
     found = (each.compute() for each in sorted(candidates(prior, samples, covariance), key=lambda each: each.cost))
     return next((factor for factor in found if factor is not None), None)
 
@@ -75,6 +80,21 @@ def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[C
     if n <= LARGEST_DENSE or not found:
         found.append(Candidate(0.025 * n**3 + 8 * n**2, partial(unstructured, prior, samples, covariance)))
     return found
+
+
+def waves(prior: Prior, samples: Samples) -> Candidate | None:
+    """Return the factorisation in cosines and sines; None where these are not well below the samples in number.
+
+    It computes nothing where rounding of K would show: what is promised is agreement with the dense factorisation.
+    """
+    n, stencil = len(samples), samples.stencil
+    assert isinstance(stencil, Stencil), "covariances of several kinds of samples have no such structure"
+    density = stencil.spectral_density(prior.kernel)
+    if density is None or (rung := samples.ladder.rung(density, _MOST_WAVES * n)) is None:
+        return None
+    m, largest = rung.waves, _AGREEMENT * samples.ladder.least_variance / (ROUNDING * math.sqrt(n))
+    known = samples.ladder, rung, density, prior.noise_std**2, largest
+    return Candidate(0.03 * m**3 + 6 * m**2 + n * m + 6e4, lambda: Fourier.of(*known))
 
 
 def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Iterator[Candidate]:

@@ -11,6 +11,7 @@ import numpy as np
 from trackable.arguments import instance, numbers
 from trackable.arrays import Array, ArrayLike
 from trackable.gp.factors.chebyshev import Bases
+from trackable.gp.factors.fourier import Ladder
 from trackable.gp.factors.packed import differences
 from trackable.gp.stencil import POINT, Stencil
 from trackable.gp.stencils import Stencils
@@ -153,6 +154,11 @@ class Samples:
     def bases(self) -> Bases:
         """Bases for interpolation to the sample times; kept here, as they do not depend on hyperparameters."""
         return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
+
+    @cached_property
+    def ladder(self) -> Ladder:
+        """Cosines and sines at the sample times; kept here, as `bases` are."""
+        return Ladder(self.times, self.relative_variance)
 
     @cached_property
     def scatter(self) -> Scatter:

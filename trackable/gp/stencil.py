@@ -9,6 +9,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.gp.factors.factorisation import Covariance
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.spectral import SpectralDensity
 
 _CANCELLED = 1e-9  # of the largest weight: the sum of a difference's weights is smaller, zero up to rounding
 
@@ -80,9 +81,20 @@ class Stencil:
         """Return the covariance of two samples, Σ_d ρ_d κ(r + d step) over the lags, with its ∂/∂ln θ."""
         return kernel.value_and_gradient if self.weights == POINT.weights else partial(self._covariance, kernel)
 
+    def spectral_density(self, kernel: Kernel) -> SpectralDensity | None:
+        """Return the spectral density of samples, |Σ_j w_j e^(iωj step)|² S(ω), where the kernel states its own."""
+        density = kernel.spectral_density
+        if density is None or self.weights == POINT.weights:
+            return density
+        return density.filtered(self._gain, abs(self.lags[-1][1]))
+
     def value(self, kernel: Callable[[Array], Array], r: Array) -> Array:
         """Return the covariance of two samples that lie r [s] apart, without derivatives: the shape of κ(r)."""
         return np.asarray(sum(rho * kernel(r + lag) for rho, lag in self.lags))
+
+    def _gain(self, omega: Array) -> Array:
+        phases = np.exp(1j * self.step * omega[:, None] * np.arange(len(self.weights)))
+        return np.asarray(np.abs(phases @ self.weights) ** 2)
 
     def _covariance(self, kernel: Kernel, r: Array) -> tuple[Array, Array]:
         parts = [(rho, *kernel.value_and_gradient(r + lag)) for rho, lag in self.lags]

@@ -44,6 +44,7 @@ DECAYING_PAIRS: dict[str, Kernel] = {
     "sum_of_compact": Sum(PiecewisePolynomial3(1.0, 0.8), SquaredExponential(0.5, 1.0)),
     "product_of_compact": Product(PiecewisePolynomial2(1.0, 2.0), Matern52(0.7, 1.0)),
     "sum": Sum(SquaredExponential(1.0, 0.3), Matern52(0.5, 2.0)),
+    "sum_of_smooth": Sum(SquaredExponential(1.0, 0.6), SquaredExponential(0.5, 1.0)),
     "product": Product(SquaredExponential(1.2, 0.8), RationalQuadratic(0.5, 1.5, 0.7)),
     "product_of_materns": Product(Matern32(1.0, 0.9), Matern52(2.0, 0.4)),
     "product_of_sum": Product(Sum(SquaredExponential(1.0, 0.5), Matern32(0.4, 1.5)), RationalQuadratic(0.9, 1.0, 2.0)),

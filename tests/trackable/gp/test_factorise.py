@@ -11,6 +11,7 @@ from trackable.gp import factorise as factorise_module
 from trackable.gp.factorise import noise_variance
 from trackable.gp.factors.band import Band
 from trackable.gp.factors.dense import Dense
+from trackable.gp.factors.fourier import Fourier
 from trackable.gp.factors.low_rank import LowRank
 from trackable.gp.factors.markov.markov import Markov
 from trackable.gp.factors.toeplitz import Toeplitz
@@ -53,6 +54,7 @@ FAMILIES = {
         "rq_heavy",
         "periodic_pi",
         "sum",
+        "sum_of_smooth",
         "product_of_materns",
         "quasi_periodic",
         "nested",
@@ -93,7 +95,7 @@ def test_the_table_means_something():
         for kind in factorisations(posterior_at(kernel, times(200), 0.1))
     )
     assert kinds[Dense] == len(FAMILIES) * len(TIMES)
-    assert min(kinds[Band], kinds[LowRank], kinds[Toeplitz]) > 5
+    assert min(kinds[Band], kinds[Fourier], kinds[LowRank], kinds[Toeplitz]) > 5
     assert kinds[Markov] > 2  # more in its own tests
 
 
@@ -142,8 +144,11 @@ def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
 @pytest.mark.parametrize(
     ("kernel", "times", "wanted"),
     [
-        (SquaredExponential(1.0, 0.5), TIMES["random"](100), Dense),
-        (SquaredExponential(1.0, 0.5), TIMES["even"](180), Dense),  # half of the time that the recursion takes
+        (SquaredExponential(1.0, 0.5), TIMES["random"](100), Fourier),
+        (SquaredExponential(1.0, 0.5), TIMES["even"](180), Fourier),
+        (SquaredExponential(1.0, 0.5), TIMES["random"](40), Dense),
+        (SquaredExponential(1.0, 0.1), TIMES["even"](180), Dense),  # half of the time that the recursion takes
+        (Matern32(1.0, 2.0), TIMES["random"](100), Dense),
         (SquaredExponential(1.0, 0.1), TIMES["random"](1000), Band),
         (SquaredExponential(1.0, 5.0), TIMES["random"](1000), LowRank),
         (SquaredExponential(1.0, 5.0), TIMES["even"](1000), LowRank),

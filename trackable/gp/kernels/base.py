@@ -15,7 +15,9 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.hyperparameter import Scales, Search, learned, with_value
+from trackable.gp.kernels.jets import leibniz
 from trackable.gp.kernels.moments import Decay
+from trackable.gp.kernels.spectral import SpectralDensity
 
 
 @dataclasses.dataclass(frozen=True)
@@ -104,6 +106,11 @@ class Kernel(ABC):
         return ()
 
     @property
+    def spectral_density(self) -> SpectralDensity | None:
+        """The spectral density of κ; None where it decays slowly, or is no function."""
+        return None
+
+    @property
     def correlation_time(self) -> float:
         """√(κ(0)/|κ̈(0)|) [s]: how fast a signal of this kernel can turn."""
         jet = self.jet(np.zeros(()), 2)
@@ -189,6 +196,11 @@ class Sum(_Pair):
         left, right = self.left.decays, self.right.decays
         return left + right if left and right else ()
 
+    @property
+    def spectral_density(self) -> SpectralDensity | None:
+        left, right = self.left.spectral_density, self.right.spectral_density
+        return left + right if left and right else None
+
     def jet(self, r: Array, order: int) -> Array:
         return np.asarray(self.left.jet(r, order) + self.right.jet(r, order))
 
@@ -220,28 +232,15 @@ class Product(_Pair):
         return min(self.left.negligible_distance, self.right.negligible_distance)
 
     def jet(self, r: Array, order: int) -> Array:
-        return np.asarray(_leibniz(self.left.jet(r, order)[None], self.right.jet(r, order)[None])[0])
+        return np.asarray(leibniz(self.left.jet(r, order)[None], self.right.jet(r, order)[None])[0])
 
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
         left, left_gradient = self.left.jet_and_gradient(r, order)
         right, right_gradient = self.right.jet_and_gradient(r, order)
-        gradient = np.concatenate([_leibniz(left_gradient, right[None]), _leibniz(left[None], right_gradient)])
-        return _leibniz(left[None], right[None])[0], gradient
+        gradient = np.concatenate([leibniz(left_gradient, right[None]), leibniz(left[None], right_gradient)])
+        return leibniz(left[None], right[None])[0], gradient
 
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
         left, left_gradient = self.left.value_and_gradient(r)
         right, right_gradient = self.right.value_and_gradient(r)
         return np.asarray(left * right), np.concatenate([left_gradient * right, left * right_gradient])
-
-
-def _leibniz(f: Array, g: Array) -> Array:
-    """Return jets of f g from jets (p, order + 1, …) of f and g: (f g)⁽ⁿ⁾ = Σ_j C(n, j) f⁽ʲ⁾ g⁽ⁿ⁻ʲ⁾.
-
-    One of f and g may be a single one, p = 1.
-    """
-    product = np.zeros(np.broadcast_shapes(f.shape, g.shape))
-    for n in range(f.shape[1]):
-        for j in range(n + 1):
-            times = f[:, j] if j in (0, n) else math.comb(n, j) * f[:, j]
-            product[:, n] += times * g[:, n - j]
-    return product

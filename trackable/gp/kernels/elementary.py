@@ -6,9 +6,6 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Self
 
-import numpy as np
-
-from trackable.arrays import Array
 from trackable.gp.hyperparameter import Hyperparameter, Scales, Search, shown, with_next
 from trackable.gp.kernels.base import Kernel
 
@@ -48,14 +45,3 @@ class Elementary(Kernel):
 @cache
 def _fields(kernel: type[Elementary]) -> dict[str, Hyperparameter]:
     return {field.name: inspect.getattr_static(kernel, field.name) for field in dataclasses.fields(kernel)}
-
-
-def stretched(jet: Array, r: Array) -> Array:
-    """Return ∂/∂ln ℓ of every κ⁽ⁿ⁾ when κ depends on time through r/ℓ only, from a jet that is one order longer.
-
-    A longer ℓ is a slower clock: ∂κ/∂ln ℓ = −r κ̇, and n time derivatives later −(n κ⁽ⁿ⁾ + r κ⁽ⁿ⁺¹⁾).
-    """
-    gradient = r * jet[1:]
-    for n in range(1, len(gradient)):
-        gradient[n] += n * jet[n]
-    return np.asarray(-gradient)

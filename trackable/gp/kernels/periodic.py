@@ -8,7 +8,8 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.hyperparameter import Hyperparameter, amplitude, fraction_of_period, repetition
-from trackable.gp.kernels.elementary import Elementary, stretched
+from trackable.gp.kernels.elementary import Elementary
+from trackable.gp.kernels.jets import stretched
 
 
 @dataclass(frozen=True, repr=False)

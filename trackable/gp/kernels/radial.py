@@ -7,7 +7,8 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.hyperparameter import Hyperparameter, amplitude, duration
-from trackable.gp.kernels.elementary import Elementary, stretched
+from trackable.gp.kernels.elementary import Elementary
+from trackable.gp.kernels.jets import stretched
 
 UNDERFLOW = 746.0
 """e^(−x) is zero in float64 for every x beyond."""
