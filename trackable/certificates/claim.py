@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from trackable.gp.signal import KernelSum
 from trackable.systems.reference import Reference
 
@@ -87,3 +89,9 @@ def refuse_empty(reference: Reference) -> None:
                 f"reference: signal z{i + 1} has no centres, so that it is the constant {signal.mean:g}: give it one "
                 "centre, of weight 0, to prove its bounds"
             )
+
+
+def latest_time(reference: Reference) -> float:
+    """Return the largest distance of a centre from t = 0, and of the shifted signals beyond it [s]."""
+    latest = max(float(np.max(np.abs(signal.centres), initial=0.0)) for signal in reference.kernel_sums)
+    return latest + max(reference.plant.flatness.orders) * reference.plant.sampling_time

@@ -9,7 +9,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.certificates.boxes.boxes import Boxes
 from trackable.certificates.boxes.choice import Choice
-from trackable.certificates.boxes.decision import Bounded, Decision, decide, worth_trying
+from trackable.certificates.boxes.decision import Bounded, Decision, Limited, are_inside, decide, worth_trying
 from trackable.certificates.boxes.enclosures import Enclosures
 from trackable.certificates.boxes.nearby import FEW
 from trackable.certificates.boxes.together import Group, Together
@@ -22,6 +22,7 @@ TERMS = 16
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
 _GENERATIONS = 3  # of halves that are looked at together where they are few: that takes hardly longer than one
 _HOPELESS = 2.5  # correlation times: in a wider box with a centre, Taylor polynomials err by more than the signal
+_LIKELY, _TRIES = 1.0, 3  # correlation times: in narrower boxes most proofs succeed; and halvings of the other boxes
 _TOO_WIDE = "no enclosure found in this box is narrow enough"
 
 
@@ -50,7 +51,7 @@ def covers(quantities: Sequence[Bounded], start: float, end: float) -> list[Cove
     """
     together = Together.of([bounded.quantity for bounded in quantities])
     most = _MOST_BOXES + _MOST_BY_CENTRE * max((len(each.summands.centres) for each in together.groups), default=0)
-    edges = _first_edges(together.groups, start, end)
+    edges = _first_edges(together.groups, start, end, _HOPELESS)
     waiting = _Waiting(edges[:-1], edges[1:], np.ones((len(quantities), len(edges) - 1), dtype=bool))
     proved: list[list[Boxes]] = [[] for _ in quantities]
     while waiting.starts.size:
@@ -69,6 +70,31 @@ def covers(quantities: Sequence[Bounded], start: float, end: float) -> list[Cove
             return hole
         waiting = _halves(boxes.starts, boxes.ends, missing)
     return [_joined(start, boxes) for boxes in proved]
+
+
+def covers_at_once(quantities: Sequence[Limited], start: float, end: float) -> list[Cover] | None:
+    """Return the same as `covers`, by narrow boxes that are all tried; None where some of them prove nothing.
+
+    Nobody looks first where bounds may be broken and which boxes are worth trying. That is faster where a reference is
+    much like one that has been proved: a sum of analytic kernels, all of whose quantities are functionals.
+    """
+    together = Together.of([limited.quantity for limited in quantities])
+    smooth = all(each.signal.kernel.is_analytic for each in together.groups)
+    if not (smooth and all(limited.is_linear for limited in quantities)):
+        return None
+    choice, proved = Choice(together.groups, TERMS), [list[Boxes]() for _ in quantities]
+    edges = _first_edges(together.groups, start, end, _LIKELY, 1.0)
+    waiting = _Waiting(edges[:-1], edges[1:], np.ones((len(quantities), len(edges) - 1), dtype=bool))
+    for _ in range(_TRIES):
+        boxes = choice.boxes(waiting.starts, waiting.ends)
+        with np.errstate(all="ignore"):  # what is not finite is not proved
+            inside = are_inside(quantities, Enclosures(boxes, TERMS, together), waiting.wanted)
+        for found, of_quantity in zip(proved, inside, strict=True):
+            found.append(boxes.at(of_quantity))
+        waiting = _halves(boxes.starts, boxes.ends, waiting.wanted & ~inside)
+        if not waiting.starts.size:
+            return [_joined(start, found) for found in proved]
+    return None
 
 
 class _Tried(NamedTuple):
@@ -110,23 +136,26 @@ def _narrow_enough(quantities: Sequence[Bounded], together: Together, waiting: "
     return _Tried.joined(found)
 
 
-def _first_edges(groups: Sequence[Group], start: float, end: float) -> Array:
-    """Return the ends of the boxes [s] that are tried first: halves of halves, as far as trying them would be in vain.
+def _first_edges(groups: Sequence[Group], start: float, end: float, width: float, apart: float = 0.0) -> Array:
+    """Return the ends of the boxes [s] that are tried first: halves of halves, of at most this `width`.
 
-    Boxes without a centre are not halved, however wide they are: far from all centres little happens.
+    The width is in correlation times. Boxes with no centre less than `apart` times their width away are not halved,
+    however wide they are: far from all centres little happens.
     """
     edges = np.array([start, end])
-    widest = _HOPELESS * min(each.signal.kernel.correlation_time for each in groups)
+    widest = width * min(each.signal.kernel.correlation_time for each in groups)
     centres = np.sort(
         np.concatenate([np.subtract.outer(each.summands.centres, each.shifts.high).ravel() for each in groups])
     )
     while True:
-        inside = np.diff(np.searchsorted(centres, edges)) > 0
-        split = inside & (np.diff(edges) > widest)
+        widths = np.diff(edges)
+        near = np.searchsorted(centres, edges[1:] + apart * widths) > np.searchsorted(
+            centres, edges[:-1] - apart * widths
+        )
+        split = near & (widths > widest)
         if not np.any(split):
             return edges
-        starts, ends = edges[:-1][split], edges[1:][split]
-        edges = np.sort(np.concatenate([edges, starts + (ends - starts) / 2]))
+        edges = np.sort(np.concatenate([edges, edges[:-1][split] + widths[split] / 2]))
 
 
 def _hole(

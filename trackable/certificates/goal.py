@@ -74,6 +74,11 @@ def for_all_times(samples: tuple[Samples, ...], prior: JointPrior, plant: Constr
     return Goal(Window(0.0, 2 * last - first + plant.sampling_time), prove_while_settling, is_extensible=True)
 
 
+def for_all_times_again(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
+    """Return the same goal where the reference is likely to be proved, as one much like it has been: see `prove`."""
+    return replace(for_all_times(samples, prior, plant), prove=partial(prove, is_likely=True))
+
+
 def on_window(start: float, end: float) -> Goal:
     """Return the goal for every real t from `start` to `end` [s]. ValueError: these are no window."""
     OnWindow(start, end)  # refused now, not after the search

@@ -9,11 +9,11 @@ from flint import arb
 from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
 from trackable.certificates.balls.formulas import UndefinedError
-from trackable.certificates.boxes.decision import Bounded
+from trackable.certificates.boxes.decision import Bounded, Limited
 from trackable.certificates.boxes.jumps import jump_of
 from trackable.certificates.certificate import Certificate
-from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow, refuse_empty
-from trackable.certificates.cover import TERMS, Hole, covers
+from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow, latest_time, refuse_empty
+from trackable.certificates.cover import TERMS, Cover, Hole, covers, covers_at_once
 from trackable.certificates.exact import ExactQuantity, exact_quantities
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.pieces.prove import prove_pieces, prove_pieces_on_window
@@ -37,22 +37,25 @@ _LATEST_STEP, _TIMES, _AT_REST = 100_000, 201, 1e3
 _CLEAR = 4.0  # errors of evaluation
 
 
-def prove(reference: Reference) -> Outcome:
+def prove(reference: Reference, is_likely: bool = False) -> Outcome:
     """Prove the bounds for all real t ≥ 0: over one period, or by boxes and a decaying envelope if there is none.
 
-    Of polynomial pieces, what `prove_pieces` proves.
+    Of polynomial pieces, what `prove_pieces` proves. Where one much like this reference has been proved, this one
+    `is_likely` to be: boxes are tried before anything is sought that breaks a bound.
     """
     if reference.pieces:
         return prove_pieces(reference)
     period = reference_period(reference)
-    return prove_while_settling(reference) if period is None else prove_for_all_phases(reference, period)
+    if period is None:
+        return prove_while_settling(reference, is_likely)
+    return prove_for_all_phases(reference, period, is_likely)
 
 
-def prove_for_all_phases(reference: Reference, period: float) -> Outcome:
+def prove_for_all_phases(reference: Reference, period: float, is_likely: bool = False) -> Outcome:
     """Prove the bounds for all real t, by boxes over one `period` [s]. ValueError unless it is that of all kernels."""
     if period != reference_period(reference):
         raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
-    problem = _ProofProblem(reference, period, (-np.inf, np.inf))
+    problem = _ProofProblem(reference, period, (-np.inf, np.inf), is_likely=is_likely)
     return problem.cover_window(AllPhases(period), 0.0, period)
 
 
@@ -64,16 +67,16 @@ def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
     return _ProofProblem(reference, max(abs(start), abs(end)), claim.span).cover_window(claim, start, end)
 
 
-def prove_while_settling(reference: Reference) -> Outcome:
+def prove_while_settling(reference: Reference, is_likely: bool = False) -> Outcome:
     """Prove the bounds for all real t ≥ 0: by boxes, then by a decaying envelope that lies inside them."""
-    problem = _ProofProblem(reference, _span(reference))
+    problem = _ProofProblem(reference, latest_time(reference), is_likely=is_likely)
     start = problem.settled
     return problem.unsettled if start is None else problem.cover_window(AllTimes(start), 0.0, start)
 
 
 def prove_at_instants(reference: Reference) -> Outcome:
     """Prove the bounds at all instants k T_s, k ≥ 0, of a reference that decays; prove nothing between instants."""
-    problem = _ProofProblem(reference, _span(reference), at_instants=True)
+    problem = _ProofProblem(reference, latest_time(reference), at_instants=True)
     start, step = problem.settled, reference.plant.sampling_time
     if start is None or start / step > _LATEST_STEP:
         return problem.unsettled
@@ -83,11 +86,6 @@ def prove_at_instants(reference: Reference) -> Outcome:
 def reference_period(reference: Reference) -> float | None:
     """Return the period [s] that all signals have; None where there is none."""
     return common_period([signal.kernel for signal in reference.kernel_sums])
-
-
-def _span(reference: Reference) -> float:
-    latest = max(float(np.max(np.abs(signal.centres), initial=0.0)) for signal in reference.kernel_sums)
-    return latest + max(reference.plant.flatness.orders) * reference.plant.sampling_time
 
 
 @dataclass(frozen=True)
@@ -101,6 +99,7 @@ class _ProofProblem:
     window: float
     span: tuple[float, float] = (0.0, np.inf)
     at_instants: bool = False
+    is_likely: bool = False
 
     def __post_init__(self) -> None:
         refuse_empty(self.reference)
@@ -140,6 +139,16 @@ class _ProofProblem:
     def cover_window(self, claim: Claim, start: float, end: float) -> Outcome:
         if not self.is_sane:
             return self._beyond_analysis
+        limited = [Limited(q, self.errors[q.name], self.roundings.get(q.name)) for q in self.quantities]
+        at_once = covers_at_once(limited, start, end) if self.is_likely else None
+        found = at_once or self._after_a_look(limited, start, end)
+        if not isinstance(found, list):
+            return found
+        by_name = {q.name: cover for q, cover in zip(self.quantities, found, strict=True)}
+        return Certificate(self.reference, claim, TERMS, by_name, self.errors, self.until)
+
+    def _after_a_look(self, limited: list[Limited], start: float, end: float) -> list[Cover] | Failure:
+        """Return what breaks a bound, if anything is seen to; otherwise boxes, and where there is none, a failure."""
         drawn = sketches(self.reference, start, end)
         for quantity, of in zip(self.quantities, drawn, strict=True):
             # Where float64 shows no failure, there is none to be explained: boxes prove that time too.
@@ -148,15 +157,9 @@ class _ProofProblem:
                 return failure
         if jump := jump_of(self.reference, drawn):
             return jump
-        bounded = [
-            Bounded(q, of, self.errors[q.name], self.roundings.get(q.name))
-            for q, of in zip(self.quantities, drawn, strict=True)
-        ]
-        found = covers(bounded, start, end)
-        if isinstance(found, Hole):
-            return self._explained(found)
-        by_name = {q.name: cover for q, cover in zip(self.quantities, found, strict=True)}
-        return Certificate(self.reference, claim, TERMS, by_name, self.errors, self.until)
+        pairs = zip(limited, drawn, strict=True)
+        found = covers([Bounded(of.quantity, of.reserve, of.rounding, seen) for of, seen in pairs], start, end)
+        return self._explained(found) if isinstance(found, Hole) else found
 
     def prove_instants(self, last_step: int) -> Outcome:
         for k in range(last_step + 1):
@@ -242,8 +245,6 @@ class _ProofProblem:
         return Unproved(quantity.name, quantity.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _explained(self, hole: Hole) -> Failure:
-        quantity = hole.quantity
-        start, end = hole.box.start, hole.box.end
-        middle = start + (end - start) / 2
-        failure = self._failure_at(quantity, middle)
-        return failure or Unproved(quantity.name, quantity.bounds, (start, end), 0.0, hole.reason)
+        quantity, start, end = hole.quantity, hole.box.start, hole.box.end
+        unproved = Unproved(quantity.name, quantity.bounds, (start, end), 0.0, hole.reason)
+        return self._failure_at(quantity, start + (end - start) / 2) or unproved

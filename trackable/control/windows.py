@@ -7,6 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from trackable.certificates.certified import Certified, learn_certified
+from trackable.certificates.goal import for_all_times_again
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
@@ -77,7 +78,9 @@ class WindowLearner:
     def _learned(self, samples: tuple[Samples, ...], learner: Learner, near: Solution) -> LearningResult:
         prior = near.posterior.prior
         space = SearchSpace.around(samples, prior, starts=1)
-        return learn_certified(samples, prior, self.last.reference.plant, space, learner=learner, last=near)
+        plant = self.last.reference.plant
+        goal = for_all_times_again(samples, prior, plant)
+        return learn_certified(samples, prior, plant, space, goal, learner=learner, last=near)
 
     def _from_known(self) -> tuple[Learner, Solution]:
         """Return the learner of functions, and the last solution with known hyperparameters."""

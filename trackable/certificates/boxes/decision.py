@@ -32,16 +32,15 @@ _ROUNDING = "the error of its float64 evaluation may be larger than it is on eit
 
 
 @dataclass(frozen=True, eq=False)
-class Bounded:
-    """A quantity that has to stay inside its bounds, both drawn in by `reserve`, and a `sketch` of its margins.
+class Limited:
+    """A quantity that has to stay inside its bounds, both drawn in by `reserve`.
 
     Where there is a `rounding`, its error has to be shown to be at most the reserve in each box.
     """
 
     quantity: ExactQuantity
-    sketch: Sketch
     reserve: float
-    rounding: FormulaRounding | None = None
+    rounding: FormulaRounding | None
 
     @cached_property
     def ends(self) -> tuple[arb, arb]:
@@ -73,6 +72,13 @@ class Bounded:
                 raise UndefinedError(_ROUNDING)
 
 
+@dataclass(frozen=True, eq=False)
+class Bounded(Limited):
+    """The same, and a `sketch` of the quantity's margins."""
+
+    sketch: Sketch
+
+
 class Decision(NamedTuple):
     """Where the quantity certainly stays inside, where it is certainly outside in the middle: shape (B,) each.
 
@@ -88,7 +94,7 @@ class Decision(NamedTuple):
         """Return that nothing is certain in so many boxes."""
         return cls(np.zeros(count, dtype=bool), np.zeros(count, dtype=bool), {})
 
-    def put(self, b: int, bounded: Bounded, arguments: Mapping[str, Enclosure], terms: int) -> None:
+    def put(self, b: int, bounded: Limited, arguments: Mapping[str, Enclosure], terms: int) -> None:
         """Decide about one box by enclosures of the arguments in ball arithmetic."""
         try:
             found, (lower, upper) = of_arguments(bounded.quantity, arguments, terms), bounded.ends
@@ -115,19 +121,30 @@ def worth_trying(quantities: Sequence[Bounded], enclosures: Enclosures, wanted: 
 
 def decide(quantities: Sequence[Bounded], enclosures: Enclosures, tried: Mask) -> list[Decision]:
     """Decide about the boxes that are `tried` for each quantity: shape (Q, B)."""
-    of, boxes, decisions = enclosures.signals, enclosures.boxes, [Decision.none(tried.shape[1]) for _ in quantities]
+    tries = _decided(quantities, enclosures, tried)
+    for bounded, each in zip(quantities, tries, strict=True):
+        for b in each.left_open_by_rounding(bounded.sketch, enclosures.boxes):
+            arguments = arguments_in(bounded.quantity, enclosures.boxes.box(b), enclosures.terms)
+            each.decision.put(b, bounded, arguments, enclosures.terms)
+    return [each.decision for each in tries]
+
+
+def are_inside(quantities: Sequence[Limited], enclosures: Enclosures, tried: Mask) -> Mask:
+    """Return in which of the `tried` boxes quantities stay inside as far as float64 can tell: shape (Q, B) both."""
+    return np.stack([each.decision.inside for each in _decided(quantities, enclosures, tried)])
+
+
+def _decided(quantities: Sequence[Limited], enclosures: Enclosures, tried: Mask) -> list["_Try"]:
+    """Decide by Taylor polynomials in float64; what their rounding leaves open is not decided."""
+    of, decisions = enclosures.signals, [Decision.none(tried.shape[1]) for _ in quantities]
     enclosures.find_remainders(of.needed(tried))
     enclosures.find_polynomials(of.needed(tried))
     missed = [_missed(enclosures, arguments) for arguments in of.arguments]
     series = [{name: enclosures.polynomials(each) for name, each in found.items()} for found in of.arguments]
     tries = [_Try(*each) for each in zip(quantities, decisions, series, missed, tried, strict=True)]
-    _decide_linear([each for each in tries if each.bounded.is_linear])
-    _decide_formulas([each for each in tries if not each.bounded.is_linear])
-    for each in tries:
-        for b in each.left_open_by_rounding(boxes):
-            arguments = arguments_in(each.bounded.quantity, boxes.box(b), enclosures.terms)
-            each.decision.put(b, each.bounded, arguments, enclosures.terms)
-    return decisions
+    _decide_linear([each for each in tries if each.limited.is_linear])
+    _decide_formulas([each for each in tries if not each.limited.is_linear])
+    return tries
 
 
 def _missed(enclosures: Enclosures, arguments: Mapping[str, Combination]) -> dict[str, Array]:
@@ -138,21 +155,21 @@ def _missed(enclosures: Enclosures, arguments: Mapping[str, Combination]) -> dic
 class _Try(NamedTuple):
     """What is known of a quantity in boxes that are `tried`: Taylor polynomials of its arguments, and their errors."""
 
-    bounded: Bounded
+    limited: Limited
     decision: Decision
     series: Mapping[str, Balls]
     missed: Mapping[str, Array]
     tried: Mask
 
-    def left_open_by_rounding(self, boxes: Boxes) -> list[int]:
+    def left_open_by_rounding(self, sketch: Sketch, boxes: Boxes) -> list[int]:
         """Return the boxes without a proof in which the rounding of float64 takes a large part of the margin."""
         is_open = np.flatnonzero(self.tried & ~self.decision.inside)
         if not is_open.size:
             return []
-        seen = self.bounded.sketch.within(boxes.starts[is_open], boxes.ends[is_open])
+        seen = sketch.within(boxes.starts[is_open], boxes.ends[is_open])
         rounding = {name: np.sum(each.rad[:, is_open], axis=0) for name, each in self.series.items()}
         rounded = _weighted(seen.steepest, rounding, len(is_open))
-        found: list[int] = is_open[~(rounded <= _OPEN * (seen.smallest - self.bounded.reserve))].tolist()
+        found: list[int] = is_open[~(rounded <= _OPEN * (seen.smallest - self.limited.reserve))].tolist()
         return found
 
 
@@ -175,16 +192,16 @@ def _decide_linear(tries: Sequence[_Try]) -> None:
 
 def _limits(tries: Sequence[_Try]) -> tuple[list[Balls], ...]:
     """Return the lower limits of some quantities, and the upper ones: shape (1,) each."""
-    limits = [each.bounded.limits for each in tries]
+    limits = [each.limited.limits for each in tries]
     return [lower for lower, _ in limits], [upper for _, upper in limits]
 
 
 def _decide_formulas(tries: Sequence[_Try]) -> None:
     """Decide about formulas, by Taylor models in ball arithmetic."""
-    for bounded, decision, series, missed, tried in tries:
+    for limited, decision, series, missed, tried in tries:
         for b in np.flatnonzero(tried).tolist():
             arguments = {name: model(q.at((slice(None), b)), float(missed[name][b])) for name, q in series.items()}
-            decision.put(b, bounded, arguments, len(next(iter(series.values())).mid))
+            decision.put(b, limited, arguments, len(next(iter(series.values())).mid))
 
 
 def _between(q: Balls, above: Balls, below: Balls) -> Balls:
