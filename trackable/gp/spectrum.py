@@ -1,6 +1,7 @@
 """Eigenvalues of a covariance matrix K = θ₁² C, for likelihoods at many amplitudes θ₁ of one kernel."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -33,18 +34,17 @@ class Spectrum(NamedTuple):
     def of(cls, samples: Samples, kernel: Kernel, residual: Array) -> "Spectrum":
         """Decompose for n samples and a kernel: k = n, or the number of points that resolve the kernel."""
         scaled, stencil = residual / samples.relative_noise, samples.stencil
+        if not isinstance(stencil, Stencil):
+            return cls._of_whole(samples, stencil.between(kernel, samples.times), scaled)
+        value = partial(stencil.value, kernel.value)
         first, bases = _start_and_bases(samples, kernel)
         may_be_few = len(samples) >= _FEWEST and kernel.is_analytic
-        if (
-            may_be_few
-            and isinstance(stencil, Stencil)
-            and (count := bases.points_for(stencil.covariance(kernel), len(samples) // 2))
-        ):
+        if may_be_few and (count := bases.points_for(stencil.covariance(kernel), len(samples) // 2)):
             points, _, q, r = bases.of(count)
-            power, vectors = np.linalg.eigh(r @ stencil.value(kernel, points[:, None] - points) @ r.T)
+            power, vectors = np.linalg.eigh(r @ value(points[:, None] - points) @ r.T)
             along = vectors.T @ (scaled @ q)
             return cls(power, along, float(scaled @ scaled - along @ along), first + points, r.T @ vectors)
-        return cls._of_whole(samples, stencil.between(kernel, samples.times), scaled)
+        return cls._of_whole(samples, value(samples.times[:, None] - samples.times), scaled)
 
     @classmethod
     def stacked(cls, samples: Samples, kernel: Callable[[Array], Array], residual: Array) -> "Spectrum":
