@@ -164,9 +164,15 @@ class JointPosterior:
 
     def jet_and_gradient(self, process: int, t: Array, order: int) -> tuple[Array, Array]:
         """Return the jet of one process, and its ∂/∂ln θ of all learned hyperparameters: (p, order + 1, *t.shape)."""
-        jet, by_own = self.parts[process].jet_and_gradient(t, order)
+        found = self.jets(process, t, order)
+        return found[0], found[1:]
+
+    def jets(self, process: int, t: Array, order: int) -> Array:
+        """Return the same in one array, the jet first: shape (1 + p, order + 1, *t.shape)."""
+        own = self.parts[process].jets(t, order)
         if len(self.parts) == 1:
-            return jet, by_own
-        gradient = np.zeros((len(self.prior.learned), *jet.shape))
-        gradient[self.prior.places[process]] = by_own
-        return jet, gradient
+            return own
+        found = np.zeros((1 + len(self.prior.learned), *own.shape[1:]))
+        found[0] = own[0]
+        found[1:][self.prior.places[process]] = own[1:]
+        return found

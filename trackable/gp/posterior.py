@@ -68,16 +68,17 @@ class Posterior:
 
     def mean_gradient(self, t: Array) -> Array:
         """Return ∂m⁺(t)/∂ln θ of the learned hyperparameters: shape (p, *t.shape)."""
-        return np.asarray(self.jet_and_gradient(t, 0)[1][:, 0])
+        return np.asarray(self.jets(t, 0)[1:, 0])
 
     def jet_and_gradient(self, t: Array, order: int) -> tuple[Array, Array]:
-        """Return m⁺ with its time derivatives up to `order`, and their ∂/∂ln θ of the learned hyperparameters.
+        """Return m⁺ and ∂m⁺/∂ln θ of `jets`: shapes (order + 1, *t.shape) and (p, order + 1, *t.shape)."""
+        found = self.jets(t, order)
+        return found[0], found[1:]
 
-        Shapes (order + 1, *t.shape) and (p, order + 1, *t.shape).
-        """
-        width = (order + 1) * (1 + len(self.prior.learned)) * self._weights_and_gradient.shape[1]
-        jet, gradient = in_blocks(partial(self._jet_and_gradient, order), np.asarray(t, dtype=float), width)
-        return jet, gradient
+    def jets(self, t: Array, order: int) -> Array:
+        """Return m⁺ and its ∂/∂ln θ_j, with time derivatives up to `order`: shape (1 + p, order + 1, *t.shape)."""
+        width = (order + 1) * self._weights_and_gradient.size
+        return in_blocks(partial(self._jets, order), np.asarray(t, dtype=float), width)[0]
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
         """Return l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ of shape (p,).
@@ -199,19 +200,18 @@ class Posterior:
         """Combine covariances (…, centres) with the sample centres to those with the samples: shape (…, n)."""
         return self.samples.stencil.combined(covariances)
 
-    def _jet_and_gradient(self, order: int, t: Array) -> tuple[Array, Array]:
+    def _jets(self, order: int, t: Array) -> tuple[Array]:
         kernel, r, weights = self.prior.kernel, t[..., None] - self._kernel_centres, self._weights_and_gradient
         if order:
             jet, by_theta = kernel.jet_and_gradient(r, order)
         else:
             value, slopes = kernel.value_and_gradient(r)
             jet, by_theta = value[None], slopes[:, None]
-        sums = (weights @ jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
-        mean, gradient = sums[0], sums[1:]
-        mean[0] += self.prior.mean
+        sums = weights.dot(jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
+        sums[0, 0] += self.prior.mean
         of_kernel = self.prior.places_of_kernel  # the noise, which follows, moves the weights only
-        gradient[: len(of_kernel)] += (by_theta @ weights[0])[of_kernel]
-        return mean, gradient
+        sums[1 : 1 + len(of_kernel)] += by_theta.dot(weights[0])[of_kernel]
+        return (sums,)
 
     @cached
     def _factored(self) -> Factorisation:

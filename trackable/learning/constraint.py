@@ -4,9 +4,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import accumulate, pairwise
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
@@ -134,20 +136,25 @@ class Constraint(Bounded):
         return sum(moved) / self.quantity.bounds.width
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        functionals = [(functional, places) for _, functional in self.quantity.trajectory.arguments]
-        return self.of_arguments(Arguments(functionals).values_and_gradients(posterior))
+        found = self.of_arguments(Arguments(self.asked(places)).values_and_gradients(posterior))
+        return found[0], found[1:]
 
-    def of_arguments(self, found: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
-        """Return `value_and_gradient` from those of the trajectory's arguments."""
+    def asked(self, places: Array) -> list[tuple[Functional, Array]]:
+        """Return the arguments of the trajectory, with the places of each."""
+        return [(functional, places) for _, functional in self.quantity.trajectory.arguments]
+
+    def of_arguments(self, found: Array) -> Array:
+        """Return the quantity and its ∂/∂ln θ, shape (1 + p, n), from those of its k arguments, shape (1 + p, k n)."""
         trajectory = self.quantity.trajectory
         if trajectory.functional is not None:
-            return found[0]
+            return found
         names = [name for name, _ in trajectory.arguments]
-        values = {name: value for name, (value, _) in zip(names, found, strict=True)}
+        arguments = dict(zip(names, np.split(found, len(names), axis=1), strict=True))
+        values = {name: both[0] for name, both in arguments.items()}
         slopes = trajectory.slopes(values)
-        gradients = (slopes[name] * gradient for name, (_, gradient) in zip(names, found, strict=True))
         with np.errstate(invalid="ignore"):
-            return trajectory.value(values), np.asarray(sum(gradients))
+            gradient = sum(slopes[name] * both[1:] for name, both in arguments.items())
+        return np.concatenate([trajectory.value(values)[None], np.asarray(gradient)])
 
 
 def local_minima(
@@ -182,34 +189,39 @@ class Arguments:
 
     functionals: Sequence[tuple[Functional, Array]]
 
-    def values_and_gradients(self, posterior: JointPosterior) -> list[tuple[Array, Array]]:
-        """Return each functional at its places, and its ∂/∂ln θ: shapes (n,) and (p, n)."""
-        (times, terms), p, found = self._asked, len(posterior.prior.learned), []
-        signals = {c: posterior.jet_and_gradient(c, of_signal, 0) for c, of_signal in times.items()}
-        for (functional, places), of_functional in zip(self.functionals, terms, strict=True):
-            value, gradient = np.full(len(places), float(functional.offset)), np.zeros((p, len(places)))
-            for c, weights, at in of_functional:
-                jet, by_theta = signals[c]
-                value += weights @ jet[0, at].reshape(len(weights), len(places))
-                gradient += weights @ by_theta[:, 0, at].reshape(p, len(weights), len(places))
-            found.append((value, gradient))
-        return found
+    def values_and_gradients(self, posterior: JointPosterior) -> Array:
+        """Return all functionals at their places, one after the other, and their ∂/∂ln θ: shape (1 + p, Σ n)."""
+        times, at, weights = self._terms
+        one = np.zeros((1 + len(posterior.prior.learned), 1))
+        one[0] = 1.0
+        known = [one, *(posterior.jets(c, of_signal, 0)[:, 0] for c, of_signal in times.items())]
+        terms = np.concatenate(known, axis=1).take(at, axis=1)
+        terms *= weights
+        return np.asarray(np.add.reduce(terms, axis=1))
 
     @cached_property
-    def _asked(self) -> tuple[dict[int, Array], list[list[tuple[int, Array, slice]]]]:
-        """Times [s] at which each signal c is needed; for each functional its signals c, weights, and their times."""
-        times, terms = dict[int, list[Array]](), list[list[tuple[int, Array, slice]]]()
+    def _terms(self) -> tuple[dict[int, Array], npt.NDArray[np.intp], Array]:
+        """Times [s] at which each signal c is needed, and the terms of each functional at each place: its sum.
+
+        Terms are products of weights with the signals at these times, one signal after the other. The factor before
+        all is 1, for offsets, and where a functional has fewer terms than others. Shapes (terms, Σ n) both.
+        """
+        times, terms = dict[int, list[Array]](), list[list[tuple[int, int, float]]]()
         for functional, places in self.functionals:
             terms.append([])
             for c, weights in functional.rounded:
-                of_signal, shifts = times.setdefault(c, []), _shifts(weights)
-                start = sum(map(len, of_signal))
-                of_signal += [places + j * functional.sampling_time for j in shifts]
-                terms[-1].append((c, weights[shifts], slice(start, start + len(shifts) * len(places))))
-        return {c: np.concatenate(parts) for c, parts in times.items()}, terms
-
-
-def _shifts(weights: Array) -> list[int]:
-    """Return the shifts j that matter; of several ones all, as sums are taken over all shifts in one order."""
-    shifts: list[int] = np.flatnonzero(weights).tolist()
-    return shifts if len(shifts) == 1 else list(range(len(weights)))
+                of_signal = times.setdefault(c, [])
+                for j in np.flatnonzero(weights).tolist():
+                    terms[-1].append((c, sum(map(len, of_signal)), weights[j]))
+                    of_signal.append(places + j * functional.sampling_time)
+        signals = {c: np.concatenate(parts) for c, parts in times.items()}
+        firsts = dict(zip(signals, accumulate(map(len, signals.values()), initial=1), strict=False))
+        ends = [0, *accumulate(len(places) for _, places in self.functionals)]
+        shape = 1 + max(map(len, terms), default=0), ends[-1]
+        at, factors = np.zeros(shape, dtype=np.intp), np.zeros(shape)
+        for (functional, _), of_functional, (start, end) in zip(self.functionals, terms, pairwise(ends), strict=True):
+            factors[0, start:end] = float(functional.offset)
+            for row, (c, first, weight) in enumerate(of_functional, start=1):
+                at[row, start:end] = firsts[c] + first + np.arange(end - start)
+                factors[row, start:end] = weight
+        return signals, at, factors

@@ -16,10 +16,10 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.posterior import IllConditioned
-from trackable.learning import sqp
 from trackable.learning.candidate import Candidate, Places, merged
 from trackable.learning.nonlinear import Program
 from trackable.learning.problem import ConstrainedProblem, NoSolution, NothingFactored, Round, Solution
+from trackable.learning.solvers import sqp
 
 _MAX_ROUNDS = 60
 _MAX_HALVINGS = 60

@@ -2,15 +2,17 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import islice
+from itertools import chain
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import IllConditioned
-from trackable.learning import sqp
 from trackable.learning.constraint import Arguments, Bounded, Constraint
 from trackable.learning.problem import ConstrainedProblem
+from trackable.learning.solvers import sqp
 
 
 @dataclass(frozen=True)
@@ -65,23 +67,29 @@ class Program:
             value, gradient = posterior.negative_log_marginal_likelihood()
         except IllConditioned:
             return None
-        slacks, jacobians = [np.empty(0)], [np.empty((0, len(log_theta)))]
-        arguments = iter(self._arguments.values_and_gradients(posterior))
-        for constraint, places in self._asked:
-            bounds, backoff = constraint.quantity.bounds, constraint.backoff
-            if isinstance(constraint, Constraint):
-                count = len(constraint.quantity.trajectory.arguments)
-                quantity, by_theta = constraint.of_arguments([*islice(arguments, count)])
-            else:
-                quantity, by_theta = constraint.value_and_gradient(posterior, places)
-            slacks += [(side / bounds.width - backoff) for side in (quantity - bounds.lower, bounds.upper - quantity)]
-            relative = by_theta.T / bounds.width
-            jacobians += [relative, -relative]
-        slack, jacobian = np.concatenate(slacks), np.concatenate(jacobians)
+        found, sides = self._quantities(posterior), self._sides
+        slacks = np.concatenate([found, found], axis=1)
+        slacks *= sides.signs
+        slacks[0] += sides.ends
+        slacks /= sides.widths
+        slacks[0] -= sides.backoffs
         information = posterior.information
-        if not all(np.isfinite(found).all() for found in (slack, jacobian, information)):
+        if not (np.isfinite(slacks).all() and np.isfinite(information).all()):
             return None
-        return sqp.Evaluation(value, gradient, slack, jacobian, information)
+        return sqp.Evaluation(value, gradient, slacks[0], slacks[1:].T, information)
+
+    def _quantities(self, posterior: JointPosterior) -> Array:
+        """Return all quantities at their places and their ∂/∂ln θ: shape (1 + p, Σ n)."""
+        of_arguments, parts, start = self._arguments.values_and_gradients(posterior), list[Array](), 0
+        for constraint, places in self._asked:
+            if isinstance(constraint, Constraint):
+                end = start + len(constraint.quantity.trajectory.arguments) * len(places)
+                parts.append(constraint.of_arguments(of_arguments[:, start:end]))
+                start = end
+            else:
+                value, gradient = constraint.value_and_gradient(posterior, places)
+                parts.append(np.concatenate([value[None], gradient]))
+        return np.concatenate(parts, axis=1) if parts else of_arguments
 
     @cached_property
     def _asked(self) -> list[tuple[Bounded, Array]]:
@@ -92,5 +100,28 @@ class Program:
     @cached_property
     def _arguments(self) -> Arguments:
         """The arguments of all constraints that are functions of functionals, one constraint after the other."""
-        known = [(constraint, places) for constraint, places in self._asked if isinstance(constraint, Constraint)]
-        return Arguments([(q, places) for of, places in known for _, q in of.quantity.trajectory.arguments])
+        timed = (each.asked(places) for each, places in self._asked if isinstance(each, Constraint))
+        return Arguments([*chain.from_iterable(timed)])
+
+    @cached_property
+    def _sides(self) -> "_Sides":
+        return _Sides.of(self._asked)
+
+
+class _Sides(NamedTuple):
+    """Slacks ± (q − bound)/width − backoff at all places of all constraints: first of lower bounds, then of upper."""
+
+    signs: Array
+    ends: Array
+    widths: Array
+    backoffs: Array
+
+    @classmethod
+    def of(cls, asked: list[tuple[Bounded, Array]]) -> Self:
+        counts, bounds = [len(places) for _, places in asked], [each.quantity.bounds for each, _ in asked]
+        each_side = [
+            [(1.0, -b.lower, b.width, of.backoff) for b, (of, _) in zip(bounds, asked, strict=True)],
+            [(-1.0, b.upper, b.width, of.backoff) for b, (of, _) in zip(bounds, asked, strict=True)],
+        ]
+        rows = np.array(each_side, dtype=float).reshape(-1, 4)
+        return cls(*np.repeat(rows, counts * 2, axis=0).T)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackable.arrays import Array
-from trackable.learning.sqp import Evaluation, minimise
+from trackable.learning.solvers.sqp import Evaluation, minimise
 
 Problem = Callable[[Array], Evaluation]
 WIDE = np.full(2, -50.0), np.full(2, 50.0)

@@ -15,10 +15,12 @@ from pipeline.generate import sampled_by
 from tests.project import ROOT
 from tests.trackable.learning.searches import followed
 from trackable.arrays import Array
-from trackable.learning import exchange, sqp
+from trackable.learning import exchange
 from trackable.learning.methods import all_phases
 from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.screening import screened
+from trackable.learning.solvers import sqp
+from trackable.learning.solvers.quadratic import QuadraticProgram
 
 _ACTIVE = 1e-6
 _MOST_EVALUATIONS = 150
@@ -86,9 +88,9 @@ def nearly_flat(seed: int) -> tuple[Array, sqp.Evaluation]:
 def test_rounding_in_flat_directions_does_not_raise_the_penalty(seed: int) -> None:
     """Ten times the multipliers are enough: no constraint that the step could keep is then broken."""
     curvature, here = nearly_flat(seed)
-    box = np.full(3, -0.3), np.full(3, 0.3)
-    _, multipliers = sqp._quadratic_step(curvature, here, here.slack, box, 1e7)
+    program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, np.full(3, -0.3), np.full(3, 0.3))
+    _, multipliers = program.solve(here.slack, 1e7)
     enough = max(1e2, 10 * float(np.sum(multipliers)))
-    _, _, penalty, left = sqp._steered_step(curvature, here, box, enough)
+    _, _, penalty, left = sqp._steered_step(program, here, enough)
     assert penalty == enough
     assert left == 0

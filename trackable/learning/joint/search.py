@@ -13,12 +13,12 @@ from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import IllConditioned
 from trackable.gp.signal import KernelSum
-from trackable.learning import sqp
 from trackable.learning.joint.bent import BentMean, bent_mean, is_linear
 from trackable.learning.joint.places import Places, chosen, demands, flags
 from trackable.learning.joint.settle import Settled, merged, no_places, same_time, settled
 from trackable.learning.joint.working import WorkingSet
 from trackable.learning.problem import ConstrainedProblem
+from trackable.learning.solvers import sqp
 
 _MAX_ROUNDS = 30
 _SAME_VALUE = 1e-9

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from tests.trackable.learning.published.periodic_instances import SEEDS, Instance, instance
-from trackable.learning import sqp
 from trackable.learning.published.scalar import coefficients, interval_sets
+from trackable.learning.solvers import sqp
 
 NOWHERE = 1e9
 COARSE, FINE = 100, 6000

@@ -18,24 +18,22 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
-from scipy.linalg.lapack import dpotrf, dtrtri
 
 from trackable.arrays import Array
 from trackable.gp.factors.cached import cached
+from trackable.learning.solvers.quadratic import FEASIBLE, QuadraticProgram
 
 _MAX_ITERATIONS, _STEP_TOLERANCE = 1000, 1e-10
-PRECISION, _FEASIBLE = 1e-15, 1e-12
+PRECISION = 1e-15
 _ROUNDING = 1e-10  # of constraints: a tenth of the back-off of their bounds
 FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
 _FIRST_PENALTY, _LARGEST_PENALTY, _STEERED = 1e2, 1e9, 0.5
 _ENOUGH, _MOST_REDUCTIONS = 10.0, 5  # of the multipliers: a penalty beyond makes steps along curved bounds tiny
 _RIDGE = 1e-10  # of the trace of B: beyond this condition number, rounding errors would dominate the step
-_PIVOTS = 100  # for each row of a quadratic program: SciPy's own 3 are too few where bounds nearly coincide
 
 GiveUp = Callable[[Array, float, float], bool]
-"""Whether a search may end at x with this merit, which none of its last two steps made smaller by more than a gain.
-It is asked after each step that the trust region did not shorten."""
+"""Whether a search may end at x with this merit, if the last step made it smaller by a gain at most, and the next step
+promises no more. It is asked after each step that the trust region did not shorten, unless the penalty changes."""
 
 
 def never(x: Array, merit: float, gain: float) -> bool:
@@ -108,61 +106,61 @@ def minimise(
     if (here := evaluate(x)) is None:
         return None
     curvature = here.curvature if curvature is None else curvature
-    penalty, reductions, gained = _FIRST_PENALTY, 0, np.inf
+    penalty, reductions, gained, may_end = _FIRST_PENALTY, 0, np.inf, False
     if not len(x):
         return Minimum(x, here, True, curvature)
     for _ in range(_MAX_ITERATIONS):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
-        d, multipliers, penalty, broken = _steered_step(curvature, here, box, penalty)
+        program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box)
+        d, multipliers, steered, broken = _steered_step(program, here, penalty)
+        may_end, penalty = may_end and steered == penalty, steered
         merit, size = here.merit(penalty), np.abs(d).max().item()
         gain = merit - (here.predicted(d, curvature) + penalty * _price(broken))
         if size < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
-            if here.violation <= _FEASIBLE or penalty >= _LARGEST_PENALTY:
+            if here.violation <= FEASIBLE or penalty >= _LARGEST_PENALTY:
                 return Minimum(x, here, True, curvature)
-            penalty, radius = 100 * penalty, max(radius, 1e-3)
+            penalty, radius, may_end = 100 * penalty, max(radius, 1e-3), False
             continue
+        if may_end and give_up(x, merit, max(gained, gain)):
+            return None
         there = evaluate(x + d)
         reached = np.inf if there is None else there.merit(penalty)
         if there is not None and reached > merit - 0.1 * gain:
             # Curved constraints can spoil a good step: correct it to second order, with the constraints at x + d.
-            corrected, _ = _quadratic_step(curvature, here, there.slack - here.jacobian @ d, box, penalty)
+            corrected, _ = program.solve(there.slack - here.jacobian.dot(d), penalty)
             if np.abs(corrected - d).max() > _STEP_TOLERANCE:
                 again = evaluate(x + corrected)
                 if again is not None and again.merit(penalty) < reached:
                     d, there, size, reached = corrected, again, np.abs(corrected).max().item(), again.merit(penalty)
         if there is None or reached >= merit:
-            radius = size / 4
+            radius, may_end = size / 4, False
             if radius < _SMALLEST_RADIUS:
                 return Minimum(x, here, False, curvature)
             continue
-        last, gained, is_whole = gained, merit - reached, size < radius
+        gained, may_end = merit - reached, size < radius
         agreement, curvature = gained / gain, _updated(curvature, d, here, there, multipliers)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
-        if is_whole and give_up(x, reached, max(last, gained)):
-            return None
         enough = max(_FIRST_PENALTY, _ENOUGH * float(multipliers.sum()))
         if here.violation == 0 and penalty > _ENOUGH * enough and reductions < _MOST_REDUCTIONS:
             penalty, reductions = enough, reductions + 1
     return Minimum(x, here, False, curvature)
 
 
-def _steered_step(
-    curvature: Array, here: Evaluation, box: tuple[Array, Array], penalty: float
-) -> tuple[Array, Array, float, float]:
+def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -> tuple[Array, Array, float, float]:
     """Return the step, its multipliers, the penalty, and the violation that the step leaves.
 
     The penalty is raised until the step removes half of the violation that any step can. With a low one the iteration
     would run to where f is small, and come back to another feasible part, or to none (Byrd, Nocedal, Waltz: steering).
     """
-    d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
-    if (left := here.linear_violation(d)) <= _FEASIBLE:
+    d, multipliers = program.solve(here.slack, penalty)
+    if (left := here.linear_violation(d)) <= FEASIBLE:
         return d, multipliers, penalty, left
-    least, _ = _quadratic_step(curvature, here, here.slack, box, _LARGEST_PENALTY)
+    least, _ = program.solve(here.slack, _LARGEST_PENALTY)
     enough = here.violation - _STEERED * (here.violation - here.linear_violation(least))
-    while left > enough + _FEASIBLE and penalty < _LARGEST_PENALTY:
+    while left > enough + FEASIBLE and penalty < _LARGEST_PENALTY:
         penalty *= 10
-        d, multipliers = _quadratic_step(curvature, here, here.slack, box, penalty)
+        d, multipliers = program.solve(here.slack, penalty)
         left = here.linear_violation(d)
     return d, multipliers, penalty, left
 
@@ -176,52 +174,6 @@ def _price(violation: float) -> float:
     return violation + violation**2 / 2
 
 
-def _quadratic_step(
-    curvature: Array, at: Evaluation, slack: Array, box: tuple[Array, Array], penalty: float
-) -> tuple[Array, Array]:
-    """Return the step d and the multipliers of its constraints: Newton's step where it keeps all of them.
-
-    Otherwise they are found by the dual. With z = (d, s), H = diag(B, ρ) = L Lᵀ, c = (∇f, ρ) and y = Lᵀ z + L⁻¹ c the
-    quadratic program is that of the shortest y in a polyhedron. Constraints that no step can violate are left out.
-    """
-    (lower, upper), p, multipliers = box, len(at.gradient), np.zeros(len(slack))
-    root, info = dpotrf(curvature, lower=True)
-    assert info == 0, "updates keep the curvature positive definite"
-    inverse, _ = dtrtri(root, lower=True)
-    shift = inverse @ at.gradient
-    newton = -shift @ inverse
-    if (lower <= newton).all() and (newton <= upper).all() and (slack + at.jacobian @ newton >= 0).all():
-        return newton, multipliers
-    near = np.flatnonzero(slack < np.abs(at.jacobian) @ np.maximum(-lower, upper))
-    m = len(near)
-    normals = np.zeros((p + 1, m + 1 + 2 * p))  # of g + J d + s ≥ 0, s ≥ 0, d ≥ lower and −d ≥ −upper
-    normals[:p, :m], normals[p, : m + 1] = inverse @ at.jacobian[near].T, penalty**-0.5
-    normals[:p, m + 1 : -p], normals[:p, -p:] = inverse, -inverse
-    offsets = np.concatenate([1 - slack[near], [1.0], lower, -upper]) + shift @ normals[:p]
-    u = _of_the_shortest(normals, offsets)
-    multipliers[near] = u[:m]
-    d = (normals[:p] @ u - shift) @ inverse
-    left = np.concatenate([at.jacobian[near] @ d + slack[near], [0.0], d - lower, upper - d])
-    if u[m] > 0 and left.min() < -_FEASIBLE:
-        # With s = 0 all can be kept: what is missed is rounding in flat directions, which no higher penalty would mend.
-        held = u > 0
-        move, *_ = np.linalg.lstsq(normals[:p, held].T, -left[held])
-        d += move @ inverse
-    return np.minimum(np.maximum(d, lower), upper), multipliers
-
-
-def _of_the_shortest(normals: Array, offsets: Array) -> Array:
-    """Return u ≥ 0 for which y = N u is the shortest y with Nᵀ y ≥ b.
-
-    It follows from the residual of min ‖(N; bᵀ) u − (0; 1)‖ over u ≥ 0 (Lawson and Hanson).
-    """
-    scale = max(1.0, np.abs(offsets).max().item())  # y in units of its own size
-    scaled, unit = offsets[None] / scale, np.zeros(len(normals) + 1)
-    unit[-1] = 1.0
-    u, _ = scipy.optimize.nnls(np.concatenate([normals, scaled]), unit, maxiter=_PIVOTS * offsets.size)
-    return np.asarray(u * (scale / (1.0 - scaled[0] @ u)))
-
-
 def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array) -> Array:
     """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.
 
@@ -230,7 +182,7 @@ def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, mu
     """
     change = there.gradient - here.gradient - (there.jacobian - here.jacobian).T @ multipliers
     along, image = float(d @ change), curvature @ d
-    if there.information is not None and here.linear_violation(d) <= _FEASIBLE:
+    if there.information is not None and here.linear_violation(d) <= FEASIBLE:
         fresh = there.curvature
         if abs(d @ fresh @ d - along) <= abs(d @ image - along):
             curvature, image = fresh, fresh @ d
