@@ -43,7 +43,16 @@ def refusals() -> dict[str, tuple[dict[str, object], str]]:
         "mixed": ({"plant": MIXED, "samples": {"x1": SAMPLES, "x2": SAMPLES}}, "x1 shows several flat outputs at once"),
         "no kernel for b": ({**on_cart, "kernel": {"a": KERNEL}}, "kernel: is missing for b, given for a"),
         "no noise for b": ({**on_cart, "noise_std": {"a": 0.1}}, "noise_std: is missing for b, given for a"),
-        "no equilibrium": ({"mean": 0.5}, "mean: must be an admissible equilibrium, but at rest there the position is"),
+        "no equilibrium": (
+            {"mean": 0.5},
+            "mean: must be an admissible equilibrium, but at rest there the position is 0.5, not inside [-1.1, 0.2]: "
+            "what fades to it could not be followed for ever; give a mean inside, or a pair between which it is learned, as "
+            "mean=(-1.1, 0.2)",
+        ),
+        "no equilibrium to swing about": (
+            {"mean": 0.5, "claim": "all_phases", "kernel": Periodic()},
+            "what swings about it could not be followed for ever; give a mean inside",
+        ),
         "on a bound": (
             {"mean": 0.2},
             "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: a reference that fades to it has in the end "

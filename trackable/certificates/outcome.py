@@ -1,5 +1,6 @@
 """Failures of a proof: values, each with a sentence that explains it."""
 
+import math
 from dataclasses import dataclass
 
 from trackable.systems.reference import Reference
@@ -47,6 +48,8 @@ class Unproved:
     @property
     def explanation(self) -> str:
         start, end = self.box
+        if math.isinf(end - start) and math.isinf(self.shortfall):
+            return f"it is not proved at any time that the {self.quantity} stays in {self.bounds}: {self.reason}"
         return (
             f"from t = {start:.9g} s to {end:.9g} s it is not proved that the {self.quantity} stays in {self.bounds}: "
             f"{self.reason} (short by {self.shortfall:.3g})"

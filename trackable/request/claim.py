@@ -9,6 +9,7 @@ from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.quantity import Quantity
+from trackable.systems.sets.interval import ends_shown
 
 
 def claimed(claim: object) -> Claim:
@@ -43,9 +44,8 @@ def checked_goal(
     for quantity in plant.quantities if fades else ():
         if not quantity.bounds.strictly_contains(level := quantity.at_rest(means)):
             left = _left(quantity, drawn_in) if drawn_in else ""
-            raise ValueError(
-                f"mean: must be an admissible equilibrium, but at rest there {_placed(quantity, level)}{left}"
-            )
+            said = f"{_placed(quantity, level, claim)}{_instead(quantity, level, prior)}{left}"
+            raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {said}")
     return goal
 
 
@@ -55,7 +55,15 @@ def _left(quantity: Quantity, drawn_in: Tightening) -> str:
     return "" if given == quantity.bounds else f"; disturbance, noise and margin leave no more of {given}"
 
 
-def _placed(quantity: Quantity, level: float) -> str:
+def _instead(quantity: Quantity, level: float, prior: JointPrior) -> str:
+    """Say which mean will do, where the quantity is one that is sampled: the mean is in its unit."""
+    if quantity.name not in prior.names or quantity.bounds.lower <= level <= quantity.bounds.upper:
+        return ""
+    ends = ", ".join(ends_shown(quantity.bounds.lower, quantity.bounds.upper))
+    return f"; give a mean inside, or a pair between which it is learned, as mean=({ends})"
+
+
+def _placed(quantity: Quantity, level: float, claim: Claim) -> str:
     """Say where a quantity at rest lies: on a bound of it, or outside of them."""
     at, bounds = f"the {quantity.name} is {quantity.bounds.shown(level)}", quantity.bounds
     if level in {bounds.lower, bounds.upper}:
@@ -64,4 +72,5 @@ def _placed(quantity: Quantity, level: float) -> str:
             "needs one; widen this bound or move the mean inside, if only by a millionth of the width, or claim a "
             "window (start, end)"
         )
-    return f"{at}, not inside {bounds}: fading samples could not be followed for ever"
+    why = "what fades to it" if claim == "all_times" else "what swings about it"
+    return f"{at}, not inside {bounds}: {why} could not be followed for ever"

@@ -14,9 +14,9 @@ def nonnegative_least_squares(matrix: Array, aim: Array) -> Array:
     By the active-set method of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23. Raises
     LinAlgError where it does not end: rounding then makes it go round in circles.
     """
+    steps = _MOST_STEPS * matrix.shape[1]
     try:
-        found, _ = scipy.optimize.nnls(matrix, aim, maxiter=_MOST_STEPS * matrix.shape[1])
+        found, _ = scipy.optimize.nnls(matrix, aim, maxiter=steps)
     except RuntimeError as error:
-        steps = _MOST_STEPS * matrix.shape[1]
         raise np.linalg.LinAlgError(f"the active-set method does not end in {steps} steps") from error
     return np.asarray(found)

@@ -64,6 +64,8 @@ def test_a_set_with_states_that_have_no_input_is_refused():
         "with states anywhere in their set, its formula takes the square root of something that may not be positive"
         in (found.explanation)
     )
+    assert found.explanation.startswith("it is not proved at any time that the inflow stays in [")
+    assert "inf" not in found.explanation.replace("inflow", "")
 
 
 def test_a_broken_state_bound_is_told_even_then():
