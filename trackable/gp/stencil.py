@@ -77,11 +77,6 @@ class Stencil:
         correlation = np.correlate(self.weights, self.weights, mode="full").tolist()
         return [(rho, d * self.step) for d, rho in zip(range(-last, last + 1), correlation, strict=True)]
 
-    @cached_property
-    def largest_gain(self) -> float:
-        """Σ_d |ρ_d|: no covariance of samples is more times as large as one of the process."""
-        return sum(abs(rho) for rho, _ in self.lags)
-
     def covariance(self, kernel: Kernel) -> Covariance:
         """Return the covariance of two samples, Σ_d ρ_d κ(r + d step) over the lags, with its ∂/∂ln θ."""
         return kernel.value_and_gradient if self.weights == POINT.weights else partial(self._covariance, kernel)
@@ -91,7 +86,7 @@ class Stencil:
         density = kernel.spectral_density
         if density is None or self.weights == POINT.weights:
             return density
-        return density.filtered(self._gain, self.largest_gain, abs(self.lags[-1][1]))
+        return density.filtered(self._gain, abs(self.lags[-1][1]))
 
     def value(self, kernel: Callable[[Array], Array], r: Array) -> Array:
         """Return the covariance of two samples that lie r [s] apart, without derivatives: the shape of κ(r)."""

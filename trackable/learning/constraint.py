@@ -3,18 +3,17 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
-from itertools import accumulate, pairwise
+from functools import partial
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.signal import KernelSum
 from trackable.learning.index_set import IndexSet, TimesAndMargins
+from trackable.learning.sums import Sums
 from trackable.systems.flat.functional import Functional
 from trackable.systems.quantities import Quantities
 from trackable.systems.quantity import Quantity
@@ -63,6 +62,19 @@ class Bounded(ABC):
     @abstractmethod
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
         """Return the quantity at n places and its ∂/∂ln θ: shapes (n,), (p, n); NaN or infinite where not defined."""
+
+    def slacks(self, found: Array) -> Array:
+        """Return what is left to both bounds, less the back-off, as parts of the width: first to the lower one.
+
+        In `found` are the quantity at n places and its derivatives, shape (1 + p, n), or a constant and weights whose
+        sum is the quantity; the slacks have the same form: shape (1 + p, 2 n).
+        """
+        bounds = self.quantity.bounds
+        both = np.concatenate([found, -found], axis=1)
+        both[0] += np.repeat([-bounds.lower, bounds.upper], found.shape[1])
+        both /= bounds.width
+        both[0] -= self.backoff
+        return both
 
 
 @dataclass(frozen=True)
@@ -136,10 +148,15 @@ class Constraint(Bounded):
         return sum(moved) / self.quantity.bounds.width
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        found = self.of_arguments(Arguments(self.asked(places)).values_and_gradients(posterior))
+        found = self.of_arguments(Sums.of(self.arguments_at(places)).values_and_gradients(posterior))
         return found[0], found[1:]
 
-    def asked(self, places: Array) -> list[tuple[Functional, Array]]:
+    @property
+    def is_functional(self) -> bool:
+        """Whether the quantity is a functional of the signals."""
+        return self.quantity.functional is not None
+
+    def arguments_at(self, places: Array) -> list[tuple[Functional, Array]]:
         """Return the arguments of the trajectory, with the places of each."""
         return [(functional, places) for _, functional in self.quantity.trajectory.arguments]
 
@@ -181,47 +198,3 @@ def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesA
 
     found = iter(local_minima(timed, [signal.kernel for signal in posterior.signals], together))
     return [next(found) if isinstance(each, Constraint) else each.closest(posterior) for each in constraints]
-
-
-@dataclass(frozen=True)
-class Arguments:
-    """Functionals, each with the places (n,) [s] at which it is asked for; each signal is evaluated once, for all."""
-
-    functionals: Sequence[tuple[Functional, Array]]
-
-    def values_and_gradients(self, posterior: JointPosterior) -> Array:
-        """Return all functionals at their places, one after the other, and their ∂/∂ln θ: shape (1 + p, Σ n)."""
-        times, at, weights = self._terms
-        one = np.zeros((1 + len(posterior.prior.learned), 1))
-        one[0] = 1.0
-        known = [one, *(posterior.jets(c, of_signal, 0)[:, 0] for c, of_signal in times.items())]
-        terms = np.concatenate(known, axis=1).take(at, axis=1)
-        terms *= weights
-        return np.asarray(np.add.reduce(terms, axis=1))
-
-    @cached_property
-    def _terms(self) -> tuple[dict[int, Array], npt.NDArray[np.intp], Array]:
-        """Times [s] at which each signal c is needed, and the terms of each functional at each place: its sum.
-
-        Terms are products of weights with the signals at these times, one signal after the other. The factor before
-        all is 1, for offsets, and where a functional has fewer terms than others. Shapes (terms, Σ n) both.
-        """
-        times, terms = dict[int, list[Array]](), list[list[tuple[int, int, float]]]()
-        for functional, places in self.functionals:
-            terms.append([])
-            for c, weights in functional.rounded:
-                of_signal = times.setdefault(c, [])
-                for j in np.flatnonzero(weights).tolist():
-                    terms[-1].append((c, sum(map(len, of_signal)), weights[j]))
-                    of_signal.append(places + j * functional.sampling_time)
-        signals = {c: np.concatenate(parts) for c, parts in times.items()}
-        firsts = dict(zip(signals, accumulate(map(len, signals.values()), initial=1), strict=False))
-        ends = [0, *accumulate(len(places) for _, places in self.functionals)]
-        shape = 1 + max(map(len, terms), default=0), ends[-1]
-        at, factors = np.zeros(shape, dtype=np.intp), np.zeros(shape)
-        for (functional, _), of_functional, (start, end) in zip(self.functionals, terms, pairwise(ends), strict=True):
-            factors[0, start:end] = float(functional.offset)
-            for row, (c, first, weight) in enumerate(of_functional, start=1):
-                at[row, start:end] = firsts[c] + first + np.arange(end - start)
-                factors[row, start:end] = weight
-        return signals, at, factors

@@ -246,4 +246,4 @@ class Exchange:
 
 def _is_near(point: Array, others: Iterable[Array]) -> bool:
     """Whether a point lies so near to one of the others that searches from both end at the same minimum."""
-    return any(np.max(np.abs(point - other), initial=0.0) < _SAME_BASIN for other in others)
+    return any(max(map(abs, (point - other).tolist()), default=0.0) < _SAME_BASIN for other in others)

@@ -1,18 +1,18 @@
 """The problem with constraints at finitely many places: a nonlinear program in ln θ, with exact gradients."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
-from typing import NamedTuple, Self
 
 import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import IllConditioned
-from trackable.learning.constraint import Arguments, Bounded, Constraint
+from trackable.learning.constraint import Bounded, Constraint
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.solvers import sqp
+from trackable.learning.sums import Sums
 
 
 @dataclass(frozen=True)
@@ -67,61 +67,52 @@ class Program:
             value, gradient = posterior.negative_log_marginal_likelihood()
         except IllConditioned:
             return None
-        found, sides = self._quantities(posterior), self._sides
-        slacks = np.concatenate([found, found], axis=1)
-        slacks *= sides.signs
-        slacks[0] += sides.ends
-        slacks /= sides.widths
-        slacks[0] -= sides.backoffs
+        found, linear = self._sums.values_and_gradients(posterior), self._slacks_of_functionals
+        slacks = np.concatenate([found[:, :linear], *self._of_formulas(posterior, found[:, linear:])], axis=1)
         information = posterior.information
         if not (np.isfinite(slacks).all() and np.isfinite(information).all()):
             return None
         return sqp.Evaluation(value, gradient, slacks[0], slacks[1:].T, information)
 
-    def _quantities(self, posterior: JointPosterior) -> Array:
-        """Return all quantities at their places and their ∂/∂ln θ: shape (1 + p, Σ n)."""
-        of_arguments, parts, start = self._arguments.values_and_gradients(posterior), list[Array](), 0
-        for constraint, places in self._asked:
+    def _of_formulas(self, posterior: JointPosterior, arguments: Array) -> Iterator[Array]:
+        """Yield the slacks of each constraint that is no functional, from the arguments of all."""
+        for constraint, places in self._others:
             if isinstance(constraint, Constraint):
-                end = start + len(constraint.quantity.trajectory.arguments) * len(places)
-                parts.append(constraint.of_arguments(of_arguments[:, start:end]))
-                start = end
+                count = len(constraint.quantity.trajectory.arguments) * len(places)
+                quantity, arguments = constraint.of_arguments(arguments[:, :count]), arguments[:, count:]
             else:
                 value, gradient = constraint.value_and_gradient(posterior, places)
-                parts.append(np.concatenate([value[None], gradient]))
-        return np.concatenate(parts, axis=1) if parts else of_arguments
+                quantity = np.concatenate([value[None], gradient])
+            yield constraint.slacks(quantity)
+
+    @cached_property
+    def _sums(self) -> Sums:
+        """The slacks of constraints that are functionals, and the arguments of the others after them."""
+        timed = [(each, at) for each, at in (*self._functionals, *self._others) if isinstance(each, Constraint)]
+        sums = Sums.of([pair for constraint, places in timed for pair in constraint.arguments_at(places)])
+        parts, end = list[tuple[Array, Array]](), 0
+        for constraint, places in self._functionals:
+            start, end = end, end + len(places)
+            parts.append((np.tile(sums.at[:, start:end], 2), constraint.slacks(sums.weights[:, start:end])))
+        at, weights = zip(*parts, (sums.at[:, end:], sums.weights[:, end:]), strict=True)
+        return Sums(sums.times, np.concatenate(at, axis=1), np.concatenate(weights, axis=1))
+
+    @cached_property
+    def _slacks_of_functionals(self) -> int:
+        """How many there are."""
+        return sum(2 * len(places) for _, places in self._functionals)
+
+    @cached_property
+    def _functionals(self) -> list[tuple[Constraint, Array]]:
+        """The constraints with places of which the quantities are functionals: so are their slacks."""
+        return [(each, places) for each, places in self._asked if isinstance(each, Constraint) and each.is_functional]
+
+    @cached_property
+    def _others(self) -> list[tuple[Bounded, Array]]:
+        """The other constraints with places."""
+        return [(of, at) for of, at in self._asked if not (isinstance(of, Constraint) and of.is_functional)]
 
     @cached_property
     def _asked(self) -> list[tuple[Bounded, Array]]:
-        """The constraints that have places."""
         pairs = zip(self.problem.constraints, self.places, strict=True)
         return [(constraint, places) for constraint, places in pairs if len(places)]
-
-    @cached_property
-    def _arguments(self) -> Arguments:
-        """The arguments of all constraints that are functions of functionals, one constraint after the other."""
-        timed = (each.asked(places) for each, places in self._asked if isinstance(each, Constraint))
-        return Arguments([*chain.from_iterable(timed)])
-
-    @cached_property
-    def _sides(self) -> "_Sides":
-        return _Sides.of(self._asked)
-
-
-class _Sides(NamedTuple):
-    """Slacks ± (q − bound)/width − backoff at all places of all constraints: first of lower bounds, then of upper."""
-
-    signs: Array
-    ends: Array
-    widths: Array
-    backoffs: Array
-
-    @classmethod
-    def of(cls, asked: list[tuple[Bounded, Array]]) -> Self:
-        counts, bounds = [len(places) for _, places in asked], [each.quantity.bounds for each, _ in asked]
-        each_side = [
-            [(1.0, -b.lower, b.width, of.backoff) for b, (of, _) in zip(bounds, asked, strict=True)],
-            [(-1.0, b.upper, b.width, of.backoff) for b, (of, _) in zip(bounds, asked, strict=True)],
-        ]
-        rows = np.array(each_side, dtype=float).reshape(-1, 4)
-        return cls(*np.repeat(rows, counts * 2, axis=0).T)

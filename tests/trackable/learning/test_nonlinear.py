@@ -94,7 +94,7 @@ def test_slack_is_the_distance_to_each_bound_as_a_part_of_the_width_less_the_bac
     posterior = program.problem.posterior(here)
     x, u = (q(posterior.signals, times) for q, times in zip(state_and_input(plant), TIMES, strict=True))
     X, U = interval_sets(plant)
-    expected = [(x - X.lower) / X.width, (u - U.lower) / U.width, (X.upper - x) / X.width, (U.upper - u) / U.width]
+    expected = [(x - X.lower) / X.width, (X.upper - x) / X.width, (u - U.lower) / U.width, (U.upper - u) / U.width]
     at = program.evaluate(here)
     np.testing.assert_allclose(at.slack, np.concatenate(expected) - 0.01, atol=1e-12)
     assert at.jacobian.shape == (10, 3)

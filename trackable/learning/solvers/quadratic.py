@@ -5,8 +5,7 @@
 With z = (d, s), H = diag(B, ρ) = L Lᵀ, h = (c, ρ) and y = Lᵀ z + L⁻¹ h this asks for the shortest y in a polyhedron.
 """
 
-from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -18,11 +17,12 @@ from trackable.arrays import Array
 FEASIBLE = 1e-12
 _PIVOTS = 100  # for each row of a quadratic program: SciPy's own 3 are too few where bounds nearly coincide
 
+_ONE = np.ones(1)
+
 Indices = npt.NDArray[np.intp]
 
 
-@dataclass(frozen=True)
-class QuadraticProgram:
+class QuadraticProgram(NamedTuple):
     """A quadratic program in d, shape (p,), for all g, shape (m,), and penalties ρ: B is factored once.
 
     `inverse` is that of the Cholesky factor of B, `shift` is its product with c, and `newton` is −B⁻¹ c. Each of the m
@@ -53,28 +53,29 @@ class QuadraticProgram:
         if self._room(slack, self.newton).min() >= 0:
             return self.newton, multipliers
         near = (slack < self.reach).nonzero()[0]  # no step can violate the others
-        normals, offsets = self._polyhedron(slack, near, penalty)
-        u, m = _of_the_shortest(normals, offsets), len(near)
+        polyhedron, m = self._polyhedron(slack, near, penalty), len(near)
+        normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
         multipliers[near] = u[:m]
-        d = (normals[:-1].dot(u) - self.shift).dot(self.inverse)
+        d = (normals.dot(u) - self.shift).dot(self.inverse)
         if u[m] > 0:  # s = 0: all can be kept
-            d = self._mended(d, slack, near, normals[:-1], u > 0)
+            d = self._mended(d, slack, near, normals, u > 0)
         return np.minimum(np.maximum(d, self.lower), self.upper), multipliers
 
     def _room(self, slack: Array, d: Array) -> Array:
         """Return by how much d keeps each constraint and each end of the box, where s = 0."""
         return np.concatenate([slack + self.jacobian.dot(d), d - self.lower, self.upper - d])
 
-    def _polyhedron(self, slack: Array, near: Indices, penalty: float) -> tuple[Array, Array]:
-        """Return N and b of Nᵀ y ≥ b: of the constraints `near`, of s ≥ 0, of d ≥ lower and of −d ≥ −upper."""
+    def _polyhedron(self, slack: Array, near: Indices, penalty: float) -> Array:
+        """Return (N; bᵀ) of Nᵀ y ≥ b: of the constraints `near`, of s ≥ 0, of d ≥ lower and of −d ≥ −upper."""
         m, p = len(near), len(self.shift)
-        normals, offsets = np.zeros((p + 1, m + 1 + 2 * p)), np.ones(m + 1 + 2 * p)
-        normals[:p, :m], normals[p, : m + 1] = self.inverse.dot(self.jacobian[near].T), penalty**-0.5
-        normals[:p, m + 1 : -p], normals[:p, -p:] = self.inverse, -self.inverse
-        offsets[:m] -= slack[near]
-        offsets[m + 1 : -p], offsets[-p:] = self.lower, -self.upper
-        offsets += self.shift.dot(normals[:p])
-        return normals, offsets
+        found = np.zeros((p + 2, m + 1 + 2 * p))
+        normals, offsets = found[:p], found[-1]
+        normals[:, :m] = self.inverse.dot(self.jacobian[near].T)
+        normals[:, m + 1 : -p], normals[:, -p:] = self.inverse, -self.inverse
+        found[p, : m + 1] = penalty**-0.5
+        np.concatenate([1.0 - slack[near], _ONE, self.lower, -self.upper], out=offsets)
+        offsets += self.shift.dot(normals)
+        return found
 
     def _mended(self, d: Array, slack: Array, near: Indices, normals: Array, held: npt.NDArray[np.bool_]) -> Array:
         """Add what d lacks where it misses a constraint: rounding in flat directions, which no higher penalty mends."""
@@ -86,13 +87,14 @@ class QuadraticProgram:
         return np.asarray(d + move.dot(self.inverse))
 
 
-def _of_the_shortest(normals: Array, offsets: Array) -> Array:
-    """Return u ≥ 0 for which y = N u is the shortest y with Nᵀ y ≥ b.
+def _of_the_shortest(polyhedron: Array) -> Array:
+    """Return u ≥ 0 for which y = N u is the shortest y with Nᵀ y ≥ b, from (N; bᵀ), of which b is overwritten.
 
     It follows from the residual of min ‖(N; bᵀ) u − (0; 1)‖ over u ≥ 0 (Lawson and Hanson).
     """
-    scale = max(1.0, np.abs(offsets).max().item())  # y in units of its own size
-    scaled, unit = offsets / scale, np.zeros(len(normals) + 1)
+    offsets, unit = polyhedron[-1], np.zeros(len(polyhedron))
     unit[-1] = 1.0
-    u, _ = scipy.optimize.nnls(np.concatenate([normals, scaled[None]]), unit, maxiter=_PIVOTS * offsets.size)
-    return np.asarray(u * (scale / (1.0 - scaled.dot(u))))
+    scale = max(1.0, np.abs(offsets).max().item())
+    offsets /= scale  # y in units of its own size
+    u, _ = scipy.optimize.nnls(polyhedron, unit, maxiter=_PIVOTS * offsets.size)
+    return np.asarray(u * (scale / (1.0 - offsets.dot(u))))

@@ -69,11 +69,11 @@ class Evaluation:
 
     def linear_violation(self, d: Array) -> float:
         """Return the violation of the linearised constraints at x + d."""
-        return _violation(self.slack + self.jacobian @ d)
+        return _violation(self.slack + self.jacobian.dot(d))
 
     def predicted(self, d: Array, curvature: Array) -> float:
         """Return f at x + d as the quadratic model has it."""
-        return float(self.value + self.gradient @ d + d @ curvature @ d / 2)
+        return self.value + float((self.gradient + curvature.dot(d) / 2).dot(d))
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def minimise(
         program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box)
         d, multipliers, steered, broken = _steered_step(program, here, penalty)
         may_end, penalty = may_end and steered == penalty, steered
-        merit, size = here.merit(penalty), np.abs(d).max().item()
+        merit, size = here.merit(penalty), _size(d)
         gain = merit - (here.predicted(d, curvature) + penalty * _price(broken))
         if size < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
             if here.violation <= FEASIBLE or penalty >= _LARGEST_PENALTY:
@@ -128,17 +128,17 @@ def minimise(
         if there is not None and reached > merit - 0.1 * gain:
             # Curved constraints can spoil a good step: correct it to second order, with the constraints at x + d.
             corrected, _ = program.solve(there.slack - here.jacobian.dot(d), penalty)
-            if np.abs(corrected - d).max() > _STEP_TOLERANCE:
+            if _size(corrected - d) > _STEP_TOLERANCE:
                 again = evaluate(x + corrected)
                 if again is not None and again.merit(penalty) < reached:
-                    d, there, size, reached = corrected, again, np.abs(corrected).max().item(), again.merit(penalty)
+                    d, there, size, reached = corrected, again, _size(corrected), again.merit(penalty)
         if there is None or reached >= merit:
             radius, may_end = size / 4, False
             if radius < _SMALLEST_RADIUS:
                 return Minimum(x, here, False, curvature)
             continue
         gained, may_end = merit - reached, size < radius
-        agreement, curvature = gained / gain, _updated(curvature, d, here, there, multipliers)
+        agreement, curvature = gained / gain, _updated(curvature, d, here, there, multipliers, broken)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
         enough = max(_FIRST_PENALTY, _ENOUGH * float(multipliers.sum()))
@@ -165,6 +165,12 @@ def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -
     return d, multipliers, penalty, left
 
 
+def _size(d: Array) -> float:
+    """Return the largest of a few numbers, whatever their signs."""
+    largest: float = max(map(abs, d.tolist()))
+    return largest
+
+
 def _violation(slack: Array) -> float:
     """Return the largest violation. Rounding errors do not count, because a high penalty would amplify them."""
     return max(0.0, -float(slack.min()) - _ROUNDING) if slack.size else 0.0
@@ -174,24 +180,27 @@ def _price(violation: float) -> float:
     return violation + violation**2 / 2
 
 
-def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array) -> Array:
+def _updated(
+    curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array, broken: float
+) -> Array:
     """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.
 
     The information is updated instead where it foretells the change of slope along the step better. Not after a step
     that broke constraints: multipliers are as large as the penalty then, and the constraints' own curvature matters.
     """
-    change = there.gradient - here.gradient - (there.jacobian - here.jacobian).T @ multipliers
-    along, image = float(d @ change), curvature @ d
-    if there.information is not None and here.linear_violation(d) <= FEASIBLE:
+    change = there.gradient - here.gradient - multipliers.dot(there.jacobian - here.jacobian)
+    along, image = float(d.dot(change)), curvature.dot(d)
+    modelled = float(d.dot(image))
+    if there.information is not None and broken <= FEASIBLE:
         fresh = there.curvature
-        if abs(d @ fresh @ d - along) <= abs(d @ image - along):
-            curvature, image = fresh, fresh @ d
-    modelled = float(d @ image)
+        of_fresh = fresh.dot(d)
+        if abs((foretold := float(d.dot(of_fresh))) - along) <= abs(modelled - along):
+            curvature, image, modelled = fresh, of_fresh, foretold
     if along < 0.2 * modelled:
         weight = 0.8 * modelled / (modelled - along)
         change = weight * change + (1 - weight) * image
         along = 0.2 * modelled
-    updated = curvature - image[:, None] * image / modelled + change[:, None] * change / along
+    updated = curvature - image[:, None] * (image / modelled) + change[:, None] * (change / along)
     return _with_ridge(updated)
 
 
