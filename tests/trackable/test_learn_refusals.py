@@ -46,8 +46,8 @@ def refusals() -> dict[str, tuple[dict[str, object], str]]:
         "no equilibrium": (
             {"mean": 0.5},
             "mean: must be an admissible equilibrium, but at rest there the position is 0.5, not inside [-1.1, 0.2]: "
-            "what fades to it could not be followed for ever; give a mean inside, or a pair between which it is learned, as "
-            "mean=(-1.1, 0.2)",
+            "what fades to it could not be followed for ever; give a mean inside, or a pair between which it is "
+            "learned, as mean=(-1.1, 0.2)",
         ),
         "no equilibrium to swing about": (
             {"mean": 0.5, "claim": "all_phases", "kernel": Periodic()},

@@ -17,32 +17,35 @@ a box that holds x_0 or u_k. So d is bounded from below, whatever the multiplier
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+import scipy
 from flint import arb, arb_mat
 
 from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
 from trackable.feasibility.program import Least
-from trackable.systems.sets.interval import Interval
+from trackable.feasibility.steps import Steps
 from trackable.systems.sets.polytope import Polytope
 
+_UNKNOWN = arb("-inf")
 _OUTWARDS = 1e-6  # of a width: more than solvers and rounding miss of a box
 
 
 def certainly_missing(found: Least) -> float:
-    """Return a lower bound of d; 0 where none is certain, as where states are free that no value is given of."""
+    """Return a lower bound of d; 0 where none is certain."""
     steps = found.steps
     system = steps.plant.linear
     n, m = system.B.shape
-    boxes = _boxes(found)
     with ball_arithmetic():
+        states, inputs = _boxes(found)
         At, Bt = arb_mat(system.A.T.tolist()), arb_mat(system.B.T.tolist())
         c, factors = arb_mat([system.c.tolist()]), _factors(found)
         p, least = arb_mat(n, 1), -_allowed(found)
         for k in reversed(range(steps.count)):
             g, h = arb_mat(n, 1, factors[k][:n]), arb_mat(m, 1, factors[k][n:])
-            least += (c * p)[0, 0] + _least_on(boxes[n:], h + Bt * p)
+            least += (c * p)[0, 0] + _least_on(inputs, h + Bt * p)
             p = g + At * p
-        least += _least_on(boxes[:n], p)
+        least += _least_on(states, p)
         price = _total((found.at_lower + found.at_upper).tolist(), found.elastic.tolist())
         return min(found.missing, float_below(least / price)) if least > 0 and price > 0 else 0.0
 
@@ -67,37 +70,61 @@ def _factors(found: Least) -> list[list[arb]]:
     return factors
 
 
-def _boxes(found: Least) -> list[Interval | None]:
-    """Return a box for each state at the first step, and for each input: of bounds that give way, twice by what d is.
+def _boxes(found: Least) -> tuple[list[arb | None], list[arb | None]]:
+    """Return a ball for each state at the first step, and for each input; None where nothing bounds it.
 
-    Where d was larger than the program's, that would be a bound of it.
+    Bounds that give way do so by twice what d is: where d was larger than the program's, that would be a bound of it.
     """
-    plant = found.steps.plant
-    by = _OUTWARDS * found.steps.widths + 2 * found.missing * found.elastic
+    plant, by = found.steps.plant, _OUTWARDS * found.steps.widths + 2 * found.missing * found.elastic
     r = len(plant.state_set.rows)
-    X = _wider(plant.state_set, by[:r])
-    U = _wider(plant.input_set, by[r : r + len(plant.input_set.rows)])
-    boxes = [bounded.extent(i) for bounded in (X, U) for i in range(bounded.dimension)]
-    given = by[len(by) - len(found.steps.values) :].tolist()
-    for value, slack in zip(found.steps.values, given, strict=True):
-        i = found.steps.names.index(value.name)
-        if boxes[i] is None and value.step == 0 and i < plant.state_set.dimension:
-            boxes[i] = Interval(value.lower - slack, value.upper + slack)
-    return boxes
+    X = _extents(plant.state_set, by[:r])
+    U = _extents(plant.input_set, by[r : r + len(plant.input_set.rows)])
+    return (_observed(found.steps, by, U) if None in X else X), U
 
 
-def _wider(bounded: Polytope, by: Array) -> Polytope:
-    return replace(bounded, lower=bounded.lower - by, upper=bounded.upper + by)
+def _extents(bounded: Polytope, by: Array) -> list[arb | None]:
+    wider = replace(bounded, lower=bounded.lower - by, upper=bounded.upper + by)
+    found = [wider.extent(i) for i in range(bounded.dimension)]
+    return [None if of is None else arb(of.lower).union(arb(of.upper)) for of in found]
 
 
-def _least_on(boxes: Sequence[Interval | None], factors: arb_mat) -> arb:
-    """Return the least of a weighted sum on boxes; -∞ where one is unbounded that has a factor."""
+def _observed(steps: Steps, by: Array, inputs: list[arb | None]) -> list[arb | None]:
+    """Return a ball for each state at the first step that follows from bounds and values of the first n steps.
+
+    Where x_k = Aᵏ x_0 + f_k, they are n equations for x_0, of which the right sides lie between bounds.
+    """
+    system, n = steps.plant.linear, len(steps.plant.linear.A)
+    nothing: list[arb | None] = [None] * n
+    known = [of for of in inputs if of is not None]
+    if len(known) < len(inputs):
+        return nothing
+    A, effect = arb_mat(system.A.tolist()), arb_mat(system.B.tolist()) * arb_mat(len(known), 1, known)
+    power, forced, lines, aims = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)]), arb_mat(n, 1), [], []
+    rows, lower, upper = steps.rows.tocsr(), (steps.lower - by).tolist(), (steps.upper + by).tolist()
+    for k in range(min(n, steps.count)):
+        there = rows[:, k * steps.size : k * steps.size + n].toarray()
+        for i in np.flatnonzero(there.any(axis=1)).tolist():
+            row = arb_mat([there[i].tolist()])
+            lines.append((row * power).entries())
+            aims.append(arb(lower[i]).union(arb(upper[i])) - (row * forced)[0, 0])
+        power, forced = A * power, A * forced + effect + arb_mat(n, 1, system.c.tolist())
+    if len(lines) < n:
+        return nothing
+    _, _, order = scipy.linalg.qr(np.array([[float(of.mid()) for of in line] for line in lines]).T, pivoting=True)
+    chosen = order[:n].tolist()
+    try:
+        equations = arb_mat([lines[i] for i in chosen])
+        return [*equations.solve(arb_mat(n, 1, [aims[i] for i in chosen])).entries()]
+    except ZeroDivisionError:  # some state is not seen
+        return nothing
+
+
+def _least_on(boxes: Sequence[arb | None], factors: arb_mat) -> arb:
+    """Return the least of a weighted sum on boxes; -∞ where one is unbounded whose factor is not certainly zero."""
     least = arb(0)
     for box, factor in zip(boxes, factors.entries(), strict=True):
-        if box is None:
-            least += arb(0) if factor == 0 else arb("-inf")
-        else:
-            least += (factor * arb(box.lower)).min(factor * arb(box.upper))
+        if not factor == 0:  # noqa: SIM201  of a ball that holds zero, neither == nor != is certain
+            least += _UNKNOWN if box is None else (factor * box).lower()
     return least
 
 

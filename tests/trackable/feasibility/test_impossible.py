@@ -5,12 +5,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flint import arb, arb_mat
 
 from tests.trackable.feasibility import naive
 from tests.trackable.plants import AXIS, KERNEL, SAMPLES
 from trackable import ConstrainedSystem, Impossible, LinearSystem, NotTrackableError, Polytope, learn_reference
 from trackable import learn as learning
+from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.goal import Claim
+from trackable.feasibility.certain import _least_on as least_on
+from trackable.feasibility.certain import _observed as observed
 from trackable.feasibility.certain import certainly_missing
 from trackable.feasibility.impossible import impossible
 from trackable.feasibility.program import Least, least
@@ -163,9 +167,55 @@ def test_one_value_alone_proves_nothing():
         assert certainly_missing(Least(steps, chosen, 1.0, **none | {side: chosen})) == 0.0
 
 
-def test_a_free_state_without_a_value_proves_nothing():
-    free = replace(WEAK, state_set=Polytope.box([-1, -np.inf], [1, np.inf]))
-    assert told({0.0: REST, 1.0: {"position": 0.8}}, free).missing == pytest.approx(0.75, abs=1e-5)
+FREE = replace(WEAK, state_set=Polytope.box([-1, -np.inf], [1, np.inf]))
+
+
+@pytest.mark.parametrize("first", [0.0, 0.35])
+def test_a_free_state_is_bounded_by_what_the_others_do(first):
+    """The velocity is free, and no value of it is given: positions and forces of two steps say what it is at most."""
+    assert told({first: REST, first + 1.0: {"position": 0.8}}, FREE).missing == pytest.approx(0.75, abs=1e-5)
+    found = told({first: {"position": 0.1}, first + 0.1: {"position": 0.5}, first + 0.2: {"position": -0.5}}, FREE)
+    assert found.given == f"position = 0.5 at t = {first + 0.1:g} s"
+
+
+def test_what_nothing_bounds_proves_nothing():
+    """A factor that may be zero is none that is: it counts with all of a free state."""
+    assert not least_on([None], arb_mat(1, 1, [arb(0, 1e-10)])) > -1e300
+    assert least_on([None], arb_mat(1, 1, [arb(0)])) == 0
+    assert least_on([arb(1).union(arb(3))], arb_mat(1, 1, [arb(-2)])) < -5.999
+    nowhere = replace(WEAK, state_set=Polytope.box([-np.inf, -np.inf], [np.inf, np.inf]))
+    assert told({1.0: REST, 1.05: {"position": 0.8}}, nowhere).missing == pytest.approx(0.8, abs=1e-3)
+    assert told({1.0: {"position": 0.0}, 1.05: {"velocity": 5.0}}, nowhere) is None
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_first_state_is_where_a_trajectory_begins(seed):
+    """One sum of the states is bounded closely around a trajectory, and inputs are known: the ball is small."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 5))
+    system = LinearSystem(rng.normal(size=(n, n)), rng.normal(size=(n, 1)), rng.normal(size=n), sampling_time=0.1)
+    states, u = [rng.normal(size=n)], np.array([0.7])
+    for _ in range(n - 1):
+        states.append(system.successor(states[-1], u))
+    row = rng.normal(size=n)
+    values = [float(row @ x) for x in states]
+    X = Polytope([row], [min(values) - 1e-6], [max(values) + 1e-6])
+    steps = Steps(ConstrainedSystem(system, X, Polytope.box([-1], [1])), 0.0, n)
+    given = replace_rows(steps, values)
+    with ball_arithmetic():
+        balls = observed(given, np.full(2 * n, 1e-6), [arb(0.7)])
+    for ball, value in zip(balls, states[0].tolist(), strict=True):
+        assert ball.overlaps(arb(value))
+        assert float(ball.rad()) < 1.0
+
+
+def replace_rows(steps: Steps, values: list[float]) -> Any:
+    """The same steps with the row of X known at each of them."""
+
+    class Known(Steps):
+        lower = upper = np.array([of for value in values for of in (value, 0.7)])
+
+    return Known(steps.plant, steps.start, steps.count)
 
 
 @pytest.mark.parametrize("learn", [learning.learn_reference, streams.learn_stream])
