@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.balls.formulas import at_balls, require
 from trackable.certificates.kernels.table import balls_of
+from trackable.gp.factors.cached import cached
 from trackable.gp.signal import KernelSum
 from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.requirements import Requirement
@@ -29,7 +30,7 @@ class ShiftedSignal:
     signal: KernelSum
     shift: arb
 
-    @cached_property
+    @cached
     def summands(self) -> list[tuple[arb, arb]]:
         """All s − t_i and c_i."""
         with ball_arithmetic():

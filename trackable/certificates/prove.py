@@ -1,7 +1,6 @@
 """Prove a claim about a reference; return a certificate, a counterexample, or what is missing."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from flint import arb
@@ -27,6 +26,7 @@ from trackable.certificates.rounding.references import (
 from trackable.certificates.rounding.sizes import has_sane_numbers
 from trackable.certificates.settled import earliest_settled, settled_margins
 from trackable.certificates.sketch import sketches
+from trackable.gp.factors.cached import cached
 from trackable.gp.period import common_period
 from trackable.systems.reference import Reference
 
@@ -104,15 +104,15 @@ class _ProofProblem:
     def __post_init__(self) -> None:
         refuse_empty(self.reference)
 
-    @cached_property
+    @cached
     def until(self) -> float:
         return evaluated_until(self.reference.kernel_sums, self.window, claimed_windows(self.reference.plant))
 
-    @cached_property
+    @cached
     def errors(self) -> dict[str, float]:
         return evaluation_errors(self.reference, self.until, self.some_times)
 
-    @cached_property
+    @cached
     def roundings(self) -> dict[str, FormulaRounding]:
         return formula_roundings(self.reference, self.until)
 
@@ -124,15 +124,15 @@ class _ProofProblem:
             return np.linspace(start, end, _TIMES)
         return np.append(np.linspace(0.0, self.window, _TIMES), _AT_REST * self.window)
 
-    @cached_property
+    @cached
     def quantities(self) -> tuple[ExactQuantity, ...]:
         return exact_quantities(self.reference)
 
-    @cached_property
+    @cached
     def settled(self) -> float | None:
         return earliest_settled(self.reference, self.errors, self.roundings) if self.is_sane else None
 
-    @cached_property
+    @cached
     def is_sane(self) -> bool:
         return has_sane_numbers(self.reference)
 

@@ -125,12 +125,11 @@ class Posterior:
 
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
         """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p) with w = `own` of the samples, u = `weights` at t [s]."""
-        centres = np.concatenate([self._kernel_centres, t[weights != 0]])
-        spread = self.samples.stencil.spread(self._factored.weights_at_centres(own))
-        together = np.concatenate([spread, weights[weights != 0]])
+        some, own = weights != 0, self.samples.stencil.spread(self._factored.weights_at_centres(own))
+        centres, together = np.concatenate([self._kernel_centres, t[some]]), np.concatenate([own, weights[some]])
         order = np.argsort(centres, kind="stable")
         in_order = centres[order]
-        first = np.append(0, np.flatnonzero(in_order[1:] != in_order[:-1]) + 1)
+        first = np.flatnonzero(np.append(True, in_order[1:] != in_order[:-1]))
         sums = np.add.reduceat(together[order], first)
         return KernelSum(self.prior.kernel, self.prior.mean, in_order[first], sums)
 

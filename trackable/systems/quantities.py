@@ -43,8 +43,7 @@ class Quantities:
         found = np.empty(t.shape)
         found[...] = self._offsets[which]
         for weights, shifted in self._shifted(t):
-            for w, signal in zip(weights.T, shifted, strict=True):
-                found += w[which] * signal
+            found += np.einsum("mj,j...m->...m", weights[which], shifted)
         return found
 
     def margins(self, t: Array) -> Array:

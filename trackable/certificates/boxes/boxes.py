@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -14,6 +13,7 @@ from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.enclosure import Box
 from trackable.certificates.exact import ShiftedSignal
 from trackable.certificates.floats.balls import Balls, Mask, U
+from trackable.gp.factors.cached import cached
 
 Indices = npt.NDArray[np.intp]
 
@@ -87,12 +87,12 @@ class Boxes:
         middles = self.starts + (self.ends - self.starts) / 2
         return np.asarray((self.starts < middles) & (middles < self.ends))
 
-    @cached_property
+    @cached
     def middles(self) -> Balls:
         """The midpoints [s]."""
         return (Balls.exact(self.starts) + self.ends) * 0.5
 
-    @cached_property
+    @cached
     def halves(self) -> Balls:
         """Half of the widths [s]."""
         return (Balls.exact(self.ends) - self.starts) * 0.5

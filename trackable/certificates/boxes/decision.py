@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -21,6 +20,7 @@ from trackable.certificates.exact import ExactQuantity
 from trackable.certificates.floats.balls import Balls, Mask, joined
 from trackable.certificates.rounding.flat import FormulaRounding
 from trackable.certificates.sketch import Sketch
+from trackable.gp.factors.cached import cached
 from trackable.systems.formulas.evaluation import evaluate
 from trackable.systems.formulas.expression import Variable
 
@@ -42,14 +42,14 @@ class Limited:
     reserve: float
     rounding: FormulaRounding | None
 
-    @cached_property
+    @cached
     def ends(self) -> tuple[arb, arb]:
         """The bounds, drawn in."""
         with ball_arithmetic():
             bounds, reserve = self.quantity.bounds, arb(self.reserve)
             return arb(bounds.lower) + reserve, arb(bounds.upper) - reserve
 
-    @cached_property
+    @cached
     def limits(self) -> tuple[Balls, Balls]:
         """The bounds, drawn in, in float64: shape (1,) each."""
         lower, upper = (Balls.of(end) for end in self.ends)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -15,6 +14,7 @@ from trackable.certificates.boxes.boxes import Boxes, Indices, ShiftedBoxes
 from trackable.certificates.boxes.signals import missed, polynomials
 from trackable.certificates.boxes.together import Combination, Group, Together
 from trackable.certificates.floats.balls import Balls, Mask, U, sums_up
+from trackable.gp.factors.cached import cached
 
 _ENLARGED = 1.0625
 """Remainders are enlarged by this factor: a checker with slightly cruder bounds then still agrees."""
@@ -69,11 +69,11 @@ class Enclosures:
         total.mid[0], total.rad[0] = first.mid, first.rad
         return total
 
-    @cached_property
+    @cached
     def _remainders(self) -> Array:
         return np.full((len(self.signals), len(self.boxes)), np.nan)
 
-    @cached_property
+    @cached
     def _polynomials(self) -> Balls:
         return Balls(*np.full((2, self.terms, len(self.signals), len(self.boxes)), np.nan))
 

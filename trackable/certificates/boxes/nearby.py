@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from flint import arb
@@ -15,6 +14,7 @@ from trackable.certificates.kernels.base import KernelBalls
 from trackable.certificates.kernels.matern import MaternBalls
 from trackable.certificates.kernels.squared_exponential import SquaredExponentialBalls
 from trackable.certificates.kernels.table import balls_of
+from trackable.gp.factors.cached import cached
 from trackable.gp.signal import KernelSum
 
 _NEGLIGIBLE = 2.0**-60
@@ -38,7 +38,7 @@ class Pairs:
     weights: Array
     firsts: Indices
 
-    @cached_property
+    @cached
     def differences(self) -> Balls:
         """The differences of the middles of boxes and the centres: shape (P,)."""
         return self.shifts.at(self.of_box).differences(self.boxes.middles.at(self.of_box), self.centres)
@@ -64,7 +64,7 @@ class Pairs:
         """Return Σ_i v_i over the centres of each box, along the last axis."""
         return np.add.reduceat(values, self.firsts, axis=-1)
 
-    @cached_property
+    @cached
     def most(self) -> int:
         """The number of centres of a box, at most."""
         return int(np.max(np.diff(self.firsts, append=len(self.weights))))
@@ -84,7 +84,7 @@ class FullPairs:
         """The number of centres of a box."""
         return len(self.centres)
 
-    @cached_property
+    @cached
     def differences(self) -> Balls:
         """The differences of the middles of boxes and the centres."""
         column = (slice(None), None)
@@ -119,7 +119,7 @@ class Summands:
         order = np.argsort(signal.centres, kind="stable")
         return cls(balls_of(signal.kernel), signal.centres[order], signal.weights[order])
 
-    @cached_property
+    @cached
     def total(self) -> float:
         """Over-estimate of Σ_i |c_i|."""
         return float(sums_up(np.sum(np.abs(self.weights)), len(self.weights)))

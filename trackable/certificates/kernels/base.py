@@ -74,6 +74,12 @@ class KernelBalls(ABC):
     def beyond(self, distance: Number) -> Decay[Number]:
         """Bound |κ(r)| and |κ̇(r)| over all |r| ≥ distance ≥ 0."""
 
+    @cached_property
+    def largest(self) -> Decay[arb]:
+        """Bounds of |κ(r)| and |κ̇(r)| over all r."""
+        with ball_arithmetic(2):
+            return self.beyond(arb(0))
+
     @abstractmethod
     def sensitivity(self, reach: arb) -> Sensitivity:
         """Bound what the error of float64 evaluation depends on, for |r| ≤ reach."""

@@ -65,7 +65,7 @@ class RadialBalls(ElementaryBalls):
         return Decay(steepest[0] if is_here else self.value(distance), abs(steepest[1]))
 
     def sensitivity(self, reach: arb) -> Sensitivity:
-        size, slope = self.beyond(arb(0))
+        size, slope = self.largest
         # Of every radial kernel here |r κ̇| ≤ 2 θ₁².
         return Sensitivity(size, slope, 2 * size, self.moment(reach, size), self.roundings * size)
 

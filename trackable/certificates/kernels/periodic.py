@@ -51,5 +51,5 @@ class PeriodicBalls(ElementaryBalls):
         return Decay(everywhere + self.variance, everywhere + slope)
 
     def sensitivity(self, reach: arb) -> Sensitivity:
-        size, slope = self.beyond(arb(0))
+        size, slope = self.largest
         return Sensitivity(size, slope, reach * slope, reach * size, FORMULA * size)

@@ -4,7 +4,6 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-from flint import arb
 
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.kernels.table import balls_of
@@ -47,7 +46,7 @@ def _is_sane(signal: Signal) -> bool:
     hyperparameters = list(signal.kernel.hyperparameters.values())
     numbers = np.concatenate([[signal.mean], hyperparameters, signal.weights, signal.centres])
     with ball_arithmetic(2):
-        size = balls_of(signal.kernel).beyond(arb(0)).size
+        size = balls_of(signal.kernel).largest.size
         return bool(
             np.all(np.abs(numbers) <= _LARGEST) and min(hyperparameters) >= _SMALLEST and size <= _LARGEST_KERNEL
         )

@@ -9,6 +9,7 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -110,7 +111,7 @@ class Kernel(ABC):
         """The spectral density of κ; None where it decays slowly, or is no function."""
         return None
 
-    @property
+    @cached_property
     def correlation_time(self) -> float:
         """√(κ(0)/|κ̈(0)|) [s]: how fast a signal of this kernel can turn."""
         jet = self.jet(np.zeros(()), 2)

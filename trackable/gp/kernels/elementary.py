@@ -35,7 +35,7 @@ class Elementary(Kernel):
 
     def moved(self, values: Iterator[float]) -> Self:
         moved = object.__new__(type(self))
-        vars(moved).update({name: with_next(value, values) for name, value in vars(self).items()})
+        vars(moved).update({name: with_next(value, values) for name, value in self.hyperparameters.items()})
         return moved
 
     def search(self, name: str, scales: Scales) -> Search:

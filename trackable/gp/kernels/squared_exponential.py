@@ -29,9 +29,8 @@ class SquaredExponential(Radial):
         return phi
 
     def value(self, r: Array) -> Array:
-        value = np.asarray(r * (math.sqrt(0.5) / self.lengthscale))
-        value *= value
-        np.negative(value, out=value)
+        value = np.asarray(r * r)
+        value *= -0.5 / self.lengthscale**2
         np.exp(value, out=value)
         value *= self.signal_std**2
         return value
