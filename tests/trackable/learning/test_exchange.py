@@ -125,6 +125,14 @@ def test_a_search_ends_where_it_comes_near_to_a_known_minimum(monkeypatch):
     assert exchange.best.log_theta is minimum
 
 
+@pytest.mark.parametrize(("seed", "least"), [(87, 1643.4011), (119, 733.3205)])
+def test_searches_that_may_still_lead_to_the_best_minimum_are_not_given_up(seed, least):
+    """Slow ones: others would be the best if searches were given up sooner, or if steps learned less of curvature."""
+    found = best_solution(tight(seed).problem)
+    assert isinstance(found, Solution)
+    assert found.objective == pytest.approx(least, rel=1e-6)
+
+
 def test_points_that_only_keep_the_bounds_are_no_minima():
     """Searches from there have to go on: they must not end because a point nearby is known."""
     problem = tight(TIGHT_SEEDS[0]).problem

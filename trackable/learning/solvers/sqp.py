@@ -138,7 +138,7 @@ def minimise(
                 return Minimum(x, here, False, curvature)
             continue
         gained, may_end = merit - reached, size < radius
-        agreement, curvature = gained / gain, _updated(curvature, d, here, there, multipliers, broken)
+        agreement, curvature = gained / gain, _updated(curvature, d, here, there, multipliers)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
         enough = max(_FIRST_PENALTY, _ENOUGH * float(multipliers.sum()))
@@ -180,9 +180,7 @@ def _price(violation: float) -> float:
     return violation + violation**2 / 2
 
 
-def _updated(
-    curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array, broken: float
-) -> Array:
+def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array) -> Array:
     """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.
 
     The information is updated instead where it foretells the change of slope along the step better. Not after a step
@@ -191,7 +189,7 @@ def _updated(
     change = there.gradient - here.gradient - multipliers.dot(there.jacobian - here.jacobian)
     along, image = float(d.dot(change)), curvature.dot(d)
     modelled = float(d.dot(image))
-    if there.information is not None and broken <= FEASIBLE:
+    if there.information is not None and here.linear_violation(d) <= FEASIBLE:
         fresh = there.curvature
         of_fresh = fresh.dot(d)
         if abs((foretold := float(d.dot(of_fresh))) - along) <= abs(modelled - along):
