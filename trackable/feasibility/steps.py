@@ -106,9 +106,8 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Pinned]) -
     step = plant.sampling_time
     first, last = claim if isinstance(claim, tuple) else (0.0 if claim == "all_times" else -math.inf, math.inf)
     for linked in _linked(sorted(pinned, key=lambda of: of.time), step):
-        start = linked[0].time if linked else max(first, 0.0)
-        before = _whole((start - first) / step)
-        after = _whole((last - start) / step)
+        start = linked[0].time if linked else (first if math.isfinite(first) else 0.0)
+        before, after = _whole(start - first, start, step), _whole(last - start, start, step)
         at = [round((of.time - start) / step) for of in linked]
         early = min(before, max(0, (_MOST_STEPS - max(at, default=0)) // 2))
         count = early + min(after, _MOST_STEPS - early) + 1
@@ -134,6 +133,10 @@ def _linked(pinned: list[Pinned], step: float) -> list[list[Pinned]]:
     return found or [[]]
 
 
-def _whole(steps: float) -> int:
-    """Return how many whole steps fit, at most as many as are examined."""
-    return math.floor(min(steps + WINDOW, _MOST_STEPS))
+def _whole(time: float, start: float, step: float) -> int:
+    """Return how many whole steps fit, up to the rounding of times, and at most as many as are examined.
+
+    Bounds at a step that is outside of the claim ask nothing, however close to its ends it is.
+    """
+    rounding = 4 * float(np.spacing(max(abs(start), min(time, _MOST_STEPS * step))))
+    return math.floor(min((time + rounding) / step, _MOST_STEPS))

@@ -103,6 +103,21 @@ def test_bounds_alone_are_told_with_the_part_that_is_missing():
     assert told({}, MOVING, (0.0, 1.3)) is None
 
 
+@pytest.mark.parametrize("start", [-100.0, -3.0, -0.04, 1e9])
+def test_windows_are_examined_wherever_they_are(start):
+    found = told({}, MOVING, (start, start + 3.0))
+    assert found.missing == pytest.approx((1.5 - 0.7) / (3 + 1.4), abs=1e-6)
+    assert told({}, MOVING, (start, start + 0.02)) is None
+
+
+def test_steps_beyond_the_ends_of_a_claim_ask_nothing():
+    """However close they are: a reference may go anywhere there."""
+    assert told({}, MOVING, (0.0, 1.45)) is not None
+    assert told({}, MOVING, (0.0, 1.45 - 1e-8)) is None
+    assert told({0.05: {"position": 0.5}}, MOVING, (0.05, 1.5)) is not None
+    assert told({0.05: {"position": 0.5}}, MOVING, (1e-8, 0.9)) is None
+
+
 def test_times_that_steps_do_not_link_exclude_nothing():
     assert told({0.0: {"position": 0.0}, 0.025: {"position": 0.9}}) is None
     assert told({0.0: {"position": 0.0}, 0.05: {"position": 0.9}}) is not None
