@@ -9,7 +9,7 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.factors.band import Band, blocks, reach
-from trackable.gp.factors.chebyshev import ROUNDING
+from trackable.gp.factors.chebyshev import ROUNDING, Basis
 from trackable.gp.factors.dense import Dense
 from trackable.gp.factors.factorisation import Covariance, Factorisation
 from trackable.gp.factors.fourier import Fourier
@@ -28,6 +28,7 @@ _LARGEST_BLOCK = LARGEST_DENSE // 2
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # for each sample: with more, the dense matrix is faster
+_COST_OF_LOOKING = 5e5  # nanoseconds: looking for other structure takes half of it, the least of their costs as well
 _NEGLIGIBLE = 2.0**-53  # of the variance: a smaller addition to a diagonal entry is lost in rounding
 _AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
 _PRECISE = 1e-10  # the largest estimated error of band matrices: that of gradients may be a hundred times as large
@@ -59,9 +60,11 @@ class Candidate(NamedTuple):
 
 def factorise(prior: Prior, samples: Samples, covariance: Covariance) -> Factorisation | None:
     """Factorise K + V, K being the `covariance` of the samples; None if it is not positive definite in float64."""
+    fast = waves(prior, samples, covariance) if len(samples) >= _FEWEST_OF_WAVES else None
     if len(samples) < _FEWEST:
-        spectral = waves(prior, samples) if len(samples) >= _FEWEST_OF_WAVES else None
-        return (spectral and spectral.compute()) or unstructured(prior, samples, covariance)
+        return (fast and fast.compute()) or unstructured(prior, samples, covariance)
+    if fast and fast.cost < _COST_OF_LOOKING and (factor := fast.compute()):
+        return factor
     found = (each.compute() for each in sorted(candidates(prior, samples, covariance), key=lambda each: each.cost))
     return next((factor for factor in found if factor is not None), None)
 
@@ -82,38 +85,85 @@ def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[C
     return found
 
 
-def waves(prior: Prior, samples: Samples) -> Candidate | None:
+def waves(prior: Prior, samples: Samples, covariance: Covariance) -> Candidate | None:
     """Return the factorisation in cosines and sines; None where these are not well below the samples in number.
 
-    It computes nothing where rounding of K would show: what is promised is agreement with the dense factorisation.
+    None, too, where rounding of K would show: what is promised is agreement with the dense factorisation.
     """
-    n, stencil = len(samples), samples.stencil
+    n, stencil, noise = len(samples), samples.stencil, prior.noise_std**2
     assert isinstance(stencil, Stencil), "covariances of several kinds of samples have no such structure"
     density = stencil.spectral_density(prior.kernel)
     if density is None or (rung := samples.ladder.rung(density, _MOST_WAVES * n)) is None:
         return None
-    m, largest = rung.waves, _AGREEMENT * samples.ladder.least_variance / (ROUNDING * math.sqrt(n))
-    known = samples.ladder, rung, density, prior.noise_std**2, largest
-    return Candidate(0.03 * m**3 + 6 * m**2 + n * m + 6e4, lambda: Fourier.of(*known))
+    least = noise * samples.ladder.least_variance
+    if n <= LARGEST_DENSE and not ROUNDING * density.largest * math.sqrt(n) <= _AGREEMENT * least:
+        return None
+    m, basis = rung.waves, partial(_basis, prior, samples, covariance)
+    cost = 0.03 * m**3 + 6 * m**2 + 3 * n * m + 0.01 * n * m**2 + 6e4  # waves are used about ten times
+    return Candidate(cost, partial(Fourier.of, samples.ladder, rung, density, noise, basis))
+
+
+class _Rounding(NamedTuple):
+    """What rounding may change, and how much of it is `allowed`.
+
+    Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative): η ≤ `tolerance`.
+    Entries of K are up to `largest`, and change by up to `slope` in a second.
+    """
+
+    largest: float
+    slope: float
+    tolerance: float
+    allowed: float
+
+    @classmethod
+    def of(cls, prior: Prior, samples: Samples) -> "_Rounding":
+        n, stencil, kernel = len(samples), samples.stencil, prior.kernel
+        assert isinstance(stencil, Stencil), "covariances of several kinds of samples have no such structure"
+        largest = stencil.largest_gain * kernel(np.zeros(())).item()
+        slope = largest / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
+        tolerance = _AGREEMENT * float(np.min(noise_variance(prior, samples))) / np.sqrt(n)
+        return cls(largest, slope, tolerance, tolerance if n <= LARGEST_DENSE else np.inf)
+
+    @property
+    def entries(self) -> float:
+        """Rounding of the values of κ."""
+        return _EPS * self.largest
+
+    def lengths(self, span: float) -> float:
+        """Rounding of distances in time up to `span` [s]."""
+        return _EPS * self.slope * span
+
+
+def _points(prior: Prior, samples: Samples, covariance: Covariance) -> int | None:
+    """Return how many Chebyshev points resolve the covariance; None where n/2 do not, or rounding would show."""
+    rounding, n, times = _Rounding.of(prior, samples), len(samples), samples.times
+    # Chebyshev points are computed for times from 0 on; shifting them to the first sample rounds them.
+    moved = float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
+    placed = rounding.slope * moved <= rounding.tolerance * (1 if n <= LARGEST_DENSE else _LOOSENED)
+    error = ROUNDING * rounding.largest + rounding.lengths(samples.bases.span)
+    resolved = placed and prior.kernel.is_analytic and error <= rounding.allowed
+    return samples.bases.points_for(covariance, n // 2) if resolved else None
+
+
+def _basis(prior: Prior, samples: Samples, covariance: Covariance) -> Basis | None:
+    """Return the basis of few points where there are many samples, so that their sums of kernels are short."""
+    count = _points(prior, samples, covariance) if len(samples) >= _FEWEST else None
+    return samples.bases.of(count) if count else None
 
 
 def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Iterator[Candidate]:
-    """Yield the factorisations that use structure of K, where rounding allows them.
-
-    Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative).
-    """
-    variances = noise_variance(prior, samples)
+    """Yield the factorisations that use structure of K, where rounding allows them."""
+    variances, rounding = noise_variance(prior, samples), _Rounding.of(prior, samples)
     assert isinstance(samples.stencil, Stencil), "covariances of several kinds of samples have no such structure"
     n, times, kernel, lags = len(samples), samples.times, prior.kernel, samples.stencil.lags
-    span, gain = float(times[-1] - times[0]), sum(abs(rho) for rho, _ in lags)
+    span, gain, allowed = samples.bases.span, samples.stencil.largest_gain, rounding.allowed
     (variance,), _ = covariance(np.zeros(1))
-    largest = gain * kernel(np.zeros(())).item()
-    slope = largest / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
-    if not (variance > 0 and np.isfinite(slope)):
+    if not (variance > 0 and np.isfinite(rounding.slope)):
         return
-    tolerance = _AGREEMENT * float(np.min(variances)) / np.sqrt(n)
-    allowed = tolerance if n <= LARGEST_DENSE else np.inf
-    entries, lengths = _EPS * largest, _EPS * slope * span  # rounding of values, and of distances in time
+    entries, lengths = rounding.entries, rounding.lengths(span)
+
+    if spectral := waves(prior, samples, covariance):
+        yield spectral
 
     if entries <= allowed and np.isfinite(kernel.decay_distance):
         rows = blocks(times, reach(kernel, span, _NEGLIGIBLE * variance / gain) + abs(lags[-1][1]))
@@ -124,17 +174,13 @@ def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Itera
         (decay,) = kernel.decays
         yield Candidate(800.0 * n + 6.5e5, partial(Markov.of, times, decay, lags, variances, _PRECISE))
 
-    # Chebyshev points are computed for times from 0 on; shifting them to the first sample rounds them.
-    moved = float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
-    placed = slope * moved <= (tolerance if n <= LARGEST_DENSE else _LOOSENED * tolerance)
-    resolved = placed and kernel.is_analytic and ROUNDING * largest + lengths <= allowed
-    if resolved and (m := samples.bases.points_for(covariance, n // 2)):
+    if m := _points(prior, samples, covariance):
         known = samples.relative_noise, prior.noise_std**2
         cost = 0.2 * m**3 + 12 * m**2 + 4 * n * m + 0.01 * n * m**2 + 2e5  # a basis is used about ten times
         yield Candidate(cost, lambda: LowRank.of(samples.bases.of(m), covariance, *known))
 
     grid = Grid.of(times) if np.all(variances == variances[0]) else None
-    if grid and entries + lengths + 2 * slope * grid.deviation <= allowed:
+    if grid and entries + lengths + 2 * rounding.slope * grid.deviation <= allowed:
         yield Candidate(0.6 * n**2 + 500 * n + 6e5, partial(Toeplitz.of, grid, covariance, float(variances[0])))
 
 

@@ -158,7 +158,7 @@ class Samples:
     @cached_property
     def ladder(self) -> Ladder:
         """Cosines and sines at the sample times; kept here, as `bases` are."""
-        return Ladder(self.times, self.relative_variance)
+        return Ladder(self.times, self.relative_noise)
 
     @cached_property
     def scatter(self) -> Scatter:

@@ -1,19 +1,20 @@
 """Eigenvalues of a covariance matrix K = θ₁² C, for likelihoods at many amplitudes θ₁ of one kernel."""
 
+import math
 from collections.abc import Callable
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.gp.factors.chebyshev import Bases
 from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import Stencil
 
-_FEWEST = 150  # samples: for fewer, computing all eigenvalues is faster
+_FEWEST = 100  # samples: for fewer, computing all eigenvalues of many matrices at once is faster
+_MOST = 0.75  # cosines and sines for each sample: with more, computing all eigenvalues is faster
+_POINTS, _CHECKED = 64, 7 / 8  # points of a period to begin with; and of its lines: all beyond must be lost in rounding
+_EPS = float(np.finfo(float).eps)
 
 
 class Spectrum(NamedTuple):
@@ -32,19 +33,24 @@ class Spectrum(NamedTuple):
 
     @classmethod
     def of(cls, samples: Samples, kernel: Kernel, residual: Array) -> "Spectrum":
-        """Decompose for n samples and a kernel: k = n, or the number of points that resolve the kernel."""
+        """Decompose for n samples and a kernel: k = n, or fewer where the kernel is a sum of few cosines."""
         scaled, stencil = residual / samples.relative_noise, samples.stencil
-        if not isinstance(stencil, Stencil):
+        few = None if can_be_stacked(samples) else _lines(kernel, samples)
+        if few is None or kernel.period is None or not isinstance(stencil, Stencil):
             return cls._of_whole(samples, stencil.between(kernel, samples.times), scaled)
-        value = partial(stencil.value, kernel.value)
-        first, bases = _start_and_bases(samples, kernel)
-        may_be_few = len(samples) >= _FEWEST and kernel.is_analytic
-        if may_be_few and (count := bases.points_for(stencil.covariance(kernel), len(samples) // 2)):
-            points, _, q, r = bases.of(count)
-            power, vectors = np.linalg.eigh(r @ value(points[:, None] - points) @ r.T)
-            along = vectors.T @ (scaled @ q)
-            return cls(power, along, float(scaled @ scaled - along @ along), first + points, r.T @ vectors)
-        return cls._of_whole(samples, value(samples.times[:, None] - samples.times), scaled)
+        omega = math.tau / kernel.period
+        root = np.sqrt(stencil.gain(np.asarray(omega * np.arange(len(few)))) * few)
+        once = np.exp(1j * omega * (samples.times - samples.times[0]))
+        turns = root[:, None] * np.vander(once, len(few), increasing=True).T
+        # C = M Mᵀ with these rows of Mᵀ, as in `factors.fourier`: its eigenvalues are those of Mᵀ M, and zeros.
+        rows = np.concatenate([turns.real, turns[1:].imag])
+        rows /= samples.relative_noise
+        found, vectors = np.linalg.eigh(rows @ rows.T)
+        kept = found > len(found) * _EPS * found[-1]
+        onto = vectors[:, kept] / np.sqrt(found[kept])
+        along = rows @ scaled @ onto
+        lift = (rows / samples.relative_noise).T @ onto
+        return cls(found[kept], along, float(scaled @ scaled - along @ along), samples.times, lift)
 
     @classmethod
     def stacked(cls, samples: Samples, kernel: Callable[[Array], Array], residual: Array) -> "Spectrum":
@@ -65,8 +71,22 @@ def can_be_stacked(samples: Samples) -> bool:
     return len(samples) < _FEWEST and isinstance(samples.stencil, Stencil)
 
 
-def _start_and_bases(samples: Samples, kernel: Kernel) -> tuple[float, Bases]:
-    """Return the time [s] of the first point, and bases: within one period if the kernel has one that is short."""
-    if isinstance(kernel, Periodic) and kernel.period < samples.bases.span:
-        return 0.0, Bases(samples.times % kernel.period, samples.relative_noise, kernel.period)
-    return float(samples.times[0]), samples.bases
+def _lines(kernel: Kernel, samples: Samples) -> Array | None:
+    """Return s_k with κ(r) = Σ_k s_k cos(2πkr/period) up to rounding, shape (K,).
+
+    None where the cosines and sines are not well below the samples in number, or these do not cover a period: small
+    eigenvalues would lose their digits then.
+    """
+    period, points = kernel.period, _POINTS
+    if period is None or period > samples.bases.span:
+        return None
+    while points < 2 * len(samples):
+        values = kernel(np.asarray(period / points * np.arange(points)))
+        power = np.asarray(np.fft.rfft(values).real * (2 / points))
+        power[0] /= 2
+        last = int(np.flatnonzero(np.abs(power) > _EPS * values[0])[-1])
+        # Lines beyond the last one are folded back onto the last ones: those must not be taken for resolved.
+        if last < _CHECKED * len(power):
+            return np.maximum(power[: last + 1], 0) if 2 * last + 1 < _MOST * len(samples) else None
+        points *= 2
+    return None

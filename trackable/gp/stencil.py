@@ -77,24 +77,30 @@ class Stencil:
         correlation = np.correlate(self.weights, self.weights, mode="full").tolist()
         return [(rho, d * self.step) for d, rho in zip(range(-last, last + 1), correlation, strict=True)]
 
+    @cached_property
+    def largest_gain(self) -> float:
+        """Σ_d |ρ_d|: no covariance of samples is more times as large as one of the process."""
+        return sum(abs(rho) for rho, _ in self.lags)
+
     def covariance(self, kernel: Kernel) -> Covariance:
         """Return the covariance of two samples, Σ_d ρ_d κ(r + d step) over the lags, with its ∂/∂ln θ."""
         return kernel.value_and_gradient if self.weights == POINT.weights else partial(self._covariance, kernel)
+
+    def gain(self, omega: Array) -> Array:
+        """Return |Σ_j w_j e^(iωj step)|², the factor of a spectral density at ω [rad/s], shape (m,)."""
+        phases = np.exp(1j * self.step * omega[:, None] * np.arange(len(self.weights)))
+        return np.asarray(np.abs(phases @ self.weights) ** 2)
 
     def spectral_density(self, kernel: Kernel) -> SpectralDensity | None:
         """Return the spectral density of samples, |Σ_j w_j e^(iωj step)|² S(ω), where the kernel states its own."""
         density = kernel.spectral_density
         if density is None or self.weights == POINT.weights:
             return density
-        return density.filtered(self._gain, abs(self.lags[-1][1]))
+        return density.filtered(self.gain, self.largest_gain, abs(self.lags[-1][1]))
 
     def value(self, kernel: Callable[[Array], Array], r: Array) -> Array:
         """Return the covariance of two samples that lie r [s] apart, without derivatives: the shape of κ(r)."""
         return np.asarray(sum(rho * kernel(r + lag) for rho, lag in self.lags))
-
-    def _gain(self, omega: Array) -> Array:
-        phases = np.exp(1j * self.step * omega[:, None] * np.arange(len(self.weights)))
-        return np.asarray(np.abs(phases @ self.weights) ** 2)
 
     def _covariance(self, kernel: Kernel, r: Array) -> tuple[Array, Array]:
         parts = [(rho, *kernel.value_and_gradient(r + lag)) for rho, lag in self.lags]

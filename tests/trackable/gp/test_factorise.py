@@ -133,12 +133,13 @@ def test_products_against_whole_matrices(kernel):
 def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
     """The posterior mean as a sum of kernels at Chebyshev points, with its derivatives."""
     posterior = posterior_at(kernel, TIMES["late"](400), 0.3, np.exp(random(400, -0.5, 0.5)), stencil)
-    factor = factorisations(posterior)[LowRank]
-    condensed, whole = with_factor(posterior, factor).signal, dense(posterior).signal
-    assert len(condensed.centres) <= len(whole.centres) / 2
-    t = 1e3 + np.linspace(-5, 25, 300)
-    for one, other in zip(condensed.jet(t, 2), whole.jet(t, 2), strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-9 * np.max(np.abs(other)))
+    whole, t = dense(posterior).signal, 1e3 + np.linspace(-5, 25, 300)
+    found = factorisations(posterior)
+    for factor in [found[LowRank], *([found[Fourier]] if Fourier in found else [])]:
+        condensed = with_factor(posterior, factor).signal
+        assert len(condensed.centres) <= len(whole.centres) / 2
+        for one, other in zip(condensed.jet(t, 2), whole.jet(t, 2), strict=True):
+            np.testing.assert_allclose(one, other, atol=1e-9 * np.max(np.abs(other)))
 
 
 @pytest.mark.parametrize(
@@ -150,8 +151,9 @@ def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
         (SquaredExponential(1.0, 0.1), TIMES["even"](180), Dense),  # half of the time that the recursion takes
         (Matern32(1.0, 2.0), TIMES["random"](100), Dense),
         (SquaredExponential(1.0, 0.1), TIMES["random"](1000), Band),
-        (SquaredExponential(1.0, 5.0), TIMES["random"](1000), LowRank),
-        (SquaredExponential(1.0, 5.0), TIMES["even"](1000), LowRank),
+        (SquaredExponential(1.0, 5.0), TIMES["random"](1000), Fourier),
+        (SquaredExponential(1.0, 5.0), TIMES["even"](1000), Fourier),
+        (RationalQuadratic(1.0, 9.0, 1.0), TIMES["random"](1000), LowRank),
         (SquaredExponential(1.0, 0.5), TIMES["even"](1000), Toeplitz),
         (Matern32(1.0, 2.0), TIMES["random"](500), Dense),
         (Matern32(1.0, 2.0), TIMES["even"](500), Toeplitz),
@@ -202,7 +204,7 @@ def test_beyond_the_reach_of_dense_matrices_rounding_is_accepted(kernel, monkeyp
     monkeypatch.setattr(factorise_module, "LARGEST_DENSE", 250)
     others = factorisations(posterior)
     assert Dense not in others
-    assert len(others) == 2
+    assert len(others) >= 2
     for factor in others.values():
         assert disagreement(with_factor(posterior, factor), dense(posterior)) < 1e-5
 

@@ -59,6 +59,10 @@ class Basis(NamedTuple):
     q: Array
     r: Array
 
+    def weights(self, c: Array) -> Array:
+        """Return Wᵀ ϱ⁻¹ c for c of shape (…, n): shape (…, m)."""
+        return np.asarray(c @ self.q @ self.r)
+
 
 @dataclass(frozen=True)
 class Bases:

@@ -15,6 +15,7 @@ So a gradient takes the diagonal of B⁻¹, and the exponentials of m frequencie
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, Self
@@ -23,29 +24,31 @@ import numpy as np
 import scipy
 
 from trackable.arrays import Array
+from trackable.gp.factors.chebyshev import Basis
 from trackable.gp.factors.factorisation import Factorisation
+from trackable.gp.factors.packed import LOWER, diagonal, packed
 from trackable.gp.kernels.spectral import SpectralDensity
 
 _STEPS = 4  # periods on the ladder while the reach doubles
 _LOWEST = -13  # its first place: a period about 10 % longer than the span, which serves all short reaches
 _LONGEST = 2.0**100  # spans: no reach that matters is longer, and float64 has the ladder up to there
-_CACHE_SIZE = 16  # periods: an optimiser's iterates alternate between a few
+_CACHED = 2**23  # numbers: waves of so many are kept, as an optimiser's iterates alternate between a few periods
 
 
 class Waves(NamedTuple):
     """1, cos ω₁t, sin ω₁t, cos ω₂t, …: columns of Φ (n, m) with `frequencies` ω [rad/s] (m,) and a `period` P [s].
 
-    `features` are ϱ⁻² Φ (n, m), and `products` Φᵀ ϱ⁻² Φ (m, m).
+    `scaled` is ϱ⁻¹ Φ (n, m), and `products` are Φᵀ ϱ⁻² Φ (m, m).
     """
 
     period: float
     frequencies: Array
-    features: Array
+    scaled: Array
     products: Array
 
     def first(self, count: int) -> "Waves":
         """Return the first of these waves."""
-        return Waves(self.period, self.frequencies[:count], self.features[:, :count], self.products[:count, :count])
+        return Waves(self.period, self.frequencies[:count], self.scaled[:, :count], self.products[:count, :count])
 
 
 class Rung(NamedTuple):
@@ -57,24 +60,25 @@ class Rung(NamedTuple):
 
 @dataclass(frozen=True)
 class Ladder:
-    """Waves at `times` [s] with `relative_variance` ϱ², for periods on a ladder, so that they serve many densities."""
+    """Waves at `times` [s] with `relative_noise` ϱ, for periods on a ladder, so that they serve many densities."""
 
     times: Array
-    relative_variance: Array
-    _cache: dict[int, Waves] = field(default_factory=dict, init=False, repr=False)
+    relative_noise: Array
+    _cache: dict[tuple[int, int], Waves] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def span(self) -> float:
         return float(self.times[-1] - self.times[0])
 
     @cached_property
-    def log_variance(self) -> float:
-        """Σ_i ln ϱ_i²."""
-        return float(np.sum(np.log(self.relative_variance)))
+    def log_relative_noise(self) -> float:
+        """Σ_i ln ϱ_i."""
+        return float(np.sum(np.log(self.relative_noise)))
 
     @cached_property
     def least_variance(self) -> float:
-        return float(np.min(self.relative_variance))
+        """The least ϱ_i²."""
+        return float(np.min(self.relative_noise) ** 2)
 
     def rung(self, density: SpectralDensity, most: float) -> Rung | None:
         """Return the shortest period for a density, and its number of waves; None if these are more than `most`."""
@@ -82,17 +86,19 @@ class Ladder:
         if not (waves_at_least < most and density.reach < _LONGEST * self.span):
             return None
         place = max(math.ceil(_STEPS * math.log2(density.reach / self.span)), _LOWEST)
-        count = 1 + 2 * math.ceil(density.limit * self._period(place) / math.tau)
+        count = 1 + 2 * math.floor(density.limit * self._period(place) / math.tau)
         return Rung(place, count) if count <= most else None
 
     def waves(self, rung: Rung) -> Waves:
         """Return the waves of a rung, from the cache of the most recently used ones if they are there."""
-        found = self._cache.pop(rung.place, None)
-        if found is None or len(found.frequencies) < rung.waves:
-            found = self._computed(self._period(rung.place), int(2 ** (1 / _STEPS) * rung.waves) | 1)
-        self._cache[rung.place] = found  # a dictionary keeps its order: the last entry is the one used last
-        if len(self._cache) > _CACHE_SIZE:
-            del self._cache[next(iter(self._cache))]
+        # A few more serve other densities, too. How many must not depend on those: results would, in their last bits.
+        key = rung.place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(rung.waves)) / _STEPS)) | 1
+        found = self._cache.pop(key, None)
+        if found is None:
+            found = self._computed(self._period(rung.place), key[1])
+            while self._cache and found.scaled.size + sum(each.scaled.size for each in self._cache.values()) > _CACHED:
+                del self._cache[next(iter(self._cache))]
+        self._cache[key] = found  # a dictionary keeps its order: the last entry is the one used last
         return found.first(rung.waves)
 
     def _period(self, place: int) -> float:
@@ -105,13 +111,17 @@ class Ladder:
         phi = np.empty((count, len(self.times)))
         phi[0::2], phi[1::2] = np.sin(angles), np.cos(angles[1:])
         phi[0] = 1.0
-        features = np.asarray((phi / self.relative_variance).T)
-        return Waves(period, np.asarray(frequencies), features, phi @ features)
+        phi /= self.relative_noise
+        return Waves(period, np.asarray(frequencies), phi.T, phi @ phi.T)
 
 
 @dataclass(frozen=True)
 class Fourier(Factorisation):
-    """A as above, by the `factor` L of B = L Lᵀ, with `root` √s_k/σ_n (m,) and `slope` ∂ln s_k/∂ln θ_j (p, m)."""
+    """A as above, by the stored entries of the `factor` L of B = L Lᵀ.
+
+    `root` is √s_k/σ_n (m,), `slope` ∂ln s_k/∂ln θ_j (p, m). `basis` interpolates in fewer points than there are
+    samples, where such points resolve the kernel: they are the centres then.
+    """
 
     ladder: Ladder
     waves: Waves
@@ -119,54 +129,73 @@ class Fourier(Factorisation):
     root: Array
     slope: Array
     factor: Array
+    basis: Callable[[], Basis | None]
 
     @classmethod
     def of(
-        cls, ladder: Ladder, rung: Rung, density: SpectralDensity, noise_variance: float, largest: float
+        cls,
+        ladder: Ladder,
+        rung: Rung,
+        density: SpectralDensity,
+        noise_variance: float,
+        basis: Callable[[], Basis | None],
     ) -> Self | None:
-        """Factorise for σ_n² = `noise_variance`; None if κ(0) > `largest` σ_n², or B is not positive definite."""
+        """Factorise for σ_n² = `noise_variance`; None if B is not positive definite in float64."""
         waves = ladder.waves(rung)
         power, slope = density.at(waves.frequencies)
         power *= 2 / (waves.period * noise_variance)
         power[0] *= 0.5
-        if not np.add.reduce(power[::2]) <= largest:
-            return None
         root = np.sqrt(power, out=power)
         b = waves.products * root
         b *= root[:, None]
         b.reshape(-1)[:: len(b) + 1] += 1
-        factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)
-        return None if info else cls(ladder, waves, noise_variance, root, slope, factor)
+        factor, info = scipy.linalg.lapack.dpftrf(len(b), packed(b), uplo=LOWER, overwrite_a=True)
+        return None if info else cls(ladder, waves, noise_variance, root, slope, factor, basis)
 
     @property
     def log_determinant(self) -> float:
-        noise = len(self.ladder.times) * math.log(self.noise_variance) + self.ladder.log_variance
-        return noise + 2 * float(np.add.reduce(np.log(self.factor.diagonal())))
+        of_noise = 0.5 * len(self.ladder.times) * math.log(self.noise_variance) + self.ladder.log_relative_noise
+        return 2 * (of_noise + float(np.add.reduce(np.log(self.factor[diagonal(len(self.root))]))))
 
     def solve(self, right: Array) -> Array:
-        variance, features = self.ladder.relative_variance, self.waves.features
-        x = self._solved(right.T @ features * self.root)
-        rest = right.T / variance - x * self.root @ features.T
-        # Mᵀ (I + M Mᵀ)⁻¹ = B⁻¹ Mᵀ: what is left along M should be x. Correct it for what rounding left there.
-        beside = self._solved((variance * rest) @ features * self.root - x)
-        return np.asarray((rest - beside * self.root @ features.T).T / self.noise_variance)
+        y = right.T / self.ladder.relative_noise
+        x = self._solved(self._along(y))
+        rest = y - self._spread(x)
+        # Mᵀ (I + M Mᵀ)⁻¹ = B⁻¹ Mᵀ: what the rest has along M should be x. Correct it for what rounding left there.
+        rest -= self._spread(self._solved(self._along(rest) - x))
+        return np.asarray((rest / self.ladder.relative_noise).T / self.noise_variance)
+
+    def gradient_times(self, c: Array) -> Array:
+        noise = self.ladder.relative_noise
+        return np.asarray(self._spread(self.slope * self._along(noise * c)) * noise * self.noise_variance)
+
+    def centres(self, times: Array) -> Array:
+        return times if self._basis is None else np.asarray(times[0] + self._basis.points)
+
+    def weights_at_centres(self, c: Array) -> Array:
+        return c if self._basis is None else self._basis.weights(self.ladder.relative_noise * c)
+
+    @cached_property
+    def _basis(self) -> Basis | None:
+        return self.basis()
+
+    def likelihood_traces(self, c: Array) -> tuple[Array, float]:
+        inverse, _ = scipy.linalg.lapack.dpftri(len(self.root), self.factor, uplo=LOWER)
+        lost, scaled = inverse[diagonal(len(self.root))], self.ladder.relative_noise * c
+        by_kernel = self.slope.dot(1 - lost - self.noise_variance * self._along(scaled) ** 2)
+        # tr(A⁻¹ V) = tr((I + M Mᵀ)⁻¹) = n − m + tr(B⁻¹)
+        by_noise = len(c) - len(lost) + np.add.reduce(lost) - self.noise_variance * scaled.dot(scaled)
+        return by_kernel, float(by_noise)
+
+    def _along(self, rows: Array) -> Array:
+        """Return Mᵀ times each of the rows, shape (…, n)."""
+        return np.asarray(rows @ self.waves.scaled * self.root)
+
+    def _spread(self, rows: Array) -> Array:
+        """Return M times each of the rows, shape (…, m)."""
+        return np.asarray((rows * self.root) @ self.waves.scaled.T)
 
     def _solved(self, rows: Array) -> Array:
         """Return B⁻¹ times each of the rows, shape (…, m)."""
-        solved, _ = scipy.linalg.lapack.dpotrs(self.factor, rows.T, lower=True, overwrite_b=True)
-        return np.asarray(solved.reshape(rows.T.shape).T)
-
-    def gradient_times(self, c: Array) -> Array:
-        variance = self.ladder.relative_variance
-        along = self.slope * (self.noise_variance * self.root**2 * (variance * c @ self.waves.features))
-        return np.asarray(along @ self.waves.features.T * variance)
-
-    def likelihood_traces(self, c: Array) -> tuple[Array, float]:
-        inverse, _ = scipy.linalg.lapack.dtrtri(self.factor, lower=True)
-        inverse *= inverse
-        lost = np.add.reduce(inverse, axis=0)  # the diagonal of B⁻¹
-        scaled = self.ladder.relative_variance * c
-        along = scaled @ self.waves.features * self.root
-        by_kernel = self.slope.dot(1 - lost - self.noise_variance * along**2)
-        by_noise = len(c) - len(lost) + np.add.reduce(lost) - self.noise_variance * scaled.dot(c)
-        return by_kernel, float(by_noise)
+        solved, _ = scipy.linalg.lapack.dpftrs(len(self.root), self.factor, rows.T, uplo=LOWER)
+        return np.asarray(solved.T.reshape(rows.shape))

@@ -67,7 +67,7 @@ class LowRank(Factorisation):
 
     def weights_at_centres(self, c: Array) -> Array:
         """Return Wᵀ c, shape (…, m): Σ_i c_i κ(t − t_i) = Σ_j (Wᵀ c)_j κ(t − x_j) where the points x_j resolve κ."""
-        return np.asarray((self.relative_noise * c) @ self.basis.q @ self.basis.r)
+        return self.basis.weights(self.relative_noise * c)
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         n, m = self.basis.q.shape

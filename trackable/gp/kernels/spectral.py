@@ -14,9 +14,10 @@ _TINY = float(np.finfo(float).tiny)
 class SpectralDensity:
     """`at(ω)` returns S and ∂ln S/∂ln θ_j at frequencies ω [rad/s] of shape (m,): shapes (m,) and (p, m).
 
-    Beyond `reach` [s] κ, and beyond `limit` [rad/s] its density, are lost in rounding.
+    `largest` bounds |κ|. Beyond `reach` [s] κ, and beyond `limit` [rad/s] its density, are lost in rounding.
     """
 
+    largest: float
     reach: float
     limit: float
     at: Callable[[Array], tuple[Array, Array]]
@@ -30,13 +31,17 @@ class SpectralDensity:
             shares = np.array([one, two]) / np.maximum(whole, _TINY)
             return whole, np.concatenate([shares[0] * by_one, shares[1] * by_two])
 
-        return SpectralDensity(max(self.reach, other.reach), max(self.limit, other.limit), at)
+        reach, limit = max(self.reach, other.reach), max(self.limit, other.limit)
+        return SpectralDensity(self.largest + other.largest, reach, limit, at)
 
-    def filtered(self, gain: Callable[[Array], Array], length: float) -> "SpectralDensity":
-        """Return the density behind a filter of this `length` [s], whose `gain` is |F(ω)|² of its transform F."""
+    def filtered(self, gain: Callable[[Array], Array], largest: float, length: float) -> "SpectralDensity":
+        """Return the density behind a filter of this `length` [s], whose `gain` is |F(ω)|² of its transform F.
+
+        No covariance becomes more than `largest` times as large.
+        """
 
         def at(omega: Array) -> tuple[Array, Array]:
             density, gradient = self.at(omega)
             return density * gain(omega), gradient
 
-        return SpectralDensity(self.reach + length, self.limit, at)
+        return SpectralDensity(largest * self.largest, self.reach + length, self.limit, at)

@@ -50,7 +50,8 @@ class SquaredExponential(Radial):
     @property
     def spectral_density(self) -> SpectralDensity:
         """S = √(2π) θ₁² θ₂ e^(−s²/2) with s = θ₂ ω: a squared exponential again."""
-        return SpectralDensity(_EXTENT * self.lengthscale, _EXTENT / self.lengthscale, self._density)
+        variance, lengthscale = float(self.signal_std) ** 2, float(self.lengthscale)
+        return SpectralDensity(variance, _EXTENT * lengthscale, _EXTENT / lengthscale, self._density)
 
     def _density(self, omega: Array) -> tuple[Array, Array]:
         square = (float(self.lengthscale) * omega) ** 2

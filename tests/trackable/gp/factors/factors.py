@@ -3,7 +3,7 @@
 import numpy as np
 
 from tests.trackable.gp.instances import KERNELS
-from trackable.gp.factorise import candidates, unstructured, waves
+from trackable.gp.factorise import candidates, unstructured
 from trackable.gp.factors.factorisation import Covariance, Factorisation
 from trackable.gp.posterior import Posterior
 from trackable.gp.prior import Prior
@@ -30,9 +30,7 @@ def covariance_of(posterior: Posterior) -> Covariance:
 
 def factorisations(posterior: Posterior) -> dict[type[Factorisation], Factorisation]:
     """All factorisations that are offered and succeed, by type."""
-    prior, samples = posterior.prior, posterior.samples
-    offered = [waves(prior, samples), *candidates(prior, samples, covariance_of(posterior))]
-    computed = (each.compute() for each in offered if each is not None)
+    computed = (each.compute() for each in candidates(posterior.prior, posterior.samples, covariance_of(posterior)))
     return {type(factor): factor for factor in computed if factor is not None}
 
 

@@ -8,6 +8,7 @@ from scipy.integrate import quad
 
 from tests.trackable.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
 from tests.trackable.gp.instances import KERNELS, over
+from trackable.gp.factors import fourier
 from trackable.gp.factors.fourier import Fourier, Ladder
 from trackable.gp.kernels.base import Kernel, Sum
 from trackable.gp.kernels.squared_exponential import SquaredExponential
@@ -56,9 +57,9 @@ def test_waves_sum_to_the_covariance_up_to_rounding(kernel: Kernel, stencil: Ste
     power[0] /= 2
     value, by_theta = stencil.covariance(kernel)(times[:, None] - times)
     scale = np.sum(np.abs(stencil.weights)) ** 2 * kernel(np.zeros(()))
-    assert np.max(np.abs((waves.features * power) @ waves.features.T - value)) < 100 * EPS * scale
+    assert np.max(np.abs((waves.scaled * power) @ waves.scaled.T - value)) < 100 * EPS * scale
     for slope, own in zip(gradient, by_theta, strict=True):
-        assert np.max(np.abs((waves.features * (power * slope)) @ waves.features.T - own)) < 1000 * EPS * scale
+        assert np.max(np.abs((waves.scaled * (power * slope)) @ waves.scaled.T - own)) < 1000 * EPS * scale
 
 
 @given(
@@ -107,7 +108,7 @@ def test_the_gradient_is_that_of_the_likelihood():
         assert difference / (2 * h) == pytest.approx(slope, rel=1e-6, abs=1e-6)
 
 
-def test_waves_are_made_once_and_forgotten_when_others_were_used_since():
+def test_waves_are_made_once_and_forgotten_when_others_were_used_since(monkeypatch):
     ladder = Ladder(TIMES, np.linspace(0.5, 2.0, len(TIMES)))
 
     def waves(lengthscale):
@@ -117,13 +118,23 @@ def test_waves_are_made_once_and_forgotten_when_others_were_used_since():
 
     first = waves(0.5)
     assert waves(0.5).products.base is first.products.base
-    assert waves(0.505).products.base is first.products.base
-    np.testing.assert_allclose(first.products, first.features.T * ladder.relative_variance @ first.features, atol=1e-12)
+    assert waves(0.502).products.base is first.products.base
+    np.testing.assert_allclose(first.products, first.scaled.T @ first.scaled, atol=1e-12)
+    monkeypatch.setattr(fourier, "_CACHED", 5 * first.scaled.size)
     for k in range(20):
         waves(2.0 ** (k / 4))
     again = waves(0.5)
     assert again.products.base is not first.products.base
     assert again.products.tobytes() == first.products.tobytes()
+
+
+def test_waves_do_not_depend_on_what_was_asked_for_before():
+    def products(*lengthscales):
+        ladder = Ladder(TIMES, np.linspace(0.5, 2.0, len(TIMES)))
+        rungs = [ladder.rung(SquaredExponential(1.0, each).spectral_density, 400) for each in lengthscales]
+        return [ladder.waves(rung) for rung in rungs if rung][-1].products.tobytes()
+
+    assert products(0.5) == products(0.45, 0.4, 0.35, 2.0, 0.5)
 
 
 @pytest.mark.parametrize("lengthscale", [1e-300, 1e-3, 1e200, 1e300])
