@@ -205,8 +205,9 @@ class Taylor(RowKernel):
     def among_gradient(self, multipliers: Array) -> Array:
         first, moments = self._weighted(multipliers)
         _, gradient = self.kernel.jet_and_gradient(first[:, None] - first, 2 * self._order)
-        pairs = [(n, m) for n in range(self._order + 1) for m in range(self._order + 1)]
-        return np.asarray(sum((-1.0) ** m * (gradient[:, n + m] @ moments[:, m] @ moments[:, n]) for n, m in pairs))
+        count = self._order + 1
+        by_first = sum(sign * (gradient[:, m : m + count] @ moments[:, m]) for m, sign in enumerate(_SIGNS[:count]))
+        return np.asarray(np.einsum("pna,an->p", by_first, moments))
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
         first, moments = self._weighted(multipliers)

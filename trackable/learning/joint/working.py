@@ -28,13 +28,16 @@ class WorkingSet:
     demanded: Demands
     chosen: Flags
     _active: Flags | None = None
+    _own: Demands | None = None
+    """The chosen rows: the same object for every θ between which none is added, as it remembers its terms' order."""
 
     def bent(self, posterior: JointPosterior) -> BentMean | None:
         """Return the function that meets all demands. Raises IllConditioned."""
         for _ in range(_MAX_ROUNDS):
             rows = np.flatnonzero(self.chosen)
             likely = None if self._active is None else self._active[rows]
-            found = bent_by(posterior, self.demanded.among(rows), likely)
+            self._own = self._own or self.demanded.among(rows)
+            found = bent_by(posterior, self._own, likely)
             if found is None or found.contradicts:
                 return found
             self._active = np.zeros_like(self.chosen)
@@ -42,7 +45,7 @@ class WorkingSet:
             added = self._missed(found)
             if not len(added):
                 return found
-            self.chosen[added] = True
+            self.chosen[added], self._own = True, None
         return bent_by(posterior, self.demanded)
 
     def _missed(self, found: BentMean) -> npt.NDArray[np.intp]:
