@@ -146,8 +146,8 @@ def learn_reference(
         part of the disturbance set would do.
     NotTrackableError
         Where no reference was found, or none that is proved: the message says by how much, where and why. Its
-        `outcome` is `Impossible` where values of `at` and bounds of a linear system contradict each other whatever the
-        kernel: that is found before anything is learned.
+        `outcome` is `Impossible` where values of `at` and bounds contradict each other whatever the kernel: that is
+        found before anything is learned.
 
     """
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)

@@ -1,4 +1,4 @@
-"""Bounds and given values of a linear system that no reference can satisfy, whatever its kernel and its samples."""
+"""Bounds and given values that no reference can satisfy, whatever its kernel and its samples."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.certificates.goal import Claim
-from trackable.certificates.pinned import Pinned
+from trackable.certificates.pinned import Pinned, extent
 from trackable.feasibility.certain import certainly_missing
 from trackable.feasibility.program import Least, least
+from trackable.feasibility.reach import first_gap
 from trackable.feasibility.steps import Steps, steps_of
 from trackable.learning.problem import NoSolution
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
+from trackable.systems.nonlinear import NonlinearSystem
 
 _NOTHING = 1e-6  # of a width: solvers find no less
 _ACTIVE = 1e-6  # of the largest multiplier
@@ -26,7 +28,8 @@ _ACTIVE = 1e-6  # of the largest multiplier
 class Impossible(NoSolution):
     """No reference exists: no sequence of states and inputs satisfies bounds and given values, whatever the kernel.
 
-    `given` is the value that cannot be had beside those before it, and `missing` is by how much at least, in its unit.
+    `given` is the value that cannot be had beside those before it, or the bounds that a nonlinear system has to leave;
+    `missing` is by how much at least, in its unit.
     Where bounds alone contradict each other, `given` is empty, and `missing` is the least part of their widths by which
     all of them would have to be moved. `among` says what follows from what: bounds and values, with their times.
     """
@@ -54,17 +57,39 @@ def impossible(
     """Return what contradicts what at steps that are claimed; None where no contradiction is certain.
 
     What is said is proved: programs say where to look, and ball arithmetic how much is missing (`certainly_missing`).
-    It is not complete: only linear systems are examined, and no times between steps. Without `pinned` values there is
-    nothing to ask where the plant may rest at the `means` of its flat outputs.
+    It is not complete: no times between steps are examined, of nonlinear systems boxes that can be reached only, and of
+    vehicles nothing. Without `pinned` values there is nothing to ask where the plant may rest at the `means` of its
+    flat outputs.
     """
     rests = all(q.bounds.strictly_contains(q.at_rest(means)) for q in plant.quantities)
-    if not isinstance(plant.system, LinearSystem) or (rests and not pinned):
+    if rests and not pinned:
         return None
-    for steps in steps_of(plant, claim, pinned):
-        found = _contradiction(steps)
-        if found is not None and (missing := certainly_missing(found)) > 0:
-            return _told(found, missing)
-    return None
+    every = steps_of(plant, claim, pinned)
+    return next(filter(None, map(_of_linear if isinstance(plant.system, LinearSystem) else _of_nonlinear, every)), None)
+
+
+def _of_linear(steps: Steps) -> Impossible | None:
+    found = _contradiction(steps)
+    missing = 0.0 if found is None else certainly_missing(found)
+    return _told(found, missing) if found is not None and missing > 0 else None
+
+
+def _of_nonlinear(steps: Steps) -> Impossible | None:
+    """Return what cannot be reached; None of vehicles, whose headings count up to whole turns only."""
+    system = steps.plant.system
+    if not isinstance(system, NonlinearSystem) or (system.flat and system.flat.angles):
+        return None
+    gap = first_gap(steps, system.f)
+    if gap is None:
+        return None
+    bounds = {name: extent(steps.plant, name) for name in steps.names}
+    before = [value for value in steps.values if value.step <= gap.step]
+    values = [f"{of.name} = {(of.lower + of.upper) / 2:.6g} at t = {steps.time(of.step):.6g} s" for of in before]
+    wanted = f"{gap.name} in {bounds[gap.name]} at t = {steps.time(gap.step):.6g} s"
+    if gap.is_given:
+        wanted = next(said for said, of in zip(values, before, strict=True) if (of.step, of.name) == gap[:2])
+    among = [said for said in values if said != wanted] + [f"{name} in {of}" for name, of in bounds.items() if of]
+    return Impossible(wanted, gap.missing, tuple(among))
 
 
 def _contradiction(steps: Steps) -> Least | None:

@@ -136,7 +136,7 @@ def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
         seen = coordinate.stencil
         if seen is None:
             why = (
-                "shows several flat outputs at once"
+                "shows several flat outputs at once, each of which is learned by itself from samples that show no other"
                 if isinstance(coordinate, Functional)
                 else "is no weighted sum of shifts of one flat output"
             )

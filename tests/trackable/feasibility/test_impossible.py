@@ -129,7 +129,8 @@ def test_where_it_may_rest_nothing_is_computed():
     assert told({}) is None
 
 
-def test_nonlinear_systems_are_not_examined():
+def test_vehicles_are_not_examined():
+    """Their headings count up to whole turns only."""
     from trackable import mobile_robot  # noqa: PLC0415
 
     robot = ConstrainedSystem(mobile_robot(0.1), Polytope.box([-3, -3, -3], [3, 3, 3]), Polytope.box([0.1, -1], [1, 1]))

@@ -124,7 +124,8 @@ def test_a_stencil_measures_what_its_name_says(which: str):
         (
             MIXED,
             ["x1"],
-            "x1 shows several flat outputs at once; give samples of z1, z2, or of states that show one each",
+            "x1 shows several flat outputs at once, each of which is learned by itself from samples that show no "
+            "other; give samples of z1, z2, or of states that show one each",
         ),
         (AXIS, ["position", "z1"], "z1 and position show the same flat output; give one of them"),
     ],
