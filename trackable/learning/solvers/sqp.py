@@ -132,13 +132,14 @@ def minimise(
                 again = evaluate(x + corrected)
                 if again is not None and again.merit(penalty) < reached:
                     d, there, size, reached = corrected, again, _size(corrected), again.merit(penalty)
+                    broken = here.linear_violation(d)
         if there is None or reached >= merit:
             radius, may_end = size / 4, False
             if radius < _SMALLEST_RADIUS:
                 return Minimum(x, here, False, curvature)
             continue
         gained, may_end = merit - reached, size < radius
-        agreement, curvature = gained / gain, _updated(curvature, d, here, there, multipliers)
+        agreement, curvature = gained / gain, _updated(curvature, d, here, there, multipliers, broken)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
         enough = max(_FIRST_PENALTY, _ENOUGH * float(multipliers.sum()))
@@ -180,16 +181,19 @@ def _price(violation: float) -> float:
     return violation + violation**2 / 2
 
 
-def _updated(curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array) -> Array:
+def _updated(
+    curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array, broken: float
+) -> Array:
     """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.
 
     The information is updated instead where it foretells the change of slope along the step better. Not after a step
-    that broke constraints: multipliers are as large as the penalty then, and the constraints' own curvature matters.
+    by which linearised constraints are `broken`: multipliers are as large as the penalty then, and the curvature of the
+    constraints matters.
     """
     change = there.gradient - here.gradient - multipliers.dot(there.jacobian - here.jacobian)
     along, image = float(d.dot(change)), curvature.dot(d)
     modelled = float(d.dot(image))
-    if there.information is not None and here.linear_violation(d) <= FEASIBLE:
+    if there.information is not None and broken <= FEASIBLE:
         fresh = there.curvature
         of_fresh = fresh.dot(d)
         if abs((foretold := float(d.dot(of_fresh))) - along) <= abs(modelled - along):
