@@ -7,7 +7,7 @@ from time import process_time
 import numpy as np
 import scipy
 
-from benchmarks.cycle import drive_cycle
+from benchmarks.recordings.cycle import drive_cycle
 from benchmarks.duel import Row
 from benchmarks.learned import Task, held_out, misfit, task
 from benchmarks.machine import ROOT

@@ -61,7 +61,7 @@ def _killed(folder: Path) -> dict[str, int]:
 
 
 def _run(folder: Path, workers: int) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "benchmarks.fleet", str(folder), str(workers)]
+    command = [sys.executable, "-m", "benchmarks.recordings.fleet", str(folder), str(workers)]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL)
 
 

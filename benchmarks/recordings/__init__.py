@@ -1,0 +1,1 @@
+"""Recordings: bounds that they break, and hundreds of them at once."""
