@@ -7,10 +7,10 @@ from time import process_time
 import numpy as np
 import scipy
 
-from benchmarks.recordings.cycle import drive_cycle
 from benchmarks.duel import Row
 from benchmarks.learned import Task, held_out, misfit, task
 from benchmarks.machine import ROOT
+from benchmarks.recordings.cycle import drive_cycle
 from trackable.arrays import Array
 from trackable.certificates.certified import Certified
 from trackable.gp.joint import JointPrior
