@@ -15,8 +15,8 @@ from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import WINDOW, Pinned, extent
 from trackable.systems.constrained import ConstrainedSystem
 
-_MOST_STEPS = 1000
-"""Steps beyond are left out: a part of them is a relaxation too, and its program takes less than a second."""
+_MOST_UNKNOWNS = 2000
+"""States and inputs of all steps. Further steps are left out: fewer are a relaxation too, and programs stay small."""
 
 
 class Value(NamedTuple):
@@ -103,14 +103,14 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Pinned]) -
     Between such sets there is nothing but the kernel. Values hold in a short window around their times, which is why
     times that a whole number of steps separates up to this window count as linked.
     """
-    step = plant.sampling_time
+    step, most = plant.sampling_time, _MOST_UNKNOWNS // (len(plant.system.states) + len(plant.system.inputs))
     first, last = claim if isinstance(claim, tuple) else (0.0 if claim == "all_times" else -math.inf, math.inf)
     for linked in _linked(sorted(pinned, key=lambda of: of.time), step):
         start = linked[0].time if linked else (first if math.isfinite(first) else 0.0)
-        before, after = _whole(start - first, start, step), _whole(last - start, start, step)
+        before, after = (_whole(time, start, step, most) for time in (start - first, last - start))
         at = [round((of.time - start) / step) for of in linked]
-        early = min(before, max(0, (_MOST_STEPS - max(at, default=0)) // 2))
-        count = early + min(after, _MOST_STEPS - early) + 1
+        early = min(before, max(0, (most - max(at, default=0)) // 2))
+        count = early + min(after, most - early) + 1
         values = tuple(
             Value(early + k, name, value - of.tolerances[name], value + of.tolerances[name])
             for k, of in zip(at, linked, strict=True)
@@ -133,10 +133,10 @@ def _linked(pinned: list[Pinned], step: float) -> list[list[Pinned]]:
     return found or [[]]
 
 
-def _whole(time: float, start: float, step: float) -> int:
+def _whole(time: float, start: float, step: float, most: int) -> int:
     """Return how many whole steps fit, up to the rounding of times, and at most as many as are examined.
 
     Bounds at a step that is outside of the claim ask nothing, however close to its ends it is.
     """
-    rounding = 4 * float(np.spacing(max(abs(start), min(time, _MOST_STEPS * step))))
-    return math.floor(min((time + rounding) / step, _MOST_STEPS))
+    rounding = 4 * float(np.spacing(max(abs(start), min(time, most * step))))
+    return math.floor(min((time + rounding) / step, most))
