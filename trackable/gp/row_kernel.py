@@ -20,6 +20,8 @@ from trackable.arrays import Array
 from trackable.gp.factors.blocks import in_blocks
 from trackable.gp.factors.cached import cached
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.matern import Matern
+from trackable.gp.kernels.moments import summed_by_moments
 from trackable.gp.kernels.nearby import Places, assembled, nearby
 from trackable.gp.rows import Terms
 
@@ -31,6 +33,7 @@ _NEGLIGIBLE = 1e-11
 _LONGEST = 14
 _FACTORIALS = np.array([float(factorial(n)) for n in range(_LONGEST)])
 _SIGNS = (-1.0) ** np.arange(_LONGEST)
+_MANY = 2**18  # terms: for fewer, moments take longer than the sum
 _NODES, _APART = 9, 0.1  # correlation times: the sums of kernels that stand for rows err by about 0.4⁹/√9!
 
 
@@ -133,19 +136,23 @@ class Direct(RowKernel):
 
     def among_gradient(self, multipliers: Array) -> Array:
         t, u = self._weighted(multipliers)
-        _, gradient = self.kernel.value_and_gradient(t[:, None] - t)
-        return np.asarray(gradient @ u @ u)
+        return self._form_gradient(t, u, t, u)
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
         times, u = self._weighted(multipliers)
-
-        def gradient(of: Array, u: Array, t: Array, weights: Array) -> Array:
-            _, by_theta = self.kernel.value_and_gradient(of[:, None] - t)
-            return np.asarray(by_theta @ weights @ u)
-
+        if isinstance(self.kernel, Matern):
+            return self._form_gradient(times, u, t, weights)
         if groups := nearby(times, t, self.kernel.negligible_distance):
-            return np.asarray(sum(gradient(times[p], u[p], t[at], weights[at]) for p, at in groups))
-        return gradient(times, u, t, weights)
+            return np.asarray(sum(self._form_gradient(times[p], u[p], t[at], weights[at]) for p, at in groups))
+        return self._form_gradient(times, u, t, weights)
+
+    def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ of uᵀ κ(times − t) w; long ones from moments, for Matérn kernels."""
+        if len(times) * len(t) > _MANY and isinstance(self.kernel, Matern):
+            sums = [summed_by_moments(decays, t, weights, times, 0)[0] for decays in self.kernel.gradient_decays]
+            return np.asarray(sums) @ u
+        _, by_theta = self.kernel.value_and_gradient(times[:, None] - t)
+        return np.asarray(by_theta @ weights @ u)
 
     def _weighted(self, multipliers: Array) -> tuple[Array, Array]:
         """Return the times [s] that have a weight, and the weights."""

@@ -37,6 +37,16 @@ class Matern(Radial):
         powers = rate ** np.arange(len(coefficients))  # P(λ |r|) as a polynomial in |r|
         return (Decay(rate, Polynomial(self.signal_std**2 * coefficients * powers)),)
 
+    @property
+    def gradient_decays(self) -> tuple[tuple[Decay, ...], ...]:
+        """The decays of ∂κ/∂ln θ: of 2 κ and of −r κ'."""
+        (decay,) = self.decays
+        _, slope = decay.derivatives(1)
+        return (
+            (Decay(decay.rate, 2 * decay.polynomial),),
+            (Decay(decay.rate, -Polynomial([0, 1]) * Polynomial(slope)),),
+        )
+
     def correlation(self, s: Array, order: int) -> Array:
         x = self.rate * np.abs(s)
         decay = np.exp(-x)

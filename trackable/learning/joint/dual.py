@@ -17,6 +17,7 @@ from trackable.learning.joint.nonnegative import nonnegative_minimum
 _JITTER = 1e-12
 _LARGEST_JITTER = 1e-4
 _WEAK = 1e-9
+_MANY = 200  # rows: eigenvalues of more take longer than all the rest
 # A contradiction costs what is missed, squared, divided by the jitter: a larger jitter makes it cheaper.
 _LARGER = 100.0
 _CHEAPER = 0.1
@@ -58,7 +59,12 @@ def solve_dual(
 def solve_symmetric(covariance: Array, right: Array) -> Array:
     """Return x with K x = r for the covariance K of a few rows; directions that K does not have stay zero."""
     scale = _norms(covariance)
-    powers, directions = np.linalg.eigh(covariance / np.outer(scale, scale))
+    scaled = covariance / np.outer(scale, scale)
+    if len(scale) > _MANY:
+        factor, info = scipy.linalg.lapack.dpotrf(scaled + _JITTER * np.eye(len(scaled)), lower=True)
+        if not info:
+            return np.asarray(scipy.linalg.lapack.dpotrs(factor, right / scale, lower=True)[0].ravel() / scale)
+    powers, directions = np.linalg.eigh(scaled)
     strong = powers > _WEAK * powers[-1]
     along = directions[:, strong]
     return np.asarray(along @ (along.T @ (right / scale) / powers[strong]) / scale)

@@ -17,6 +17,7 @@ from trackable.systems.quantities import Quantities
 
 _PARTS = (np.arange(1, PARTS) / PARTS)[:, None]
 _CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
+_NEW = 0.1  # of the distance of regular times: closer ones are places already
 
 Minima = list[tuple[Array, Array]]
 """For each constraint times [s], and relative margins there: parts of the bounds' widths."""
@@ -41,6 +42,34 @@ class Seen:
         unseen = [constraint.unseen(self) for constraint in self._known]
         rough = self._between([constraint.examined(self) for constraint in self._known])
         return _joined(_joined(found, unseen), rough)
+
+    def thinned(self, found: Minima, places: Places, apart: Sequence[float], by: float) -> Minima:
+        """Return the times at which bounds are broken `by` a part of their width, or by more: few at first.
+
+        They are regular, `apart` [s] for each constraint, and minima far from those, until bounds are broken between
+        them and the `places` only. One minimum at a time, a function that is held to its bound for long would be bent
+        at ever more places.
+        """
+        found = [(times[margins < -by], margins[margins < -by]) for times, margins in found]
+        regular = [self._regular(k, times, by, apart[k]) for k, (times, _) in enumerate(found)]
+        known = [np.sort(at[:, 0]) for at in places]
+        new = [_distances(times, at) > _NEW * d for (times, _), at, d in zip(regular, known, apart, strict=True)]
+        if not any(np.any(each) for each in new):
+            return found
+        kept = []
+        for (times, margins), (at, least), known_at, d, fresh in zip(found, regular, known, apart, new, strict=True):
+            far = _distances(times, np.sort(np.concatenate([at, known_at]))) > d
+            kept.append((np.concatenate([times[far], at[fresh]]), np.concatenate([margins[far], least[fresh]])))
+        return kept
+
+    def _regular(self, k: int, broken: Array, by: float, apart: float) -> tuple[Array, Array]:
+        """Return multiples of `apart` between `broken` times at which a bound is broken, and the relative margins."""
+        if not len(broken):
+            return np.empty(0), np.empty(0)
+        count = np.arange(np.floor(np.min(broken) / apart) + 1, np.ceil(np.max(broken) / apart))
+        regular = self._known[k].index_set.nearest(apart * count)
+        least = self._all.margins(regular)[k] / self._known[k].quantity.bounds.width
+        return regular[least < -by], least[least < -by]
 
     def places(self, found: Minima) -> Places:
         """Return the places (n, 2) of those minima whose margin is small, each at the nearer bound."""
@@ -95,6 +124,13 @@ class Seen:
         if len(known) < len(self.constraints):
             raise TypeError("a function is learned with constraints that have an index set")
         return known
+
+
+def _distances(times: Array, others: Array) -> Array:
+    """Return how far each time [s] is from the nearest of the sorted `others`; infinity where there is none."""
+    padded = np.concatenate([[-np.inf], others, [np.inf]])
+    after = np.searchsorted(padded, times)
+    return np.asarray(np.minimum(times - padded[after - 1], padded[after] - times))
 
 
 def _lowest(times: Array, margins: Array) -> tuple[Array, Array]:

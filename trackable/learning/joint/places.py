@@ -16,6 +16,7 @@ from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
 
 LOWER, UPPER = 1.0, -1.0
+_MANY, _MOST = 500, 1200  # active places: steps in θ are taken with no more
 
 Places = tuple[Array, ...]
 """For each constraint an array (n, 2) of times [s] and sides: `LOWER` or `UPPER`."""
@@ -60,6 +61,15 @@ def chosen(places: Places, flags: Flags) -> Places:
     return tuple(
         of_constraint[flags[end - len(of_constraint) : end]] for of_constraint, end in zip(places, ends, strict=True)
     )
+
+
+def fewer(places: Places, active: Places) -> Places:
+    """Return the places, or of many active ones every second: neighbours hardly differ in how they move with θ."""
+    if sum(map(len, active)) <= _MANY:
+        return places
+    while sum(map(len, active)) > _MOST:
+        active = tuple(of_constraint[::2] for of_constraint in active)
+    return active
 
 
 def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:

@@ -14,8 +14,8 @@ from trackable.gp.joint import JointPosterior
 from trackable.gp.posterior import IllConditioned
 from trackable.gp.signal import KernelSum
 from trackable.learning.joint.bent import BentMean, bent_mean, is_linear
-from trackable.learning.joint.places import Places, chosen, demands, flags
-from trackable.learning.joint.settle import Settled, merged, no_places, same_time, settled
+from trackable.learning.joint.places import Places, chosen, demands, fewer, flags
+from trackable.learning.joint.settle import CROWD, Settled, merged, no_places, same_time, settled
 from trackable.learning.joint.working import WorkingSet
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.solvers import sqp
@@ -154,8 +154,10 @@ class JointSearch:
         coarse = path.point
         if not coarse.is_solution or self._is_no_better(coarse.objective):
             return
-        fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.bent.signals, 0.0)
-        if fine is not None and fine.function.margin > -_ROUGH:
+        crowded = sum(map(len, coarse.function.active)) > CROWD
+        tolerance = _ALMOST / 10 if crowded else 0.0
+        fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.bent.signals, tolerance)
+        if fine is not None and fine.function.margin > -_ROUGH and not crowded:
             again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
             fine = self._descended(again, 0.0, _FINE_GAIN).point
         found = fine if fine is not None and fine.is_solution else coarse
@@ -180,7 +182,7 @@ class JointSearch:
             if not (point.is_solution or point.function.bent.contradicts):
                 break
             signals = point.function.bent.signals
-            program = JointProgram(self.problem, path.met(point), signals)
+            program = JointProgram(self.problem, fewer(path.met(point), point.function.active), signals)
             precision = max(least_gain * _EXACT, _PRECISION)
             minimised = program.minimise(point.log_theta, path.curvature, path.reach, point.function.active, precision)
             self.fits += 1

@@ -1,22 +1,27 @@
 """The function for given hyperparameters at all times, by exchange: solve at few places, add those that are broken."""
 
 from bisect import bisect
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from trackable.arrays import Array
 from trackable.gp.joint import JointPosterior
+from trackable.gp.row_kernel import row_kernel
 from trackable.gp.signal import KernelSum
-from trackable.learning.joint.bent import BentMean, bent_mean
+from trackable.learning.joint.bent import BentMean, bent_mean, is_linear
 from trackable.learning.joint.minima import Minima, Seen
-from trackable.learning.joint.places import LOWER, UPPER, Places, chosen
+from trackable.learning.joint.places import LOWER, UPPER, Places, chosen, demands
 from trackable.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 40
 # Rough functions touch a bound at ever more times. Where there are many, those that are only near stay out; where there
 # are too many, what is left is a larger back-off's task.
 _MANY_PLACES, _MOST_PLACES = 1000, 1500
+CROWD = 800  # active places: where there are more, a larger back-off takes the place of the last ones
+_CROWDED = 100  # broken bounds: so many come in stretches
+_MATTERS = 1e-5  # of a bound's width: where there are so many, a larger back-off mends what is broken by less
+_KEPT = 0.9  # of its correlation: between places so close a function cannot break a bound by much
 _SAME_TIME = 3e-4  # of a correlation time: between closer places a bound cannot be broken by much
 _NO_GAIN = 1e-9  # of the price: what is broken then is not worth another program
 
@@ -58,6 +63,7 @@ def settled(
     """
     best: Settled | None = None
     kept: Places | None = None
+    apart: tuple[float, ...] = ()
     price, same = -np.inf, same_time(posterior.signals)
     for count in range(1, _MAX_ROUNDS + 1):
         bent = bent_mean(problem, posterior, places, near, kept)
@@ -69,6 +75,10 @@ def settled(
             minima = seen.with_overlooked(minima)
         margin, constraint, time = _worst(minima)
         kept = chosen(places, bent.multipliers > 0)
+        crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
+        if is_linear(problem) and crowded and (tolerance or _count(kept) > CROWD):
+            apart = apart or spacings(problem, posterior)
+            minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS))
         met = merged(kept, seen.places(minima), same)
         if _count(met) > _MANY_PLACES:
             met = merged(kept, seen.places(_broken(minima)), same)
@@ -86,6 +96,26 @@ def settled(
 def same_time(signals: tuple[KernelSum, ...]) -> float:
     """Return the distance [s] below which two places count as one."""
     return _SAME_TIME * min(signal.kernel.correlation_time for signal in signals)
+
+
+def spacings(problem: ConstrainedProblem, posterior: JointPosterior) -> tuple[float, ...]:
+    """Return for each constraint a distance [s] over which its quantity keeps most of its correlation, a priori."""
+    longest = max(signal.kernel.correlation_time for signal in posterior.signals)
+    steps = longest * 2.0 ** (-np.arange(40) / 4)
+    return tuple(_spacing(problem, posterior, i, steps) for i in range(len(problem.constraints)))
+
+
+def _spacing(problem: ConstrainedProblem, posterior: JointPosterior, constraint: int, steps: Array) -> float:
+    times = np.append(0.0, steps)
+    places = list(no_places(problem))
+    places[constraint] = np.column_stack([times, np.full(len(times), LOWER)])
+    rows = demands(replace(problem, pins=()), tuple(places), posterior.signals).rows
+    parts = zip(posterior.parts, rows.terms, strict=True)
+    each = [row_kernel(part.prior.kernel, terms, len(rows)).among() for part, terms in parts]
+    among = np.sum(each, axis=0)
+    deviation = np.sqrt(np.diag(among))
+    correlation = among[0] / (deviation[0] * deviation)
+    return float(steps[np.argmax(correlation[1:] > _KEPT)])
 
 
 def merged(places: Places, new: Places, same: float) -> Places:
