@@ -8,6 +8,7 @@ import pytest
 from trackable import (
     ConstrainedSystem,
     Impossible,
+    NonlinearSystem,
     NotTrackableError,
     Polytope,
     Samples,
@@ -75,6 +76,14 @@ def test_what_a_trajectory_reaches_is_never_called_impossible(system, start, low
     of, h = ConstrainedSystem(system, X, U), system.sampling_time
     at = {h * k: dict(zip(system.states, states[k].tolist(), strict=True)) for k in range(12) if rng.random() < 0.5}
     assert told(of, (0.0, h * 11), at) is None
+
+
+def test_small_entries_of_a_row_may_let_a_state_go_far():
+    """The first state goes up to 101, as the second one may be 1e12: from 50 it can reach 55."""
+    system = NonlinearSystem.of(lambda x, u: [x[0] + u[0], x[1] + u[1]], ("a", "b"), ("p", "q"), sampling_time=1.0)
+    X = Polytope([[1.0, 1e-10], [0.0, 1.0]], [-1.0, -1e12], [1.0, 1e12])
+    assert told(ConstrainedSystem(system, X, Polytope.box([5.0, -1e11], [10.0, 1e11])), (0.0, 1.0)) is None
+    assert told(ConstrainedSystem(system, X, Polytope.box([205.0, -1e13], [210.0, 1e13])), (0.0, 1.0)) is not None
 
 
 def test_nothing_is_learned_where_nothing_is_reached(monkeypatch):

@@ -110,14 +110,7 @@ class Polytope:
             return -np.inf
         if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # no two share a coordinate: each is met in its middle
             return 0.5
-        # Scaled to half widths and centred: solvers treat numbers above 1e15 as infinite and below 1e-9 as zero.
-        half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
-        sizes = np.abs(self.rows)
-        with np.errstate(over="ignore"):
-            unit = np.min(np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0), axis=0)
-        matrix = self.rows * np.where(np.isfinite(unit), unit, 1.0) / half[:, None]
-        middle = (self.upper / 2 + self.lower / 2) / half
-        off = middle - matrix @ np.linalg.lstsq(matrix, middle)[0]
+        matrix, off, *_ = self._centred
         twice = np.full((len(matrix), 1), 2.0)
         program = scipy.optimize.linprog(
             np.append(np.zeros(self.dimension), -1.0),
@@ -153,9 +146,27 @@ class Polytope:
             ends = np.stack([self.lower, self.upper])[:, involved] / self.rows[involved, coordinate]
             low, high = np.max(np.min(ends, axis=0), initial=-np.inf), np.min(np.max(ends, axis=0), initial=np.inf)
         else:
+            matrix, off, units, centre = self._centred
             direction = np.eye(self.dimension)[coordinate]
-            low, high = _least(direction, *self.inequalities), -_least(-direction, *self.inequalities)
+            H, h = np.vstack([matrix, -matrix]), np.append(1 + off, 1 - off)
+            ends = np.array([_least(direction, H, h), -_least(-direction, H, h)])
+            low, high = np.sort(units[coordinate] * (centre[coordinate] + ends))  # of thin sets, rounding may swap them
         return Interval(float(low), float(high)) if np.isfinite([low, high]).all() else None
+
+    @property
+    def _centred(self) -> tuple[Array, Array, Array, Array]:
+        """M (r, n), o (r,), units s and a centre z (n,) with R x within its bounds where |M y - o| ≤ 1, x = s (y + z).
+
+        Solvers treat numbers above 1e15 as infinite and below 1e-9 as zero.
+        """
+        half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
+        sizes = np.abs(self.rows)
+        with np.errstate(over="ignore"):
+            unit = np.min(np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0), axis=0)
+        units = np.where(np.isfinite(unit), unit, 1.0)
+        matrix, middle = self.rows * units / half[:, None], (self.upper / 2 + self.lower / 2) / half
+        centre = np.linalg.lstsq(matrix, middle)[0]
+        return matrix, middle - matrix @ centre, units, centre
 
     def margin(self, points: Array) -> Array:
         """Return the smallest distance of R x to a bound at points (…, n), in units of R x: (…,), negative outside."""
