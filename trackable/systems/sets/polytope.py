@@ -163,9 +163,9 @@ class Polytope:
         sizes = np.abs(self.rows)
         with np.errstate(over="ignore"):
             unit = np.min(np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0), axis=0)
-        units = np.where(np.isfinite(unit), unit, 1.0)
+        units = np.asarray(np.where(np.isfinite(unit), unit, 1.0), dtype=float)
         matrix, middle = self.rows * units / half[:, None], (self.upper / 2 + self.lower / 2) / half
-        centre = np.linalg.lstsq(matrix, middle)[0]
+        centre = np.asarray(np.linalg.lstsq(matrix, middle)[0], dtype=float)
         return matrix, middle - matrix @ centre, units, centre
 
     def margin(self, points: Array) -> Array:
