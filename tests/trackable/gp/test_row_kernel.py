@@ -8,6 +8,7 @@ from tests.trackable.gp import naive
 from tests.trackable.gp.instances import KERNELS, formula, over, time_scales
 from trackable.gp.kernels import nearby
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.radial import Radial
 from trackable.gp.prior import Prior
 from trackable.gp.row_kernel import Direct, RowKernel, Taylor, row_kernel
@@ -214,6 +215,19 @@ def test_long_rows_are_evaluated_within_reach_only_and_lose_nothing(kernel, h, o
     whole = found.among(), found.across(times), found.across_gradient(multipliers, times, weights)
     for few, every, rounding in zip(near, whole, (1e-13, 1e-13, 1e-9), strict=True):  # sums in another order: 1e-9
         np.testing.assert_allclose(few, every, rtol=1e-9, atol=rounding * np.max(np.abs(every)))
+
+
+@pytest.mark.parametrize("kernel", [Matern32(1.3, 2.0), Matern52(0.7, 5.0)], ids=str)
+def test_gradients_of_many_rows_come_from_moments(kernel, monkeypatch):
+    rng, terms = np.random.default_rng(7), long_rows(0.1, 2)
+    times, weights = rng.uniform(-20.0, 320.0, 900), rng.normal(size=900)
+    found, multipliers = Direct(kernel.as_learned(), terms, 700), rng.normal(size=700)
+    by_moments = found.among_gradient(multipliers), found.across_gradient(multipliers, times, weights)
+    monkeypatch.setattr("trackable.gp.row_kernel._MANY", np.inf)
+    monkeypatch.setattr("trackable.gp.row_kernel.summed_by_moments", lambda *_: pytest.fail("moments were taken"))
+    direct = found.among_gradient(multipliers), found.across_gradient(multipliers, times, weights)
+    for one, other in zip(by_moments, direct, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-9 * np.max(np.abs(other)))
 
 
 def test_all_pairs_within_reach_are_in_one_group_each():

@@ -193,3 +193,14 @@ def test_symmetric_systems_are_solved_in_the_directions_that_they_have(seed):
     found = solve_symmetric(with_nothing, np.append(right, 0.0))
     np.testing.assert_allclose(program.covariance @ found[:-1], right, rtol=1e-6, atol=1e-9 * np.max(np.abs(right)))
     assert found[-1] == 0
+
+
+def test_many_rows_are_solved_for_as_few_are(monkeypatch):
+    rng = np.random.default_rng(4)
+    rows = rng.normal(size=(250, 300)) * np.exp(rng.uniform(-4, 4, (250, 1)))
+    covariance, right = rows @ rows.T, rng.normal(size=250)
+    found = solve_symmetric(covariance, right)
+    monkeypatch.setattr("trackable.learning.joint.dual._MANY", 1000)
+    by_eigenvalues = solve_symmetric(covariance, right)
+    np.testing.assert_allclose(found, by_eigenvalues, rtol=1e-7, atol=1e-7 * np.max(np.abs(by_eigenvalues)))
+    assert found.tobytes() != by_eigenvalues.tobytes()

@@ -5,9 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.trackable.learning.joint.instances import Case
 from tests.trackable.learning.joint.test_learn import INSTANCES, problem_of
 from trackable import ConstrainedSystem, LinearSystem, Polytope, Samples, SquaredExponential, learn_reference
+from trackable.gp.joint import JointPrior
+from trackable.gp.kernels.matern import Matern32
+from trackable.gp.prior import Prior
+from trackable.learning.index_set import Steps
 from trackable.learning.joint import learn, search
+from trackable.learning.joint.minima import Seen
+from trackable.learning.joint.places import fewer
 from trackable.learning.joint.settle import no_places, settled
 from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.search import best_solution, better_solution
@@ -91,3 +98,54 @@ def test_functions_that_break_bounds_though_bent_at_hundreds_of_times_end_the_se
     assert point is not None
     joint._descended(search._Path(point, point.function.places), 0.0, 1e-4)
     assert (joint.fits == 1) is is_given_up
+
+
+def held_for_long() -> ConstrainedProblem:
+    """Speeds of 1.6 where 0.8 are allowed, with a kernel whose speeds are rough."""
+    times = 0.1 * np.arange(150.0)
+    values = 1.3 * np.sin(2 * np.pi * times / 5) + 0.05 * np.random.default_rng(0).standard_normal(150)
+    plant = ConstrainedSystem(
+        LinearSystem.scalar(1.0, 0.1, sampling_time=0.1), Polytope.box([-2.0], [2.0]), Polytope.box([-0.8], [0.8])
+    )
+    known = JointPrior((Prior(Matern32(2.0, 2.0), 0.1),))
+    return Case((Samples(times, values),), known, plant, Steps(0, 2960, 0.005)).problem
+
+
+def test_functions_that_are_held_to_their_bounds_for_long_are_found_at_few_places(monkeypatch):
+    """Minima alone come one between two others, again and again."""
+    problem = held_for_long()
+    counts = {}
+    for crowded in (20, np.inf):
+        monkeypatch.setattr("trackable.learning.joint.settle._CROWDED", crowded)
+        found = settled(problem, problem.posterior(np.empty(0)), no_places(problem), None, 3e-3)
+        assert found is not None
+        assert found.margin > -3e-3
+        counts[crowded] = found
+    assert sum(map(len, counts[20].active)) < 0.55 * sum(map(len, counts[np.inf].active))
+    assert counts[20].bent.price == pytest.approx(counts[np.inf].bent.price, rel=1e-2)
+
+
+def test_steps_take_few_of_many_places():
+    many = np.column_stack([np.arange(3000.0), np.ones(3000)])
+    (few,) = fewer((many,), (many,))
+    assert 600 < len(few) <= 1200
+    assert np.all(np.diff(few[:, 0]) == few[1, 0] - few[0, 0])
+    assert fewer((many,), (many[:400],)) == (many,)
+
+
+def test_minima_wait_until_regular_times_are_places():
+    problem = held_for_long()
+    seen, apart = Seen(problem.constraints, problem.posterior(np.empty(0)).signals), 0.1
+    minima = seen.closest(no_places(problem))
+    broken, _ = minima[1]
+    known = np.column_stack([np.sort(broken) + 0.02, np.ones(len(broken))])
+    for places in (no_places(problem), (np.empty((0, 2)), known)):
+        times, margins = seen.thinned(minima, places, (1.0, apart), 1e-5)[1]
+        is_regular = np.abs(times / apart - np.rint(times / apart)) < 1e-6
+        assert np.count_nonzero(is_regular) > 20
+        assert np.all(margins < -1e-5)
+        others = np.concatenate([times[is_regular], places[1][:, 0]])
+        assert all(np.min(np.abs(others - time)) > apart for time in times[~is_regular])
+    every = np.column_stack([apart * np.arange(151), np.ones(151)])
+    left, _ = seen.thinned(minima, (every, every), (apart, apart), 1e-5)[1]
+    np.testing.assert_array_equal(left, broken[minima[1][1] < -1e-5])
