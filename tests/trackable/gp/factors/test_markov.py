@@ -8,6 +8,7 @@ import pytest
 
 from tests.trackable.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
 from trackable.gp.factors.markov.banded import condition, congruent, log_determinant_slope, plus, times_vector
+from trackable.gp.factors.markov.differences import _jump as jump
 from trackable.gp.factors.markov.differences import differenced, width
 from trackable.gp.factors.markov.markov import Markov
 from trackable.gp.kernels.base import Product, Sum
@@ -164,3 +165,20 @@ def test_memory_grows_with_the_number_of_samples():
     tracemalloc.stop()
     assert isinstance(posterior._factored, Markov)
     assert peak < 150 * times.nbytes
+
+
+@pytest.mark.parametrize("polynomial", [[1.0, 1.0], [1.0, 1.0, 1 / 3]], ids=["matern32", "matern52"])
+def test_jumps_have_all_digits(polynomial):
+    """The series up to x = 1 has enough terms; beyond, what cancels costs few digits."""
+    x = np.array([1e-6, 0.01, 0.5, 0.99, 0.9999999, 1.0, 1.01, 2.0, 30.0, 250.0])
+    with mpmath.workdps(80):
+        P = [mpmath.mpf(1) / 3 if c == 1 / 3 else mpmath.mpf(c) for c in polynomial]
+
+        def decayed(a):
+            return sum(c * a**k for k, c in enumerate(P)) * mpmath.exp(-a)
+
+        exact = [decayed(a) - decayed(-a) for a in map(mpmath.mpf, x.tolist())]
+        expected = np.array([float(each) for each in exact])
+    found = jump(np.array(polynomial), x)
+    np.testing.assert_allclose(found[:5], expected[:5], rtol=2e-15)
+    np.testing.assert_allclose(found[5:], expected[5:], rtol=1e-13)

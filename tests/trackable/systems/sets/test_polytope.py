@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -242,3 +243,15 @@ def test_extents_have_the_units_of_the_coordinates(seed):
 
 def test_small_entries_of_a_row_count():
     assert Polytope([[1.0, 1e-10], [0.0, 1.0]], [-1.0, -1e12], [1.0, 1e12]).extent(0).upper == pytest.approx(101.0)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_extents_are_those_of_a_program_without_units(seed):
+    rng = np.random.default_rng(seed)
+    rows, inside = rng.normal(size=(5, 3)), rng.normal(size=3)
+    below, above = rng.uniform(0.1, 3.0, (2, 5))
+    bounded = Polytope(rows, rows @ inside - below, rows @ inside + above)
+    H, h = bounded.inequalities
+    for i, direction in enumerate(np.eye(3)):
+        least, most = (scipy.optimize.linprog(s * direction, H, h, bounds=(None, None)).x[i] for s in (1, -1))
+        np.testing.assert_allclose([bounded.extent(i).lower, bounded.extent(i).upper], [least, most], atol=1e-6)
