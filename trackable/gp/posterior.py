@@ -19,6 +19,7 @@ from trackable.gp.signal import KernelSum
 from trackable.gp.stencils import Stencils
 
 _LOG_TAU = math.log(math.tau)
+_NONE = np.empty(0)
 
 
 class IllConditioned(ArithmeticError):
@@ -44,8 +45,7 @@ class Posterior:
     @cached
     def signal(self) -> KernelSum:
         """The posterior mean as a function of time."""
-        spread = self.samples.stencil.spread(self._factored.weights_at_centres(self.weights))
-        return KernelSum(self.prior.kernel, self.prior.mean, self._kernel_centres, spread)
+        return self.with_kernels(self.weights, _NONE, _NONE)
 
     def mean(self, t: Array) -> Array:
         """Return m⁺(t): the shape of t [s]."""
@@ -127,11 +127,7 @@ class Posterior:
         """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p) with w = `own` of the samples, u = `weights` at t [s]."""
         some, own = weights != 0, self.samples.stencil.spread(self._factored.weights_at_centres(own))
         centres, together = np.concatenate([self._kernel_centres, t[some]]), np.concatenate([own, weights[some]])
-        order = np.argsort(centres, kind="stable")
-        in_order = centres[order]
-        first = np.flatnonzero(np.append(True, in_order[1:] != in_order[:-1]))
-        sums = np.add.reduceat(together[order], first)
-        return KernelSum(self.prior.kernel, self.prior.mean, in_order[first], sums)
+        return KernelSum.of_terms(self.prior.kernel, self.prior.mean, centres, together)
 
     @cached
     def misfit_gradient(self) -> Array:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import Self
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from trackable.gp.hyperparameter import Learned
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.moments import summed_by_moments
 
+_ROUNDING = 2  # spacings of float64: the time of a sample plus a step, beside the time of the next sample
 _LONG = 200  # centres
 _FEW = 2**16  # terms of a sum that is not long: summed directly, without a look for something better
 _MANY = 2**22  # terms: for fewer, direct summation is faster than looking for a regular grid
@@ -35,6 +37,18 @@ class KernelSum:
     def __post_init__(self) -> None:
         if any(isinstance(value, Learned) for value in self.kernel.hyperparameters.values()):
             object.__setattr__(self, "kernel", self.kernel.as_known())
+
+    @classmethod
+    def of_terms(cls, kernel: Kernel, mean: float, centres: Array, weights: Array) -> Self:
+        """Return m + Σ_i c_i κ(t − t_i) of any terms: those whose centres are the same up to rounding become one.
+
+        So it is where samples are regular, and depend on the process at several times each.
+        """
+        order = np.argsort(centres, kind="stable")
+        in_order = centres[order]
+        is_new = np.diff(in_order) > _ROUNDING * np.spacing(np.abs(in_order[1:]))
+        first = np.append(0, np.flatnonzero(is_new) + 1)[: len(centres)]
+        return cls(kernel, mean, in_order[first], np.add.reduceat(weights[order], first))
 
     def jet(self, t: Array, order: int) -> Array:
         """Return m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape).

@@ -24,10 +24,6 @@ class Continued(Posterior):
 
     base: KernelSum
 
-    @cached_property
-    def signal(self) -> KernelSum:
-        return self.with_kernels(self.weights, np.empty(0), np.empty(0))
-
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
         return together(self.base, super().with_kernels(own, t, weights))
 
@@ -60,9 +56,8 @@ class ContinuedProblem(ConstrainedProblem):
 
 def together(base: KernelSum, more: KernelSum) -> KernelSum:
     """Return the sum of two deviations from one mean."""
-    centres, at = np.unique(np.concatenate([base.centres, more.centres]), return_inverse=True)
-    weights = np.bincount(at, np.concatenate([base.weights, more.weights])).astype(float)
-    return KernelSum(base.kernel, base.mean, centres, weights)
+    centres, weights = np.append(base.centres, more.centres), np.append(base.weights, more.weights)
+    return KernelSum.of_terms(base.kernel, base.mean, centres, weights)
 
 
 def part_of(samples: Samples, start: float, end: float) -> Samples | None:
