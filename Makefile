@@ -99,9 +99,10 @@ lock: .venv/installed
 	python -m pip check
 	touch $@
 
-.venv-bench/installed: requirements-bench.lock
+.venv-bench/installed: requirements-bench.lock pyproject.toml
 	test -x .venv-bench/bin/python || $(PYTHON) -m venv .venv-bench
 	.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --requirement $<
+	.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --editable .
 	touch $@
 
 .venv-rivals/installed: requirements-rivals.lock
