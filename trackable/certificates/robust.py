@@ -10,11 +10,12 @@ from trackable.systems.disturbance.tightening import Tightening
 
 @dataclass(frozen=True, eq=False)
 class Robust:
-    """For every w(k) ∈ W, every start in x_r ⊕ Z and all k, u = u_r + K (x − x_r) keeps x and u in the `given` sets.
+    """For all w(k) ∈ W and starts in x_r ⊕ Z, u = u_r + K (x − x_r) keeps x and u in the `given` sets.
 
-    Z is the `invariant` set. It follows because the certified reference keeps these sets' bounds drawn in by h_Z(row)
-    for states, and by h_Z(Kᵀ row) for inputs: then e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z. Where the
-    state is `measured` with noise, that is said of y = x + v, and x keeps the bounds that V leaves.
+    This is said of starts, and of steps after them, at the times of the certificate's claim. Z is the `invariant` set.
+    It follows because the certified reference keeps these sets' bounds drawn in by h_Z(row) for states, and by
+    h_Z(Kᵀ row) for inputs: then e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z. Where the state is `measured`
+    with noise, that is said of y = x + v, and x keeps the bounds that V leaves.
     """
 
     given: ConstrainedSystem
@@ -32,9 +33,10 @@ class Robust:
         given, W, noise = "x", self.invariant.disturbance, ""
         if self.measured:
             given, W, noise = "y", self.measured.disturbance, f" and measurement noise in {self.measured.noise}"
+        K = self.invariant.feedback.tolist()
         return (
-            f"under every disturbance in {W}{noise}, from every start in x_r ⊕ Z and for all later steps, "
-            f"u = u_r + K ({given} - x_r) with K = {self.invariant.feedback.tolist()} keeps {kept}"
+            f"under every disturbance in {W}{noise}, from every start in x_r ⊕ Z at one of these times and for all "
+            f"later steps among them, u = u_r + K ({given} - x_r) with K = {K} keeps {kept}"
         )
 
 

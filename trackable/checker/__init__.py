@@ -23,8 +23,10 @@ same u(k T). Bounds of an angle are those of x(t) as X gives it. The distance fr
 error of evaluating x(t), u(t) and the bound's row in float64, at float64 times |t| ≤ until among these times (the field
 `evaluation`). A time k T may be rounded to float64 for it.
 
-Which reference. The answer names the SHA-256 of the signals and the system (`reading.fingerprint`): certificates with
-the same one speak about the same x(t) and u(t).
+Which reference. The answer names the SHA-256 of all that defines x(t) and u(t): the signals, the system with its flat
+form, and M, N, x₀ and u₀ (`reading.fingerprint` has the canonical form). Certificates and counterexamples with the same
+one speak about the same system, x(t) and u(t). It does not pin the sets, the claim, K, W and V, all of which the answer
+states, nor v(t), of which only the existence is proved.
 
 Counterexamples. A file of this form holds a time of the claim instead of boxes. If `check` answers Refuted, then at
 this time x(t) ∉ X, or no u ∈ U has x(t + T) = A x(t) + B u + c, or x(t + T) = f(x(t), u). Of a flat form: x(t) ∉ X,
@@ -45,12 +47,13 @@ Measurement noise. Such a certificate may also hold a set V. The state is then m
 holds for each y(0) = x_r(t₀) + e with e ∈ Z, and all sequences of w(k) ∈ W and v(k) ∈ V, with
 u(k) = u_r(t₀ + k T) + K (y(k) − x_r(t₀ + k T)).
 
-Assumptions about rounding. Arithmetic is IEEE's. exp, log, sqrt, sin, cos, atan, atan2 and powers are within 4 units in
-the last place. The evaluated formulas are those of κ in `kernels`, sums of products in any order (no fast Fourier
-transforms), and for nonlinear systems the formulas of u found in step 0, or those of the flat form. The first pass of
-steps 2 and 3 assumes the same of NumPy's arithmetic, exp, log and cos, and so do the six digits that are printed of
-x(0). A check that is `exact`, or without NumPy, leaves both out: then nothing but the errors of evaluation (step 5)
-rests on these assumptions.
+Assumptions about rounding. Arithmetic is IEEE's, with subnormal numbers. exp, log, sqrt, sin, cos, atan, atan2 and
+powers are within 4 units in the last place. The evaluated formulas are those of κ in `kernels`, sums of products in any
+order (no fast Fourier transforms), and for nonlinear systems the formulas of u found in step 0, or those of the flat
+form. The first pass of steps 2 and 3 assumes the same of NumPy's arithmetic, exp, log and cos, and so do the six digits
+that are printed of x(0). A check that is `exact`, or without NumPy, or where the processor takes subnormal numbers for
+zero, leaves both out: then nothing but the errors of evaluation (step 5) rests on these assumptions. The answer says
+which arithmetic it trusted.
 
 Polynomial pieces are evaluated in double-double arithmetic, at times that are not rounded; each state or
 input is rounded to float64 once.
@@ -136,11 +139,11 @@ step 2, and R and D of step 3, first in arrays of float64 intervals, and in mpma
      (`steps.pieces.rounding`). Steps 0, 6 and 7 are the same.
   Of a table of states and inputs at steps: at each step, the rows of X and U are kept, and |x(k + 1) − f(x(k), u(k))|
   is at most the tolerance for each state, in rational arithmetic for linear systems (`steps.tables`). Nothing is said
-  about times between the steps. Of a refuted table: at the step that it names, one of these is broken by at least what
-  it names, as a number.
+  about times between the steps, nor about a flat form. Of a refuted table: at the step that it names, one of these is
+  broken by at least what it names, as a number.
   Of a counterexample: step 0; the time is one of the claim; and the value of the bound's row at this time, a number, is
-  outside (`steps.violation`). Of redundant inputs it must be outside of what step 6 demands for one λ: that this is
-  necessary needs no lemma.
+  outside (`steps.violation`). Of redundant inputs it must also be outside of what step 6 demands for one λ: that this
+  is necessary needs no lemma.
 """
 
 from trackable.checker.answers import of_refuted_table, of_table, proved, refuted
@@ -172,7 +175,7 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
     """
     try:
         with watched(seconds, report):
-            return _check(data, NO_FIRST_PASS if exact else FIRST_PASS)
+            return _check(data, FIRST_PASS if not exact and FIRST_PASS.is_sound() else NO_FIRST_PASS)
     except OutOfTimeError:
         return Undecided(f"not decided within {seconds:g} s")
 

@@ -8,7 +8,7 @@ from trackable.checker.counterexample import Counterexample
 from trackable.checker.formulas.affine import UnsolvableError
 from trackable.checker.robust_statement import robust_statement
 from trackable.checker.statement import refutation, statement, table_refutation, table_statement
-from trackable.checker.steps.boxes import FirstPass, check_boxes
+from trackable.checker.steps.boxes import NO_FIRST_PASS, FirstPass, check_boxes
 from trackable.checker.steps.cover import check_cover
 from trackable.checker.steps.instants import check_instants
 from trackable.checker.steps.pieces.check import check_pieces, check_signals
@@ -31,13 +31,15 @@ from trackable.checker.verdicts import Failed, Proved, Refuted
 def of_table(table: Table) -> Proved | Failed:
     """Return what is shown of a table."""
     reason = check_table(table)
-    return Failed(reason) if reason else Proved(table_statement(table))
+    return Failed(reason) if reason else Proved(f"{table_statement(table)} {NO_FIRST_PASS.trusted}")
 
 
 def of_refuted_table(refuted: RefutedTable) -> Refuted | Failed:
     """Return what is shown of a table that breaks something."""
     reason = check_refuted_table(refuted)
-    return Failed(reason, "counterexample") if reason else Refuted(table_refutation(refuted))
+    if reason:
+        return Failed(reason, "counterexample")
+    return Refuted(f"{table_refutation(refuted)} {NO_FIRST_PASS.trusted}")
 
 
 def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
@@ -45,7 +47,7 @@ def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
     subject = certificate.subject
     if subject.pieces:
         reason = _misfit(subject) or check_input_set(subject) or check_robust(subject, certificate.robust)
-        return _answer(certificate, reason or check_pieces(certificate), first_pass)
+        return _answer(certificate, reason or check_pieces(certificate), NO_FIRST_PASS)
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
     reason = reason or check_robust(subject, certificate.robust)
     if reason:
@@ -63,7 +65,8 @@ def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
 def _answer(certificate: Certificate, reason: str | None, first_pass: FirstPass) -> Proved | Failed:
     if reason:
         return Failed(reason)
-    return Proved(statement(certificate, first_pass) + robust_statement(certificate.subject, certificate.robust))
+    said = statement(certificate, first_pass) + robust_statement(certificate.subject, certificate.robust)
+    return Proved(f"{said} {first_pass.trusted}")
 
 
 def refuted(counterexample: Counterexample, first_pass: FirstPass) -> Refuted | Failed:
@@ -71,11 +74,13 @@ def refuted(counterexample: Counterexample, first_pass: FirstPass) -> Refuted | 
     subject = counterexample.subject
     reason: str | None = _misfit(subject)
     if not reason and subject.pieces:
-        reason = refuted_by_pieces(counterexample)
+        reason, first_pass = refuted_by_pieces(counterexample), NO_FIRST_PASS
     elif not reason:
         bounded = _bounded(subject, {bound.name: 0.0 for bound in subject.bounds})
         reason = bounded if isinstance(bounded, str) else check_violation(counterexample, bounded)
-    return Failed(reason, "counterexample") if reason else Refuted(refutation(counterexample, first_pass))
+    if reason:
+        return Failed(reason, "counterexample")
+    return Refuted(f"{refutation(counterexample, first_pass)} {first_pass.trusted}")
 
 
 def _misfit(subject: Subject) -> str | None:

@@ -10,7 +10,7 @@ from trackable.checker.steps.boxes import FirstPass
 from trackable.checker.steps.instants import combination_at
 from trackable.checker.steps.pieces.place import where_pieces_are
 from trackable.checker.steps.quantities import LinearCombination, states_of
-from trackable.checker.subject import Bound, FlatForm, NonlinearSystem, Row, Subject, System, as_float
+from trackable.checker.subject import Bound, NonlinearSystem, Row, Subject, System, as_float
 from trackable.checker.table import RefutedTable, Table
 
 
@@ -26,9 +26,9 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     if subject.pieces:
         how = "evaluation in double-double arithmetic, rounded to float64"
     return (
-        f"For {_times(certificate.claim)} the reference keeps {kept}, and the system {_dynamics(subject.system)} "
+        f"For {_times(certificate.claim)} the reference keeps {kept}, and the system {_followed(subject.system)} "
         f"follows it with {inputs} (T = {subject.system.sampling_time!r} s). The bounds hold with room for the error "
-        f"of {how}, at times up to {certificate.until:g} s. {identity(subject, first_pass)}"
+        f"of {how}, at times up to {certificate.until!r} s. {identity(subject, first_pass)}"
     )
 
 
@@ -46,7 +46,7 @@ def refutation(counterexample: Counterexample, first_pass: FirstPass) -> str:
     return (
         f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, _names(subject.system, bound))} by at least "
         f"{counterexample.violation!r}, so it does not keep its bounds for {times}; the system "
-        f"{_dynamics(subject.system)}. {identity(subject, first_pass)}"
+        f"{_followed(subject.system)}. {identity(subject, first_pass)}"
     )
 
 
@@ -57,9 +57,9 @@ def table_statement(table: Table) -> str:
     kept = ", ".join(bound_text(row, names) for names, bounded in sides for row in bounded.rows) or "no bounds"
     last = table.first_step + len(table.states) - 1
     return (
-        f"For the steps k = {table.first_step} … {last} the table keeps {kept}, and each of its states is within "
-        f"{table.tolerance!r} of what the system {_dynamics(system)} makes of the state and the input before "
-        f"(T = {system.sampling_time!r} s). Nothing is said about times between the steps."
+        f"For the steps k = {table.first_step} … {last} the table keeps {kept}, and each of its states after "
+        f"the first is within {table.tolerance!r} of what the system {_dynamics(system)} makes of the state and the "
+        f"input before (T = {system.sampling_time!r} s). Nothing is said about times between the steps."
     )
 
 
@@ -139,17 +139,19 @@ def _number(r: Fraction) -> str:
     return repr(nearest) if abs(nearest) < float("inf") and Fraction(nearest) == r else str(r)
 
 
+def _followed(system: System) -> str:
+    """Return the dynamics, and how states and inputs of a flat form depend on the signals z1[0], z1[1], …"""
+    if not isinstance(system, NonlinearSystem) or system.flat is None:
+        return _dynamics(system)
+    of = zip((*system.states, *system.inputs), (*system.flat.states, *system.flat.inputs), strict=True)
+    said = ", ".join(f'"{name}" = {text(formula)}' for name, formula in of)
+    turns = ", ".join(f'"{name}"' for name in system.flat.angles)
+    whole = f"; {turns} up to whole turns" if turns else ""
+    return f"{_dynamics(system)} (with {said}, where z1[j] is signal z1 at t + j T{whole})"
+
+
 def _dynamics(system: System) -> str:
     if isinstance(system, NonlinearSystem):
-        laws = ", ".join(f'"{name}"⁺ = {text(formula)}' for name, formula in zip(system.states, system.f, strict=True))
-        return laws + (_flat_form(system, system.flat) if system.flat is not None else "")
+        return ", ".join(f'"{name}"⁺ = {text(formula)}' for name, formula in zip(system.states, system.f, strict=True))
     A, B = ([list(row) for row in matrix] for matrix in (system.A, system.B))
     return f"x⁺ = A x + B u + c with A = {A!r}, B = {B!r}, c = {list(system.c)!r}"
-
-
-def _flat_form(system: NonlinearSystem, flat: FlatForm) -> str:
-    """Return how states and inputs depend on the signals, which are called z1[0], z1[1], …"""
-    of = zip((*system.states, *system.inputs), (*flat.states, *flat.inputs), strict=True)
-    said = ", ".join(f'"{name}" = {text(formula)}' for name, formula in of)
-    turns = ", ".join(f'"{name}"' for name in flat.angles)
-    return f" (with {said}, where z1[j] is signal z1 at t + j T{f'; {turns} up to whole turns' if turns else ''})"

@@ -166,7 +166,7 @@ class Subject:
     """A reference (signals and a system) with the sets that bound it: sums of kernels in `signals`, or `pieces`.
 
     `trajectories` are given for linear systems only; `attainable` rows only where they bound u in the place of the
-    input set. The `fingerprint` is that of signals and system (`reading.fingerprint`).
+    input set. The `fingerprint` is that of signals, system and trajectories (`reading.fingerprint`).
     """
 
     signals: tuple[Signal, ...]

@@ -2,21 +2,39 @@
 
 import hashlib
 import json
+from fractions import Fraction
 from typing import Any
 
-from trackable.codec.converter import encode
+from trackable.codec.certificates import encode_subject
 from trackable.systems.reference import Reference
 
 
 def fingerprint(reference: Reference) -> str:
-    """Return SHA-256 of the canonical form of a reference's signals and system, as 64 hexadecimal digits.
+    """Return SHA-256 of the canonical form of what defines x(t) and u(t), as 64 hexadecimal digits.
 
-    The canonical form is their JSON in UTF-8, with sorted keys and without spaces; −0 is 0, and every number a float.
+    It is the JSON of signals, system, and a linear system's trajectories in UTF-8, with sorted keys and without spaces;
+    −0 is 0, and every number a float. Rational numbers are hexadecimal texts such as -3/a, and zeros after the last
+    other weight of a signal are left out.
     """
-    data = encode(reference)
-    content = _floats({"signals": data["signals"], "system": data["plant"]["system"]})
+    data = encode_subject(reference)
+    content = _floats({"signals": data["reference"]["signals"], "system": data["reference"]["plant"]["system"]})
+    if "trajectories" in data:
+        content["trajectories"] = {side: list(map(_exact, parts)) for side, parts in data["trajectories"].items()}
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
     return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def _exact(functional: dict[str, Any]) -> dict[str, Any]:
+    weights = [list(map(_hex, of_signal)) for of_signal in functional["weights"]]
+    for of_signal in weights:
+        while of_signal and of_signal[-1] == "0/1":
+            of_signal.pop()
+    return {"offset": _hex(functional["offset"]), "weights": weights}
+
+
+def _hex(number: str) -> str:
+    p, q = Fraction(number).as_integer_ratio()
+    return f"{p:x}/{q:x}"
 
 
 def _floats(value: Any) -> Any:

@@ -58,7 +58,7 @@ class ProvedReference(Conventions, ABC):
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 of the signals and the system, as the checker prints it for certificates about this reference."""
+        """SHA-256 of what defines states and inputs, as the checker prints it for certificates about this reference."""
         from trackable.codec.fingerprint import fingerprint  # noqa: PLC0415  loaded for files only
 
         return fingerprint(self.reference)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackable.plants import AXIS, CART
+from tests.trackable.systems.forms.instances import robot
 from trackable import (
     CertifiedTable,
     ConstrainedSystem,
@@ -91,6 +92,31 @@ def test_formulas_that_may_not_be_defined():
     found = certify_table(Table([[1.0], [0.0], [0.0]], [[0.0], [0.0]]), plant, 1e-9)
     assert isinstance(found, Unproved)
     assert "divides by something" in found.explanation
+
+
+ROBOT = ConstrainedSystem(robot(), Polytope.box([-3, -3, -7], [3, 3, 7]), Polytope.box([-1, -3], [2, 3]))
+
+
+@pytest.mark.parametrize("broken", [False, True])
+def test_a_flat_form_is_not_repeated_as_nothing_is_verified_of_it(broken, tmp_path):
+    """Once the statement had whatever form the file gave: "x" = 1e9 z1[0], and up to whole turns of nobody."""
+    table = followed(ROBOT)
+    table.states[11, 0] += 1e-3 * broken
+    found, path = certify_table(table, ROBOT, 1e-6), tmp_path / "table.json"
+    data = json.loads((found.save_counterexample(path) if broken else found.save_certificate(path)).read_text())
+    verdict = check(data)
+    assert isinstance(verdict, Refuted if broken else Proved), verdict
+    assert "z1" not in verdict.statement
+    assert "whole turns" not in verdict.statement
+    flat = data["plant"]["system"]["flat"]
+    flat["states"][0] = ["*", "z1[0]", 1e9]
+    assert check(data).statement == verdict.statement
+    for name, value, reason in (
+        ("angles", ["nobody"], "flat: angles must be states"),
+        ("states", flat["states"][:2], "flat form"),
+        ("inputs", flat["inputs"] * 2, "flat form"),
+    ):
+        _is_refused(json.loads(json.dumps(data)), ("plant", "system", "flat", name), value, reason)
 
 
 @pytest.mark.parametrize(

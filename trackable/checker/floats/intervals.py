@@ -1,9 +1,10 @@
 """Arrays of float64 intervals: every result contains the real numbers it stands for, whatever is rounded.
 
-Assumed: IEEE arithmetic rounding to nearest, sums in any order, and NumPy's exp, log and cos within 4 units in the last
-place. Each end of a result is computed in float64 and moved outwards by more than it can be off: the error of one
-operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a function 2⁻⁵⁰ of it, or 2⁻¹⁰⁷². An end that is
-NaN bounds nothing, and every comparison with it is False: minima, maxima and all operations hand it on.
+Assumed: IEEE arithmetic rounding to nearest, with subnormal numbers, sums in any order, and NumPy's exp, log and cos
+within 4 units in the last place. Each end of a result is computed in float64 and moved outwards by more than it can be
+off: the error of one operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a function 2⁻⁵⁰ of it, or
+2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is False: minima, maxima and all operations hand
+it on.
 """
 
 from collections.abc import Sequence
@@ -20,7 +21,7 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1000
-"""The last one is no subnormal number: it also covers what a processor loses that takes these for zero."""
+"""The last one is far more than products and functions lose by underflow; sums lose nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +146,7 @@ class Floats(Many):
         """Return the cosine: it falls on [0, π], where the distance to the next multiple of 2π is."""
         turn, middle = 2 * np.pi, (self.low + self.high) / 2
         angle = np.abs(middle - turn * np.rint(middle / turn))
-        # 2π is off by 2⁻⁵² at most, once in each turn, and every operation above by 2⁻⁵² of |middle| at most.
+        # 2π is off by 2.45e-16 at most, once in each turn, and every operation above by 2⁻⁵² of |middle| at most.
         off = ((self.high - self.low) / 2 + 2.0**-49 * (np.abs(middle) + 1)) * (1 + _OPERATION)
         low, high = np.cos(np.minimum(angle + off, np.pi)), np.cos(np.maximum(angle - off, 0.0))
         return _outwards(low, high, 2.0**-46, 2.0**-50)

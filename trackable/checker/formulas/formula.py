@@ -165,7 +165,7 @@ def text(formula: Formula, deepest: int = 1000) -> str:
         case _ if not deepest:
             found = "…"
         case Number(value):
-            found = repr(value)
+            found = repr(value) if value >= 0 else f"({value!r})"
         case Name(name):
             found = f'"{name}"'
         case Operation(symbol):

@@ -46,15 +46,16 @@ def read_subject(content: Fields) -> Subject:
         raise UnreadableError("there must be trajectories, and may be attainable rows, for linear systems only")
     kinds = reference("signals", many(lambda value, where: is_pieces(value), SIGNALS))
     pieces = reference("signals", many(a_piecewise_signal, SIGNALS)) if any(kinds) else ()
+    trajectories = content("trajectories", _trajectories) if "trajectories" in extra else None
     return Subject(
         signals=() if pieces else reference("signals", many(_signal, SIGNALS)),
         pieces=pieces,
         system=system,
         state_set=plant("state_set", a_polytope),
         input_set=plant("input_set", a_polytope),
-        trajectories=content("trajectories", _trajectories) if "trajectories" in extra else None,
+        trajectories=trajectories,
         attainable=content("attainable", many(_attainable, ROWS)) if "attainable" in extra else None,
-        fingerprint=fingerprint(reference("signals", _itself), plant("system", _itself)),
+        fingerprint=fingerprint(reference("signals", _itself), plant("system", _itself), trajectories),
     )
 
 

@@ -26,19 +26,29 @@ class FirstPass:
 
     `boxes`: each box with the quantities that are left to be proved, and with models of signals for these;
     `envelope`: over-estimates of |z − m| and |ż| of a signal from a time on; None where nothing is known;
-    `at_zero`: an interval that contains a linear combination of signals at t = 0; None where nothing is known.
+    `at_zero`: an interval that contains a linear combination of signals at t = 0; None where nothing is known;
+    `is_sound`: whether the processor is set such that all of this is true;
+    `trusted`: a sentence that says which arithmetic is trusted.
     """
 
     boxes: Callable[[Subject, int, Held], Left]
     envelope: Callable[[Signal, Real], Decay | None]
     at_zero: Callable[[Subject, LinearCombination], Real | None]
+    is_sound: Callable[[], bool]
+    trusted: str
 
 
 def _every_box(subject: Subject, terms: int, held: Held) -> Left:
     return ((box, inside, {}) for box, inside in held.items())
 
 
-NO_FIRST_PASS = FirstPass(_every_box, lambda _signal, _start: None, lambda _subject, _argument: None)
+NO_FIRST_PASS = FirstPass(
+    _every_box,
+    lambda _signal, _start: None,
+    lambda _subject, _argument: None,
+    lambda: True,
+    "This was checked in exact arithmetic: rational numbers and intervals of mpmath.",
+)
 """Everything is left to mpmath."""
 
 

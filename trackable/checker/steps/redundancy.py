@@ -32,7 +32,7 @@ def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: 
 
 
 def demanded(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple[Fraction, Fraction] | None:
-    """Return low ≤ high such that no u + v with B v = 0 is in U unless low ≤ row · u ≤ high, for the row of a bound.
+    """Return low and high such that u breaks a bound, and no u + v with B v = 0 is in U, unless low ≤ row · u ≤ high.
 
     None where the rows of U demand nothing of this row, or are too many to tell.
     """
@@ -40,7 +40,10 @@ def demanded(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple
         return None
     ends = [_scaled(demand, bound.row) for demand in _demands(system, rows)]
     found = [end for end in ends if end is not None]
-    return (max(low for low, _ in found), min(high for _, high in found)) if found else None
+    if not found:
+        return None
+    lows, highs = zip(*found, strict=True)
+    return min(Fraction(bound.lower), max(lows)), max(Fraction(bound.upper), min(highs))
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,16 @@
 
 from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.formulas.formula import names
-from trackable.checker.subject import FlatForm, LinearSystem, NonlinearSystem, Row, Subject, Trajectories, indices
+from trackable.checker.subject import (
+    FlatForm,
+    LinearSystem,
+    NonlinearSystem,
+    Row,
+    Subject,
+    System,
+    Trajectories,
+    indices,
+)
 
 
 def check_shapes(subject: Subject) -> str | None:
@@ -15,15 +24,30 @@ def check_shapes(subject: Subject) -> str | None:
         return "shapes: the sets must have the dimensions of state and input"
     if not _fit(subject.state_set.rows, n) or not _fit((*subject.input_set.rows, *(subject.attainable or ())), m):
         return "shapes: every bound needs a row with a number for each state, or for each input, not all zero"
+    if reason := why_no_system(system):
+        return reason
     if isinstance(system, NonlinearSystem):
-        reason = _misfit_of_formulas(subject, system)
-    else:
-        assert subject.trajectories is not None
-        reason = _misfit_of_matrices(subject, system, subject.trajectories)
-    coordinates = [*system.states, *system.inputs]
-    if not reason and len(set(coordinates)) != len(coordinates):
-        reason = "names: states and inputs must all be called differently"
-    return reason
+        return _misfit_of_formulas(subject, system)
+    assert subject.trajectories is not None
+    return _misfit_of_trajectories(subject, subject.trajectories)
+
+
+def why_no_system(system: System) -> str | None:
+    """Return what does not fit together in a system alone; None where everything does."""
+    n, m = len(system.states), len(system.inputs)
+    known = {*system.states, *system.inputs}
+    if len(known) != n + m:
+        return "names: states and inputs must all be called differently"
+    if isinstance(system, LinearSystem):
+        if [[len(row) for row in matrix] for matrix in (system.A, system.B, (system.c,))] == [[n] * n, [m] * n, [n]]:
+            return None
+        return "shapes: A, B, c and names are not those of one system"
+    flat = system.flat
+    if len(system.f) != n or (flat and (len(flat.states), len(flat.inputs)) != (n, m)):
+        return "shapes: as many formulas as states, and in a flat form also as inputs, are needed"
+    if unknown := {name for formula in system.f for name in names(formula)} - known:
+        return f"names: f must hold states and inputs only, but holds {min(unknown)}"
+    return "flat: angles must be states" if flat and not {*flat.angles} <= {*system.states} else None
 
 
 def _fit(rows: tuple[Row, ...], dimension: int) -> bool:
@@ -41,15 +65,9 @@ def check_names(certificate: Certificate) -> str | None:
     return None
 
 
-def _misfit_of_matrices(subject: Subject, system: LinearSystem, trajectories: Trajectories) -> str | None:
-    n, m = len(system.states), len(system.inputs)
-    if (
-        [len(row) for row in system.A] != [n] * n
-        or [len(row) for row in system.B] != [m] * n
-        or len(system.c) != n
-        or (len(trajectories.states), len(trajectories.inputs)) != (n, m)
-    ):
-        return "shapes: A, B, c, names and trajectories are not those of one system"
+def _misfit_of_trajectories(subject: Subject, trajectories: Trajectories) -> str | None:
+    if (len(trajectories.states), len(trajectories.inputs)) != (len(subject.system.states), len(subject.system.inputs)):
+        return "shapes: there must be a trajectory for each state and each input"
     for parts in (trajectories.states, trajectories.inputs):
         shifts = [len(weights) for weights in parts[0].weights]
         if len(shifts) != subject.signal_count or any([len(w) for w in part.weights] != shifts for part in parts):
@@ -58,17 +76,13 @@ def _misfit_of_matrices(subject: Subject, system: LinearSystem, trajectories: Tr
 
 
 def _misfit_of_formulas(subject: Subject, system: NonlinearSystem) -> str | None:
-    n = len(system.states)
-    known = {*system.states, *system.inputs}
-    flat = system.flat is not None
-    if not flat and not len(system.f) == len(subject.signals) == n == len(system.inputs):
-        return "shapes: as many formulas, signals, states and inputs are needed"
-    if not flat and len({*known, *system.successors}) != 3 * n:
-        return "names: states, states⁺ and inputs must all be called differently"
-    if unknown := {name for formula in system.f for name in names(formula)} - known:
-        return f"names: f must hold states and inputs only, but holds {min(unknown)}"
     if system.flat is not None:
-        return _misfit_of_flat_form(subject, system, system.flat)
+        return _misfit_of_flat_form(subject, system.flat)
+    n = len(system.states)
+    if not len(subject.signals) == n == len(system.inputs):
+        return "shapes: as many formulas, signals, states and inputs are needed"
+    if len({*system.states, *system.inputs, *system.successors}) != 3 * n:
+        return "names: states, states⁺ and inputs must all be called differently"
     rows = [side.row for side in subject.input_set.rows]
     free = [name for i, name in enumerate(system.inputs) if not any(row[i] for row in rows)]
     if free:  # only in bounded quantities are formulas shown to be defined
@@ -76,11 +90,7 @@ def _misfit_of_formulas(subject: Subject, system: NonlinearSystem) -> str | None
     return None
 
 
-def _misfit_of_flat_form(subject: Subject, system: NonlinearSystem, flat: FlatForm) -> str | None:
-    if (len(system.f), len(flat.states), len(flat.inputs)) != (n := len(system.states), n, len(system.inputs)):
-        return "shapes: as many formulas as states and inputs are needed"
-    if not {*flat.angles} <= {*system.states}:
-        return "flat: angles must be states"
+def _misfit_of_flat_form(subject: Subject, flat: FlatForm) -> str | None:
     try:
         found = [indices(name) for formula in (*flat.states, *flat.inputs, *flat.positive) for name in names(formula)]
     except ValueError as other:

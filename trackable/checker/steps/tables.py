@@ -5,9 +5,10 @@ from fractions import Fraction
 
 from trackable.checker.arithmetic.domains import UndefinedError
 from trackable.checker.arithmetic.intervals import Real, at_most, exactly, ratio
-from trackable.checker.formulas.formula import evaluate, names
+from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.values import Intervals
-from trackable.checker.subject import LinearSystem, Row, System
+from trackable.checker.steps.shapes import why_no_system
+from trackable.checker.subject import LinearSystem, Row
 from trackable.checker.table import RefutedTable, Table
 from trackable.checker.watch import progress, tick
 
@@ -42,17 +43,7 @@ def _misfit(table: Table) -> str | None:
         rows = [*values, *(bound.row for bound in bounded.rows)]
         if bounded.dimension != count or any(len(row) != count for row in rows):
             return "shapes: every step and every bound needs a number for each state, or for each input"
-    if len({*system.states, *system.inputs}) != n + m:
-        return "names: states and inputs must all be called differently"
-    return None if _fits(system, n, m) else "shapes: the system has other states and inputs than the table"
-
-
-def _fits(system: System, n: int, m: int) -> bool:
-    if isinstance(system, LinearSystem):
-        rows = [len(row) for row in system.A] == [n] * n and [len(row) for row in system.B] == [m] * n
-        return rows and len(system.c) == n
-    known = {*system.states, *system.inputs}
-    return len(system.f) == n and all(names(formula) <= known for formula in system.f)
+    return why_no_system(system)
 
 
 def check_refuted_table(refuted: RefutedTable) -> str | None:

@@ -2,26 +2,37 @@
 
 import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 from tests.trackable.certificates.nonlinear.instances import proved
 from tests.trackable.certificates.test_prove import reference
+from tests.trackable.checker.edges.test_counterexamples import by_claim
 from tests.trackable.checker.instances import changed, scalar_certificate
+from tests.trackable.checker.pieces import instances as pieces
 from tests.trackable.checker.redundant import in_the_plane, learned
 from tests.trackable.checker.tight import VALID
+from tests.trackable.systems.forms.instances import certificate as of_flat_form
 from trackable import checker
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.prove import prove
-from trackable.checker import Proved, check
+from trackable.checker import Proved, Refuted, check
 from trackable.checker.arithmetic.intervals import between, exactly
+from trackable.checker.formulas.formula import Number, Operation, Power, text
 from trackable.codec.certificates import encode_certificate
 from trackable.codec.fingerprint import fingerprint
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 KINDS = {**VALID, "nonlinear": lambda: proved("tank"), "redundant inputs": in_the_plane}
+LINEAR = {
+    **{kind: lambda make=make: encode_certificate(make()) for kind, make in VALID.items()},
+    "redundant inputs": lambda: encode_certificate(in_the_plane()),
+    **{f"pieces, {beyond}": lambda beyond=beyond: pieces.certificate(beyond) for beyond in ("rest", "period", "end")},
+}
 
 
 def said(data: dict) -> str:
@@ -32,6 +43,32 @@ def said(data: dict) -> str:
 
 def sha(statement: str) -> str:
     return re.search(r"SHA-256 ([0-9a-f]{64})\b", statement)[1]
+
+
+def with_weights(data: dict, change: Callable[[Fraction], Fraction]) -> dict:
+    """The file with all weights of its trajectories changed, and bounds that are kept by far."""
+    data = json.loads(json.dumps(data))
+    for part in (*data["trajectories"]["states"], *data["trajectories"]["inputs"]):
+        part["weights"] = [[str(change(Fraction(w))) for w in of_signal] for of_signal in part["weights"]]
+    for side in () if "attainable" in data else ("state_set", "input_set"):
+        bounded = data["reference"]["plant"][side]
+        bounded["lower"], bounded["upper"] = ([end] * len(bounded["rows"]) for end in (-1e3, 1e3))
+    if "evaluation" in data:
+        data["evaluation"]["errors"] = dict.fromkeys(data["evaluation"]["errors"], 1e-6)
+    return data
+
+
+def rewritten(data: dict) -> dict:
+    """The same numbers, written in other ways."""
+    data = json.loads(json.dumps(data))
+    for side, shifts in (("states", 3), ("inputs", 1)):
+        for part in data["trajectories"][side]:
+            offset = Fraction(part["offset"])
+            part["offset"] = f"{7 * offset.numerator}/{7 * offset.denominator}" if offset else "-0"
+            part["weights"] = [
+                [f"{w}/01" if "/" not in w else w for w in ws] + ["0/9"] * shifts for ws in part["weights"]
+            ]
+    return data
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -96,3 +133,79 @@ def test_whole_numbers_and_floats_and_signs_of_zero_are_one() -> None:
     data = encode_certificate(found)
     for path, value in (("signals.0.kernel.signal_std", 1), ("signals.0.centres.0", -0.0), ("signals.0.centres.0", 0)):
         assert sha(said(changed(data, f"reference.{path}", value))) == fingerprint(found.reference)
+
+
+@pytest.mark.parametrize("kind", LINEAR)
+def test_the_same_fingerprint_means_the_same_states_and_inputs(kind: str) -> None:
+    """Once all trajectories divided by ten had the same fingerprint, as weights are not unique."""
+    data = LINEAR[kind]()
+    known = sha(said(data))
+    assert sha(said(rewritten(data))) == known
+    divided = with_weights(data, lambda w: w / 10)
+    assert sha(said(divided)) != known
+    assert sha(said(with_weights(divided, lambda w: w * 10))) == known
+
+
+@pytest.mark.parametrize("kind", [kind for kind in by_claim() if kind != "nonlinear"])
+def test_a_counterexample_of_other_states_has_another_fingerprint(kind: str) -> None:
+    data = by_claim()[kind]
+    doubled = with_weights(data, lambda w: 2 * w)
+    doubled["reference"] = data["reference"]  # with its bounds
+    verdicts = [check(one) for one in (data, rewritten(data), doubled)]
+    assert all(isinstance(verdict, Refuted) for verdict in verdicts)
+    known, same, other = (sha(verdict.statement) for verdict in verdicts)
+    assert known == same != other
+
+
+def test_a_certificate_and_a_counterexample_of_one_reference_have_one_fingerprint() -> None:
+    assert sha(check(by_claim()["all_times"]).statement) == sha(said(scalar_certificate()))
+
+
+@pytest.mark.parametrize("beyond", ["rest", "period", "end"])
+def test_prover_and_checker_find_the_same_fingerprint_of_pieces(beyond: str) -> None:
+    assert sha(said(pieces.certificate(beyond))) == fingerprint(pieces.reference(beyond))
+
+
+def test_every_formula_of_a_flat_form_counts() -> None:
+    data = of_flat_form()
+    positive = changed(data, "reference.plant.system.flat.positive", [2.0])
+    assert sha(said(positive)) != sha(said(data))
+
+
+def test_an_answer_says_which_arithmetic_it_trusted(monkeypatch: pytest.MonkeyPatch) -> None:
+    floats, exact = "trusts IEEE arithmetic and NumPy's exp, log and cos.", "This was checked in exact arithmetic:"
+    for data in (scalar_certificate(), by_claim()["all_times"]):
+        assert floats in check(data).statement
+        assert exact in check(data, exact=True).statement
+    assert exact in said(pieces.certificate("rest"))
+    monkeypatch.setattr(checker, "FIRST_PASS", checker.NO_FIRST_PASS)  # as without NumPy
+    assert exact in said(scalar_certificate())
+
+
+def test_float64_is_trusted_only_where_it_has_subnormal_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert checker.FIRST_PASS.is_sound()
+    monkeypatch.setattr(checker, "FIRST_PASS", replace(checker.FIRST_PASS, is_sound=lambda: False))
+    assert "This was checked in exact arithmetic:" in said(scalar_certificate())
+
+
+def test_times_are_printed_as_they_are() -> None:
+    """Once with six digits, which may be later than what is proved."""
+    data = changed(scalar_certificate(), "evaluation.until", 1234567.25)
+    assert "at times up to 1234567.25 s" in said(data)
+
+
+def test_a_negative_base_is_in_parentheses() -> None:
+    assert text(Power(Number(-2.0), 2.0)) == "((-2.0) ^ 2.0)"
+    assert text(Operation("+", Number(-2.0), Number(2.0))) == "((-2.0) + 2.0)"
+
+
+@pytest.mark.parametrize(("upper", "wanted"), [(1e3, checker.Failed), (1e-3, Refuted)])
+def test_what_a_counterexample_breaks_is_broken_by_as_much_as_it_says(upper: float, wanted: type) -> None:
+    """Once a row that is kept was said to be broken, where another row of the same inputs is."""
+    data = by_claim()["all_times"]
+    value = float(reference(SquaredExponential(1.0, 0.3)).input_at(np.asarray(data["at"]["time"]))[0])
+    assert value < -0.07
+    rows = {"rows": [[1.0], [-1.0]], "lower": [-0.01, -1e3], "upper": [9.0, upper], "dimension": 1}
+    data = changed(data, "reference.plant.input_set", rows)
+    verdict = check({**data, "quantity": "-input", "violation": 0.05})
+    assert isinstance(verdict, wanted), verdict

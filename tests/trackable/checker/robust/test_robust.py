@@ -30,6 +30,13 @@ def test_robust_references_are_proved_and_the_answer_says_for_which_disturbances
     assert f"K = {K!r}" in verdict.statement
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_of_steps_after_the_end_of_a_window_nothing_is_said(kind):
+    said = robust_certificate(kind).explanation
+    assert "from every start in x_r ⊕ Z at one of these times and for all later steps among them" in said
+    assert "at all later times t₀ + k T among these" in check(robust_data(kind)).statement
+
+
 def test_the_statement_names_set_bounds_and_invariant_set():
     said = check(robust_data(PUSHED)).statement
     assert 'keep x in -1.0 ≤ "position" ≤ 1.0, -1.0 ≤ "velocity" ≤ 1.0 and u in -2.0 ≤ "u1" ≤ 2.0' in said

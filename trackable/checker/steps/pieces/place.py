@@ -4,7 +4,7 @@ from fractions import Fraction
 
 from trackable.checker.steps.pieces.cells import value_at
 from trackable.checker.steps.quantities import functionals
-from trackable.checker.subject import Subject
+from trackable.checker.subject import Subject, as_float
 
 
 def where_pieces_are(subject: Subject) -> str:
@@ -14,5 +14,5 @@ def where_pieces_are(subject: Subject) -> str:
     begun = max((z.breakpoints[0] for z in subject.pieces if z.beyond == "end"), default=0.0)
     states = zip(subject.system.states, functionals(subject, "state"), strict=True)
     values = ((name, value_at(subject, (Fraction(1),), (part,), Fraction(begun))) for name, part in states)
-    said = ", ".join(f'"{name}" = {float(value):.6g}' for name, value in values)
-    return f"{count} polynomial pieces from {min(ends)!r} s to {max(ends)!r} s, and {said} at t = {begun:g} s"
+    said = ", ".join(f'"{name}" = {as_float(value):.6g}' for name, value in values)
+    return f"{count} polynomial pieces from {min(ends)!r} s to {max(ends)!r} s, and {said} at t = {begun!r} s"
