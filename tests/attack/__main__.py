@@ -10,6 +10,7 @@ import sys
 
 from tests.attack.bases import bases
 from tests.attack.counts import Counts, table
+from tests.attack.fingerprints import attack_fingerprint, attack_table
 from tests.attack.references import attack_reference
 from tests.attack.tampering import attack_certificate
 
@@ -40,6 +41,9 @@ def _attack(counts: dict[str, Counts], tamperings: int, references: int, seed: i
     for i in range(_ROUNDS):
         for number in range(i * tamperings // _ROUNDS, (i + 1) * tamperings // _ROUNDS):
             attack_certificate(counts, known, seed, number)
+            if number % 10 == 0:
+                attack_fingerprint(counts, known, seed, number)
+                attack_table(counts, seed, number)
         for number in range(i * references // _ROUNDS, (i + 1) * references // _ROUNDS):
             attack_reference(counts, seed, number)
         if sys.stderr.isatty():

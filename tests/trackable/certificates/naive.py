@@ -25,10 +25,11 @@ _PI = np.longdouble("3.14159265358979323846264338327950288")
 def exactly(reference: Reference, name: str, t):
     """x_r(t) or u_r(t) to many digits; t a float or an mpf."""
     with mp.workdps(DIGITS):
-        return _quantity(reference, name, [_mean(signal) for signal in reference.signals], mp.mpf(t), mp.mpf)
+        return _quantity(reference, name, [mean_of(signal) for signal in reference.signals], mp.mpf(t), mp.mpf)
 
 
-def _mean(signal: KernelSum):
+def mean_of(signal: KernelSum):
+    """z as a function of an mpf."""
     kappa = formula(signal.kernel)
     pairs = [(mp.mpf(c), mp.mpf(t_i)) for c, t_i in zip(signal.weights, signal.centres, strict=True)]
     return lambda s: mp.mpf(signal.mean) + mp.fsum(c * kappa(s - t_i) for c, t_i in pairs)
