@@ -7,6 +7,7 @@ import numpy as np
 
 from trackable.gp.signal import KernelSum
 from trackable.systems.reference import Reference
+from trackable.systems.sets.interval import rounded
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class OnWindow:
         return self.start, self.end
 
     def __str__(self) -> str:
-        return f"all real t from {self.start:g} s to {self.end:g} s"
+        return f"all real t from {rounded(self.start, 'up', 6)} s to {rounded(self.end, 'down', 6)} s"
 
 
 @dataclass(frozen=True)

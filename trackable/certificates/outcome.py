@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from trackable.systems.reference import Reference
-from trackable.systems.sets.interval import Interval
+from trackable.systems.sets.interval import Interval, rounded
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,8 @@ class Counterexample:
     @property
     def explanation(self) -> str:
         when = f"t = {self.time!r} s" if self.step is None else f"step {self.step} (t = {self.time:.6g} s)"
-        return f"at {when} the {self.quantity} certainly breaks {self.bounds}, by at least {self.violation:.3g}"
+        by = rounded(self.violation, "down")
+        return f"at {when} the {self.quantity} certainly breaks {self.bounds.exactly}, by at least {by}"
 
     def __repr__(self) -> str:
         return f"Counterexample({self.explanation})"

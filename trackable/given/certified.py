@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from trackable.certificates.certificate import Certificate
 from trackable.proved.reference import ProvedReference
 from trackable.systems.reference import Reference
+from trackable.systems.sets.interval import rounded
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +34,9 @@ class CertifiedReference(ProvedReference):
         said = [self.certificate.explanation]
         if self.moved is not None:
             said += [f"{name} was moved by {moved}" for name, moved in self.moved.items()]
-        said += [f"{name} is off the given curve by {by:.3g} at most" for name, by in self.off.items() if by > 0]
+        said += [
+            f"{name} is off the given curve by {rounded(by, 'up')} at most" for name, by in self.off.items() if by > 0
+        ]
         return "; ".join(said)
 
     def __repr__(self) -> str:
@@ -48,4 +51,4 @@ class Moved:
     rms: float
 
     def __str__(self) -> str:
-        return f"{self.most:.3g} at most, {self.rms:.3g} in the root mean square"
+        return f"{rounded(self.most, 'up')} at most, {self.rms:.3g} in the root mean square"

@@ -10,6 +10,7 @@ from trackable.arguments import numbers, whole
 from trackable.arrays import Array, ArrayLike
 from trackable.files import path_of, write_json
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.sets.interval import rounded
 
 FORMAT, REFUTED, VERSION = "trackable table", "trackable refuted table", 1
 
@@ -66,8 +67,8 @@ class CertifiedTable:
         kept = ", ".join(f"{limit.name} in {limit.bounds}" for limit in self.plant.given_constraints)
         return (
             f"proved for the steps {self.table.first_step} to {self.table.last_step}, and for no time between them: "
-            f"{kept}; each state is within {self.tolerance:g} of what the system makes of the step before "
-            f"({self.defect:.3g} at most)"
+            f"{kept}; each state is within {rounded(self.tolerance, 'up', 6)} of what the system makes of the step "
+            f"before ({rounded(self.defect, 'up')} at most)"
         )
 
     def save_certificate(self, path: Path | str) -> Path:
@@ -96,7 +97,7 @@ class RefutedTable:
 
     @property
     def explanation(self) -> str:
-        return f"at step {self.step} (t = {self.time:.6g} s) {self.what}, by at least {self.violation:.3g}"
+        return f"at step {self.step} (t = {self.time:.6g} s) {self.what}, by at least {rounded(self.violation, 'down')}"
 
     def save_counterexample(self, path: Path | str) -> Path:
         """Write the table and where it is broken for `python -m trackable check`; return the path. Raises OSError."""

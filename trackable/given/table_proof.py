@@ -40,7 +40,7 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
             defect = max(defect, most)
             if (by := least - Fraction(tolerance)) > 0:
                 what = (
-                    f"the system leads to another {name} than that of the next step, beyond the tolerance {tolerance:g}"
+                    f"the system leads to another {name} than that of the next step, beyond the tolerance {tolerance!r}"
                 )
                 broken.append((float(by) / tolerance, refuted(k, what, by, "dynamics", i)))
     if broken:
@@ -81,7 +81,7 @@ def _broken(
             for k, row in enumerate(values.tolist()):
                 value = sum((r * Fraction(v) for r, v in zip(limit.row, row, strict=True)), Fraction(0))
                 if (by := max(low - value, value - high)) > 0:
-                    what = f"the {limit.name} breaks {limit.bounds}"
+                    what = f"the {limit.name} breaks {limit.bounds.exactly}"
                     yield float(by) / limit.bounds.width, refuted(k, what, by, part, i)
 
 

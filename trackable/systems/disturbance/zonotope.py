@@ -13,6 +13,7 @@ import numpy as np
 from trackable.arguments import numbers
 from trackable.arrays import Array, ArrayLike
 from trackable.systems.disturbance.rationals import Vector, as_array, printed, vectors, whole
+from trackable.systems.sets.interval import rounded
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ class Zonotope:
         if all(len(axis) == 1 for axis in axes) and len({axis[0] for axis in axes}) == len(axes):
             half = {axis[0]: abs(generator[axis[0]]) for axis, generator in zip(axes, self.generators, strict=True)}
             ends = [(float(c - half.get(i, 0)), float(c + half.get(i, 0))) for i, c in enumerate(self.centre)]
-            return " × ".join(f"[{low:g}, {high:g}]" for low, high in ends)
+            return " × ".join(f"[{rounded(low, 'up', 6)}, {rounded(high, 'down', 6)}]" for low, high in ends)
         return f"a zonotope with {len(self.generators)} generators"
 
 

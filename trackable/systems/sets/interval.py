@@ -2,17 +2,27 @@
 
 import math
 from dataclasses import dataclass
-from typing import Self
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from typing import Literal, Self
 
 import numpy as np
 
 from trackable.arrays import Array
 
 
+def rounded(value: float, towards: Literal["up", "down"], digits: int = 3) -> str:
+    """Format a number, rounded up or down where so many digits do not tell it: what is said then says no more."""
+    nearest = f"{value + 0.0:.{digits}g}"  # zero has no sign for people
+    if float(nearest) == value or not math.isfinite(value):
+        return nearest
+    context = Context(digits, ROUND_CEILING if towards == "up" else ROUND_FLOOR)
+    return f"{float(context.create_decimal_from_float(value)):.{digits}g}"
+
+
 def ends_shown(lower: float, upper: float) -> tuple[str, str]:
-    """Format two bounds with the digits that show a thousandth of their distance; with 6 at least."""
+    """Format two bounds, rounded outwards, with digits that show a thousandth of their distance; with 6 at least."""
     digits = _digits(lower, upper)
-    return f"{lower + 0.0:.{digits}g}", f"{upper + 0.0:.{digits}g}"  # zero has no sign for people
+    return rounded(lower, "down", digits), rounded(upper, "up", digits)
 
 
 def _digits(lower: float, upper: float) -> int:
@@ -54,6 +64,12 @@ class Interval:
 
     def __str__(self) -> str:
         return f"[{', '.join(ends_shown(self.lower, self.upper))}]"
+
+    @property
+    def exactly(self) -> str:
+        """As text that tells both bounds exactly: what breaks this interval may not break a wider one."""
+        ends = (f"{end:g}" if float(f"{end:g}") == end else repr(end) for end in (self.lower + 0.0, self.upper + 0.0))
+        return f"[{', '.join(ends)}]"
 
     def shown(self, value: float) -> str:
         """Format a value beside the bounds, with the digits that tell it from a bound that it does not equal."""

@@ -1,13 +1,15 @@
 """Closed intervals."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackable.systems.sets.interval import Interval
+from trackable.certificates.claim import OnWindow
+from trackable.systems.sets.interval import Interval, rounded
 
 
 @pytest.mark.parametrize(
@@ -82,3 +84,29 @@ def test_a_value_beside_a_bound_is_not_printed_as_the_bound(by: float, bound: fl
 
 def test_zero_is_shown_without_a_sign() -> None:
     assert (str(Interval(-0.0, 1.0)), str(Interval(-1.0, -0.0))) == ("[0, 1]", "[-1, 0]")
+
+
+FINITE = st.floats(-1e300, 1e300)
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(number) for number in re.findall(r"-?\d[\d.]*(?:e[+-]\d+)?", text)]
+
+
+@given(FINITE, st.integers(1, 17))
+def test_a_number_is_rounded_in_the_direction_that_is_asked_for(value: float, digits: int) -> None:
+    down, up = (float(rounded(value, towards, digits)) for towards in ("down", "up"))
+    assert down <= value <= up
+    assert float(f"{value:.{digits}g}") in (down, up)
+
+
+@given(st.tuples(FINITE, FINITE).map(sorted))
+def test_printed_bounds_contain_the_bounds_and_a_printed_window_is_inside_of_the_window(ends: list[float]) -> None:
+    """What is proved of these bounds in this window is then true of what is printed."""
+    low, high = _numbers(str(Interval(*ends)))
+    assert low <= ends[0] <= ends[1] <= high
+    assert _numbers(Interval(*ends).exactly) == ends
+    if ends[0] < ends[1]:
+        first, last = _numbers(str(OnWindow(*ends)))
+        assert ends[0] <= first
+        assert last <= ends[1]
