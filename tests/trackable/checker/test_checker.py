@@ -44,8 +44,16 @@ SIGNAL = {
         ("reference.plant.system.inputs", ["a", "b"], "shapes: the sets"),
         ("reference.plant.state_set.rows.0", [1.0, 0.0], "shapes: every bound"),
         ("reference.plant.input_set.rows.0", [1.0, 0.0], "shapes: every bound"),
-        ("trajectories.states", [{"offset": "0", "weights": [["1"]]}] * 2, "shapes: A"),
-        ("trajectories.inputs", [{"offset": "0", "weights": [["1"]]}] * 2, "shapes: A"),
+        (
+            "trajectories.states",
+            [{"offset": "0", "weights": [["1"]]}] * 2,
+            "shapes: there must be a trajectory for each",
+        ),
+        (
+            "trajectories.inputs",
+            [{"offset": "0", "weights": [["1"]]}] * 2,
+            "shapes: there must be a trajectory for each",
+        ),
         ("trajectories.states.0.weights", [["1"], ["0"]], "shapes: every state"),
         ("trajectories.inputs.0.weights", [["1"], ["0"]], "shapes: every state"),
         ("reference.signals", [SIGNAL, SIGNAL], "shapes: every state"),

@@ -3,12 +3,14 @@
 import subprocess
 import sys
 from dataclasses import replace
+from platform import machine
 
 import pytest
 
 from tests.trackable.certificates.nonlinear.instances import proved
 from tests.trackable.checker.instances import changed
 from tests.trackable.checker.tight import VALID
+from tests.trackable.exports.c_programs import CC
 from trackable import checker
 from trackable.checker import Failed, Proved, check
 from trackable.checker.arithmetic.intervals import INFINITE, ZERO
@@ -88,6 +90,19 @@ def test_an_envelope_that_does_not_suffice_is_found_again_and_one_that_is_too_sm
         quick = replace(checker.FIRST_PASS, envelope=lambda *_, found=found: found)
         monkeypatch.setattr(checker, "FIRST_PASS", quick)
         assert isinstance(check(believed), Proved)
+
+
+@pytest.mark.skipif(CC is None or machine() != "x86_64", reason="there is no C compiler, or another processor")
+def test_a_processor_that_takes_subnormal_numbers_for_zero_is_found_out(tmp_path):
+    source, library = tmp_path / "flush.c", tmp_path / "flush.so"
+    source.write_text("#include <xmmintrin.h>\nvoid flush(void) { _mm_setcsr(_mm_getcsr() | 0x8040); }\n")
+    subprocess.run([CC, "-shared", "-fPIC", "-o", library, source], check=True)
+    script = (
+        "import ctypes, sys; from trackable.checker import FIRST_PASS; print(FIRST_PASS.is_sound()); "
+        "ctypes.CDLL(sys.argv[1]).flush(); print(FIRST_PASS.is_sound())"
+    )
+    done = subprocess.run([sys.executable, "-c", script, library], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["True", "False"]
 
 
 def test_without_numpy_everything_is_left_to_mpmath():
