@@ -65,7 +65,7 @@ def unreadable(path: Path, error: OSError) -> InputError:
     if isinstance(error, FileNotFoundError):
         looked = "" if path.is_absolute() else f" in {Path.cwd()}"
         return InputError(f"{path}: there is no such file{looked}")
-    if path.is_dir():
+    if os.path.isdir(path):  # noqa: PTH112  `path.is_dir()` raises where a name is too long
         return InputError(f"{path}: expected a file, got a folder")
     return InputError(f"{path}: cannot be read ({error.strerror or error})")
 
@@ -90,7 +90,8 @@ def read_json(path: Path) -> object:
 
 def to_json(value: object) -> bytes:
     """Return indented UTF-8 JSON in the order given, with a final newline. ValueError: NaN or an infinity."""
-    return (json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return text.encode(errors="backslashreplace")  # a lone surrogate, of a file's name, is \udcff in JSON too
 
 
 def from_json(data: bytes) -> object:

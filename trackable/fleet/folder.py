@@ -1,19 +1,29 @@
 """The folder of a fleet: a folder with files for each recording, and one table."""
 
-import csv
 import hashlib
-import io
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import quote
 
 from trackable.codec import CodecError, dumps, loads
 from trackable.errors import InputError
-from trackable.files import read_bytes, write_atomically, write_text
+from trackable.files import read_bytes, write_atomically
 from trackable.fleet.row import Row
 
 ROW, TABLE = "row.json", "fleet.csv"
+
+_UNSAFE = rb"[^A-Za-z0-9_.~ -]|\A\.|[. ]\Z"
+"""Bytes that some file system refuses, hides, drops at the end, or writes in two ways (as the bytes of \u00e4)."""
+
+_TAKEN = re.compile(
+    r"(con|prn|aux|nul|(com|lpt)[0-9]) *(\..*)?|(row|reference|certificate|counterexample)\.json|fleet\.csv",
+    re.IGNORECASE | re.DOTALL,
+)
+"""Names of devices on Windows, and of files that a fleet writes."""
+
+_RUN_BY_SPREADSHEETS = re.compile(r"['=+\-@\t\r\n\uff0b\uff0d\uff1d\uff20]")
+"""With what a formula begins, and the apostrophe that makes a text of it."""
 
 
 @dataclass(frozen=True)
@@ -23,9 +33,12 @@ class FleetFolder:
     path: Path
 
     def of(self, name: str) -> Path:
-        """Return the folder of a recording: its name, with characters that file systems refuse as %XX."""
-        parts = [quote(part, safe=" ") for part in name.split("/")]
-        return self.path.joinpath(*(part.replace(".", "%2E", 1) if part[:1] in {"", "."} else part for part in parts))
+        """Return the folder of a recording, below which no other has its files, whatever the file system.
+
+        A slash in the name separates folders. What is unsafe in a part stands as %XX, an empty part as %, and a part
+        with capital letters ends with ^ and their places in hexadecimal, for file systems that do not tell case apart.
+        """
+        return self.path.joinpath(*map(_part, name.split("/")))
 
     def kept(self, name: str) -> Row | None:
         """Return what is known of a recording from before; None where a file is missing, damaged or changed."""
@@ -47,12 +60,26 @@ class FleetFolder:
 
     def write_table(self, rows: Sequence[Row]) -> Path:
         """Write one line for each recording as CSV. Raises OSError."""
-        text = io.StringIO()
-        writer = csv.DictWriter(text, [*columns(rows)], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(row.columns() for row in rows)
-        write_text(path := self.path / TABLE, text.getvalue())
+        table = columns(rows)
+        lines = [",".join(map(_cell, cells)) + "\n" for cells in (table, *zip(*table.values(), strict=True))]
+        write_atomically(path := self.path / TABLE, "".join(lines).encode(errors="backslashreplace"))
         return path
+
+
+def _part(text: str) -> str:
+    """Return the name of one folder, other than that of any other text. `row.name` is its inverse."""
+    unsafe = rb"\A.|" + _UNSAFE if _TAKEN.fullmatch(text) else _UNSAFE
+    escaped = re.sub(unsafe, lambda byte: b"%%%02X" % byte[0][0], text.encode("utf-8", "surrogatepass")).decode()
+    capitals = sum(1 << i for i, letter in enumerate(text) if "A" <= letter <= "Z")
+    return (escaped or "%") + (f"^{capitals:x}" if capitals else "")
+
+
+def _cell(value: str | float | None) -> str:
+    """Return a cell of CSV; a text that begins like a formula, or with an apostrophe, has an apostrophe before it."""
+    text = "" if value is None else str(value)
+    if isinstance(value, str) and _RUN_BY_SPREADSHEETS.match(text):
+        text = f"'{text}"
+    return '"' + text.replace('"', '""') + '"' if re.search('[",\r\n]', text) else text
 
 
 def columns(rows: Sequence[Row]) -> dict[str, list[str | float | int | None]]:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import errno
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from trackable.arguments import instance, text, whole
 from trackable.errors import InputError
-from trackable.files import path_of, write_atomically
-from trackable.fleet.folder import TABLE, FleetFolder, columns
-from trackable.fleet.request import Claimed, Learn, Request
+from trackable.files import path_of, read_bytes, write_atomically
+from trackable.fleet.answer import Answer
+from trackable.fleet.folder import TABLE, FleetFolder, columns, digest
+from trackable.fleet.request import Claimed, Learn, Learned, Request
 from trackable.fleet.row import STREAM, Row
 from trackable.fleet.sources import Measured, Source, sources_of
 from trackable.fleet.workers import answers
@@ -25,6 +28,9 @@ from trackable.streams.reference import StreamReference
 from trackable.systems.constrained import ConstrainedSystem
 
 _MOST_SHOWN = 5  # of the failures, and of the questions
+_OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # the rest concerns all recordings
+
+L = TypeVar("L", bound=Learned)
 
 
 @dataclass(frozen=True)
@@ -32,6 +38,8 @@ class Fleet:
     """What became of each recording, in the order given: `rows`, and in `folder` the files of each and one table.
 
     A recording NAME has folder/NAME/reference.json, folder/NAME/certificate.json (or counterexample.json) and row.json.
+    In NAME, what some file systems refuse stands as %XX, a part between slashes that is empty as %, and a part with
+    capital letters ends with ^ and a number that says where they are: "/Monday" is folder/%/Monday^1.
     """
 
     folder: Path
@@ -48,14 +56,14 @@ class Fleet:
         return tuple(row for row in self.rows if row.outcome == "proved")
 
     def reference(self, name: str) -> TrackableReference:
-        """Return the reference of a recording; it is proved again. InputError: it has none, and why."""
-        return TrackableReference.load(self._saved(name, is_stream=False))
+        """Return the reference of a recording; it is proved again. InputError: it has none, or not that of its row."""
+        return self._loaded(name, TrackableReference.load, is_stream=False)
 
     def stream(self, name: str) -> StreamReference:
         """Return the reference of a recording that was learned by `learn_stream`. InputError as for `reference`."""
-        return StreamReference.load(self._saved(name, is_stream=True))
+        return self._loaded(name, StreamReference.load, is_stream=True)
 
-    def _saved(self, name: str, *, is_stream: bool) -> Path:
+    def _loaded(self, name: str, load: Callable[[Path], L], *, is_stream: bool) -> L:
         row = next((row for row in self.rows if row.name == name), None)
         if row is None:
             raise InputError(f"there is no recording {name!r} in {self.folder}")
@@ -65,7 +73,12 @@ class Fleet:
             raise InputError(
                 f"{name}: call fleet.{'reference' if is_stream else 'stream'}({name!r}), as it was learned"
             )
-        return FleetFolder(self.folder).of(name) / "reference.json"
+        path = FleetFolder(self.folder).of(name) / "reference.json"
+        is_same = digest(read_bytes(path)) == row.files.get(path.name)
+        found = load(path) if is_same else None
+        if found is None or found.fingerprint != row.fingerprint:
+            raise InputError(f"{path}: was changed since the row of {name!r} was written; call learn_many again")
+        return found
 
     def columns(self) -> dict[str, list[str | float | int | None]]:
         """Return the table by columns, for `pandas.DataFrame(fleet.columns())` and the like."""
@@ -97,9 +110,9 @@ class Fleet:
 
 
 def _first(lines: list[str]) -> list[str]:
-    """Return some lines, and how many more there are."""
-    more = [f"… and {len(lines) - _MOST_SHOWN} more"] if len(lines) > _MOST_SHOWN else []
-    return lines[:_MOST_SHOWN] + more
+    """Return some lines, and how many more there are; what is not printable, as in names of topics, is escaped."""
+    shown = ["".join(c if c.isprintable() else ascii(c)[1:-1] for c in line) for line in lines[:_MOST_SHOWN]]
+    return [*shown, f"… and {len(lines) - _MOST_SHOWN} more"] if len(lines) > _MOST_SHOWN else shown
 
 
 def learn_many(
@@ -149,7 +162,9 @@ def learn_many(
     InputError
         Where packages for a cluster are not installed.
     OSError
-        Where a file cannot be written.
+        Where a file cannot be written, and another name would not help.
+    KeyboardInterrupt
+        Where somebody interrupts: with a sentence that says how many recordings are answered.
 
     """
     checked_plant(plant)
@@ -162,12 +177,30 @@ def learn_many(
     address = None if cluster is None else text("cluster", cluster)
     asked = [(source, where.kept(source.name)) for source in sources]
     found: dict[str, Row] = {}
-    with recordings_bar("learn references", len(sources), shown=progress) as count:
-        for each in answers(asked, request, processes, address):
-            if not each.is_kept:
-                where.write(each.row, each.files)
-            found[each.row.name] = each.row
-            count()
+    where.path.mkdir(parents=True, exist_ok=True)
+    try:
+        with (
+            recordings_bar("learn references", len(sources), shown=progress) as count,
+            closing(answers(asked, request, processes, address)) as answered,
+        ):
+            for each in answered:
+                found[each.row.name] = each.row if each.is_kept else _written(where, each)
+                count()
+    except KeyboardInterrupt:
+        kept = f"{len(found)} of {len(sources)} recordings are answered and kept in {where.path}"
+        raise KeyboardInterrupt(f"learn_many: {kept}; the same call goes on from there") from None
     rows = tuple(found[source.name] for source in sources)
     where.write_table(rows)
     return Fleet(where.path, rows)
+
+
+def _written(where: FleetFolder, answer: Answer) -> Row:
+    """Write an answer and return its row; another row where the files cannot have this name."""
+    try:
+        where.write(answer.row, answer.files)
+    except OSError as error:
+        if error.errno not in _OF_ONE_NAME:
+            raise
+        why = f"give it another name: its folder cannot be written ({error.strerror})"
+        return Row(answer.row.name, "unusable", why, answer.row.request)
+    return answer.row

@@ -87,7 +87,7 @@ def sources_of(recordings: Mapping[str, Measured] | Iterable[Source]) -> tuple[S
     for i, source in enumerate(found):
         if not isinstance(source, Source):
             raise TypeError(f"recordings[{i}]: expected a Source, got {type(source).__name__}")
-        if not source.name:
+        if not text(f"recordings[{i}]", source.name):
             raise ValueError(f"recordings[{i}]: a name is needed")
     if not found:
         raise ValueError("recordings: one at least is needed, got none")

@@ -13,6 +13,9 @@ _NAMES: dict[Work, str] = {"fit": "fits", "evaluation": "evaluations", "box": "b
 @contextmanager
 def progress_bar(title: str, *, shown: bool = True) -> Iterator[None]:
     """Count what is done in this context: fits, evaluations, boxes. Elsewhere than on a terminal, log it at times."""
+    if not shown:
+        yield
+        return
     from tqdm import tqdm  # noqa: PLC0415  loading the library shall not take longer for a bar
 
     counts, messages = Counter[Work](), Messages()
@@ -20,7 +23,7 @@ def progress_bar(title: str, *, shown: bool = True) -> Iterator[None]:
     def told() -> str:
         return f"{title}, {', '.join(f'{name}: {counts[each]}' for each, name in _NAMES.items())}"
 
-    with tqdm(desc=title, bar_format="{desc} [{elapsed}]", miniters=1, disable=None if shown else True) as bar:
+    with tqdm(desc=title, bar_format="{desc} [{elapsed}]", miniters=1, disable=None) as bar:
 
         def count(work: Work) -> None:
             counts[work] += 1
@@ -30,7 +33,7 @@ def progress_bar(title: str, *, shown: bool = True) -> Iterator[None]:
                 bar.set_description_str(told(), refresh=False)
                 bar.update()
 
-        if shown and (messages.are_heard or not bar.disable):
+        if messages.are_heard or not bar.disable:
             with watched(count):
                 yield
         else:
