@@ -8,9 +8,10 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote, urlsplit
+from urllib.parse import unquote
 
 LOOPBACK = "127.0.0.1"
+_HOST = re.compile(rf"({re.escape(LOOPBACK)}|localhost)(:\d*)?", re.IGNORECASE)
 Served = Mapping[str, Path | bytes]
 """Files, or their bytes, by path without the first slash; '' is the page itself. Nothing else is served."""
 
@@ -38,7 +39,11 @@ class _Server(ThreadingHTTPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Answers GET and HEAD; a range that lies in the file with 206, another one with 416."""
+    """Answers GET and HEAD; a range that lies in the file with 206, another one with 416.
+
+    A request that names another host is refused: a page from elsewhere may have its name resolved to this machine, and
+    its browser would let it read what is served.
+    """
 
     protocol_version = "HTTP/1.1"
     files: Served
@@ -50,7 +55,10 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer(with_body=False)
 
     def _answer(self, with_body: bool) -> None:
-        name = unquote(urlsplit(self.path).path).removeprefix("/")
+        if not _HOST.fullmatch(self.headers.get("Host", "")):
+            self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
+            return
+        name = unquote(self.path.partition("?")[0]).removeprefix("/")
         found = self.files.get(name)
         if found is None:
             self.send_error(HTTPStatus.NOT_FOUND)
@@ -84,7 +92,7 @@ class _Handler(BaseHTTPRequestHandler):
 
 def range_of(asked: str, length: int) -> range | None:
     """Return the bytes that a Range header asks for, or None if there are none such. Only one range is understood."""
-    found = re.fullmatch(r"bytes=(\d*)-(\d*)", asked.strip())
+    found = re.fullmatch(r"bytes=(\d{0,18})-(\d{0,18})", asked.strip())
     if found is None or not (found[1] or found[2]):
         return None
     if not found[1]:

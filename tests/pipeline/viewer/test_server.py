@@ -3,6 +3,8 @@
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from contextlib import closing
+from http.client import HTTPConnection
 from pathlib import Path
 
 import pytest
@@ -49,7 +51,11 @@ def test_a_part_of_a_file(address: str, asked: str, part: bytes) -> None:
     assert headers["Content-Range"] == f"bytes {first}-{first + len(part) - 1}/200"
 
 
-@pytest.mark.parametrize("asked", ["bytes=200-", "bytes=9-3", "bytes=-0", "bytes=-", "lines=0-1", "bytes=0-1,5-6"])
+NO_PARTS = ["bytes=200-", "bytes=9-3", "bytes=-0", "bytes=-", "lines=0-1", "bytes=0-1,5-6", "bytes=\xb2-", "\xff" * 99]
+ENDLESS = "9" * 5000  # more digits than Python makes a number of
+
+
+@pytest.mark.parametrize("asked", [*NO_PARTS, f"bytes={ENDLESS}-", f"bytes=-{ENDLESS}", f"bytes=0-{ENDLESS}"])
 def test_no_such_part(address: str, asked: str) -> None:
     status, headers, body = get(f"{address}log.mcap", Range=asked)
     assert (status, body, headers["Content-Range"]) == (416, b"", "bytes */200")
@@ -69,6 +75,31 @@ def test_kinds_of_files(address: str) -> None:
 @pytest.mark.parametrize("path", ["secret", "../secret", "%2e%2e/secret", "/secret", "nothing"])
 def test_nothing_else_is_served(address: str, path: str) -> None:
     assert get(f"{address}{path}")[0] == 404
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.0.0.1:1", "localhost", "LOCALHOST:8000"])
+def test_names_of_this_machine_are_answered(address: str, host: str) -> None:
+    assert get(f"{address}log.mcap", Host=host)[::2] == (200, DATA)
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "127.0.0.1.evil.example", "evil.example:80", "localhost@evil", "[", ""]
+)
+def test_another_host_is_refused(address: str, host: str) -> None:
+    """Its name may have been resolved to this machine, by whoever made the page that asks."""
+    status, _, body = get(f"{address}log.mcap", Host=host)
+    assert status == 421
+    assert DATA not in body
+
+
+@pytest.mark.parametrize("target", ["http://[/", "//[", "http://evil.example/log.mcap", "*", "/%00", "/%ff"])
+def test_a_target_that_is_no_path_of_a_file_is_not_found(address: str, target: str) -> None:
+    with closing(HTTPConnection(address.split("/")[2])) as connection:
+        connection.putrequest("GET", target, skip_host=True)
+        connection.putheader("Host", LOOPBACK)
+        connection.endheaders()
+        with connection.getresponse() as answer:
+            assert answer.status == 404
 
 
 def test_only_this_machine_is_answered() -> None:
