@@ -26,6 +26,7 @@ _SETTINGS = {
     "nb_execution_mode": "off",
     "nb_render_markdown_format": "myst",
     "myst_enable_extensions": ["dollarmath"],
+    "myst_disable_syntax": ["html_block", "html_inline"],  # a page shows what texts say, and runs none of it
     "myst_heading_anchors": 3,
     "myst_links_external_new_tab": False,
     # A notebook names files of the project, which are not pages.

@@ -1,5 +1,6 @@
 """The sources of the site: Markdown from templates, notebooks, and copies of what they show and offer."""
 
+import re
 import shutil
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -49,7 +50,7 @@ def _render(pages: Sequence[Page], claims: Sequence[JudgedClaim], more: Sequence
     templates = Environment(
         loader=FileSystemLoader(_HERE / "templates"), undefined=StrictUndefined, keep_trailing_newline=True
     )
-    templates.filters |= {"cell": _cell, "found": _found}
+    templates.filters |= {"cell": _cell, "found": _found, "plain": _plain}
     held = sum(claim.new.holds for claim in claims)
     text = templates.get_template("index.md.j2").render(pages=pages, claims=claims, held=held, more=more)
     write_text(into / "index.md", text)
@@ -85,6 +86,11 @@ def _copy(files: Iterable[Path], into: Path) -> None:
 
 def _cell(text: object) -> str:
     return " ".join(str(text).split()).replace("|", r"\|")
+
+
+def _plain(text: str) -> str:
+    """Return Markdown of one line that shows the text as it is."""
+    return re.sub(r"([!-/:-@[-`{-~])", r"\\\1", " ".join(text.split()))
 
 
 def _found(verdict: object) -> str:

@@ -3,11 +3,15 @@
 import json
 import re
 import shutil
+import warnings
+from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from sphinx.deprecation import RemovedInSphinx11Warning
 
 from pipeline.experiments import load_experiments
+from pipeline.site.build import build
 from pipeline.site.notebooks import errata, folded
 from pipeline.site.sources import write_sources
 from tests.pipeline.site.conftest import NAME
@@ -60,6 +64,57 @@ def test_the_page_of_an_experiment_tells_proofs_and_offers_files(built: Built, p
     assert {"joint.json", "unconstrained.counterexample.json", "samples.mcap"} <= offered
     drawn = {path.name for path in (project / "data" / "results" / NAME / "figures").iterdir()}
     assert drawn <= {path.name for path in (built[0] / "_images").iterdir()}
+
+
+HOSTILE = (
+    "<script>alert(1)</script> <img src=x onerror=alert(2)> *b* `c` {raw}`d` [e](javascript:alert(3)) $f<g$ &lt; | \\"
+    "\n\n```{raw} html\n<script>alert(4)</script>\n```\n\n# h"
+)
+
+
+class Elements(HTMLParser):
+    """All elements of a page with their attributes, and its text."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.text = ""
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def test_pages_show_what_titles_say_and_run_none_of_it(project: Path, tmp_path: Path) -> None:
+    hostile = shutil.copytree(project, tmp_path / "project")
+    params = (hostile / "params.yaml").read_text(encoding="utf-8")
+    titled = re.sub("title: .*", lambda _: f"title: {json.dumps(HOSTILE)}", params)
+    (hostile / "params.yaml").write_text(titled, encoding="utf-8")
+    claims = json.loads((hostile / "claims.yaml").read_text(encoding="utf-8"))
+    claims["claims"][0]["claim"] = HOSTILE
+    (hostile / "claims.yaml").write_text(json.dumps(claims), encoding="utf-8")
+    path = hostile / "notebooks" / f"{NAME}.ipynb"
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    notebook["cells"][0]["source"] = [
+        "# <script>alert(5)</script>\n\n<script>alert(6)</script>\n\n<p onclick=alert(7)>"
+    ]
+    path.write_text(json.dumps(notebook), encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RemovedInSphinx11Warning)
+        build(hostile, tmp_path / "site")
+    for page in (tmp_path / "site").rglob("*.html"):
+        elements = Elements(page.read_text(encoding="utf-8"))
+        for tag, attributes in elements.found:
+            assert not [name for name in attributes if name.startswith("on")], (page.name, tag)
+            assert not str(attributes.get("href")).startswith("javascript:"), (page.name, tag)
+            assert attributes.get("src") != "x", page.name
+        scripts = re.findall(r"<script[^>]*>(.*?)</script>", page.read_text(encoding="utf-8"), re.DOTALL)
+        assert not [script for script in scripts if "alert(" in script], page.name
+        if page.stem in ("index", NAME):
+            assert " ".join(HOSTILE.split()) in " ".join(elements.text.split())
 
 
 def test_notebooks_are_shown_as_they_were_executed(built: Built) -> None:
