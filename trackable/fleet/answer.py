@@ -1,7 +1,7 @@
 """Answer one recording: what a worker does, and sends back."""
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from trackable.certificates.outcome import Counterexample
 from trackable.errors import DoubtfulInputWarning, InputError
 from trackable.explanation import IgnoresSamplesWarning
 from trackable.fleet.folder import digest
-from trackable.fleet.request import Learned, Request
+from trackable.fleet.request import Request
 from trackable.fleet.row import Row, outcome_of
 from trackable.fleet.sources import Measured, Source
 from trackable.gp.samples import Samples
@@ -47,12 +47,13 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
         try:
             reference = request.learned(samples)
         except NotTrackableError as failure:
-            files = _counterexample(failure)
+            is_refuted = isinstance(failure.outcome, Counterexample)
+            files = _saved(counterexample=failure.save_counterexample) if is_refuted else {}
             row = Row(source.name, outcome_of(failure), str(failure), fingerprint, files=_digests(files))
             return Answer(row, files)
         except (ValueError, ArithmeticError) as error:
             return Answer(Row(source.name, "unusable", str(error), fingerprint), {})
-    files = _files(reference)
+    files = _saved(certificate=reference.save_certificate, reference=reference.save)
     return Answer(Row.of_proved(source.name, fingerprint, reference, tuple(questions), _digests(files)), files)
 
 
@@ -81,23 +82,13 @@ def _questions() -> Iterator[list[str]]:
 _OURS = (DoubtfulInputWarning, IgnoresSamplesWarning)
 
 
-def _files(reference: Learned) -> dict[str, bytes]:
+def _saved(**saves: Callable[[Path], object]) -> dict[str, bytes]:
+    """Return what each of these writes as `name`.json."""
     with TemporaryDirectory() as folder:
-        reference.save(Path(folder) / "reference.json")
-        reference.save_certificate(Path(folder) / "certificate.json")
-        return _contents(folder)
-
-
-def _counterexample(failure: NotTrackableError) -> dict[str, bytes]:
-    if not isinstance(failure.outcome, Counterexample):
-        return {}
-    with TemporaryDirectory() as folder:
-        failure.save_counterexample(Path(folder) / "counterexample.json")
-        return _contents(folder)
-
-
-def _contents(folder: str) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
+        paths = {Path(folder) / f"{name}.json": save for name, save in saves.items()}
+        for path, save in paths.items():
+            save(path)
+        return {path.name: path.read_bytes() for path in paths}
 
 
 def _digests(files: Mapping[str, bytes]) -> dict[str, str]:

@@ -62,7 +62,7 @@ class FleetFolder:
         """Write one line for each recording as CSV. Raises OSError."""
         table = columns(rows)
         lines = [",".join(map(_cell, cells)) + "\n" for cells in (table, *zip(*table.values(), strict=True))]
-        write_atomically(path := self.path / TABLE, "".join(lines).encode(errors="backslashreplace"))
+        write_atomically(path := self.path / TABLE, "".join(lines).encode())
         return path
 
 
@@ -83,7 +83,10 @@ def _cell(value: str | float | None) -> str:
 
 
 def columns(rows: Sequence[Row]) -> dict[str, list[str | float | int | None]]:
-    """Return the table by columns, None where a row has no value; numbers by name stand in the order of their names."""
+    """Return the table by columns, None where a row has no value; numbers by name stand in the order of their names.
+
+    What UTF-8 cannot hold of a name stands as an escape sequence.
+    """
     cells = [row.columns() for row in rows]
     named = {name for row in cells for name in row if "[" in name}
     order = [name for name in cells[0] if "[" not in name]

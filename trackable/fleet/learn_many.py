@@ -39,7 +39,8 @@ class Fleet:
 
     A recording NAME has folder/NAME/reference.json, folder/NAME/certificate.json (or counterexample.json) and row.json.
     In NAME, what some file systems refuse stands as %XX, a part between slashes that is empty as %, and a part with
-    capital letters ends with ^ and a number that says where they are: "/Monday" is folder/%/Monday^1.
+    capital letters ends with ^ and a number that says where they are: "/Monday" is folder/%/Monday^1. What stands at
+    other places, as versions before this rule wrote it, is neither read nor removed.
     """
 
     folder: Path

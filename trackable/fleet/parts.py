@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from trackable.errors import InputError
@@ -16,40 +17,11 @@ from trackable.recordings.csv_files.table import PLAIN, CsvLayout, CsvTable
 from trackable.recordings.mcap_files.messages import topics_in
 from trackable.recordings.mcap_files.reader import Field, read_mcap
 from trackable.recordings.origin import Origin
-from trackable.recordings.parquet_files.reader import Cells, ParquetReading
+from trackable.recordings.parquet_files.reader import ParquetReading
 from trackable.recordings.recording import Recording
 from trackable.recordings.repairs import Repair
 
 _NAME = "{name}"
-
-
-@dataclass(frozen=True)
-class _CsvPart:
-    reading: CsvReading
-    table: CsvTable
-
-    def __call__(self) -> Recording:
-        return self.reading.recording(self.table)
-
-
-@dataclass(frozen=True)
-class _ParquetPart:
-    reading: ParquetReading
-    cells: Cells
-
-    def __call__(self) -> Recording:
-        return self.reading.recording(self.cells)
-
-
-@dataclass(frozen=True)
-class _Topics:
-    path: Path
-    signals: Mapping[str, Field]
-    repairs: tuple[Repair | str, ...]
-    origin: Origin
-
-    def __call__(self) -> Recording:
-        return read_mcap(self.path, self.signals, self.repairs, self.origin)
 
 
 def parts_of_csv(
@@ -77,7 +49,7 @@ def parts_of_csv(
 
     def part(rows: Sequence[int]) -> Callable[[], Recording]:
         lines, cells = [table.lines[row] for row in rows], [table.rows[row] for row in rows]
-        return _CsvPart(reading, CsvTable(table.header, lines, cells))
+        return partial(reading.recording, CsvTable(table.header, lines, cells))
 
     return _sources(names, part)
 
@@ -104,7 +76,7 @@ def parts_of_parquet(
                 f"{reading.path}, row {row}, column {by!r}: expected the name of a recording, got {name!r}"
             )
         names.append(str(name).strip())
-    return _sources(names, lambda rows: _ParquetPart(reading, cells.part(rows)))
+    return _sources(names, lambda rows: partial(reading.recording, cells.part(rows)))
 
 
 def topics_of(
@@ -126,11 +98,7 @@ def topics_of(
         wanted = " and ".join(field.topic for field in signals.values())
         raise InputError(f"{path}: there are no topics {wanted}; there are {', '.join(topics)}")
     return tuple(
-        Source(
-            name,
-            _Topics(path, {signal: _named(field, name) for signal, field in signals.items()}, tuple(repairs), origin),
-        )
-        for name in names
+        Source(name, partial(read_mcap, path, _named(signals, name), tuple(repairs), origin)) for name in names
     )
 
 
@@ -140,8 +108,8 @@ def _names(pattern: str, topics: Sequence[str]) -> list[str]:
     return [match[1] for match in matches if match]
 
 
-def _named(field: Field, name: str) -> Field:
-    return replace(field, topic=field.topic.replace(_NAME, name))
+def _named(signals: Mapping[str, Field], name: str) -> dict[str, Field]:
+    return {signal: replace(field, topic=field.topic.replace(_NAME, name)) for signal, field in signals.items()}
 
 
 def _sources(names: Sequence[str], part: Callable[[Sequence[int]], Callable[[], Recording]]) -> tuple[Source, ...]:

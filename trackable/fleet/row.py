@@ -89,9 +89,9 @@ class Row:
             for name, value in values.items()
         }
         return {
-            "name": self.name,
+            "name": _utf8(self.name),
             "outcome": self.outcome,
-            "sentence": self.sentence,
+            "sentence": _utf8(self.sentence),
             "samples": self.sample_count,
             "method": self.method,
             "objective": self.objective,
@@ -100,6 +100,10 @@ class Row:
             "fingerprint": self.fingerprint,
             "questions": "; ".join(self.questions) or None,
         }
+
+
+def _utf8(text: str) -> str:
+    return text.encode(errors="backslashreplace").decode()
 
 
 def outcome_of(failure: NotTrackableError) -> Outcome:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from trackable.arguments import instance, text
@@ -26,23 +27,6 @@ class Source:
     read: Callable[[], Measured]
 
 
-@dataclass(frozen=True)
-class _Given:
-    measured: Measured
-
-    def __call__(self) -> Measured:
-        return self.measured
-
-
-@dataclass(frozen=True)
-class _File:
-    path: Path
-    read: Callable[[Path], Measured]
-
-    def __call__(self) -> Measured:
-        return self.read(self.path)
-
-
 def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[Source, ...]:
     """Return a source for each file of a folder, or for each that a pattern such as "measured/**/*.csv" names.
 
@@ -58,7 +42,7 @@ def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[
     short = [path.relative_to(folder).with_suffix("").as_posix() for path in found]
     full = [path.relative_to(folder).as_posix() for path in found]
     names = short if len({*short}) == len(short) else full
-    return tuple(Source(name, _File(path, read)) for name, path in zip(names, found, strict=True))
+    return tuple(Source(name, partial(read, path)) for name, path in zip(names, found, strict=True))
 
 
 def _split(pattern: Path) -> tuple[Path, str]:
@@ -72,13 +56,19 @@ def _is_hidden(path: Path) -> bool:
     return any(part.startswith(".") for part in path.parts)
 
 
+def _given(measured: Measured) -> Measured:
+    return measured
+
+
 def sources_of(recordings: Mapping[str, Measured] | Iterable[Source]) -> tuple[Source, ...]:
     """Return sources, in the order given.
 
     TypeError: something else is among them. ValueError: there is none, or a name appears twice.
     """
     if isinstance(recordings, Mapping):
-        found = tuple(Source(text("recordings", name), _Given(of_name)) for name, of_name in recordings.items())
+        found = tuple(
+            Source(text("recordings", name), partial(_given, of_name)) for name, of_name in recordings.items()
+        )
     else:
         instance(
             "recordings", recordings, Iterable, "samples by name, or sources such as `recordings_in(folder, read)`"

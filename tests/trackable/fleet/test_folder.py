@@ -11,6 +11,7 @@ from urllib.parse import unquote_to_bytes
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyarrow import parquet
 
 from tests.trackable.fleet.recordings import KERNEL, PLANT, motion, motions
 from tests.trackable.fleet.test_learn_many import contents, learned, written
@@ -183,13 +184,16 @@ def test_no_cell_of_the_table_is_a_formula_and_names_are_still_told_apart(tmp_pa
     assert fleet.columns()["name"] == RUN
 
 
-def test_names_from_elsewhere_print_as_lines(tmp_path):
+def test_names_from_elsewhere_print_as_lines_and_stand_in_every_table(tmp_path):
     """Topics may hold anything: a terminal is sent no control characters, and the lines stay lines."""
     names = ["a\nproved: all", "\x1b[2J", "\u202eb", "\udcff"]
-    said = str(learned({name: Samples([0.0, 0.1], [30.0, 30.0]) for name in names}, tmp_path))
+    fleet = learned({name: Samples([0.0, 0.1], [30.0, 30.0]) for name in names}, tmp_path)
+    said = str(fleet)
     assert all(line.isprintable() for line in said.splitlines())
     assert len(said.splitlines()) == 1 + len(names)
-    said.encode()
+    fleet.to_parquet(tmp_path / "fleet.parquet")
+    assert parquet.read_table(tmp_path / "fleet.parquet").to_pydict() == fleet.columns()
+    assert fleet.columns()["name"] == [*names[:3], "\\udcff"]
 
 
 def test_files_of_a_table_with_such_names_have_the_same_bytes_by_two_workers(tmp_path):

@@ -171,6 +171,7 @@ def test_no_name_leads_out_of_the_folder(tmp_path, name):
         (3, {}, TypeError, "recordings: expected"),
         (["a.csv"], {}, TypeError, r"recordings\[0\]: expected a Source"),
         ([Source("a", broken), Source("a", broken)], {}, ValueError, "'a' appears twice"),
+        ([Source(3, broken)], {}, TypeError, r"recordings\[0\]: expected a text"),
         ({"a": motion(0)}, {"workers": 0}, ValueError, "workers must be at least 1"),
         ({"a": motion(0)}, {"workers": "2"}, TypeError, "workers: expected"),
         ({"a": motion(0)}, {"cluster": 3}, TypeError, "cluster: expected"),
