@@ -104,7 +104,7 @@ def _judge_table(family: Counts, fleet: Fleet, names: list[str]) -> None:
 
 def _mix_up(fleet: Fleet, rng: np.random.Generator) -> None:
     """Put one file in the place of another one, or of a row."""
-    files = sorted(fleet.folder.rglob("*.json"))
+    files = sorted(path for path in fleet.folder.rglob("*.json") if path.is_file())
     if len(files) > 1:
         shutil.copyfile(*rng.choice(np.array(files, dtype=object), 2, replace=False))
 

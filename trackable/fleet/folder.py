@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from trackable.codec import CodecError, dumps, loads
+from trackable.codec import dumps, loads
 from trackable.errors import InputError
 from trackable.files import read_bytes, write_atomically
 from trackable.fleet.row import Row
@@ -46,7 +46,7 @@ class FleetFolder:
         try:
             row = loads(Row, read_bytes(folder / ROW))
             whole = all(digest(read_bytes(folder / file)) == sha for file, sha in row.files.items())
-        except (InputError, CodecError):
+        except (InputError, ValueError):
             return None
         return row if whole and row.name == name else None
 

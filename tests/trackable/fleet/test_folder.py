@@ -168,6 +168,16 @@ def test_what_is_loaded_is_what_the_row_says(two, tmp_path, harm):
     assert isinstance(fleet.reference("run 1"), TrackableReference)
 
 
+@pytest.mark.parametrize("file", ["", "\0", "x" * 300, "..", "row.json/x"])
+def test_a_row_that_names_files_which_cannot_be_is_written_again(two, tmp_path, file):
+    shutil.copytree(two.folder, tmp_path, dirs_exist_ok=True)
+    path = tmp_path / "run 0" / "row.json"
+    before, row = path.read_bytes(), from_json(path.read_bytes())
+    path.write_bytes(to_json({**row, "files": {file: "0" * 64}}))
+    assert learned(motions(2), tmp_path).rows == two.rows
+    assert path.read_bytes() == before
+
+
 RUN = ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1", "'=1", "''=1", "\uff1d1", '=HYPERLINK("x","y")', "a=1"]
 
 
