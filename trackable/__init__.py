@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from trackable.errors import InputError as InputError
     from trackable.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
     from trackable.feasibility.impossible import Impossible as Impossible
+    from trackable.feasibility.impossible import InfeasibleTightening as InfeasibleTightening
     from trackable.fleet.learn_many import Fleet as Fleet
     from trackable.fleet.learn_many import learn_many as learn_many
     from trackable.fleet.parts import parts_of_csv as parts_of_csv
@@ -105,6 +106,7 @@ _MODULES = {
     "IgnoresSamplesWarning": "explanation",
     "Impossible": "feasibility.impossible",
     "Infeasible": "control.step.result",
+    "InfeasibleTightening": "feasibility.impossible",
     "InputError": "errors",
     "Kernel": "gp.kernels.base",
     "Late": "control.windows",

@@ -146,8 +146,9 @@ def learn_reference(
         part of the disturbance set would do.
     NotTrackableError
         Where no reference was found, or none that is proved: the message says by how much, where and why. Its
-        `outcome` is `Impossible` where values of `at` and bounds contradict each other whatever the kernel: that is
-        found before anything is learned.
+        `outcome` is `Impossible` where values of `at` and bounds contradict each other whatever the kernel, and
+        `InfeasibleTightening` where bounds do that are drawn in for this feedback or margin: both are found before
+        anything is learned.
 
     """
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
@@ -166,7 +167,7 @@ def learn_reference(
     space = SearchSpace.around(seen, prior, starts)
     ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
-    found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts]))
+    found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with progress_bar("learn reference", shown=progress):
         certified = found_or_raise(learn_certified(seen, prior, plant, space, goal, learner=learner, pins=pins))

@@ -17,6 +17,7 @@ from trackable.feasibility.reach import first_gap
 from trackable.feasibility.steps import Steps, steps_of
 from trackable.learning.problem import NoSolution
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import NonlinearSystem
 
@@ -25,8 +26,8 @@ _ACTIVE = 1e-6  # of the largest multiplier
 
 
 @dataclass(frozen=True, repr=False)
-class Impossible(NoSolution):
-    """No reference exists: no sequence of states and inputs satisfies bounds and given values, whatever the kernel.
+class _OutOfReach(NoSolution):
+    """No sequence of states and inputs satisfies bounds and given values.
 
     `given` is the value that cannot be had beside those before it, or the bounds that a nonlinear system has to leave;
     `missing` is by how much at least, in its unit.
@@ -39,28 +40,75 @@ class Impossible(NoSolution):
     among: tuple[str, ...]
 
     @property
-    def explanation(self) -> str:
+    def _contradiction(self) -> str:
         because = "; ".join(self.among)
         if self.given:
-            said = f"{self.given} is out of reach by at least {self.missing:.3g}, because of {because}"
-        else:
-            said = (
-                f"bounds contradict each other, and each of these would have to be moved by {self.missing:.3g} of its "
-                f"width at least: {because}"
-            )
-        return f"no reference exists, whatever the kernel and the samples: {said}"
+            return f"{self.given} is out of reach by at least {self.missing:.3g}, because of {because}"
+        return (
+            f"bounds contradict each other, and each of these would have to be moved by {self.missing:.3g} of its "
+            f"width at least: {because}"
+        )
+
+
+@dataclass(frozen=True, repr=False)
+class Impossible(_OutOfReach):
+    """No reference exists, whatever the kernel, the samples, the feedback and the margin: the plant's own bounds and
+    the given values contradict each other."""
+
+    @property
+    def explanation(self) -> str:
+        return f"no reference exists, whatever the kernel and the samples: {self._contradiction}"
+
+
+@dataclass(frozen=True, repr=False)
+class InfeasibleTightening(_OutOfReach):
+    """No reference keeps the bounds drawn in by this `tightening`, whatever the kernel and the samples.
+
+    It depends on the feedback and the margin: with others there may be a reference.
+    """
+
+    tightening: Tightening
+
+    @property
+    def explanation(self) -> str:
+        drawn, margin, Z = [], self.tightening.margin, self.tightening.invariant
+        if Z:
+            drawn.append(f"for disturbances under the feedback K = {Z.feedback.tolist()}")
+        if margin:
+            drawn.append(f"by the margin {margin:g} of each width")
+        others = " or ".join(filter(None, (Z and "another feedback=", margin and "a smaller margin=")))
+        return (
+            f"no reference keeps the bounds drawn in {' and '.join(drawn)}, whatever the kernel and the samples; "
+            f"{others} may leave more room: {self._contradiction}"
+        )
 
 
 def impossible(
-    plant: ConstrainedSystem, claim: Claim, pinned: Sequence[Pinned], means: Sequence[float]
-) -> Impossible | None:
+    plant: ConstrainedSystem,
+    claim: Claim,
+    pinned: Sequence[Pinned],
+    means: Sequence[float],
+    tightening: Tightening | None = None,
+) -> Impossible | InfeasibleTightening | None:
     """Return what contradicts what at steps that are claimed; None where no contradiction is certain.
 
-    What is said is proved: programs say where to look, and ball arithmetic how much is missing (`certainly_missing`).
-    It is not complete: no times between steps are examined, of nonlinear systems boxes that can be reached only, and of
-    vehicles nothing. Without `pinned` values there is nothing to ask where the plant may rest at the `means` of its
-    flat outputs.
+    Where `plant` is what a `tightening` leaves, the given plant is asked first: only its own bounds exclude every
+    reference. What is said is proved: programs say where to look, and ball arithmetic how much is missing
+    (`certainly_missing`). It is not complete: no times between steps are examined, of nonlinear systems boxes that can
+    be reached only, and of vehicles nothing. Without `pinned` values there is nothing to ask where the plant may rest
+    at the `means` of its flat outputs.
     """
+    if tightening is None:
+        return _of_bounds(plant, claim, pinned, means)
+    found = _of_bounds(tightening.given, claim, pinned, means)
+    if found is None and (drawn_in := _of_bounds(plant, claim, pinned, means)):
+        return InfeasibleTightening(drawn_in.given, drawn_in.missing, drawn_in.among, tightening)
+    return found
+
+
+def _of_bounds(
+    plant: ConstrainedSystem, claim: Claim, pinned: Sequence[Pinned], means: Sequence[float]
+) -> Impossible | None:
     rests = all(q.bounds.strictly_contains(q.at_rest(means)) for q in plant.quantities)
     if rests and not pinned:
         return None

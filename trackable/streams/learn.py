@@ -131,7 +131,7 @@ def learn_stream(
     checked_goal("all_times", seen, prior, plant, tightening)  # between windows the function is at rest
     ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim)
-    found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts]))
+    found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     with progress_bar("learn stream", shown=progress):
         known = _known(first, prior, plant, starts)
         stream = Stream(seen, known, plant, length, claim, pinned)

@@ -9,7 +9,19 @@ from flint import arb, arb_mat
 
 from tests.trackable.feasibility import naive
 from tests.trackable.plants import AXIS, KERNEL, SAMPLES
-from trackable import ConstrainedSystem, Impossible, LinearSystem, NotTrackableError, Polytope, learn_reference
+from trackable import (
+    ConstrainedSystem,
+    Impossible,
+    InfeasibleTightening,
+    LinearSystem,
+    NotTrackableError,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    Zonotope,
+    learn_reference,
+)
 from trackable import learn as learning
 from trackable.certificates.balls.arithmetic import ball_arithmetic
 from trackable.certificates.goal import Claim
@@ -20,6 +32,7 @@ from trackable.feasibility.impossible import impossible
 from trackable.feasibility.program import Least, least
 from trackable.feasibility.steps import Steps, Value, steps_of
 from trackable.streams import learn as streams
+from trackable.systems.disturbance.tightening import tightening
 from trackable.waypoints import Waypoints, waypoints
 
 WEAK = replace(AXIS, state_set=Polytope.box([-1, -1.5], [1, 1.5]), input_set=Polytope.box([-0.1], [0.1]))
@@ -248,3 +261,70 @@ def test_a_window_without_a_place_to_rest_is_examined_first(monkeypatch):
     monkeypatch.setattr(learning, "learn_certified", None)
     with pytest.raises(NotTrackableError, match=r"no reference exists, .*: bounds contradict each other"):
         learn_reference(SAMPLES, MOVING, KERNEL, (0.0, 3.0), noise_std=0.02)
+
+
+FIRST = ConstrainedSystem(
+    LinearSystem([[0.9]], [[1.0]], states=("x",), sampling_time=0.1), Polytope.box([-10], [10]), Polytope.box([-1], [1])
+)
+JUMP = {1.0: {"x": -0.460756}, 1.1: {"x": 0.506832}}  # by the input 0.921512
+FAR = {1.0: {"x": -0.460756}, 1.1: {"x": 0.8}}  # by the input 1.214680
+PUSHED = Zonotope.box([-0.1], [0.1])
+DRAWN_IN = {
+    "the feedback that is chosen": ({"disturbance": PUSHED}, "under the feedback K = [[-0.89", "another feedback="),
+    "a margin": ({"margin": 0.05}, "by the margin 0.05 of each width", "a smaller margin="),
+    "both": (
+        {"disturbance": PUSHED, "margin": 0.01},
+        "and by the margin 0.01 of each width",
+        "another feedback= or a smaller margin=",
+    ),
+}
+
+
+def learned_first(at: Waypoints, **options: Any) -> TrackableReference:
+    times = np.arange(0, 3, 0.1)
+    samples = Samples(times, 0.3 * np.sin(2 * times))
+    return learn_reference(samples, FIRST, SquaredExponential(), "all_times", noise_std=0.05, at=at, **options)
+
+
+@pytest.mark.parametrize("name", DRAWN_IN)
+def test_what_a_feedback_or_a_margin_excludes_is_not_called_impossible(name):
+    options, drawn_in, instead = DRAWN_IN[name]
+    with pytest.raises(NotTrackableError) as raised:
+        learned_first(JUMP, **options)
+    outcome = raised.value.outcome
+    assert isinstance(outcome, InfeasibleTightening)
+    assert not isinstance(outcome, Impossible)
+    assert outcome.explanation.startswith("no reference keeps the bounds drawn in ")
+    assert "no reference exists" not in outcome.explanation
+    assert drawn_in in outcome.explanation
+    assert f"; {instead} may leave more room: x = 0.506832 at t = 1.1 s is out of reach" in outcome.explanation
+
+
+@pytest.mark.filterwarnings("ignore::trackable.IgnoresSamplesWarning")
+def test_another_feedback_proves_what_the_chosen_one_excludes():
+    found = learned_first(JUMP, disturbance=PUSHED, feedback=[[-0.2]])
+    assert found.reference.state_at(np.array([1.0, 1.1])).ravel() == pytest.approx([-0.460756, 0.506832], abs=2e-3)
+
+
+@pytest.mark.parametrize("name", DRAWN_IN)
+def test_what_the_own_bounds_exclude_is_impossible_for_every_feedback_and_margin(name):
+    found = []
+    for options in ({}, DRAWN_IN[name][0]):
+        with pytest.raises(NotTrackableError) as raised:
+            learned_first(FAR, at_tolerance=1e-3, **options)
+        found.append(raised.value.outcome)
+    assert isinstance(found[0], Impossible)
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_margin_makes_an_admissible_trajectory_impossible(seed):
+    """Only drawn in bounds exclude it, and only in their own words."""
+    rng = np.random.default_rng(seed)
+    plant = random_plant(rng)
+    states = trajectory(plant, rng, 30)
+    at = {0.1 * k: dict(zip(plant.system.states, states[k].tolist(), strict=True)) for k in range(0, len(states), 3)}
+    drawn, claim = tightening(plant, margin=float(rng.uniform(0.05, 0.45))), (0.0, 0.1 * max(1, len(states) - 1))
+    pinned = waypoints(at, 1e-9, plant, claim)
+    found = impossible(drawn.plant, claim, pinned, [0.0] * plant.signal_count, drawn)
+    assert found is None or isinstance(found, InfeasibleTightening)
