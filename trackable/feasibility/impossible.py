@@ -71,15 +71,16 @@ class InfeasibleTightening(_OutOfReach):
 
     @property
     def explanation(self) -> str:
-        drawn, margin, Z = [], self.tightening.margin, self.tightening.invariant
+        drawn, others, margin, Z = [], [], self.tightening.margin, self.tightening.invariant
         if Z:
             drawn.append(f"for disturbances under the feedback K = {Z.feedback.tolist()}")
+            others.append("another feedback=")
         if margin:
             drawn.append(f"by the margin {margin:g} of each width")
-        others = " or ".join(filter(None, (Z and "another feedback=", margin and "a smaller margin=")))
+            others.append("a smaller margin=")
         return (
             f"no reference keeps the bounds drawn in {' and '.join(drawn)}, whatever the kernel and the samples; "
-            f"{others} may leave more room: {self._contradiction}"
+            f"{' or '.join(others)} may leave more room: {self._contradiction}"
         )
 
 

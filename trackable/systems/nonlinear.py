@@ -24,7 +24,7 @@ from trackable.systems.formulas.algebra import Term, derivative
 from trackable.systems.formulas.evaluation import evaluate_floats
 from trackable.systems.formulas.expression import Expression, Variable, size_and_depth, variables
 from trackable.systems.formulas.nested_lists import MAX_DEPTH
-from trackable.systems.formulas.tracing import Dynamics, traced
+from trackable.systems.formulas.tracing import Dynamics, require_same_values, traced
 from trackable.systems.linear import positive_sampling_time
 from trackable.systems.naming import require_names
 from trackable.systems.sets.interval import Interval
@@ -122,14 +122,17 @@ class NonlinearSystem:
     ) -> Self:
         """Return the system of a Python function f(x, u) of two arrays that returns a list of the next states.
 
-        f is called once, with symbols: it must use ordinary arithmetic only (see `formulas.symbol`). Numbers that it
-        uses are constants of the system. The `flat` form may be left out for chains, and where there are as many
-        inputs as states. ValueError also: f is no such function, with the reason.
+        f is called with symbols: it must use ordinary arithmetic only (see `formulas.symbol`). Numbers that it uses are
+        constants of the system. It is also called with numbers, and has to give what its formulas give. The `flat` form
+        may be left out for chains, and where there are as many inputs as states. ValueError also: f is no such
+        function, with the reason.
         """
         if not callable(f):
             raise TypeError(f"system: f: expected a function of x and u, got {f!r}")
         x, u = names("system: states", states), names("system: inputs", inputs)
-        return cls(traced(f, x, u), x, u, sampling_time, flat)
+        system = cls(traced(f, x, u), x, u, sampling_time, flat)
+        require_same_values(f, system.f, x, u)
+        return system
 
     @property
     def successors(self) -> tuple[str, ...]:

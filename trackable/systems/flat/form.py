@@ -51,7 +51,7 @@ class FlatForm:
     def of(cls, function: Callable[[Any], Any], outputs: int, angles: Sequence[str] = ()) -> Self:
         """Return the flat form of a function of z that returns a list of states and one of inputs.
 
-        z[j] is the array of the flat outputs at step k + j. The function is called once, with symbols: it must use
+        z[j] is the array of the flat outputs at step k + j. The function is called with symbols: it must use
         ordinary arithmetic only (see `formulas.symbol`). ValueError: it is no such function; says why.
         """
         states, inputs = formulas_of(lambda: function(_Shifts(outputs)), "flat form")

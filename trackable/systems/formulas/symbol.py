@@ -3,6 +3,7 @@
 import math
 import operator
 from collections.abc import Callable
+from contextvars import ContextVar
 from typing import Any, NoReturn
 
 import numpy as np
@@ -26,12 +27,22 @@ SUPPORTED = (
 )
 
 
-class NoFormulaError(ValueError):
-    """A computation that cannot be written as a formula; the message says why."""
+REFUSALS: ContextVar[list[str]] = ContextVar("REFUSALS", default=[])  # noqa: B039  of whoever traces nothing
+"""Why the function that is traced has no formula: kept, as it may catch whatever is raised."""
+
+
+class Refusal(BaseException):
+    """A computation that cannot be written as a formula: no `except Exception` of a traced function catches it."""
+
+
+def refuse(why: str) -> NoReturn:
+    """End what is traced. Refusal: it is also kept in `REFUSALS`."""
+    REFUSALS.get().append(f"system: f must {why}")
+    raise Refusal(why)
 
 
 def as_expression(value: object) -> Expression | None:
-    """Return the expression of a symbol or a number; None for anything else. NoFormulaError: not a float64."""
+    """Return the expression of a symbol or a number; None for anything else. Refusal: not a float64."""
     if isinstance(value, Symbol):
         return value.expression
     if isinstance(value, np.ndarray) and value.shape == ():
@@ -41,15 +52,12 @@ def as_expression(value: object) -> Expression | None:
     if not isinstance(value, int | float) or isinstance(value, bool):
         return None
     if not is_float64(value):
-        raise NoFormulaError(f"system: f must use numbers that are finite, and exact in float64, got {value!r}")
+        refuse(f"use numbers that are finite, and exact in float64, got {value!r}")
     return Constant(float(value))
 
 
 def _refused(what: str) -> Callable[..., Any]:
-    def refuse(*_: object) -> NoReturn:
-        raise NoFormulaError(f"system: f must be one formula for all states and inputs, but {what}; use {SUPPORTED}")
-
-    return refuse
+    return lambda *_: refuse(f"be one formula for all states and inputs, but {what}; use {SUPPORTED}")
 
 
 class Symbol:
@@ -142,7 +150,9 @@ class Symbol:
     __bool__ = _refused("it branches on a value")
     __mod__ = __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = _refused("it takes a remainder, which has jumps")
     __round__ = __trunc__ = __floor__ = __ceil__ = _refused("it rounds a value, which has jumps")
-    __float__ = __int__ = __index__ = __complex__ = _refused("it makes a plain number of a value, as math.sqrt does")
+    __float__ = __int__ = __index__ = __complex__ = _refused(
+        "it makes a plain number of a value, as float() and Python's math do (np.sin is for math.sin, and so on)"
+    )
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *given: object, **options: object) -> Any:
         if method == "__call__" and not options:
@@ -156,7 +166,7 @@ class Symbol:
                 return _binary(_TWO_ARGUMENTS[name], *given)
             if len(given) == 1 and name in _METHODS:
                 return getattr(self, name)()
-        raise NoFormulaError(f"system: f must be written in {SUPPORTED}; it uses np.{ufunc.__name__}")
+        refuse(f"be written in {SUPPORTED}; it uses np.{ufunc.__name__}")
 
 
 def _hypotenuse(a: Expression, b: Expression) -> Expression:
@@ -215,4 +225,4 @@ def _power(a: Expression, b: Expression) -> Expression:
         return a if b == ONE else Power(a, b.value)
     if isinstance(a, Constant) and a.value > 0 and math.isfinite(a.value):
         return Function("exp", Product(b, Function("log", a)))
-    raise NoFormulaError(f"system: f must have numbers for exponents, or for positive bases, got ({a})**({b})")
+    refuse(f"have numbers for exponents, or for positive bases, got ({a})**({b})")

@@ -1,11 +1,16 @@
-"""Python functions are traced into formulas once, or refused with the reason."""
+"""Python functions are traced into formulas that give their values, or refused with the reason."""
 
 import math
+from itertools import count
 
 import numpy as np
 import pytest
+from hypothesis import given, reject, settings
 
-from trackable.systems.formulas.tracing import traced
+from tests.trackable.systems.formulas.random_expressions import expressions
+from trackable.systems.formulas.evaluation import evaluate
+from trackable.systems.formulas.tracing import require_same_values, traced
+from trackable.systems.nonlinear import NonlinearSystem
 
 A = np.array([[1.0, 0.5], [0.0, 2.0]])
 WRITTEN = {
@@ -27,12 +32,6 @@ def test_what_is_written_is_what_is_kept(name):
     assert [str(e) for e in traced(f, ("a", "b"), ("p", "q"))] == texts
 
 
-def test_f_is_called_once():
-    calls = []
-    traced(lambda x, u: calls.append(1) or [x[0]], ("a",), ("p",))
-    assert calls == [1]
-
-
 ONE_FORMULA = "f must be one formula for all states and inputs, but it "
 ORDINARY = (
     r"f must be written in \+ - \* / \*\* with numbers, and NumPy's exp, log, sqrt, sin, cos, tan, arctan, arctan2, "
@@ -46,7 +45,16 @@ REFUSED = {
     "a look-up": (lambda x, u: [{1.0: u[0]}[x[0]]], f"{ONE_FORMULA}looks a value up"),
     "a remainder": (lambda x, u: [x[0] % 2 + u[0]], f"{ONE_FORMULA}takes a remainder"),
     "rounding": (lambda x, u: [round(x[0]) + u[0]], f"{ONE_FORMULA}rounds a value"),
-    "math.sqrt": (lambda x, u: [math.sqrt(x[0]) + u[0]], f"{ONE_FORMULA}makes a plain number of a value, as math.sqrt"),
+    "math.sqrt": (lambda x, u: [math.sqrt(x[0]) + u[0]], f"{ONE_FORMULA}makes a plain number of a value, as float"),
+    "math.sin": (lambda x, u: [math.sin(x[0]) + u[0]], r"\(np.sin is for math.sin, and so on\)"),
+    "solve": (
+        lambda x, u: np.linalg.solve([[1 + x[0] ** 2]], u),
+        r"np.linalg takes plain numbers only: write an inverse out",
+    ),
+    "inv": (
+        lambda x, u: np.linalg.inv([[1 + x[0] ** 2]]) @ u,
+        r"np.linalg takes plain numbers only: write an inverse out",
+    ),
     "arcsin": (lambda x, u: [np.arcsin(x[0]) + u[0]], f"{ORDINARY}; it uses np.arcsin"),
     "arcsin of arrays": (lambda x, u: np.arcsin(x) + u, f"{ORDINARY}: .*arcsin"),
     "maximum": (lambda x, u: [np.maximum(x[0], 0) + u[0]], f"{ORDINARY}; it uses np.maximum"),
@@ -65,3 +73,101 @@ def test_what_is_no_formula_is_refused_with_the_reason(name):
     f, reason = REFUSED[name]
     with pytest.raises(ValueError, match=reason):
         traced(f, ("a",), ("p",))
+
+
+def clamped(u):
+    return max(-1.0, min(1.0, u))
+
+
+def tolerant(of, kind=Exception):
+    """A function that clamps what it can, and goes on where it cannot."""
+
+    def f(x, u):
+        try:
+            v = clamped(u[0])
+        except kind:
+            v = u[0]
+        return of(x, v)
+
+    return f
+
+
+COUNTED, KEPT = count(), dict[str, object]()
+DISGUISED = {
+    "clamped inside try": (tolerant(lambda x, v: [x[0] + v]), "it compares a value"),
+    "all is caught": (tolerant(lambda x, v: [x[0] + v], BaseException), "it compares a value"),
+    "isinstance": (
+        lambda x, u: [x[0] + (clamped(u[0]) if isinstance(x[0], float) else u[0])],
+        "it gives a = .*, and its formula a = ",
+    ),
+    "dtype": (lambda x, u: [x[0] + (u[0] if x.dtype == object else clamped(u[0]))], "and its formula a = "),
+    "a type's name": (lambda x, u: [x[0] + (u[0] if "S" in type(u[0]).__name__ else 0.0)], "and its formula a = "),
+    "hasattr": (lambda x, u: [u[0] + x[0] * (2.0 if hasattr(x[0], "real") else 1.0)], "and its formula a = "),
+    "an error": (
+        lambda x, u: [x[0] + u[0]] if x.dtype == object else 1 // 0,
+        r"it raises ZeroDivisionError \(.*\), and its formula a = ",
+    ),
+    "NaN": (lambda x, u: [x[0] + (u[0] if x.dtype == object else np.nan)], "it gives a = nan, and its formula"),
+    "NaN replaced": (lambda x, u: [np.nan_to_num(np.log(x[0])) + u[0]], "it gives a = .*, and its formula a = nan"),
+    "another shape": (lambda x, u: [u[0]] if x.dtype == object else [1.0, 2.0], r"it gives the shape \(2,\)"),
+    "random": (lambda x, u: [x[0] + np.random.default_rng().normal() * u[0]], "must be the same formula in each call"),
+    "remembered": (lambda x, u: [x[0] + KEPT.setdefault("u", u[0])], "it raises Refusal"),
+    "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "must be the same formula in each call"),
+}
+
+
+@pytest.mark.parametrize("name", DISGUISED)
+def test_what_treats_symbols_in_another_way_is_refused(name):
+    f, reason = DISGUISED[name]
+    with pytest.raises(ValueError, match=reason):
+        NonlinearSystem.of(f, ["a"], ["p"], 0.1)
+
+
+def arm(x, u):
+    """Two links, with the inverse of the mass matrix written out."""
+    q, v, c, s = x[:2], x[2:], np.cos(x[1]), np.sin(x[1])
+    y = u - np.array([-s * (2 * v[0] * v[1] + v[1] ** 2), s * v[0] ** 2])
+    a, b, d = 3 + 2 * c, 1 + c, 1.0
+    return [*(q + 0.1 * v), *(v + 0.1 * np.array([[d, -b], [-b, a]]) @ y / (a * d - b * b))]
+
+
+DENSE = np.random.default_rng(0).normal(size=(8, 8))
+HONEST = {
+    "functions": lambda x, u: np.tanh(x) + np.sinh(u) + np.hypot(x, u) + np.arctan2(x, u) + np.tan(x) + abs(u),
+    "where it overflows": lambda x, u: (np.exp(x) - np.exp(-x)) / (np.exp(x) + np.exp(-x)) + u**40,
+    "where it is not defined": lambda x, u: np.sqrt(x) * np.log(u) + x**0.3 / u**1.5,
+    "powers": lambda x, u: [2 ** x[0] + x[1] ** -3 + x[2] ** 7 + 1 / x[3], *x[1:]],
+    "matrices": lambda x, u: DENSE[:4, :4] @ x + DENSE[:4, 4:] @ u + x.mean() + np.sum(u) + np.linalg.norm(x),
+    "large terms": lambda x, u: 1e8 + x - 1e8 + 1e5 * np.sin(u),
+    "plain lists": lambda x, u: [a + b * (1 - 0.2 * a) for a, b in zip(x.tolist(), list(u), strict=True)],
+    "an arm": arm,
+}
+
+
+@pytest.mark.parametrize("name", HONEST)
+def test_rounding_and_what_is_not_defined_are_no_other_values(name):
+    f, names = HONEST[name], (tuple("abcd"), tuple("pqrs") if name != "an arm" else ("p", "q"))
+    require_same_values(f, traced(f, *names), *names)
+
+
+class Numbers:
+    """NumPy's functions of numbers or symbols."""
+
+    constant = staticmethod(float)
+    power = staticmethod(lambda base, exponent: base**exponent)
+    function = staticmethod(lambda name, argument: getattr(np, {"atan": "arctan"}.get(name, name))(argument))
+    angle = staticmethod(np.arctan2)
+
+
+@given(expressions)
+@settings(max_examples=200)
+def test_no_formula_differs_from_itself(formula):
+    def f(x, u):
+        with np.errstate(all="ignore"):
+            return [evaluate(formula, {"x": x[0], "y": u[0]}, Numbers)]
+
+    try:
+        formulas = traced(f, ("x",), ("y",))
+    except (ValueError, OverflowError):
+        reject()  # constants that are not finite
+    require_same_values(f, formulas, ("x",), ("y",))
