@@ -45,7 +45,8 @@ def as_pieces(
 
     What is proved are the float64 coefficients of the pieces. Those of B-splines are computed, and rounded.
 
-    Raises TypeError for what is no curve, and ValueError for one of several values or an unknown interpolation.
+    Raises TypeError for what is no curve, and ValueError for one of several values, an unknown interpolation, or
+    breakpoints that decrease or are no numbers.
     """
     if isinstance(given, PolynomialPieces):
         return PolynomialPieces(given.breakpoints, given.coefficients, beyond)
@@ -60,6 +61,8 @@ def as_pieces(
         given = interpolated(times, values, interpolation, beyond)
     if given.c.ndim != 2:
         raise ValueError(f"trajectory: expected one value at a time, got {given.c.shape[2:]}; name each by itself")
+    if not (np.all(np.diff(given.x) >= 0) and given.x[0] < given.x[-1]):
+        raise ValueError(f"trajectory: breakpoints must be numbers that increase, got {short(given.x.tolist())}")
     kept = np.flatnonzero(np.diff(given.x) > 0)  # B-splines have knots that are equal
     return PolynomialPieces(np.append(given.x[kept], given.x[kept[-1] + 1]), given.c[::-1].T[kept], beyond)
 

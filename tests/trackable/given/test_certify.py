@@ -128,6 +128,13 @@ def test_a_signal_that_jumps_is_proved_next_to_its_bounds():
     assert found.time == 1.0
 
 
+def with_breakpoints(x):
+    """A curve of SciPy, which does not look at its breakpoints again."""
+    found = PPoly(np.zeros((2, 3)), X)
+    found.x = np.array(x)
+    return found
+
+
 @pytest.mark.parametrize(
     ("curve", "claim", "interpolation", "reason"),
     [
@@ -138,6 +145,12 @@ def test_a_signal_that_jumps_is_proved_next_to_its_bounds():
         ({"velocity": CURVES["cubic"]}, None, None, "not where it is"),
         ({"speed": CURVES["cubic"]}, None, None, "neither a state"),
         (CubicSpline(X, np.zeros((4, 2))), None, None, "one value at a time"),
+        (with_breakpoints([0.0, np.nan, 2.0, 3.0]), None, None, "must be numbers that increase, got .*nan"),
+        (with_breakpoints([0.0, 1.0, 2.0, np.nan]), None, None, "must be numbers that increase, got .*nan"),
+        (with_breakpoints([0.0, 1.0, 2.0, np.inf]), None, None, "must be two finite numbers"),
+        (with_breakpoints([3.0, 2.0, 1.0, 0.0]), None, None, r"that increase, got \[3.0, 2.0, 1.0, 0.0\]"),
+        (with_breakpoints([0.0, 2.0, 1.0, 3.0]), None, None, "must be numbers that increase, got"),
+        (with_breakpoints([1.0, 1.0, 1.0, 1.0]), None, None, r"that increase, got \[1.0, 1.0, 1.0, 1.0\]"),
     ],
 )
 def test_what_does_not_fit_is_refused(curve, claim, interpolation, reason):

@@ -130,10 +130,17 @@ def test_a_reference_that_the_controller_refuses_is_not_tracked(learned):
 def test_a_plan_within_the_tolerance_only_is_no_reason_to_go_over(learned, monkeypatch):
     relearn, controller = Relearner(learned), Recorded()
     relearn(window(2))
-    widened = controller.controller.step(40, learned.state(40), learned)
-    monkeypatch.setattr(Recorded, "step", lambda *_: replace(widened, status=Status.WIDENED))
-    assert relearn.step(controller, 40, learned.state(40)).status is Status.WIDENED
+    plan = controller.controller.step(40, learned.state(40), learned)
+    monkeypatch.setattr(Recorded, "step", lambda *_: replace(plan, slack=-2e-12, status=Status.SOLVED))
+    assert relearn.step(controller, 40, learned.state(40)).slack == -2e-12
     assert relearn.reference is learned
+
+
+@pytest.mark.parametrize("status", Status)
+def test_a_plan_keeps_sets_up_to_rounding_whatever_its_status(learned, status):
+    plan = replace(Controller(AXIS, 20).step(40, learned.state(40), learned), status=status)
+    slacks = {0.1: True, 0.0: True, -1e-12: True, -2e-12: False, -1e-8: False, -2e-7: False}
+    assert {slack: replace(plan, slack=slack).keeps_sets for slack in slacks} == slacks
 
 
 def test_hyperparameters_move_where_that_is_asked_for():

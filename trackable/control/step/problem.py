@@ -8,7 +8,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.control.step.formulation import Formulation, LocalModel
 from trackable.control.step.program import Program
-from trackable.control.step.result import Infeasible, Plan, Status
+from trackable.control.step.result import ROUNDING, Infeasible, Plan, Status
 from trackable.control.step.slack import Slack
 from trackable.systems.reference import Window
 
@@ -19,9 +19,6 @@ Where a reference touches a bound, plans have no slack, and a state that has fol
 rounding and by the solver's accuracy: without a tolerance feasibility would be lost at such a step. A certified
 reference itself keeps its bounds without any tolerance.
 """
-
-ROUNDING = 1e-12
-"""A plan that violates a bound by no more than this part of a width counts as on it, as at rest on a bound."""
 
 _ULPS = 64 * np.finfo(float).eps
 """States far from zero are known only up to their rounding: this part of their size."""

@@ -7,6 +7,9 @@ from enum import StrEnum
 
 from trackable.arrays import Array
 
+ROUNDING = 1e-12
+"""A plan that violates a bound by no more than this part of a width counts as on it, as at rest on a bound."""
+
 
 class Status(StrEnum):
     """How a plan was found."""
@@ -45,7 +48,8 @@ class Plan:
 
     `states` x(k), …, x(k+N) (N + 1, n) and `inputs` u(k), …, u(k+N−1) (N, m) are predicted. `cost` is
     V = Σ_(i<N) ‖x − x_r‖²_Q + ‖u − u_r‖²_R along them, and `stage_cost` is its first term. `slack` is the smallest
-    distance to a bound, as a part of the width between the bounds; it is never below minus the controller's tolerance.
+    distance to a bound, as a part of the width between the bounds; it is never below minus twice the controller's
+    tolerance.
     `terminal_residual` is max |x(k+N) − x_r(k+N)|, zero up to the solver's accuracy.
     """
 
@@ -61,8 +65,9 @@ class Plan:
 
     @property
     def keeps_sets(self) -> bool:
-        """Whether the plan keeps the sets as they are, and not only up to the controller's tolerance."""
-        return self.status is not Status.WIDENED
+        """Whether the plan keeps the sets up to rounding (1e-12 of a width), not only up to the controller's
+        tolerance."""
+        return self.slack >= -ROUNDING
 
     @property
     def explanation(self) -> str:

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.control.step.problem import ROUNDING, TOLERANCE, StepProblem
-from trackable.control.step.result import Infeasible, Plan, Status
+from trackable.control.step.problem import TOLERANCE, StepProblem
+from trackable.control.step.result import ROUNDING, Infeasible, Plan, Status
 from trackable.control.tube.formulation import TubeFormulation
 from trackable.control.tube.program import TubeProgram
 from trackable.systems.reference import Window

@@ -92,7 +92,7 @@ def tolerant(of, kind=Exception):
     return f
 
 
-COUNTED, KEPT = count(), dict[str, object]()
+COUNTED, KEPT = count(1), dict[str, object]()
 DISGUISED = {
     "clamped inside try": (tolerant(lambda x, v: [x[0] + v]), "it compares a value"),
     "all is caught": (tolerant(lambda x, v: [x[0] + v], BaseException), "it compares a value"),
