@@ -12,7 +12,7 @@ import scipy
 from trackable.arguments import instance, numbers, whole
 from trackable.arrays import Array, ArrayLike
 from trackable.control.angles import turned_near
-from trackable.control.references import TrackedReference
+from trackable.control.references import TrackedReference, check_window
 from trackable.control.step.formulation import Formulation
 from trackable.control.step.problem import TOLERANCE, StepProblem
 from trackable.control.step.result import Infeasible, Plan, StepResult, Unsolved
@@ -80,13 +80,15 @@ class Controller:
         - `Infeasible`: there is no plan; for a nonlinear system, none was found (`is_local`).
         - `Unsolved`: neither is known, because the numbers are beyond the solver or floating point, the search ends
           without an explanation, or a formula of the system or of the reference is not defined.
-        - ValueError: the state is not n finite numbers, or what `reference.window` raises outside of its steps.
+        - ValueError: the state is not n finite numbers, the reference is one of another system, or what
+          `reference.window` raises outside of its steps.
         """
-        k, x, guess = StepArguments.checked(k, state, reference, initial_guess, self.shape)
+        k, x, guess = StepArguments.checked(k, state, reference, initial_guess, self.plant, self.horizon)
         safe = () if guess is None else (guess[0],)
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
                 window = reference.window(k, self.horizon)
+                check_window(window, self.shape)
                 safe = (*safe, window.inputs[0])
                 return self._solved(k, x, window, guess)
         except (ArithmeticError, np.linalg.LinAlgError) as error:

@@ -10,9 +10,11 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import Stencil
-from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.constrained import ConstrainedSystem, System
 from trackable.systems.flat.trajectory import Coordinate
 from trackable.systems.reference import Window
+
+_DRAWS, _ROUNDING = 8, 1e-9  # matrices may be computed again
 
 
 class TrackedReference(Protocol):
@@ -23,10 +25,42 @@ class TrackedReference(Protocol):
         ...
 
 
-def check_reference(what: str, given: object) -> None:
-    """Raise TypeError for what has no `window(k, horizon)`."""
+def check_reference(what: str, given: object, plant: ConstrainedSystem) -> None:
+    """Raise TypeError for what has no `window(k, horizon)`, and ValueError where it says that it is of another system.
+
+    A reference says so by its `plant`, or by that of its `reference`. Which sets these are does not matter.
+    """
     if not callable(getattr(given, "window", None)):
         raise TypeError(f"{what}: expected a reference, with `window(k, horizon)`, got {type(given).__name__}")
+    of = getattr(getattr(given, "reference", given), "plant", None)
+    if isinstance(of, ConstrainedSystem) and (other := _difference(of.system, plant.system)):
+        raise ValueError(f"{what}: the reference is of another system than the controller: {other}")
+
+
+def check_window(window: Window, shape: tuple[int, int, int]) -> None:
+    """Raise ValueError for a window that is not of N steps with n states and m inputs, where `shape` is N, n, m."""
+    N, n, m = shape
+    if (shapes := [np.shape(values) for values in window]) != [(N + 1, n), (N, m)]:
+        raise ValueError(
+            f"controller: the reference must give states of shape {(N + 1, n)} and inputs of shape {(N, m)}, got "
+            f"{' and '.join(map(str, shapes))}: it may be one of another system"
+        )
+
+
+def _difference(one: System, other: System) -> str:
+    """Say in what two systems differ; "" where they are alike: by name, and by where they go from drawn states."""
+    if one is other:
+        return ""
+    for what in ("states", "inputs", "sampling_time"):
+        a, b = getattr(one, what), getattr(other, what)
+        if a != b:
+            a, b = (", ".join(of) if isinstance(of, tuple) else f"{of:g} s" for of in (a, b))
+            return f"its {what} {a}, the controller's {b}"
+    rng = np.random.default_rng(0)
+    x, u = (rng.uniform(0.5, 1.5, (_DRAWS, len(names))) for names in (one.states, one.inputs))
+    a, b = one.successor(x, u), other.successor(x, u)
+    alike = np.isclose(a, b, rtol=_ROUNDING, atol=0.0, equal_nan=True).all(axis=0)
+    return "" if alike.all() else f"from the same state and input, the next {one.states[np.argmin(alike)]} is another"
 
 
 @dataclass(frozen=True, eq=False)

@@ -61,7 +61,7 @@ def simulate(
     """
     if not callable(getattr(controller, "step", None)):
         raise TypeError(f"simulate: controller: expected a Controller(plant, horizon, Q, R), got {controller!r}")
-    check_reference("simulate", reference)
+    check_reference("simulate", reference, controller.plant)
     first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
     table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
     repeated, initial_guess = RepeatedSteps(controller), None

@@ -45,16 +45,17 @@ class StepArguments(NamedTuple):
         state: ArrayLike,
         reference: TrackedReference,
         guess: ArrayLike | None,
-        shape: tuple[int, int, int],
+        plant: ConstrainedSystem,
+        horizon: int,
     ) -> "StepArguments":
-        """Return the arguments of a step of a controller with this `shape` N, n, m.
+        """Return the arguments of a step of a controller of a `plant`.
 
-        Raises ValueError where the state is not n finite numbers or the guess has another shape, and TypeError where an
-        argument is of another type.
+        Raises ValueError where the state is not n finite numbers, the guess has another shape, or the reference is of
+        another system; TypeError where an argument is of another type.
         """
-        horizon, n, m = shape
+        n, m = len(plant.system.states), len(plant.system.inputs)
         k, state = whole("controller: k", k), numbers("controller: state", state)
-        check_reference("controller", reference)
+        check_reference("controller", reference, plant)
         if state.shape != (n,) or not np.all(np.isfinite(state)):
             raise ValueError(f"controller: a state is {n} finite numbers, got {state.tolist()} at step {k}")
         if guess is not None:

@@ -1,13 +1,22 @@
 """Windows of interpolated and tabulated references: the inputs lead from each state to the next."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.trackable.control import instances
+from trackable.control.controller import Controller
 from trackable.control.references import InterpolatedReference, TabulatedReference
+from trackable.control.simulation import simulate
 from trackable.control.step.error_model import ErrorModel, reference_defects
+from trackable.control.step.result import Plan
 from trackable.gp.samples import Samples
 from trackable.gp.stencil import Stencil
+from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.linear import LinearSystem
+from trackable.systems.nonlinear import NonlinearSystem
+from trackable.systems.sets.polytope import Polytope
 
 PLANT = instances.double_integrator()
 _, STENCIL = PLANT.flatness.states[0].stencil
@@ -77,3 +86,60 @@ def test_predictions_are_those_of_the_model_step_by_step(varying):
         e = A[i] @ e + B[i] @ inputs[i] + drifts[i]
         expected.append(e)
     np.testing.assert_allclose(ErrorModel(A, B).errors(start, inputs, drifts), expected, rtol=1e-10)
+
+
+def box(system):
+    n, m = len(system.states), len(system.inputs)
+    return ConstrainedSystem(system, Polytope.box([-3.0] * n, [3.0] * n), Polytope.box([-9.0] * m, [9.0] * m))
+
+
+def still(plant):
+    return InterpolatedReference((Samples([0.0, 1.0], [0.1, 0.1]),) * plant.signal_count, plant)
+
+
+def cubic(gain, states=("x",), sampling_time=0.1):
+    return NonlinearSystem.of(lambda x, u: [x[0] + gain * (u[0] - x[0] ** 3)], states, ["u"], sampling_time)
+
+
+OWN = LinearSystem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], states=("position", "velocity"), sampling_time=0.1)
+OTHERS = {
+    "fewer states": (
+        OWN,
+        LinearSystem.scalar(0.9, 1.0, sampling_time=0.1),
+        "its states state, the controller's positi",
+    ),
+    "other names": (OWN, replace(OWN, states=("angle", "rate")), "its states angle, rate, the controller's position, "),
+    "another time": (OWN, replace(OWN, sampling_time=0.2), "its sampling_time 0.2 s, the controller's 0.1 s"),
+    "another matrix": (
+        OWN,
+        replace(OWN, A=OWN.A + np.diag([0.0, 1e-6])),
+        "the same state and input, the next velocity",
+    ),
+    "another gain": (cubic(0.1), cubic(0.2), "from the same state and input, the next x is another"),
+    "nonlinear": (LinearSystem.scalar(1.0, 0.1, sampling_time=0.1), cubic(0.1, ("state",)), "its inputs u, the contro"),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_controller_refuses_the_reference_of_another_system(name):
+    own, other, difference = OTHERS[name]
+    controller, reference = Controller(box(own), 5), still(box(other))
+    state = np.full(len(own.states), 0.1)
+    for call in (lambda: controller.step(0, state, reference), lambda: simulate(controller, reference, state, 2)):
+        with pytest.raises(ValueError, match=f"the reference is of another system than the controller: .*{difference}"):
+            call()
+
+
+@pytest.mark.parametrize("own", [OWN, cubic(0.1)])
+def test_what_counts_is_the_system_and_not_the_object_or_the_sets(own):
+    again = cubic(0.1) if isinstance(own, NonlinearSystem) else replace(own, A=own.A * (1 + 1e-15))
+    reference = still(replace(box(again), state_set=Polytope.box([-2.0] * len(own.states), [2.0] * len(own.states))))
+    assert isinstance(Controller(box(own), 5).step(0, reference.window(0, 1).states[0], reference), Plan)
+
+
+def test_windows_of_another_shape_are_refused_in_a_sentence():
+    """A table does not say of which system it is."""
+    table = TabulatedReference.of(still(box(cubic(0.1))), 0, 9)
+    said = r"must give states of shape \(6, 2\) and inputs of shape \(5, 1\), got \(6, 1\) and \(5, 1\)"
+    with pytest.raises(ValueError, match=said):
+        Controller(box(OWN), 5).step(0, [0.0, 0.0], table)

@@ -11,7 +11,7 @@ import numpy as np
 from trackable.arguments import instance
 from trackable.arrays import Array, ArrayLike
 from trackable.control.controller import Controller
-from trackable.control.references import TrackedReference
+from trackable.control.references import TrackedReference, check_window
 from trackable.control.step.result import Infeasible, Plan, StepResult, Unsolved
 from trackable.control.stepping import StepArguments
 from trackable.control.tube.error_set import ErrorSet
@@ -97,10 +97,11 @@ class TubeController:
         is one, and its start is found again. In directions that Aᴺ forgets in float64 it is another start, with which
         the plan may cost more. Raises ValueError as `Controller.step`.
         """
-        k, x, guess = StepArguments.checked(k, state, reference, initial_guess, self.nominal.shape)
+        k, x, guess = StepArguments.checked(k, state, reference, initial_guess, self.plant, self.horizon)
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
                 window = reference.window(k, self.horizon)
+                check_window(window, self.nominal.shape)
                 if not all(np.isfinite(values).all() for values in window):
                     raise ArithmeticError("the reference is not defined")
                 return self._solved(k, x, window, guess)
