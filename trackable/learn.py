@@ -103,7 +103,8 @@ def learn_reference(
         and what that changes in l and in the mean.
     at
         Values of states and inputs, by name, that the reference has at times [s]: {0.0: {"position": -0.08, "velocity":
-        0.0}} begins at a plant's present state, at rest. Only function and hyperparameters together can meet them.
+        0.0}} begins at a plant's present state. {6.0: "rest"} is in an equilibrium then, with the input that holds it,
+        wherever that is; the reference says where. Only function and hyperparameters together can meet them.
     at_tolerance
         By how much these values may be missed, in their unit, for all names or by name; it is proved, by a certificate
         for each time. Left out, it is 1e-4 of the width of what bounds the state or input.
@@ -171,6 +172,7 @@ def learn_reference(
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with progress_bar("learn reference", shown=progress):
         certified = found_or_raise(learn_certified(seen, prior, plant, space, goal, learner=learner, pins=pins))
+        pinned = tuple(at.found(certified.reference) for at in pinned)
         proofs = found_or_raise(prove_pinned(certified.reference, pinned))
         cost = measured.cost(certified.solution.posterior.prior)
         fit = _fit(certified, ConstrainedProblem(seen, prior, space), pinned, cost)

@@ -3,17 +3,21 @@
 import math
 from collections.abc import Mapping
 from reprlib import repr as short
+from typing import Literal
+
+import numpy as np
 
 from trackable.arguments import is_number, real
 from trackable.certificates.goal import Claim
-from trackable.certificates.pinned import Pinned, extent
+from trackable.certificates.pinned import Pinned, coordinates, extent
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.interval import Interval
 
-Waypoints = Mapping[float, Mapping[str, float]]
-"""Values of states and inputs, by name, at times [s]."""
+Waypoints = Mapping[float, Mapping[str, float] | Literal["rest"]]
+"""Values of states and inputs, by name, at times [s]; or "rest": an equilibrium, with the input that holds it."""
 
 _OF_WIDTH = 1e-4
+_DRAWS = 40
 
 
 def waypoints(
@@ -33,14 +37,20 @@ def waypoints(
 
 def _waypoint(
     time: float,
-    values: Mapping[str, float],
+    values: Mapping[str, float] | Literal["rest"],
     tolerance: float | Mapping[str, float] | None,
     plant: ConstrainedSystem,
     claim: Claim,
 ) -> Pinned:
     _refuse_unclaimed(time, claim)
+    if values == "rest":
+        _refuse_restless(time, plant)
+        names = (*plant.system.states, *plant.system.inputs)
+        return Pinned(time, {}, {name: _tolerance(tolerance, name, extent(plant, name)) for name in names})
     if not isinstance(values, Mapping):
-        raise TypeError(f"at: expected values by name of a state or an input at {time:g} s, got {short(values)}")
+        raise TypeError(
+            f'at: expected values by name of a state or an input, or "rest", at {time:g} s, got {short(values)}'
+        )
     _refuse_unknown("at", values, plant)
     if not values:
         raise ValueError(f"at: nothing is given at {time:g} s")
@@ -56,6 +66,22 @@ def _waypoint(
     found = Pinned(time, {name: float(value) for name, value in values.items()}, by)
     _refuse_outside(found, plant)
     return found
+
+
+def _refuse_restless(time: float, plant: ConstrainedSystem) -> None:
+    """Raise ValueError for a plant whose inputs or states are not known at rest, wherever that is."""
+    if plant.allocation is not None:
+        raise ValueError(
+            f"at: rest at {time:g} s cannot be asked for, as several inputs act alike and only their effect is "
+            "learned; give values of states instead"
+        )
+    levels = np.random.default_rng(0).normal(size=(_DRAWS, plant.signal_count)) * np.logspace(-3, 3, _DRAWS)[:, None]
+    for name, of in coordinates(plant).items():
+        if not any(math.isfinite(of.at_rest(level)) for level in levels.tolist()):
+            raise ValueError(
+                f"at: rest at {time:g} s cannot be asked for, as the {name} is not defined while flat outputs stay as "
+                "they are: a vehicle has a heading only where it moves; give values instead"
+            )
 
 
 def _refuse_unclaimed(time: float, claim: Claim) -> None:

@@ -12,6 +12,7 @@ from tests.trackable.plants import AXIS, CART, SAMPLES
 from trackable import (
     ConstrainedSystem,
     Failed,
+    LinearSystem,
     NonlinearSystem,
     NotTrackableError,
     Polytope,
@@ -21,10 +22,12 @@ from trackable import (
     TrackableReference,
     check,
     learn_reference,
+    learn_stream,
+    mobile_robot,
 )
 from trackable import learn as learning
 from trackable.certificates.outcome import Counterexample
-from trackable.certificates.pinned import Pinned
+from trackable.certificates.pinned import Pinned, coordinates
 from trackable.codec.certificates import encode_certificate
 from trackable.feasibility.impossible import Impossible
 from trackable.learning.joint.learn import learn_jointly
@@ -158,6 +161,116 @@ def test_values_that_are_not_met_are_no_reference(monkeypatch):
     with pytest.raises(NotTrackableError, match="the position certainly breaks") as raised:
         learned({0.0: {"position": -0.5}})
     assert isinstance(raised.value.outcome, Counterexample)
+
+
+def curve(low: float, high: float) -> Samples:
+    """From one level to another in 3 s, with noise."""
+    t = np.arange(0.0, 3.01, 0.15)
+    part = np.clip(t / 3.0, 0.0, 1.0)
+    noise = 0.003 * np.random.default_rng(0).normal(size=len(t))
+    return Samples(t, low + (high - low) * (10 * part**3 - 15 * part**4 + 6 * part**5) + noise)
+
+
+def arm(x, u):
+    """Two links, with the inverse of their mass matrix written out."""
+    q, v, c, s = x[:2], x[2:], np.cos(x[1]), np.sin(x[1])
+    y = u - np.array([-s * (2 * v[0] * v[1] + v[1] ** 2), s * v[0] ** 2])
+    a, b, d = 3 + 2 * c, 1 + c, 1.0
+    return [*(q + 0.1 * v), *(v + 0.1 * np.array([[d, -b], [-b, a]]) @ y / (a * d - b * b))]
+
+
+LEAKY = LinearSystem([[0.9]], [[0.5]], [0.1], states=("level",), inputs=("inflow",), sampling_time=0.1)
+RESTING = {
+    "an axis": (AXIS, {"position": SAMPLES}),
+    "a leaky tank": (
+        ConstrainedSystem(LEAKY, Polytope.box([0.0], [3.0]), Polytope.box([-1.0], [1.0])),
+        {"level": curve(1.2, 1.9)},
+    ),
+    "a tank": (TANK, {"level": curve(0.6, 1.5)}),
+    "two outputs": (CART, {"a": curve(-0.3, 0.2), "b": curve(0.1, -0.4)}),
+    "an arm": (
+        ConstrainedSystem(
+            NonlinearSystem.of(arm, ["q1", "q2", "v1", "v2"], ["t1", "t2"], 0.1),
+            Polytope.box([-3, -3, -2, -2], [3, 3, 2, 2]),
+            Polytope.box([-15, -8], [15, 8]),
+        ),
+        {"q1": curve(-0.5, 0.6), "q2": curve(0.9, 0.3)},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", RESTING)
+def test_at_rest_the_system_stays_where_it_is_with_the_input_that_holds_it(name, tmp_path):
+    plant, samples = RESTING[name]
+    at, start = ({3.0: "rest"}, 2.0) if name == "an arm" else ({0.0: "rest", 3.0: "rest"}, 0.0)
+    found = learn_reference(samples, plant, SquaredExponential(1.0, 1.0), (start, 3.0), noise_std=0.02, at=at)
+    assert [pinned.time for pinned in found.fit.pinned] == list(at)
+    for pinned in found.fit.pinned:
+        k = round(pinned.time / plant.sampling_time)
+        x, u = (np.array([pinned.values[of] for of in names]) for names in (plant.system.states, plant.system.inputs))
+        np.testing.assert_allclose(plant.system.successor(x, u), x, rtol=0, atol=1e-12)
+        tolerances = np.array([pinned.tolerances[of] for of in plant.system.states])
+        for step in (k, k + 1):
+            assert np.all(np.abs(found.reference.state(step) - x) <= tolerances)
+    files = found.save_certificate(tmp_path / "proof.json")
+    assert all(isinstance(check(file), Proved) for file in files)
+    found.save(tmp_path / "reference.json")
+    assert TrackableReference.load(tmp_path / "reference.json").explanation == found.explanation
+
+
+@pytest.mark.filterwarnings("ignore::trackable.IgnoresSamplesWarning")
+def test_rest_has_a_price_for_each_rate():
+    found = learned({1.5: "rest"})
+    equal = {(bound.name, bound.time) for bound in found.active_bounds if bound.side == "equal"}
+    assert equal == {("rate of position", 1.5), ("rate of velocity", 1.5)}
+
+
+def test_a_stream_comes_to_rest_in_the_window_of_that_time():
+    found = learn_stream(SAMPLES, AXIS, KNOWN, "all_times", window=1.0, noise_std=0.02, at={1.5: "rest"})
+    (pinned,) = found.stream.pinned
+    assert (pinned.values["velocity"], pinned.values["force"]) == (0.0, 0.0)
+    assert found.state(31) == pytest.approx(found.state(30), abs=2e-4)
+
+
+def test_rest_that_is_not_met_is_no_reference(monkeypatch):
+    """A planted fault: a learner that forgets it."""
+    forgetful = replace(JOINT, solve=lambda problem: learn_jointly(replace(problem, pins=())))
+    monkeypatch.setitem(learning._LEARNERS, "joint", forgetful)
+    with pytest.raises(NotTrackableError, match="certainly breaks"):
+        learned({1.0: "rest"})
+
+
+@pytest.mark.parametrize("name", RESTING)
+def test_a_rate_is_the_change_in_a_step(name):
+    plant, _ = RESTING[name]
+    signals, t = [np.sin, np.cos][: plant.signal_count], np.linspace(0.0, 3.0, 7)
+    for of in coordinates(plant).values():
+        change = of(signals, t + plant.sampling_time) - of(signals, t)
+        np.testing.assert_allclose(of.rate(signals, t), change / plant.sampling_time, rtol=0, atol=1e-9)
+        assert (of.rate.functional is None) == (of.functional is None)
+
+
+ROBOT = ConstrainedSystem(
+    mobile_robot(0.1), Polytope.box([-3, -3, -np.inf], [3, 3, np.inf]), Polytope.box([0.1, -2], [1.5, 2])
+)
+
+
+@pytest.mark.parametrize(
+    ("plant", "samples", "sentence"),
+    [
+        (ROBOT, {"x": SAMPLES, "y": SAMPLES}, "at: rest at 1 s cannot be asked for, as the heading is not defined whi"),
+        (REDUNDANT, SAMPLES, "at: rest at 1 s cannot be asked for, as several inputs act alike"),
+        (FREE, SAMPLES, "at_tolerance: is needed for position, which has no bounds"),
+    ],
+)
+def test_where_rest_is_not_known_it_is_refused(plant, samples, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        learn_reference(samples, plant, KNOWN, (0.0, 2.0), noise_std=0.02, at={1.0: "rest"})
+
+
+def test_other_words_than_rest_are_refused():
+    with pytest.raises(TypeError, match='at: expected values by name of a state or an input, or "rest", at 1 s, got'):
+        learned({1.0: "stop"})
 
 
 REFUSALS = {

@@ -6,6 +6,7 @@ plant with the same system, whose state and input sets are the values with their
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -26,7 +27,11 @@ WINDOW = 1e-6
 
 @dataclass(frozen=True)
 class Pinned:
-    """At `time` [s], states and inputs have these `values`, by name, each up to its tolerance (in its unit)."""
+    """At `time` [s], states and inputs have these `values`, by name, each up to its tolerance (in its unit).
+
+    Without values, the system is at rest there: in an equilibrium, with the input that holds it. Which one, is known
+    once there is a reference (`found`).
+    """
 
     time: float
     values: dict[str, float]
@@ -37,12 +42,22 @@ class Pinned:
 
         A value next to a bound is moved inside, by half its tolerance at most: bounds are drawn in for the proof.
         """
-        names = (*plant.system.states, *plant.system.inputs)
-        coordinates = dict(zip(names, (*plant.flatness.states, *plant.flatness.inputs), strict=True))
+        of, T = coordinates(plant), plant.sampling_time
+        if not self.values:
+            return tuple(
+                Pin(f"rate of {name}", of[name].rate, self.time, 0.0, self.tolerances[name] / T)
+                for name in plant.system.states
+            )
         return tuple(
-            Pin(name, _trajectory(coordinates[name]), self.time, self._inside(plant, name), self.tolerances[name])
-            for name in self.values
+            Pin(name, of[name], self.time, self._inside(plant, name), self.tolerances[name]) for name in self.values
         )
+
+    def found(self, reference: Reference) -> Self:
+        """Return the values themselves: at rest, those that states and inputs keep while signals stay as they are."""
+        if self.values:
+            return self
+        levels = [signal(np.asarray(self.time)).item() for signal in reference.signals]
+        return replace(self, values={name: of.at_rest(levels) for name, of in coordinates(reference.plant).items()})
 
     def plant(self, plant: ConstrainedSystem) -> ConstrainedSystem:
         """Return the plant whose bounds are the values with their tolerances.
@@ -110,5 +125,7 @@ def prove_pinned(reference: Reference, pinned: Iterable[Pinned]) -> tuple[Certif
     return tuple(found)
 
 
-def _trajectory(coordinate: Functional | Trajectory) -> Trajectory:
-    return Trajectory.of(coordinate) if isinstance(coordinate, Functional) else coordinate
+def coordinates(plant: ConstrainedSystem) -> dict[str, Trajectory]:
+    """Return all states and inputs by name."""
+    names, of = (*plant.system.states, *plant.system.inputs), (*plant.flatness.states, *plant.flatness.inputs)
+    return {name: Trajectory.of(q) if isinstance(q, Functional) else q for name, q in zip(names, of, strict=True)}

@@ -136,10 +136,11 @@ def learn_stream(
         known = _known(first, prior, plant, starts)
         stream = Stream(seen, known, plant, length, claim, pinned)
         reference, certificate = found_or_raise(learn_proved(stream))
+        pinned = tuple(at.found(reference) for at in pinned)
         proofs = found_or_raise(prove_pinned(reference, pinned))
         cost = measured.cost(known)
     certificate = replace(certificate, robust=robust_of(tightening))
-    learned = StreamReference(reference, certificate, stream, cost, tightening, proofs)
+    learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
         off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)
         sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"

@@ -1,9 +1,10 @@
 """Functionals: exact weighted sums of the learned signals at shifted times, plus a constant."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -56,6 +57,11 @@ class Functional:
             self.offset
             + sum((sum(w, Fraction(0)) * Fraction(m) for w, m in zip(self.weights, levels, strict=True)), Fraction(0))
         )
+
+    @property
+    def later(self) -> Self:
+        """q(t + T_s)."""
+        return replace(self, weights=tuple((Fraction(0), *of) for of in self.weights))
 
     @property
     def stencil(self) -> tuple[int, Stencil] | None:

@@ -16,7 +16,8 @@ from trackable.systems.flat.functional import combined as combined_functional
 from trackable.systems.formulas.affine import affine_parts
 from trackable.systems.formulas.algebra import Term, derivative, plus, times
 from trackable.systems.formulas.evaluation import evaluate_floats
-from trackable.systems.formulas.expression import Constant, Expression, Variable, variables
+from trackable.systems.formulas.expression import Constant, Difference, Expression, Quotient, Variable, variables
+from trackable.systems.formulas.substitution import substituted
 
 _ITSELF = "q"
 
@@ -74,6 +75,18 @@ class Trajectory:
     def at_rest(self, levels: Sequence[float]) -> float:
         """Return q while every signal c is constant at `levels[c]`; NaN or infinite if it is not defined there."""
         return float(self.value({name: np.asarray(q.at_rest(levels)) for name, q in self.arguments}))
+
+    @property
+    def rate(self) -> Self:
+        """(q(t + T_s) − q(t)) / T_s; of a functional, it is again one."""
+        T = Fraction(self.sampling_time)
+        if (q := self.functional) is not None:
+            pairs = [zip(w, (*w[1:], Fraction(0)), strict=True) for w in q.later.weights]
+            return self.of(Functional(tuple(tuple((b - a) / T for b, a in of) for of in pairs), Fraction(0), float(T)))
+        later = {name: f"{name}⁺" for name, _ in self.arguments}
+        there = substituted(self.formula, {name: Variable(new) for name, new in later.items()})
+        arguments = (*self.arguments, *((later[name], functional.later) for name, functional in self.arguments))
+        return type(self)(Quotient(Difference(there, self.formula), Constant(float(T))), arguments)
 
     def value(self, arguments: Mapping[str, Array]) -> Array:
         """Evaluate the formula at these values of the arguments."""
