@@ -136,6 +136,7 @@ except NotTrackableError as error:
 learn_reference({"position": recording.samples("position")}, plant, {"position": kernel}, (0.0, 10.0), starts=3)
 learn_reference(recording.samples("position"), plant, kernel, "all_times", method="hyperparameters")
 learn_reference(recording.samples("position"), plant, kernel, "all_times", at={0.0: {"x1": 0.1}}, at_tolerance=1e-3)
+learn_reference(recording.samples("position"), plant, kernel, "all_times", at={0.0: {"x1": 0.1}, 6.0: "rest"})
 pushed, cut = Zonotope.box([0, -0.1], [0, 0.1]), ConvexHull([[0.1, 0], [-0.1, 0.1], [0, -0.1]])
 learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=pushed, feedback=[[-1, -1]])
 learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=cut, margin=0.01)
