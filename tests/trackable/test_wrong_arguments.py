@@ -150,7 +150,7 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
     "values alone": (
         lambda: learn(at={0.0: 0.1}),
         TypeError,
-        "at: expected values by name of a state or an input at 0 s",
+        'at: expected values by name of a state or an input, or "rest", at 0 s',
     ),
     "time, text": (lambda: learn(at={"0": {"position": 0.1}}), TypeError, "at: time: expected a number, got '0'"),
     "value, text": (lambda: learn(at={0.0: {"position": "1"}}), TypeError, "at: expected a number for position at 0 s"),

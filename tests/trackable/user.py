@@ -25,6 +25,7 @@ from trackable import (
     IgnoresSamplesWarning,
     Impossible,
     Infeasible,
+    InfeasibleTightening,
     InputError,
     Kernel,
     Late,
@@ -133,6 +134,8 @@ except NotTrackableError as error:
     assert_type(error.outcome.explanation, str)
     if isinstance(error.outcome, Impossible):
         assert_type(error.outcome.missing, float)
+    if isinstance(error.outcome, InfeasibleTightening):
+        assert_type(error.outcome.tightening.margin, float)
 learn_reference({"position": recording.samples("position")}, plant, {"position": kernel}, (0.0, 10.0), starts=3)
 learn_reference(recording.samples("position"), plant, kernel, "all_times", method="hyperparameters")
 learn_reference(recording.samples("position"), plant, kernel, "all_times", at={0.0: {"x1": 0.1}}, at_tolerance=1e-3)

@@ -27,8 +27,8 @@ _SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # of each size, half of them positiv
 _FLOAT64 = 53
 _ROUNDING = 1e3  # times what the formula's operations may round: f may add in another order
 _LINALG = (
-    "np.linalg takes plain numbers only: write an inverse out, for two rows "
-    "np.array([[d, -b], [-c, a]]) @ y / (a * d - b * c)"
+    "np.linalg takes plain numbers only: write the inverse out, which of [[a, b], [c, d]] is "
+    "np.array([[d, -b], [-c, a]]) / (a * d - b * c)"
 )
 
 
@@ -147,8 +147,8 @@ def _called(call: Callable[[], T], what: str) -> T:
     except NoFormulaError as error:
         refused.append(str(error))
     except (TypeError, AttributeError, ValueError, ArithmeticError, IndexError) as error:
-        why = _LINALG if "dtype('O')" in str(error) else error
-        refused.append(f"{what} must be written in {SUPPORTED}: {why}")
+        instead = f"; {_LINALG}" if "dtype('O')" in str(error) else ""
+        refused.append(f"{what} must be written in {SUPPORTED}: {error}{instead}")
     finally:
         REFUSALS.reset(token)
     if refused:

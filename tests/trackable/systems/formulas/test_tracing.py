@@ -49,11 +49,11 @@ REFUSED = {
     "math.sin": (lambda x, u: [math.sin(x[0]) + u[0]], r"\(np.sin is for math.sin, and so on\)"),
     "solve": (
         lambda x, u: np.linalg.solve([[1 + x[0] ** 2]], u),
-        r"np.linalg takes plain numbers only: write an inverse out",
+        r"np.linalg takes plain numbers only: write the inverse out, which of \[\[a, b\], \[c, d\]\] is np.array",
     ),
     "inv": (
         lambda x, u: np.linalg.inv([[1 + x[0] ** 2]]) @ u,
-        r"np.linalg takes plain numbers only: write an inverse out",
+        r"np.linalg takes plain numbers only: write the inverse out, which of \[\[a, b\], \[c, d\]\] is np.array",
     ),
     "arcsin": (lambda x, u: [np.arcsin(x[0]) + u[0]], f"{ORDINARY}; it uses np.arcsin"),
     "arcsin of arrays": (lambda x, u: np.arcsin(x) + u, f"{ORDINARY}: .*arcsin"),
