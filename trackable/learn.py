@@ -167,7 +167,7 @@ def learn_reference(
     goal = checked_goal(claim, seen, prior, plant, tightening)
     space = SearchSpace.around(seen, prior, starts)
     ask(doubts(claim, measured.given, plant), _CALLER)
-    pinned = waypoints(at or {}, at_tolerance, plant, claim)
+    pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with progress_bar("learn reference", shown=progress):

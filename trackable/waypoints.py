@@ -11,6 +11,7 @@ from trackable.arguments import is_number, real
 from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import Pinned, coordinates, extent
 from trackable.systems.constrained import ConstrainedSystem
+from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.sets.interval import Interval
 
 Waypoints = Mapping[float, Mapping[str, float] | Literal["rest"]]
@@ -21,9 +22,13 @@ _DRAWS = 40
 
 
 def waypoints(
-    at: Waypoints, tolerance: float | Mapping[str, float] | None, plant: ConstrainedSystem, claim: Claim
+    at: Waypoints,
+    tolerance: float | Mapping[str, float] | None,
+    plant: ConstrainedSystem,
+    claim: Claim,
+    tightening: Tightening | None = None,
 ) -> tuple[Pinned, ...]:
-    """Return what is asked, in the order of time.
+    """Return what is asked, in the order of time. Where the plant is what a `tightening` leaves, refusals say so.
 
     Raises ValueError for times that are not claimed, unknown names, inputs of a plant with redundant ones, values
     outside of their sets, and tolerances that are missing or not positive; TypeError for what is no number.
@@ -32,7 +37,8 @@ def waypoints(
         raise TypeError(f"at: expected a mapping from times [s] to values by name, got {short(at)}")
     _refuse_unknown("at_tolerance", tolerance if isinstance(tolerance, Mapping) else {}, plant)
     times = {real("at: time", time): values for time, values in at.items()}
-    return tuple(_waypoint(time, times[time], tolerance, plant, claim) for time in sorted(times))
+    left = "; disturbance, noise and margin leave no more of its bounds" if tightening else ""
+    return tuple(_waypoint(time, times[time], tolerance, plant, claim, left) for time in sorted(times))
 
 
 def _waypoint(
@@ -41,6 +47,7 @@ def _waypoint(
     tolerance: float | Mapping[str, float] | None,
     plant: ConstrainedSystem,
     claim: Claim,
+    left: str,
 ) -> Pinned:
     _refuse_unclaimed(time, claim)
     if values == "rest":
@@ -61,10 +68,10 @@ def _waypoint(
             raise TypeError(f"at: expected a number for {name} at {time:g} s, got {short(value)}")
         if not math.isfinite(value) or (bounds and not bounds.lower <= value <= bounds.upper):
             within = f"inside {bounds}" if bounds else "a finite number"
-            raise ValueError(f"at: {name} must be {within} at {time:g} s, got {value:g}")
+            raise ValueError(f"at: {name} must be {within} at {time:g} s, got {value:g}{left}")
         by[name] = _tolerance(tolerance, name, bounds)
     found = Pinned(time, {name: float(value) for name, value in values.items()}, by)
-    _refuse_outside(found, plant)
+    _refuse_outside(found, plant, left)
     return found
 
 
@@ -102,13 +109,13 @@ def _refuse_unknown(argument: str, values: Mapping[str, float], plant: Constrain
             )
 
 
-def _refuse_outside(found: Pinned, plant: ConstrainedSystem) -> None:
+def _refuse_outside(found: Pinned, plant: ConstrainedSystem, left: str) -> None:
     """Raise ValueError where each value is possible, but not all of them together."""
     for names, bounded in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
         try:
             found.within(bounded, names)
         except ValueError:
-            raise ValueError(f"at: {found} lies outside of {bounded}, where x is {', '.join(names)}") from None
+            raise ValueError(f"at: {found} lies outside of {bounded}, where x is {', '.join(names)}{left}") from None
 
 
 def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Interval | None) -> float:

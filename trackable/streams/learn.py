@@ -130,7 +130,7 @@ def learn_stream(
     prior = likeliest.prior
     checked_goal("all_times", seen, prior, plant, tightening)  # between windows the function is at rest
     ask(doubts(claim, measured.given, plant), _CALLER)
-    pinned = waypoints(at or {}, at_tolerance, plant, claim)
+    pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     with progress_bar("learn stream", shown=progress):
         known = _known(first, prior, plant, starts)

@@ -300,6 +300,13 @@ def test_what_a_feedback_or_a_margin_excludes_is_not_called_impossible(name):
     assert f"; {instead} may leave more room: x = 0.506832 at t = 1.1 s is out of reach" in outcome.explanation
 
 
+@pytest.mark.parametrize("name", DRAWN_IN)
+def test_a_value_outside_of_what_is_left_of_the_bounds_is_refused_with_the_reason(name):
+    left = r"inside \[-9.*\] at 1 s, got 9.99; disturbance, noise and margin leave no more of its bounds"
+    with pytest.raises(ValueError, match=left):
+        learned_first({1.0: {"x": 9.99}}, **DRAWN_IN[name][0])
+
+
 @pytest.mark.filterwarnings("ignore::trackable.IgnoresSamplesWarning")
 def test_another_feedback_proves_what_the_chosen_one_excludes():
     found = learned_first(JUMP, disturbance=PUSHED, feedback=[[-0.2]])
