@@ -37,8 +37,9 @@ class Refusal(BaseException):
 
 def refuse(why: str) -> NoReturn:
     """End what is traced. Refusal: it is also kept in `REFUSALS`."""
-    REFUSALS.get().append(f"system: f must {why}")
-    raise Refusal(why)
+    said = f"system: f must {why}"
+    REFUSALS.get().append(said)
+    raise Refusal(said)
 
 
 def as_expression(value: object) -> Expression | None:

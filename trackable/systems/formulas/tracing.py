@@ -142,9 +142,7 @@ def _called(call: Callable[[], T], what: str) -> T:
     token = REFUSALS.set(refused)
     try:
         found = call()
-    except Refusal:
-        pass  # it is in the list
-    except NoFormulaError as error:
+    except (Refusal, NoFormulaError) as error:
         refused.append(str(error))
     except (TypeError, AttributeError, ValueError, ArithmeticError, IndexError) as error:
         instead = f"; {_LINALG}" if "dtype('O')" in str(error) else ""
