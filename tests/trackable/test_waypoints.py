@@ -95,6 +95,15 @@ def test_given_values_have_prices_like_bounds(axis):
     assert "the bounds and given values cost" in axis.explanation
 
 
+@pytest.mark.parametrize("value", [-0.98, 0.3015113011, 1 / 3, 1e-5, 12345.6789])
+@pytest.mark.parametrize("tolerance", [1.3e-4, 1.34e-4, 1.3456e-4, 2e-7])
+def test_what_is_printed_of_a_value_is_no_closer_than_what_is_proved(value, tolerance):
+    words = str(Pinned(0.0, {"x": value}, {"x": tolerance})).split()
+    printed, by = float(words[2]), float(words[4])
+    off = tolerance + abs(printed - value)
+    assert off * (1 - 1e-11) <= by <= 1.01 * off
+
+
 def test_a_tolerance_can_be_given():
     found = learned({0.0: {"position": -0.98}, 0.5: {"position": -0.74}}, at_tolerance={"position": 1e-6})
     assert [pinned.tolerances for pinned in found.fit.pinned] == [{"position": 1e-6}] * 2

@@ -18,11 +18,13 @@ from trackable.systems.flat.functional import Functional
 from trackable.systems.flat.trajectory import Trajectory
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
-from trackable.systems.sets.interval import Interval
+from trackable.systems.sets.interval import Interval, rounded
 from trackable.systems.sets.polytope import Polytope
 
 WINDOW = 1e-6
 """Of a sampling time, to either side: values are proved in a window, as that of a certificate has a length."""
+
+_NOTHING = 1e-12  # of a tolerance: 1e-4 of a width is no short decimal
 
 
 @dataclass(frozen=True)
@@ -103,8 +105,11 @@ class Pinned:
         return min(max(value, bounds.lower + by), bounds.upper - by)
 
     def __str__(self) -> str:
-        said = ", ".join(f"{name} = {value:.6g} ± {self.tolerances[name]:.2g}" for name, value in self.values.items())
-        return f"{said} at {self.time:.6g} s"
+        said = []
+        for name, value in self.values.items():
+            by = self.tolerances[name] + abs(float(f"{value:.6g}") - value)
+            said.append(f"{name} = {value:.6g} ± {rounded(by * (1 - _NOTHING), 'up')}")
+        return f"{', '.join(said)} at {self.time:.6g} s"
 
 
 def extent(plant: ConstrainedSystem, name: str) -> Interval | None:

@@ -20,6 +20,7 @@ from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.linear import LinearSystem
 from trackable.systems.nonlinear import NonlinearSystem
+from trackable.systems.sets.interval import rounded
 
 _NOTHING = 1e-6  # of a width: solvers find no less
 _ACTIVE = 1e-6  # of the largest multiplier
@@ -41,11 +42,11 @@ class _OutOfReach(NoSolution):
 
     @property
     def _contradiction(self) -> str:
-        because = "; ".join(self.among)
+        because, missing = "; ".join(self.among), rounded(self.missing, "down")
         if self.given:
-            return f"{self.given} is out of reach by at least {self.missing:.3g}, because of {because}"
+            return f"{self.given} is out of reach by at least {missing}, because of {because}"
         return (
-            f"bounds contradict each other, and each of these would have to be moved by {self.missing:.3g} of its "
+            f"bounds contradict each other, and each of these would have to be moved by {missing} of its "
             f"width at least: {because}"
         )
 

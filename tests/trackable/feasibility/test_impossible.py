@@ -91,7 +91,7 @@ def test_how_much_is_missing_is_what_the_largest_force_leaves():
     assert found.missing < 0.8 - 0.1 / 2
     assert found.explanation == (
         "no reference exists, whatever the kernel and the samples: position = 0.8 at t = 1 s is out of reach by at "
-        "least 0.75, because of position = 0 at t = 0 s; velocity = 0 at t = 0 s; force (upper bound 0.1) from "
+        "least 0.749, because of position = 0 at t = 0 s; velocity = 0 at t = 0 s; force (upper bound 0.1) from "
         "t = 0 s to 0.95 s"
     )
 
@@ -112,7 +112,7 @@ def test_bounds_alone_are_told_with_the_part_that_is_missing():
     assert found.given == ""
     assert found.missing == pytest.approx((1.5 - 0.7) / (3 + 1.4), abs=1e-6)
     assert "velocity (lower bound 0.5) from t = 0 s to 3 s" in found.among
-    assert "each of these would have to be moved by 0.182 of its width at least" in found.explanation
+    assert "each of these would have to be moved by 0.181 of its width at least" in found.explanation
     assert told({}, MOVING, (0.0, 1.3)) is None
 
 
