@@ -9,7 +9,6 @@ import numpy as np
 from trackable.arguments import real, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
-from trackable.certificates.rounding.references import LATEST
 from trackable.explanation import at_edges, condensed, costs, distances, ignored, kept_free
 from trackable.files import path_of
 from trackable.fit.fit import Fit
@@ -31,8 +30,8 @@ class TrackableReference(ProvedReference):
     `fit` holds what it was learned from, and what its bounds cost. `pin_certificates` prove the values that were asked
     for at single times, one certificate a time, in the order of `fit.pinned`. `tightening` tells how a plant's bounds
     were drawn in, for disturbances or by a margin; `reference` keeps what is left. Steps outside of what is proved are
-    refused with a ValueError, and so are steps at |t| > `certificate.evaluated_until`; `reference` has values there
-    too, but no guarantee.
+    refused with a ValueError, and so are steps at |t| > `certificate.last_time`; `reference` has values there too, but
+    no guarantee.
     """
 
     fit: Fit
@@ -146,13 +145,10 @@ class TrackableReference(ProvedReference):
     @property
     def explanation(self) -> str:
         """What is proved, how far the reference is from its samples, and what its bounds cost."""
-        until = self.certificate.evaluated_until
-        rounding = f" (evaluated in float64 up to {until:.4g} s)" if until < LATEST else ""
-        proved = f"{self.certificate.explanation}{rounding}"
         fit = self.fit
         said = [
             ignored(fit),
-            proved,
+            self.certificate.explanation,
             kept_free(self.tightening),
             *map(str, fit.pinned),
             condensed(fit),

@@ -5,13 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.certificates.claim import AtInstants, Claim
+from trackable.certificates.claim import AllPhases, AtInstants, Claim
 from trackable.certificates.cover import Cover
 from trackable.certificates.robust import Robust
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
+_PERIODS, _STEPS = 2.0**40, 2.0**52
+_YEAR = 31_557_600.0  # s
+_NEVER_REACHED = 1e30  # s
 
 
 @dataclass(frozen=True)
@@ -20,7 +23,7 @@ class Certificate:
 
     Each quantity stays at least `evaluation_error` away from its bounds. So its float64 value, as `Reference.state`,
     `input` and `window` give it (by sums of products, of polynomial pieces in twice the precision), at a float64 time
-    |t| ≤ `evaluated_until` [s] stays inside too.
+    |t| ≤ `evaluated_until` [s] stays inside too; at later ones too, up to `last_time`, where all signals have a period.
     `covers` holds the boxes of the proof by quantity (none for instants). `terms` is the number of Taylor coefficients
     of each enclosure (0 without boxes). `robust` says what follows for the disturbed system.
     """
@@ -40,10 +43,30 @@ class Certificate:
         plant = self.reference.plant
         chosen = f", with inputs in {_box(plant)} that push alike" if plant.allocation else ""
         disturbed = f"; {self.robust.explanation}" if self.robust else ""
-        return f"proved for {self.claim}: {kept}{chosen}{disturbed}"
+        return f"proved for {self.claim}: {kept}{self._limit}{chosen}{disturbed}"
 
     def __repr__(self) -> str:
         return f"Certificate({self.explanation})"
+
+    @property
+    def last_time(self) -> float:
+        """The largest |t| [s] at which float64 values are proved to be near enough.
+
+        Where all times are moved by whole periods (`moved_back`), these and the steps must be counted exactly. What
+        remains is off by less than 2⁻⁵³ `evaluated_until`, for which there is room in `evaluation_error`.
+        """
+        if not isinstance(self.claim, AllPhases):
+            return self.evaluated_until
+        counted = self.evaluated_until if self.reference.pieces else _PERIODS * self.claim.period
+        return min(counted, _STEPS * self.reference.plant.sampling_time)
+
+    @property
+    def _limit(self) -> str:
+        """Up to when float64 values are proved to be near enough; nothing where that is as long as anybody waits."""
+        last, years = self.last_time, self.last_time / _YEAR
+        if last >= _NEVER_REACHED or self.claim.span[1] <= last:
+            return ""
+        return f" (evaluated in float64 up to {last:.4g} s{f', {years:,.0f} years' if years >= 1 else ''})"
 
     @property
     def time_tolerance(self) -> float:
@@ -55,7 +78,7 @@ class Certificate:
 
     def first_unproved(self, t: Array) -> tuple[int, str] | None:
         """Return the index of the first of some times [s] that is not proved, and why; None where all are."""
-        (first, last), until, flat = self.claim.span, self.evaluated_until, t.ravel()
+        (first, last), until, flat = self.claim.span, self.last_time, t.ravel()
         tolerance = self.time_tolerance * np.abs(flat)
         rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
         for refused, why in (

@@ -27,7 +27,6 @@ from trackable.certificates.rounding.sizes import has_sane_numbers
 from trackable.certificates.settled import earliest_settled, settled_margins
 from trackable.certificates.sketch import sketches
 from trackable.gp.factors.cached import cached
-from trackable.gp.period import common_period
 from trackable.systems.reference import Reference
 
 Failure = Counterexample | Unproved
@@ -85,7 +84,7 @@ def prove_at_instants(reference: Reference) -> Outcome:
 
 def reference_period(reference: Reference) -> float | None:
     """Return the period [s] that all signals have; None where there is none."""
-    return common_period([signal.kernel for signal in reference.kernel_sums])
+    return reference.period
 
 
 @dataclass(frozen=True)

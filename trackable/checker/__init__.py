@@ -21,7 +21,8 @@ f(x(t), u(t)) may differ by multiples of 2π in states that are angles, and f ch
 there are multiples of 2π which, added to the angles in x(k T), give states that the system follows exactly, with the
 same u(k T). Bounds of an angle are those of x(t) as X gives it. The distance from each bound exceeds the
 error of evaluating x(t), u(t) and the bound's row in float64, at float64 times |t| ≤ until among these times (the field
-`evaluation`). A time k T may be rounded to float64 for it.
+`evaluation`). A time k T may be rounded to float64 for it. For all_phases of kernels, a time t or k T may be moved by
+whole periods to such a time before, which may be off by 2⁻⁵³ until.
 
 Which reference. The answer names the SHA-256 of all that defines x(t) and u(t): the signals, the system with its flat
 form, and M, N, x₀ and u₀ (`reading.fingerprint` has the canonical form). Certificates and counterexamples with the same

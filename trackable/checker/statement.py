@@ -25,10 +25,12 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     how = "float64 evaluation, by sums of products"
     if subject.pieces:
         how = "evaluation in double-double arithmetic, rounded to float64"
+    is_moved = isinstance(certificate.claim, AllPhases) and not subject.pieces
+    moved = ", to which later ones are moved by whole periods" if is_moved else ""
     return (
         f"For {_times(certificate.claim)} the reference keeps {kept}, and the system {_followed(subject.system)} "
         f"follows it with {inputs} (T = {subject.system.sampling_time!r} s). The bounds hold with room for the error "
-        f"of {how}, at times up to {certificate.until!r} s. {identity(subject, first_pass)}"
+        f"of {how}, at times up to {certificate.until!r} s{moved}. {identity(subject, first_pass)}"
     )
 
 

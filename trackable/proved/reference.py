@@ -18,7 +18,7 @@ class ProvedReference(Conventions, ABC):
     """A `reference` with its proof: the system can follow it at all times that `certificate` names.
 
     `pin_certificates` prove values that were asked for at single times. Steps outside of what is proved are refused
-    with a ValueError, and so are steps at |t| > `certificate.evaluated_until`; `reference` has values there too, but no
+    with a ValueError, and so are steps at |t| > `certificate.last_time`; `reference` has values there too, but no
     guarantee.
     """
 

@@ -9,12 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from trackable.arrays import Array
+from trackable.gp.period import common_period
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem, Side
 from trackable.systems.flat.precise import PreciseCoordinates
 from trackable.systems.flat.trajectory import Coordinate, combined
 from trackable.systems.quantity import Quantity
-from trackable.systems.signals.double_double import two_product
+from trackable.systems.signals.double_double import moved_back, two_product
 from trackable.systems.signals.pieces import PolynomialPieces
 from trackable.systems.signals.signal import Signal
 
@@ -32,7 +33,8 @@ class Reference:
 
     By construction x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and likewise from any time t to t + T_s. States and
     inputs are evaluated by sums of products, never by fast transforms: a certificate bounds the rounding of these sums.
-    Those of polynomial pieces are evaluated in twice the precision, and at the exact k T_s.
+    Those of polynomial pieces are evaluated in twice the precision, and at the exact k T_s. Where all kernels have one
+    period, times are first moved to around t = 0 by whole periods, so that errors do not grow from period to period.
     ValueError: not as many signals as flat outputs, or some of them sums of kernels and others polynomial pieces.
     """
 
@@ -56,6 +58,11 @@ class Reference:
     def pieces(self) -> tuple[PolynomialPieces, ...]:
         """The signals where they are polynomial pieces; none where they are sums of kernels."""
         return tuple(signal for signal in self.signals if isinstance(signal, PolynomialPieces))
+
+    @cached_property
+    def period(self) -> float | None:
+        """The period [s] that all kernels have, the exact value of this float64; None where there is none."""
+        return common_period([signal.kernel for signal in self.signals if isinstance(signal, KernelSum)])
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -113,16 +120,14 @@ class Reference:
         return np.asarray(steps) * self.plant.sampling_time
 
     def _exact_instants(self, steps: Array | int) -> Sequence[Array]:
-        """Return the times k T_s [s]: of polynomial pieces, which may jump there, as sums that are exact."""
-        if not self.pieces:
-            return [self.instants(steps)]
+        """Return the times k T_s [s] as exact sums, for polynomial pieces, which may jump there, and whole periods."""
         return two_product(np.asarray(steps, dtype=float), np.asarray(self.plant.sampling_time))
 
     def _values(self, side: Side, time: Sequence[Array]) -> Array:
-        """Return all states or inputs at times that are sums of float64: of one, where signals are sums of kernels."""
+        """Return all states or inputs at times that are sums of float64, the first of which is near."""
         if self.pieces:
             return self._precise[side](self.pieces, time)
-        (t,) = time
+        t = moved_back(time, self.period) if self.period else time[0]
         signals = [signal.summed for signal in self.kernel_sums]
         return np.stack([q(signals, t) for q in self.plant.coordinates[side]], axis=-1)
 

@@ -17,6 +17,7 @@ from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above
 from trackable.certificates.balls.formulas import UndefinedError
 from trackable.certificates.exact import rational
+from trackable.certificates.kernels.base import KernelBalls
 from trackable.certificates.kernels.table import balls_of
 from trackable.certificates.rounding.flat import has_flat_form, nearby_error
 from trackable.certificates.rounding.formulas import Rounded, RoundedArithmetic
@@ -101,8 +102,12 @@ def _within(plant: ConstrainedSystem, i: int, exact: arb) -> arb:
 
 
 def evaluated_until(signals: Iterable[KernelSum], window: float, windows: float = 1e3) -> float:
-    """Return the time [s] up to which evaluation is claimed: so many windows if errors grow with time."""
-    return windows * window if any(map(_repeats, signals)) else LATEST
+    """Return the time [s] up to which evaluation is claimed: so many windows if errors grow with time.
+
+    Where every periodic part has a factor that decays fast enough, they do not.
+    """
+    far = windows * window
+    return far if any(_errors_grow(balls_of(signal.kernel), far) for signal in signals) else LATEST
 
 
 def claimed_windows(plant: ConstrainedSystem) -> float:
@@ -113,5 +118,7 @@ def claimed_windows(plant: ConstrainedSystem) -> float:
     return 1e2 if has_flat_form(plant) else 1e3
 
 
-def _repeats(signal: KernelSum) -> bool:
-    return balls_of(signal.kernel).has_periodic_part
+def _errors_grow(kernel: KernelBalls, far: float) -> bool:
+    with ball_arithmetic(2):
+        late, later = (kernel.sensitivity(arb(t)).stretch for t in (far, LATEST))
+    return kernel.has_periodic_part and not later <= 2 * late

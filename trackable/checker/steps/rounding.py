@@ -109,7 +109,9 @@ def _signal_error(certificate: Certificate, signal: Signal) -> Rounded:
     kernel = signal.kernel.sizes(certificate.until + ahead + latest)
     # Rounded once each, by u times their sizes: k T, j T, k T + j T, and r = k T + j T − t_i. As |k T + j T| is at most
     # |r| + |t_i|, and |k T| at most j T more, r is off by 3 u (|r| + |t_i| + j T) at most. Beside that there are up to
-    # six roundings of the argument of κ, and n + 2 of the dot product.
+    # six roundings of the argument of κ, and n + 2 of the dot product. A time that was moved by whole periods may be
+    # off by u until instead; j T adds u j T, k T + j T adds u (until + j T), and r adds u (until + j T + |t_i|). That
+    # is less than 3 u times `farthest`, and where all kernels repeat, `stretch` is `farthest` times `slope`.
     each = (
         kernel.roundings
         + 9 * kernel.stretch

@@ -6,12 +6,13 @@ from functools import partial
 from pathlib import Path
 
 from trackable.arguments import text
+from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AtInstants
 from trackable.control.angles import angles_of
 from trackable.exports.c99.allocation import allocation_function
 from trackable.exports.c99.coordinates import assigned, counts, plain_sum
 from trackable.exports.c99.numerals import number
-from trackable.exports.c99.precise import arithmetic, pieces_function, precise_sum
+from trackable.exports.c99.precise import arithmetic, phase_function, pieces_function, precise_sum
 from trackable.exports.c99.signals import kernel_sum_function
 from trackable.exports.proved import Proved
 from trackable.files import path_of, write_text
@@ -69,6 +70,7 @@ def _story(proved: Proved, name: str) -> list[str]:
         "",
         f"{name}_at(t, x, u) and {name}_step(k, x, u) return 0, and fill x and u at t [s] or at k T_s, where",
         "that is proved. Elsewhere they return 1 and leave x and u as they are.",
+        *_at_ends(certificate),
         "The input u, held for one sampling time, takes x(t) to x(t + T_s).",
         "",
         "By how much values with bounds differ from exact ones at most, which keep the bounds with as much to spare:",
@@ -83,6 +85,16 @@ def _story(proved: Proved, name: str) -> list[str]:
     return [f"// {line}".rstrip() for line in said]
 
 
+def _at_ends(certificate: Certificate) -> list[str]:
+    """Say which steps are answered though they are not proved, strictly: k T_s may be rounded over an end."""
+    ends = [f"{end:.17g} s" for end in certificate.claim.span if math.isfinite(end) and end]
+    if not ends or certificate.reference.pieces:
+        return []
+    return [
+        f"A step counts as proved up to {certificate.time_tolerance:g} of its time outside of {' and '.join(ends)}."
+    ]
+
+
 def _turning(reference: Reference, state: int) -> str:
     return ", an angle in (-pi, pi]: add whole turns" if state in angles_of(reference.plant) else ""
 
@@ -95,6 +107,8 @@ def _signals(reference: Reference, name: str) -> list[str]:
     if not reference.pieces:
         for c, signal in enumerate(reference.kernel_sums):
             found += kernel_sum_function(signal, f"{name}_z{c}")
+    if reference.period:
+        found += phase_function(reference.period, name)
     allocation = reference.plant.allocation
     return [*found, *allocation_function(allocation, name)] if allocation else found
 
@@ -120,28 +134,42 @@ def _values(reference: Reference, name: str) -> list[str]:
 
 
 def _guarded(proved: Proved, name: str) -> list[str]:
-    first, last = proved.certificate.claim.span
-    until = proved.certificate.evaluated_until
-    ends = [f"t >= {number(first)} - tolerance"] if math.isfinite(first) else []
-    ends += [f"t <= {number(last)} + tolerance"] if math.isfinite(last) else []
-    refused = [
-        f"const double tolerance = fabs(t) * {number(proved.certificate.time_tolerance)};",
-        f"if (!({' && '.join([*ends, f'fabs(t) <= {number(until)}'])})) return 1;",
-    ]
-    if not ends:
-        refused = refused[1:]
-    step = number(proved.reference.plant.sampling_time)
-    at_t, at_step, by_step = "t", "t", f"const double t = (double)k * {step};"
-    if proved.reference.pieces:
+    reference, certificate = proved.reference, proved.certificate
+    step = number(reference.plant.sampling_time)
+    at_t, at_step = "t", "t"
+    if reference.pieces:
         at_t, at_step = (
             f"({name}_time){{{{t}}, 1}}",
             f"{name}_plus_product(({name}_time){{{{0.0}}, 1}}, (double)k, {step})",
         )
-    at, by = (_block([*refused, f"{name}_values({time}, x, u);", "return 0;"]) for time in (at_t, at_step))
-    found = [f"static inline int {name}_at(double t, double *x, double *u)", *at]
-    if isinstance(proved.certificate.claim, AtInstants):  # between instants nothing is proved
+    elif reference.period:
+        at_t, at_step = (
+            f"{name}_phase(({name}_dd){{t, 0.0}})",
+            f"{name}_phase({name}_two_product((double)k, {step}))",
+        )
+    at, by = (
+        [*_refused(certificate, tolerance), f"{name}_values({time}, x, u);", "return 0;"]
+        for time, tolerance in ((at_t, _tolerance_of_times(certificate)), (at_step, certificate.time_tolerance))
+    )
+    found = [f"static inline int {name}_at(double t, double *x, double *u)", *_block(at)]
+    if isinstance(certificate.claim, AtInstants):  # between instants nothing is proved
         found = []
-    return [*found, f"static inline int {name}_step(long k, double *x, double *u)", by[0], f"    {by_step}", *by[1:]]
+    by = [f"const double t = (double)k * {step};", *by]
+    return [*found, f"static inline int {name}_step(long long k, double *x, double *u)", *_block(by)]
+
+
+def _refused(certificate: Certificate, tolerance: float) -> list[str]:
+    """Return the lines that refuse a time t outside of what is proved by more than `tolerance` |t|."""
+    first, last = certificate.claim.span
+    ends = [f"t >= {number(first)}{' - tolerance' * bool(tolerance)}"] if math.isfinite(first) else []
+    ends += [f"t <= {number(last)}{' + tolerance' * bool(tolerance)}"] if math.isfinite(last) else []
+    refused = f"if (!({' && '.join([*ends, f'fabs(t) <= {number(certificate.last_time)}'])})) return 1;"
+    return [f"const double tolerance = fabs(t) * {number(tolerance)};", refused] if ends and tolerance else [refused]
+
+
+def _tolerance_of_times(certificate: Certificate) -> float:
+    """Return the tolerance of times that are no steps: of polynomial pieces, the proof goes on as far as this."""
+    return certificate.time_tolerance if certificate.reference.pieces else 0.0
 
 
 def _block(body: list[str]) -> list[str]:

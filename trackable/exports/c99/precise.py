@@ -1,4 +1,4 @@
-"""Polynomial pieces in C, in twice the precision: the operations of `systems.flat.precise` for one time."""
+"""Twice the precision in C: polynomial pieces, as `systems.flat.precise` has them, and times within a period."""
 
 from fractions import Fraction
 
@@ -6,19 +6,40 @@ from trackable.exports.c99.numerals import array, number
 from trackable.systems.flat.functional import Functional
 from trackable.systems.signals.pieces import PolynomialPieces
 
-_ARITHMETIC = """\
+_PRODUCT = """\
 typedef struct { double high, low; } NAME_dd;
 
-static inline NAME_dd NAME_two_sum(double a, double b)
+// Volatile: these are rounded, and must not be fused with the sums that follow. Other products are exact.
+static inline NAME_dd NAME_halves(double a)
 {
-    const double high = a + b, of_b = high - a;
-    return (NAME_dd){high, (a - (high - of_b)) + (b - of_b)};
+    const volatile double scaled = 134217729.0 * a;
+    const double high = scaled - (scaled - a);
+    return (NAME_dd){high, a - high};
 }
 
 static inline NAME_dd NAME_two_product(double a, double b)
 {
-    const volatile double high = a * b; // volatile: the sums that follow must not be fused with it
-    return (NAME_dd){high, fma(a, b, -high)};
+    const volatile double rounded = a * b;
+    const double high = rounded;
+    const NAME_dd p = NAME_halves(a), q = NAME_halves(b);
+    return (NAME_dd){high, ((p.high * q.high - high) + p.high * q.low + p.low * q.high) + p.low * q.low};
+}
+"""
+
+_PHASE = """\
+// Moves a time by whole periods: the nearest to 0.
+static inline double NAME_phase(NAME_dd t)
+{
+    const NAME_dd whole = NAME_two_product(rint(t.high / PERIOD), PERIOD);
+    return (t.high - whole.high) + (t.low - whole.low);
+}
+"""
+
+_SUMS = """\
+static inline NAME_dd NAME_two_sum(double a, double b)
+{
+    const double high = a + b, of_b = high - a;
+    return (NAME_dd){high, (a - (high - of_b)) + (b - of_b)};
 }
 
 static inline NAME_dd NAME_sum(NAME_dd a, NAME_dd b)
@@ -65,7 +86,12 @@ static inline double NAME_rounded(NAME_time t)
 
 def arithmetic(name: str) -> list[str]:
     """Return the lines of numbers of twice the precision, and of times that are not rounded."""
-    return [*_ARITHMETIC.replace("NAME", name).splitlines(), ""]
+    return [*f"{_PRODUCT}\n{_SUMS}".replace("NAME", name).splitlines(), ""]
+
+
+def phase_function(period: float, name: str) -> list[str]:
+    """Return the lines of `static inline double name_phase(name_dd t)`: the operations of `moved_back`."""
+    return [*f"{_PRODUCT}\n{_PHASE}".replace("NAME", name).replace("PERIOD", number(period)).splitlines(), ""]
 
 
 def pieces_function(signal: PolynomialPieces, prefix: str, name: str) -> list[str]:

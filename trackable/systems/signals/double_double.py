@@ -67,6 +67,19 @@ def two_product(a: Array, b: Array) -> tuple[Array, Array]:
     return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
+def moved_back(time: Sequence[Array], period: float) -> Array:
+    """Return times [s], each the sum of one float64 or of two as `two_product` gives them, moved by whole periods.
+
+    With u = 2⁻⁵³ and p = fl(n `period`), where n is the nearest whole number of periods: `high` − p is exact by
+    Sterbenz's lemma, as p is at least half of `high` and at most twice, or 0. What remains of both is less than u of
+    their size. So up to 2⁴⁰ periods the result is at most 0.501 periods from 0, and within 0.502 u periods of exact.
+    Times within half a period stay as they are, rounded.
+    """
+    high, *low = time
+    whole, rest = two_product(np.rint(high / period), np.asarray(period))
+    return np.asarray((high - whole) + (sum(low) - rest))
+
+
 def _halves(a: Array) -> tuple[Array, Array]:
     """Return two numbers of 26 bits at most, the sum of which is a."""
     scaled = _SPLITTER * a
