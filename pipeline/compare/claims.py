@@ -40,6 +40,9 @@ class Locator(Fields):
 
     `where` has a condition for each column that it names; a row without a number there does not meet it. Among the rows
     that meet all conditions, `pick` takes the first, the last, or the one with the largest or smallest value.
+
+    `against` a table with the same column, the value of a row is |ours − theirs| / |theirs|. Rows are paired by that
+    table's first column; a row or a number that one side lacks is an infinite difference.
     """
 
     file: str
@@ -48,6 +51,7 @@ class Locator(Fields):
     column: str | None = None
     where: dict[str, Condition] = Field(default_factory=dict)
     pick: Literal["first", "last", "largest", "smallest"] = "last"
+    against: str | None = None
 
     @model_validator(mode="after")
     def _leads_somewhere(self) -> Self:
@@ -63,7 +67,8 @@ class Locator(Fields):
 
     def __str__(self) -> str:
         """Name the place in a few words."""
-        place = (self.topic, self.path) if self.path else (self.topic, self.column, f"({self.pick})")
+        against = f"against {Path(self.against).name}" if self.against else None
+        place = (self.topic, self.path) if self.path else (self.topic, self.column, f"({self.pick})", against)
         return " ".join(part for part in (Path(self.file).name, *place) if part)
 
 

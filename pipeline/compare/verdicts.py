@@ -11,6 +11,7 @@ from pipeline.compare.content.recordings import read_recording
 from pipeline.compare.content.values import UnreadableError
 from pipeline.compare.model import ABSENT, JudgedClaim, Value, Verdict
 from pipeline.storage.logs import TIME
+from pipeline.storage.tables import read_columns
 
 Columns = Mapping[str, Sequence[float]]
 """Numbers by column; NaN where there is none."""
@@ -76,10 +77,24 @@ def _topic(file: Path, topic: str) -> Columns:
     raise _NoValueError(f"there is no topic {topic}")
 
 
+def _differences(columns: Columns, column: str, against: Path) -> list[float]:
+    """Return |ours − theirs| / |theirs| of each row: NaN where neither has a number, infinite where one has none."""
+    published = read_columns(against)
+    key, ours = next(iter(published)), columns[column]
+    if published[key].tolist() != [*columns.get(key, ())]:
+        return [math.inf] * len(ours)
+    return [
+        math.inf if math.isnan(value) != math.isnan(other) else abs(value - other) / abs(other)
+        for value, other in zip(ours, published[column].tolist(), strict=True)
+    ]
+
+
 def _pick(locator: Locator, columns: Columns) -> float:
     column = locator.column or ""
     if unknown := {column, *locator.where} - columns.keys():
         raise _NoValueError(f"there is no column {', '.join(sorted(unknown))}")
+    if locator.against:
+        columns = {**columns, column: _differences(columns, column, Path(locator.against))}
     conditions = [(columns[name], condition) for name, condition in locator.where.items()]
     values = [
         value

@@ -50,7 +50,8 @@ def drawings(experiment: Experiment, fitted: Fitted) -> dict[str, Callable[[], F
     }
     if AS_PUBLISHED.name in fitted.traces:
         trace = fitted.traces[AS_PUBLISHED.name]
-        by_name["convergence"] = lambda: plots.convergence(trace, interval_sets(plant)[0], prior.mean)
+        curves = read_columns(experiment.published.iterations) if experiment.published.iterations else None
+        by_name["convergence"] = lambda: plots.convergence(trace, interval_sets(plant)[0], prior.mean, curves)
     if len(prior.kernel.hyperparameters.keys() & sound.prior.learned) == 2:
         by_name["landscape"] = lambda: plots.landscape(
             landscapes(experiment, fitted), fitted.traces[SOUND.name], references

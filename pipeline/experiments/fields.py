@@ -165,5 +165,6 @@ class Published(Fields):
     """Files with curves that the paper prints, for figures that show them beside ours."""
 
     prediction: ProjectPath | None = None
+    iterations: ProjectPath | None = None
     derivative: ProjectPath | None = None
     growth_rates: ProjectPath | None = None

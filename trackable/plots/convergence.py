@@ -1,5 +1,6 @@
-"""Fig. 4 of the paper: Algorithm 1, iteration by iteration."""
+"""Fig. 4 of the paper: Algorithm 1, iteration by iteration, and the published curves."""
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -10,17 +11,23 @@ from matplotlib.ticker import MaxNLocator
 
 from trackable.arrays import Array
 from trackable.learning.learned import Trace
-from trackable.plots.style import BLUE, FAINT, GREY, INK, PAGE, SYMBOLS, direct_label, styled
+from trackable.plots.style import BLUE, FAINT, GREY, INK, PAGE, PUBLISHED, SYMBOLS, direct_label, styled
 from trackable.systems.sets.interval import Interval
 
 _STEP: Final = r"iteration $\bar{k}$ [steps]"
 _LIMIT: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.9, "linestyle": (0, (4, 1.5))}
 _ZOOMED: Final = 11
+_EVERY: Final = 5  # so many iterations from one marker of a published curve to the next
 
 
 @styled
-def convergence(trace: Trace, state_set: Interval, prior_mean: float) -> Figure:
-    """Draw hyperparameters and bounds at each iteration of Algorithm 1; mark where each of its tests first holds."""
+def convergence(
+    trace: Trace, state_set: Interval, prior_mean: float, published: Mapping[str, Array] | None = None
+) -> Figure:
+    """Draw hyperparameters and bounds at each iteration of Algorithm 1; mark where each of its tests first holds.
+
+    `published` curves have the names of the trace, with `k_bar`; of NaN nothing is drawn.
+    """
     count = len(trace.hyperparameters)
     figure = Figure(figsize=(PAGE, max(3.8, 1.3 * count)))
     grid = figure.add_gridspec(2 * count, 2)
@@ -31,11 +38,22 @@ def convergence(trace: Trace, state_set: Interval, prior_mean: float) -> Figure:
         axes.set_ylabel(SYMBOLS.get(name, name))
     _mean_bound(mean, trace, float(state_set.margin(np.array(prior_mean))))
     _derivative_bound(rate, trace)
+    for axes, name in (
+        *zip(of_parameters, trace.hyperparameters, strict=True),
+        (mean, "mean_bound"),
+        *((rate, name) for name in ("growth_lower", "growth_upper", "derivative_bound")),
+    ):
+        if published and name in published:
+            _published(axes, published["k_bar"], published[name])
     for axes in (*of_parameters, mean, rate):
         axes.set_xlim(trace.k_bar[0] - 0.5, trace.k_bar[-1] + 0.5)
         axes.set_xlabel(_STEP) if axes in (of_parameters[-1], rate) else axes.tick_params(labelbottom=False)
     figure.align_ylabels()
     return figure
+
+
+def _published(axes: Axes, k: Array, values: Array) -> None:
+    axes.plot(k[::_EVERY], values[::_EVERY], "s", markersize=2.5, **PUBLISHED)
 
 
 def _mean_bound(axes: Axes, trace: Trace, margin: float) -> None:

@@ -18,6 +18,7 @@ from trackable.plots.style import (
     INK,
     PAGE,
     PALE,
+    PUBLISHED,
     SAMPLE,
     direct_label,
     reference_styles,
@@ -27,9 +28,8 @@ from trackable.plots.style import (
 )
 from trackable.systems.reference import Reference
 
-# Number of markers of a published curve in a panel, approximately: the line below them stays visible.
 _MARKERS: Final = 16
-_MARKER: Final[dict[str, Any]] = {"linestyle": "none", "color": INK, "markerfacecolor": "white", "markeredgewidth": 0.7}
+"""Number of markers of a published curve in a panel, approximately."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def _curves(axes: Axes, references: Mapping[str, Reference], steps: Array, true_
 def _published(axes: Axes, published: Published, every: int) -> None:
     some = slice(every // 2, None, every)
     for (label, mean), marker in zip(published.means.items(), cycle("so")):
-        axes.plot(published.k[some], mean[some], marker, **_MARKER, zorder=4, label=f"published, {label}")
+        axes.plot(published.k[some], mean[some], marker, **PUBLISHED, label=f"published, {label}")
     style: dict[str, Any] = {"color": INK, "markersize": 4, "markeredgewidth": 0.7}
     axes.plot(published.k[some] + 1, published.successor_lower[some], "_", **style, label="published, tube")
     axes.plot(published.k[some] + 1, published.successor_upper[some], "_", **style)

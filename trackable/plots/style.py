@@ -31,6 +31,14 @@ INK, GREY, PALE, FAINT = "#000000", "#666666", "#b8b8b8", "#e3e3e3"
 BLUE, GREEN, ORANGE, PURPLE, NAVY = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#002d4a"
 
 SAMPLE: Final[dict[str, Any]] = {"linestyle": "none", "marker": "x", "color": INK, "zorder": 5, "label": "samples"}
+PUBLISHED: Final[dict[str, Any]] = {
+    "linestyle": "none",
+    "color": INK,
+    "markerfacecolor": "white",
+    "markeredgewidth": 0.7,
+    "zorder": 4,
+}
+"""Markers of a published curve, some of its points: the line below them stays visible."""
 SYMBOLS: Final = {
     "signal_std": r"$\theta_1$ [–]",
     "lengthscale": r"$\theta_2$ [s]",

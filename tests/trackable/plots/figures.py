@@ -83,7 +83,8 @@ def draw_asymptotic() -> Figure:
 
 
 def draw_convergence() -> Figure:
-    return plots.convergence(trace(), STATE.bounds, 0.0)
+    published = {"k_bar": trace().k_bar, **trace().hyperparameters, "mean_bound": trace().mean_bound}
+    return plots.convergence(trace(), STATE.bounds, 0.0, published)
 
 
 def draw_prediction() -> Figure:

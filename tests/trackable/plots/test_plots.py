@@ -127,6 +127,19 @@ def test_the_first_step_at_which_each_test_holds_is_named() -> None:
         assert any(test in text and f"= {k} " in text for text in texts)
 
 
+def test_published_curves_are_markers_on_ours() -> None:
+    """Every fifth point, in the panels of the curves that are published, and nowhere without them."""
+    markers = [[line for line in axes.lines if line.get_linestyle() == "None"] for axes in drawn(draw_convergence).axes]
+    assert [len(of_panel) for of_panel in markers] == [1, 1, 1, 0]
+    for axes, (curve,) in zip(drawn(draw_convergence).axes, markers[:3], strict=False):
+        k, values = np.asarray(curve.get_data())
+        ours = dict(zip(*np.asarray(axes.lines[0].get_data()), strict=True))
+        np.testing.assert_array_equal(values, [ours[step] for step in k])
+        assert np.all(np.diff(k) == 5)
+    bare = plots.convergence(trace(), STATE.bounds, 0.0)
+    assert all(line.get_linestyle() != "None" for axes in bare.axes for line in axes.lines)
+
+
 def test_a_run_without_any_bounds_can_be_drawn() -> None:
     nothing = np.full(3, np.nan)
     early = replace(
