@@ -40,7 +40,7 @@ def fit(experiment: Experiment, results: Results) -> None:
         for name, found in fits.items()
     }
     traces = {name: found.trace for name, found in fits.items() if found.trace}
-    last = experiment.verification.last_step
+    last = experiment.verified(sampled.samples).last_step
     steps = np.linspace(0, last, min(_INSTANTS_PER_STEP * last, _INTERVALS) + 1)
     fitted = Fitted(sampled, learned, traces, study(experiment, sampled.samples))
     write_fit(results, fitted, steps * experiment.plant.sampling_time)

@@ -32,7 +32,7 @@ def metrics_of(
 
     The price is J minus l of the `baseline`, in the unit of l.
     """
-    last_step = experiment.verification.last_step
+    last_step = experiment.verified(sampled.samples).last_step
     reference = learned.reference
     violated = sorted({k for profile in _at_instants(reference, last_step) for k in profile.violated_steps})
     metrics: dict[str, Any] = {
@@ -146,7 +146,7 @@ def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> d
 
     The truth is compared at the verified steps.
     """
-    times = reference.instants(np.arange(experiment.verification.last_step + 1, dtype=float))
+    times = reference.instants(np.arange(experiment.verified(sampled.samples).last_step + 1, dtype=float))
     signals = reference.kernel_sums
     truth = {name: truth(times) - sampled.measured(name, signals, times) for name, truth in experiment.truths.items()}
     held_out = {

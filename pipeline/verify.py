@@ -6,6 +6,7 @@ from typing import Any
 from tqdm import tqdm
 
 from pipeline.experiments import Experiment
+from pipeline.experiments.fields import Verification
 from pipeline.experiments.fitted import read_fit_of
 from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED
 from pipeline.metrics import margins_over_time, metrics_of, summary_of
@@ -36,7 +37,7 @@ def verify(experiment: Experiment, results: Results) -> None:
     metrics: dict[str, dict[str, Any]] = {}
     proofs: dict[str, Outcome] = {}
     for method, learned in tqdm(fitted.learned.items(), desc=f"{experiment.name}: verify", disable=None):
-        margins[method] = _profiles(experiment, learned.reference)
+        margins[method] = _profiles(experiment.verified(fitted.sampled.samples), learned.reference)
         proof = prove_for(experiment, method, fitted.sampled, learned.reference)
         proofs[method] = proof
         if METHODS[method].must_be_proved and not isinstance(proof, Certificate):
@@ -73,6 +74,5 @@ def prove_for(experiment: Experiment, method: str, sampled: Sampled, reference: 
     return proof
 
 
-def _profiles(experiment: Experiment, reference: Reference) -> list[MarginProfile]:
-    wanted = experiment.verification
+def _profiles(wanted: Verification, reference: Reference) -> list[MarginProfile]:
     return [margin_profile(reference, q, wanted.last_step, wanted.instants_per_step) for q in reference.quantities]

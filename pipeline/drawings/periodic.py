@@ -37,12 +37,13 @@ def _curves(fitted: Fitted) -> list[str]:
     return [method.name for method in methods_in_figures(fitted.learned) if method.has_own_curve]
 
 
-def _last_step(experiment: Experiment) -> int:
-    return experiment.periodic.last_step if experiment.periodic else experiment.verification.last_step
+def _last_step(experiment: Experiment, fitted: Fitted) -> int:
+    samples = fitted.sampled.samples
+    return experiment.periodic.last_step if experiment.periodic else experiment.verified(samples).last_step
 
 
 def _prediction(experiment: Experiment, fitted: Fitted) -> Figure:
-    steps = np.arange(_last_step(experiment) + 1, dtype=float)
+    steps = np.arange(_last_step(experiment, fitted) + 1, dtype=float)
     times = steps * experiment.plant.sampling_time
     truth = next((truth(times) for truth in experiment.truths.values()), None)
     return plots.periodic_prediction(
@@ -58,7 +59,7 @@ def _prediction(experiment: Experiment, fitted: Fitted) -> Figure:
 def _growth(experiment: Experiment, fitted: Fitted) -> dict[str, plots.GrowthIntervals]:
     """Return derivatives in the growth-rate intervals of program (8), and the published ones if there are some."""
     assert experiment.periodic, "the method of these intervals needs it"
-    end = _last_step(experiment) * experiment.plant.sampling_time
+    end = experiment.periodic.last_step * experiment.plant.sampling_time
     times, edges = np.linspace(0, end, _POINTS), np.linspace(0, end, experiment.periodic.intervals + 1)
     signals = {method: fitted.learned[method].reference.kernel_sums[0] for method in _curves(fitted)}
     rates = interval_growth_rates(signals[INTERVALS.name], experiment.plant, tuple(edges.tolist()))

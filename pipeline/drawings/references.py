@@ -44,7 +44,7 @@ def _tightness(fitted: Fitted) -> Figure:
 def _path(experiment: Experiment, fitted: Fitted) -> Figure:
     assert experiment.plane is not None, "drawn only where there is one"
     shown = {method.name: fitted.learned[method.name].reference for method in methods_in_figures(fitted.learned)}
-    last = experiment.verification.last_step * experiment.plant.sampling_time
+    last = experiment.verified(fitted.sampled.samples).last_step * experiment.plant.sampling_time
     period = reference_period(fitted.learned[JOINT.name].reference)
     times = np.linspace(0, last if period is None else min(period, last), _POINTS)
     truths, samples = experiment.truths, fitted.sampled.by_name
@@ -55,7 +55,9 @@ def _path(experiment: Experiment, fitted: Fitted) -> Figure:
 
 
 def _tracking(experiment: Experiment, fitted: Fitted) -> Figure:
-    times = np.linspace(0, experiment.verification.last_step * experiment.plant.sampling_time, _POINTS)
+    times = np.linspace(
+        0, experiment.verified(fitted.sampled.samples).last_step * experiment.plant.sampling_time, _POINTS
+    )
     held_out, truths = fitted.sampled.held_out_by_name, experiment.truths
     observed = {
         name: plots.Observed(samples, held_out.get(name), truths[name](times) if name in truths else None)

@@ -72,7 +72,8 @@ ProjectPath = Annotated[Path, BeforeValidator(lambda written: Path(written) if i
 CentresField = Annotated[Centres, PlainValidator(_centres)]
 GroundTruthName = Annotated[str, AfterValidator(_known_truth)]
 UnitField = Annotated[str, AfterValidator(_plain_unit)]
-StepCount = Annotated[PositiveInt, Field(le=1_000_000)]
+MOST_STEPS = 1_000_000
+StepCount = Annotated[PositiveInt, Field(le=MOST_STEPS)]
 """More sampling steps would take days, and their logs more room than there is."""
 Counts = Annotated[tuple[PositiveInt, ...], BeforeValidator(as_tuple)]
 

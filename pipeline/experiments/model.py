@@ -1,16 +1,24 @@
 """The one form of an experiment, and what its fields mean to mathematics."""
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import Annotated
+from collections.abc import Iterator, Mapping, Set
+from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    create_model,
+    model_validator,
+)
 
 from pipeline.experiments.agreement import mistakes_of_origin, mistakes_of_priors
 from pipeline.experiments.claim import ClaimField
 from pipeline.experiments.control import Control
 from pipeline.experiments.disturbances import Disturbance, tightened
 from pipeline.experiments.fields import (
+    MOST_STEPS,
     CentresField,
     PriorField,
     PriorFields,
@@ -28,7 +36,7 @@ from pipeline.experiments.plants import ModelField, SetField
 from pipeline.experiments.sources import Drawn, Source, SourceField
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
-from pipeline.storage.yaml_file import Fields
+from pipeline.storage.yaml_file import Fields, raise_all
 from trackable.certificates.goal import Goal, goal_for, refusal
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
@@ -64,7 +72,7 @@ class Experiment(Fields):
     the `units` of states and inputs, and show the two states of `plane`, if given, in their plane. All references keep
     the part `margin` of each width free at either bound. Robust methods also leave room for every error that a
     `disturbance` may cause; the other methods know nothing of it. `algorithm1` and `periodic` are for the methods that
-    need them.
+    need them. What `verification` is, where it is left out, `verified` says.
     """
 
     name: str
@@ -84,60 +92,69 @@ class Experiment(Fields):
     claim: ClaimField
     methods: Annotated[tuple[str, ...], BeforeValidator(_methods)]
     search: Search = Search()
-    verification: Verification
+    verification: Verification | None = None
     control: Control = Control()
     algorithm1: Algorithm1 | None = None
     periodic: Periodic | None = None
     study: StudyFields | None = None
     published: Published = Published()
 
-    @model_validator(mode="after")
-    def _consistent(self) -> "Experiment":
-        if mistakes := list(self._mistakes()):
+    @model_validator(mode="wrap")
+    @classmethod
+    def _consistent(cls, written: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
+        """Refuse fields that do not fit each other; where some are wrong by themselves, say of the others too."""
+        try:
+            found = validate(written)
+        except ValidationError as error:
+            told = error.errors()
+            right = _right_fields(cls, written, {each["loc"][0] for each in told if each["loc"]})
+            raise_all(error.title, told, _mistakes(right, unknown=AttributeError))
+        if mistakes := _mistakes(found):
             raise ValueError("; ".join(mistakes))
-        return self
+        return found
 
-    def _mistakes(self) -> Iterator[str]:
-        """Yield one sentence for each field that does not fit the others."""
+    def _mistakes_of_names(self) -> Iterator[str]:
         if self.samples.keys() != self.prior.keys():
             names = f"{', '.join(self.samples)} and {', '.join(self.prior)}"
             yield f"samples and prior must have the same names, got {names}"
+
+    def _mistakes_of_mathematics(self) -> Iterator[str]:
+        """Yield what system, sets and priors lack, or else the claims and methods that do not suit them."""
+        if mistakes := list(mistakes_of_priors(self.plant, self.prior)):
+            yield from mistakes
             return
-        try:
-            if mistakes := list(mistakes_of_priors(self.plant, self.prior)):
-                yield from mistakes
-                return
-            plant, prior, _ = self.plant, self.learned_prior, self.tightening
-        except (TypeError, ValueError) as error:  # what the mathematics refuses
-            yield str(error)
-            return
-        except OverflowError as error:
-            yield f"a number is too large to compute with: {error}"
-            return
-        if unknown := {*(self.plane or ())} - {*plant.system.states}:
-            yield f"plane: expected two of the states {', '.join(plant.system.states)}, got {min(unknown)}"
-        if misnamed := self.units.keys() - {*plant.system.states, *plant.system.inputs}:
-            known = ", ".join((*plant.system.states, *plant.system.inputs))
-            yield f"units: expected states and inputs among {known}, got {min(misnamed)}"
-        yield from mistakes_of_origin(self.samples, self.samples_from)
+        plant, prior, _ = self.plant, self.learned_prior, self.tightening
         if reason := refusal(self.claim, prior):
             yield f"claim: {reason}"
         for method in self.learned_by:
-            if missing := [block for block in method.needs if getattr(self, block) is None]:
-                yield f"{' and '.join(missing)}: is missing, but the method {method.name} needs it"
             try:
                 method.check(plant, prior)
             except (TypeError, ValueError) as error:
                 yield f"methods: {method.name}: {error}"
+
+    def _mistakes_of_figures(self) -> Iterator[str]:
+        system = self.system.discrete
+        if unknown := {*(self.plane or ())} - {*system.states}:
+            yield f"plane: expected two of the states {', '.join(system.states)}, got {min(unknown)}"
+        if misnamed := self.units.keys() - {*system.states, *system.inputs}:
+            known = ", ".join((*system.states, *system.inputs))
+            yield f"units: expected states and inputs among {known}, got {min(misnamed)}"
+
+    def _mistakes_of_origin(self) -> Iterator[str]:
+        yield from mistakes_of_origin(self.samples, self.samples_from)
+
+    def _mistakes_of_methods(self) -> Iterator[str]:
+        for method in self.learned_by:
+            if missing := [block for block in method.needs if getattr(self, block) is None]:
+                yield f"{' and '.join(missing)}: is missing, but the method {method.name} needs it"
         if self.disturbance and ROBUST.name not in self.methods:
             given = ", ".join(self.methods)
             yield f"methods: expected {ROBUST.name} among them where there is a disturbance, got {given}"
-        if self.algorithm1 and self.verification.last_step < self.algorithm1.last_step:
+        if self.algorithm1 and self.verification and self.verification.last_step < self.algorithm1.last_step:
             yield (
                 f"verification.last_step must not lie before algorithm1.last_step = {self.algorithm1.last_step}, "
                 f"got {self.verification.last_step}"
             )
-        yield from self._mistakes_of_the_study()
 
     def _mistakes_of_the_study(self) -> Iterator[str]:
         if self.study is None:
@@ -229,13 +246,31 @@ class Experiment(Fields):
         start = max(math.ceil(first - _ROUNDING), 0)
         return range(start, min(start + self.control.steps, math.floor(last + _ROUNDING) - self.control.horizon))
 
+    def verified(self, samples: tuple[Samples, ...]) -> Verification:
+        """Return how far margins are computed: as `verification` says, or as far as anything is of interest.
+
+        That is twice as long as these samples, to the end of a window that is claimed, two periods where all phases
+        are, and to the last step of each method.
+        """
+        if self.verification:
+            return self.verification
+        t_s = self.plant.sampling_time
+        ends = [2 * float(max(of.times[-1] for of in samples))]
+        ends += [self.claim[1]] if isinstance(self.claim, tuple) else []
+        ends += [2 * self._longest_period(samples)] if self.claim == "all_phases" else []
+        ends += [block.last_step * t_s for block in (self.algorithm1, self.periodic) if block]
+        return Verification(last_step=min(max(math.ceil(max(ends) / t_s), 1), MOST_STEPS))
+
+    def _longest_period(self, samples: tuple[Samples, ...]) -> float:
+        """Return the longest period [s] that may be learned from these samples."""
+        space, known = self.search_space(samples), self.learned_prior.parts[0].kernel.period
+        return space.bounds["period"].upper if "period" in space.bounds else known or 0.0
+
     def check(self, samples: tuple[Samples, ...]) -> None:
         """Raise ValueError where steps do not last the longest period that may be learned from these samples."""
         if self.claim != "all_phases":
             return
-        space, t_s = self.search_space(samples), self.plant.sampling_time
-        known = self.learned_prior.parts[0].kernel.period
-        longest = space.bounds["period"].upper if "period" in space.bounds else known or 0.0
+        t_s, longest = self.plant.sampling_time, self._longest_period(samples)
         blocks = {"periodic": self.periodic, "verification": self.verification}
         for name, last_step in ((name, block.last_step) for name, block in blocks.items() if block):
             if last_step * t_s < longest * (1 - 1e-12):
@@ -243,3 +278,41 @@ class Experiment(Fields):
                     f"{name}.last_step = {last_step} steps last {last_step * t_s:g} s, and have to last at least one "
                     f"period, which may be as long as {longest:g} s"
                 )
+
+
+_CHECKS = (
+    Experiment._mistakes_of_names,
+    Experiment._mistakes_of_mathematics,
+    Experiment._mistakes_of_figures,
+    Experiment._mistakes_of_origin,
+    Experiment._mistakes_of_methods,
+    Experiment._mistakes_of_the_study,
+)
+"""What yields one sentence for each field that does not fit the others, or raises what the mathematics refuses."""
+
+
+def _mistakes(experiment: Experiment, unknown: type[Exception] | tuple[()] = ()) -> list[str]:
+    """Return what the checks say, each sentence once; a check raises `unknown` where a field that it needs is wrong."""
+    said: dict[str, None] = {}
+    for check in _CHECKS:
+        try:
+            for mistake in check(experiment):
+                said[mistake] = None
+        except unknown:
+            continue
+        except (TypeError, ValueError) as error:
+            said[str(error)] = None
+        except OverflowError as error:
+            said[f"a number is too large to compute with: {error}"] = None
+    return [*said]
+
+
+def _right_fields(model: type[Experiment], written: Any, wrong: Set[Any]) -> Experiment:
+    """Return an experiment of those fields alone that are right by themselves, or left out with a default."""
+    given = {name: written[name] for name in model.model_fields if name in written and name not in wrong}
+    fields: Any = {name: (model.model_fields[name].rebuild_annotation(), ...) for name in given}
+    found = create_model("RightFields", __base__=Fields, **fields).model_validate(given)
+    right = model.model_construct(**{name: getattr(found, name) for name in given})
+    for name in wrong & right.__dict__.keys():
+        del right.__dict__[name]
+    return right

@@ -51,7 +51,7 @@ def _events(experiment: Experiment, results: Results, closed: ClosedLoops) -> It
 def _scene(experiment: Experiment, plane: Plane, fitted: Fitted, closed: ClosedLoops) -> Iterator[Documents]:
     plant = experiment.plant
     columns = [plant.system.states.index(name) for name in plane]
-    times = np.linspace(0, experiment.verification.last_step * plant.sampling_time, _POINTS)
+    times = np.linspace(0, experiment.verified(fitted.sampled.samples).last_step * plant.sampling_time, _POINTS)
     paths = {name: found.reference.state_at(times)[:, columns] for name, found in fitted.learned.items()}
     feasible = {
         horizon: np.stack([corners[name] for name in plane], axis=-1)

@@ -6,6 +6,7 @@ from pipeline.experiments import Experiment
 from pipeline.experiments.sources import Drawn
 from pipeline.methods.periodic import at_all_phases, on_intervals
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
+from trackable.arrays import Array
 from trackable.errors import NoReferenceError
 from trackable.gp.joint import JointPosterior
 from trackable.gp.period import period_of
@@ -30,7 +31,10 @@ def draw_row(experiment: Experiment, seed: int) -> list[float]:
     free = _solution(experiment, seed, unconstrained(task.samples, task.prior, task.plant, task.space))
     margins = _margins(task.plant, free.posterior)
     kept = _solution(experiment, seed, at_all_phases(task)) if min(margins) < 0 else free
-    return [float(seed), *_summary(experiment, free), *margins, *_summary(experiment, kept)]
+    steps = np.arange(experiment.verified(task.samples).last_step + 1, dtype=float)
+    times, (truth,) = steps * task.plant.sampling_time, experiment.truths.values()
+    of_free, of_kept = (_summary(solution, times, truth(times)) for solution in (free, kept))
+    return [float(seed), *of_free, *margins, *of_kept]
 
 
 def _drawn(experiment: Experiment, seed: int) -> Samples:
@@ -47,11 +51,10 @@ def _solution(experiment: Experiment, seed: int, outcome: Solution | NoSolution)
     return outcome
 
 
-def _summary(experiment: Experiment, solution: Solution) -> list[float]:
-    """Return l, the period, and the root mean square distance to the ground truth at the verified steps."""
-    (signal,), (truth,) = solution.posterior.signals, experiment.truths.values()
-    times = np.arange(experiment.verification.last_step + 1, dtype=float) * experiment.plant.sampling_time
-    off = signal(times) - truth(times)
+def _summary(solution: Solution, times: Array, truth: Array) -> list[float]:
+    """Return l, the period, and the root mean square distance to the ground truth at the verified times."""
+    (signal,) = solution.posterior.signals
+    off = signal(times) - truth
     return [solution.objective, period_of([signal.kernel]), float(np.sqrt(np.mean(off**2)))]
 
 

@@ -16,7 +16,7 @@ def tightness_row(experiment: Experiment, samples: tuple[Samples, ...], method: 
         return []
     reference = Reference(found.solution.signals, task.plant)
     (signal,), (of,), (truth,) = reference.signals, samples, experiment.truths.values()
-    times = reference.instants(np.arange(experiment.verification.last_step + 1, dtype=float))
+    times = reference.instants(np.arange(experiment.verified(samples).last_step + 1, dtype=float))
     misfit = of.mean_square(of.values - of.stencil.measured(signal, of.times))
     error = np.mean((reference.state_at(times)[:, 0] - truth(times)) ** 2)
     return [upper, found.solution.objective, float(np.sqrt(misfit)), float(np.sqrt(error))]

@@ -169,6 +169,30 @@ def test_every_period_that_is_allowed_has_to_be_covered(field: str, tmp_path: Pa
         experiment.check(sampled_by(experiment).samples)
 
 
+@pytest.mark.parametrize(
+    ("name", "verification", "last_step"),
+    [
+        ("example1", "    verification: {last_step: 300, instants_per_step: 100}\n", 300),  # Algorithm 1's last step
+        ("example1-resampled", "    verification: {last_step: 300, instants_per_step: 100}\n", 300),
+        ("example2", "    verification: {last_step: 400, instants_per_step: 100}\n", 800),  # samples until 4 s, twice
+        ("vehicle", "    verification: {last_step: 240, instants_per_step: 20}\n", None),
+    ],
+)
+def test_margins_are_computed_as_far_as_anything_is_of_interest(
+    name: str, verification: str, last_step: int | None, tmp_path: Path
+) -> None:
+    """Without the field: at least to the end of the samples and of the claim, and over every period allowed."""
+    experiment = load_experiment(name, written_to(tmp_path, changed(name, (verification, ""))))
+    samples = sampled_by(experiment).samples
+    experiment.check(samples)
+    verified = experiment.verified(samples)
+    end = max(float(of.times[-1]) for of in samples)
+    assert verified.last_step * experiment.plant.sampling_time >= end
+    assert last_step in (None, verified.last_step)
+    if isinstance(experiment.claim, tuple):
+        assert verified.last_step * experiment.plant.sampling_time >= experiment.claim[1]
+
+
 def test_stamps_may_count_steps() -> None:
     """The published samples stand at steps 0, 10, … 60 of 0.01 s, and nothing is held out of them."""
     sampled = sampled_by(load_experiment("example1"))

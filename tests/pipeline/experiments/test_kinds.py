@@ -54,7 +54,6 @@ def _entry(folder: Path, other: str = _OTHER, of_first: str = _PRIOR, of_other: 
     claim: {{window: [0.0, 3.0]}}
     methods: [unconstrained, hyperparameters, joint]
     search: {{starts: 1}}
-    verification: {{last_step: 30}}
     control: {{horizon: 3, steps: 4, logged: 4, shown: 4}}
 """
 
