@@ -20,6 +20,7 @@ from trackable.recordings import Column, CsvLayout, Field, Signal, read_csv, rea
 from trackable.systems.sampling import kinds_by_name, sampled_signals
 
 _SIGNAL = "signal"
+_ROUNDING = 1e-9  # of the end of an excerpt
 _PLENTY = 300  # centres: learned from in seconds
 _MISSING = 0.5  # of what is held out: a recording may end earlier, but not much
 
@@ -107,14 +108,23 @@ def _read_csv(source: CsvColumn, sampling_time: float) -> Signal:
         columns=source.columns,
     )
     counts_steps = source.time_unit == STEPS
-    unit = "s" if counts_steps else source.time_unit
-    signal = read_csv(source.csv, source.time_column, unit, {_SIGNAL: column}, layout, source.repairs)[_SIGNAL]
+    unit, between = "s" if counts_steps else source.time_unit, _between(source, sampling_time if counts_steps else 1.0)
+    read = read_csv(source.csv, source.time_column, unit, {_SIGNAL: column}, layout, source.repairs, between=between)
+    signal = read[_SIGNAL]
     return Signal(signal.times * sampling_time, signal.values, signal.noise_std) if counts_steps else signal
 
 
 def _read_mcap(source: McapField) -> Signal:
     field = Field(source.topic, source.field, _scale(source), source.time, source.noise_field)
-    return read_mcap(source.mcap, {_SIGNAL: field}, source.repairs)[_SIGNAL]
+    return read_mcap(source.mcap, {_SIGNAL: field}, source.repairs, between=_between(source))[_SIGNAL]
+
+
+def _between(source: CsvColumn | McapField, unit: float = 1.0) -> tuple[float, float] | None:
+    """Return between which times, in this `unit` [s], samples are of any use: others are not judged."""
+    if (wanted := source.excerpt) is None:
+        return None
+    until = wanted.end + wanted.held_out
+    return wanted.start / unit - _ROUNDING * until / unit, (1 + _ROUNDING) * until / unit
 
 
 def _scale(source: CsvColumn | McapField) -> float:

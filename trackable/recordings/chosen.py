@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from reprlib import repr as short
 
+from trackable.arguments import is_number
 from trackable.errors import InputError
 
 
@@ -23,3 +24,13 @@ def check_mapping(path: Path, signals: object, described: str) -> None:
     for name in signals:
         if not isinstance(name, str):
             raise InputError(f"signals: expected names as texts, got {short(name)}")
+
+
+def checked_window(between: object) -> tuple[float, float] | None:
+    """Return (start, end) [s], or None for all times. InputError: anything else."""
+    match between:
+        case None:
+            return None
+        case (start, end) if is_number(start) and is_number(end) and start < end:
+            return float(start), float(end)
+    raise InputError(f"between: expected (start, end) in seconds with start < end, or None, got {between!r}")

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
-from decimal import ROUND_FLOOR, Decimal
+from decimal import Decimal
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from trackable.recordings.cleaning import Cleaning, Finding
 from trackable.recordings.clocks import Clock, first_doubt
 from trackable.recordings.decimals import EXACT, NANOSECOND, plain
 from trackable.recordings.order import out_of_order
-from trackable.recordings.origin import Origin
+from trackable.recordings.origin import Origin, zero_of
 from trackable.recordings.recording import Recording
 from trackable.recordings.repairs import Repair
 from trackable.recordings.rows import Rows
@@ -36,9 +36,7 @@ def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequenc
     zero. InputError, with the place: something is wrong that no chosen repair mends, or a signal has no value.
     """
     repaired = [_repaired(rows, repairs) for rows in tables]
-    if origin is None:
-        origin = "first" if absolute else 0
-    zero = min(_first(rows) for rows, _ in repaired) if origin == "first" else origin
+    zero = zero_of(origin, absolute, min(_first(rows) for rows, _ in repaired))
     signals = {name: _signal(rows, name, zero) for rows, _ in repaired for name in rows.values}
     return Recording(signals, zero, tuple(cleaning for _, cleaning in repaired), absolute)
 
@@ -102,11 +100,10 @@ def _refuse_noise(rows: Rows) -> None:
             raise InputError(f"{rows.where(bad[0])}: expected a positive standard deviation of {name!r}, got {got}")
 
 
-def _first(rows: Rows) -> int:
-    """Return the time [ns] of the first sample, rounded down."""
+def _first(rows: Rows) -> Decimal:
+    """Return the stamp [s] of the first sample."""
     stamps = rows.timed()
-    first = min(stamps[int(np.argmax(rows.present(name)))] for name in rows.values)
-    return int(EXACT.divide(first, NANOSECOND).to_integral_value(ROUND_FLOOR))
+    return min(stamps[int(np.argmax(rows.present(name)))] for name in rows.values)
 
 
 def _signal(rows: Rows, name: str, origin: int) -> Signal:

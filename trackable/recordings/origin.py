@@ -1,7 +1,7 @@
 """The origin from which the times of a recording are counted."""
 
 from datetime import datetime, timedelta
-from decimal import Decimal
+from decimal import ROUND_FLOOR, Decimal
 from typing import Literal
 
 import numpy as np
@@ -29,6 +29,18 @@ def checked_origin(origin: object) -> Origin:
     raise InputError(
         f'origin: expected a whole number of nanoseconds, "first" (the first sample of all) or None, got {origin!r}'
     )
+
+
+def zero_of(origin: Origin, absolute: bool, first: Decimal) -> int:
+    """Return the origin [ns], where the stamp [s] of the first sample is `first`: that time, rounded down, or its own.
+
+    None is "first" if the stamps are `absolute`, otherwise the file's own zero.
+    """
+    if origin is None:
+        origin = "first" if absolute else 0
+    if origin != "first":
+        return origin
+    return int(EXACT.divide(first, NANOSECOND).to_integral_value(ROUND_FLOOR))
 
 
 def described(origin: int, absolute: bool) -> str:

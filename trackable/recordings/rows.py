@@ -9,6 +9,14 @@ import numpy.typing as npt
 
 from trackable.arrays import Array
 from trackable.errors import InputError
+from trackable.recordings.decimals import EXACT, NANOSECOND
+
+
+def rows_between(stamps: Sequence[Decimal | None], ends: tuple[float, float], origin: int) -> list[int]:
+    """Return which rows have start ≤ time ≤ end [s] since `origin` [ns], or no time."""
+    zero = EXACT.multiply(Decimal(origin), NANOSECOND)
+    first, last = (EXACT.add(zero, Decimal(repr(float(end)))) for end in ends)
+    return [row for row, at in enumerate(stamps) if at is None or first <= at <= last]
 
 
 @dataclass(frozen=True)
@@ -44,6 +52,11 @@ class Rows:
     def present(self, signal: str) -> npt.NDArray[np.bool_]:
         """Return a mask (n,) of the rows that have a value of the signal."""
         return ~np.isnan(self.values[signal])
+
+    @property
+    def has_value(self) -> npt.NDArray[np.bool_]:
+        """A mask (n,) of the rows that have a value of some signal."""
+        return np.asarray(np.any([self.present(name) for name in self.values], axis=0))
 
     def only(self, rows: Sequence[int]) -> "Rows":
         """Return these rows, in this order."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from trackable.recordings.chosen import path_given
+from trackable.recordings.chosen import checked_window, path_given
 from trackable.recordings.clocks import Clock
 from trackable.recordings.csv_files.reading import Column, CsvReading
 from trackable.recordings.csv_files.table import PLAIN, CsvLayout
@@ -22,6 +23,7 @@ def read_csv(
     layout: CsvLayout = PLAIN,
     repairs: Sequence[Repair | str] = (),
     origin: Origin = None,
+    between: tuple[float, float] | None = None,
 ) -> Recording:
     """Read signals from a CSV file, packed with gzip or not, with a header or with names in the layout.
 
@@ -43,6 +45,8 @@ def read_csv(
     origin
         The time zero [ns] on the file's clock, or "first" for the first sample of all signals. By default the file's
         own zero, or the first sample if stamps are dates or count from 1970.
+    between
+        Read the samples with start ≤ time ≤ end [s] alone: of other rows, nothing but the time has to be readable.
 
     Cells without a value are left out and reported in `Recording.cleanings`.
 
@@ -59,4 +63,5 @@ def read_csv(
 
     """
     reading = CsvReading.of(path_given(path), time, time_unit, signals, layout, repairs, origin)
+    reading = replace(reading, between=checked_window(between))
     return reading.recording(reading.table())

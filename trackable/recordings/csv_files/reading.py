@@ -16,10 +16,10 @@ from trackable.recordings.csv_files.table import CsvLayout, CsvTable, read_table
 from trackable.recordings.dates import DateTimes
 from trackable.recordings.decimals import check_scale, parse, scaled
 from trackable.recordings.from_rows import recording_of_table
-from trackable.recordings.origin import Origin, checked_origin
+from trackable.recordings.origin import Origin, checked_origin, zero_of
 from trackable.recordings.recording import Recording
 from trackable.recordings.repairs import Repair, chosen_repairs
-from trackable.recordings.rows import Rows
+from trackable.recordings.rows import Rows, rows_between
 
 _T = TypeVar("_T")
 
@@ -57,6 +57,7 @@ class CsvReading:
     layout: CsvLayout
     repairs: tuple[Repair, ...]
     origin: Origin
+    between: tuple[float, float] | None = None
 
     @classmethod
     def of(
@@ -87,10 +88,17 @@ class CsvReading:
     def recording(self, table: CsvTable) -> Recording:
         """Return the recording of a table with these columns. Raises InputError; warns of stamps in another unit."""
         cells = _Cells(self.path, table, self.layout)
+        stamps, origin = cells.stamps(self.time, self.clock), self.origin
+        if self.between:
+            first = cells.first([column.name for column in self.columns.values()], stamps)
+            origin = zero_of(origin, self.clock.absolute, first)
+            inside = rows_between(stamps, self.between, origin)
+            chosen = CsvTable(table.header, [table.lines[i] for i in inside], [table.rows[i] for i in inside])
+            cells, stamps = _Cells(self.path, chosen, self.layout), [stamps[i] for i in inside]
         rows = Rows(
             str(self.path),
-            [f"line {line}" for line in table.lines],
-            cells.stamps(self.time, self.clock),
+            [f"line {line}" for line in cells.table.lines],
+            stamps,
             {name: cells.numbers(column.name, column.scale, column.offset) for name, column in self.columns.items()},
             {
                 name: cells.numbers(column.noise_std, abs(column.scale))
@@ -98,7 +106,7 @@ class CsvReading:
                 if column.noise_std is not None
             },
         )
-        return recording_of_table(rows, self.clock, self.repairs, self.origin)
+        return recording_of_table(rows, self.clock, self.repairs, origin)
 
 
 def column_given(signal: str, wanted: object) -> Column:
@@ -122,6 +130,15 @@ class _Cells:
         mark = self.layout.decimal
         found = self._converted(name, lambda cell: scaled(parse(cell, mark), scale, offset))
         return np.array([np.nan if number is None else number for number in found])
+
+    def first(self, names: Sequence[str], stamps: Sequence[Decimal | None]) -> Decimal:
+        """Return the first stamp [s] of a row that has a value in one of these columns; 0 where there is none."""
+        at = [self.table.header.index(name) for name in names]
+        pairs = zip(stamps, self.table.rows, strict=True)
+        return min(
+            (t for t, row in pairs if t is not None and not all(self.layout.is_missing(row[i]) for i in at)),
+            default=Decimal(0),
+        )
 
     def stamps(self, name: str | None, clock: Clock) -> list[Decimal | None]:
         if name is None:

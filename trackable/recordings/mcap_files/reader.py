@@ -13,17 +13,17 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.errors import DoubtfulInputWarning, InputError
-from trackable.recordings.chosen import check_mapping, path_given
+from trackable.recordings.chosen import check_mapping, checked_window, path_given
 from trackable.recordings.clocks import clock_named, first_doubt
 from trackable.recordings.decimals import check_scale, exact, scaled
 from trackable.recordings.from_rows import recording_from_rows
 from trackable.recordings.mcap_files.fields import find, label_field, labels, leaves
 from trackable.recordings.mcap_files.message_times import LOG_TIME, MessageTime, Stamp
 from trackable.recordings.mcap_files.messages import Received, read_messages
-from trackable.recordings.origin import Origin, checked_origin
+from trackable.recordings.origin import Origin, checked_origin, zero_of
 from trackable.recordings.recording import Recording
 from trackable.recordings.repairs import Repair, chosen_repairs
-from trackable.recordings.rows import Rows
+from trackable.recordings.rows import Rows, rows_between
 
 _T = TypeVar("_T")
 
@@ -58,7 +58,11 @@ class Field:
 
 
 def read_mcap(
-    path: str | Path, signals: Mapping[str, Field], repairs: Sequence[Repair | str] = (), origin: Origin = None
+    path: str | Path,
+    signals: Mapping[str, Field],
+    repairs: Sequence[Repair | str] = (),
+    origin: Origin = None,
+    between: tuple[float, float] | None = None,
 ) -> Recording:
     """Read signals from an MCAP file with JSON, Protobuf or ROS 2 messages, compressed or not.
 
@@ -73,6 +77,8 @@ def read_mcap(
     origin
         The time zero [ns] on the file's clock, or "first" for the first sample of all signals. By default the first
         sample too, or the file's own zero if stamps are numbers in a unit that does not count from 1970.
+    between
+        Read the samples with start ≤ time ≤ end [s] alone: times of other messages may repeat or go back.
 
     Messages are read in the order of their log times. Fields without a value (unset, null, NaN, absent from some
     messages) are left out and reported in `Recording.cleanings`.
@@ -87,7 +93,7 @@ def read_mcap(
     check_mapping(path, signals, 'a mapping from names to fields, as {"position": Field("/topic", "x")}')
     for name, wanted in signals.items():
         _refuse_no_field(name, wanted)
-    chosen, zero = chosen_repairs(repairs), checked_origin(origin)
+    chosen, zero, ends = chosen_repairs(repairs), checked_origin(origin), checked_window(between)
     absolute = {field.time.absolute for field in signals.values()}
     if len(absolute) > 1:
         raise InputError(f"{path}: signals are timed by clocks with different zeros; read them one by one")
@@ -96,6 +102,12 @@ def read_mcap(
     for name, wanted in signals.items():
         groups.setdefault((wanted.topic, wanted.time), {})[name] = wanted
     tables = [_rows(path, messages[topic], topic, time, fields) for (topic, time), fields in groups.items()]
+    if ends:
+        seen = (
+            t for rows in tables for t, has in zip(rows.stamps, rows.has_value, strict=True) if t is not None and has
+        )
+        zero = zero_of(zero, True in absolute, min(seen, default=Decimal(0)))
+        tables = [rows.only(rows_between(rows.stamps, ends, zero)) for rows in tables]
     found = recording_from_rows(tables, absolute.pop(), chosen, zero)
     for cleaning in found.cleanings:
         for question in cleaning.questions:
