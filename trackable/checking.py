@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from trackable import checker
+from trackable.arguments import real
 from trackable.checker import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
 from trackable.checker.progress import ProgressLine
 from trackable.checker.reading.limits import BYTES
@@ -21,8 +22,10 @@ def check(certificate: Path | str | Mapping[str, object], seconds: float | None 
     `Proved` and `Refuted` say in words what holds; `Failed` and `NotACertificate` say why nothing is shown, `Undecided`
     that the check took longer than `seconds`. An `exact` check does without float64 intervals; it takes longer. On a
     terminal, a line shows how far a long check is; elsewhere the logger "trackable" says so every 10 s, at level INFO.
-    Raises InputError where the file cannot be read.
+    Raises InputError where the file cannot be read, and ValueError where `seconds` are not positive.
     """
+    if seconds is not None and not real("check: seconds", seconds) > 0:
+        raise ValueError(f"check: seconds must be positive, got {seconds:g}")
     content = certificate if isinstance(certificate, Mapping) else _read(path_of("certificate", certificate))
     line, messages = ProgressLine(), Messages()
 

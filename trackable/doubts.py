@@ -10,11 +10,15 @@ from trackable.errors import DoubtfulInputWarning
 from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.linear import LinearSystem
+from trackable.systems.sets.interval import Interval
 
 _OUTLYING = 1e3  # times the spread of the others
 _FEW = 0.1  # of all samples: more are no outliers
 _FEWEST = 5  # samples: among fewer, none is one among others
 _LATE = 1e4  # times the span of the samples
+_SLOW = 500.0  # steps from one sample to the next: a thousand times fewer are usual
+_BEYOND = 10.0  # widths of the bounds
+_MOST = 0.75  # of all samples
 
 
 def ask(questions: Iterable[str], frames: int) -> None:
@@ -26,11 +30,14 @@ def ask(questions: Iterable[str], frames: int) -> None:
 def doubts(claim: Claim, samples: Mapping[str, Samples], plant: ConstrainedSystem) -> Iterator[str]:
     """Yield a sentence for each doubt; `samples` are by name."""
     yield from _of_system(plant)
+    bounds = {quantity.name: quantity.bounds for quantity in plant.quantities}
     for name, of_name in samples.items():
         yield from _of_times(claim, name, of_name)
         yield from _of_span(name, of_name, plant.sampling_time)
         yield from _of_gaps(name, of_name)
         yield from _of_values(name, of_name)
+        if name in bounds:
+            yield from _of_bounds(name, of_name, bounds[name])
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
@@ -71,6 +78,12 @@ def _of_span(name: str, samples: Samples, sampling_time: float) -> Iterator[str]
             f"samples: those of {name} last {span:g} s, less than one step of the system, {sampling_time:g} s: are "
             "their times in seconds?"
         )
+    usual = float(np.median(np.diff(samples.times))) if len(samples) > 1 else 0.0
+    if usual >= _SLOW * sampling_time:
+        yield (
+            f"samples: one of {name} comes every {usual:.4g} s, which is {usual / sampling_time:.4g} steps of the "
+            f"system, {sampling_time:g} s each: are their times in milliseconds?"
+        )
 
 
 def _of_gaps(name: str, samples: Samples) -> Iterator[str]:
@@ -98,4 +111,15 @@ def _of_values(name: str, samples: Samples) -> Iterator[str]:
             f"samples: {name} is {samples.values[i]:g} at {samples.times[i]:g} s, more than {_OUTLYING:g} times as far "
             f"from the median as most others, which lie within {spread:.3g} of {np.median(samples.values):g}: is it an "
             "outlier to be left out?"
+        )
+
+
+def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
+    """Ask about a state most samples of which are many widths outside of its bounds: as of millimetres and metres."""
+    off = float(np.quantile(-bounds.margin(samples.values), 1 - _MOST))
+    if off > _BEYOND * bounds.width:
+        yield (
+            f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
+            f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=0.001) makes metres of "
+            "millimetres"
         )

@@ -1,14 +1,16 @@
 """What a fit says of itself, in plain sentences."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from trackable.certificates.pinned import Pinned
 from trackable.fit.fit import Fit
 from trackable.fit.misfit import Misfit
 from trackable.systems.disturbance.tightening import Tightening
 
 _DEAREST = 3
+_SHOWN = 4  # times of given values
 
 # A sample is far off if it is so by more than both; more than a few are no outliers, but noise of another kind.
 _TIMES_TYPICAL = 10.0
@@ -38,6 +40,13 @@ def kept_free(tightening: Tightening | None) -> str | None:
     if tightening is None or not tightening.margin:
         return None
     return f"{tightening.margin:g} of each width is kept free at either bound"
+
+
+def given_values(pinned: Sequence[Pinned]) -> list[str]:
+    """Return the values that were given at times: of many, the first ones and the last, and how many are between."""
+    said = list(map(str, pinned))
+    left_out = len(said) - _SHOWN
+    return said if left_out < 2 else [*said[: _SHOWN - 1], f"{left_out} more such times", said[-1]]
 
 
 def condensed(fit: Fit) -> str | None:

@@ -20,6 +20,17 @@ def path_of(what: str, given: object) -> Path:
     return Path(given)
 
 
+def new_file(what: str, given: object) -> Path:
+    """Return the path of a file that a user wants written, into a folder that is there.
+
+    TypeError: no path. FileNotFoundError: a misspelt folder would otherwise be made, and the file be looked for.
+    """
+    path = path_of(what, given)
+    if not path.parent.exists():
+        raise FileNotFoundError(errno.ENOENT, f"{what}: there is no such folder", str(path.parent))
+    return path
+
+
 def write_atomically(path: Path, data: bytes) -> None:
     """Put `data` at `path`, making its parent folders, so that no reader ever meets a part of it there.
 

@@ -9,8 +9,8 @@ import numpy as np
 from trackable.arguments import real, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
-from trackable.explanation import at_edges, condensed, costs, distances, ignored, kept_free
-from trackable.files import path_of
+from trackable.explanation import at_edges, condensed, costs, distances, given_values, ignored, kept_free
+from trackable.files import new_file, path_of
 from trackable.fit.fit import Fit
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
@@ -150,7 +150,7 @@ class TrackableReference(ProvedReference):
             ignored(fit),
             self.certificate.explanation,
             kept_free(self.tightening),
-            *map(str, fit.pinned),
+            *given_values(fit.pinned),
             condensed(fit),
             distances(fit),
             costs(fit),
@@ -164,7 +164,7 @@ class TrackableReference(ProvedReference):
 
     def save(self, path: Path | str) -> None:
         """Write everything as JSON, losslessly and atomically. Raises OSError."""
-        SavedReference.of(self.fit, self.certificate, self.tightening).write(path_of("save", path))
+        SavedReference.of(self.fit, self.certificate, self.tightening).write(new_file("save", path))
 
     @classmethod
     def load(cls, path: Path | str) -> Self:

@@ -19,7 +19,7 @@ from trackable.certificates.pinned import prove_pinned
 from trackable.certificates.prove import Failure, prove, prove_on_window
 from trackable.certificates.robust import robust_of
 from trackable.errors import InputError, NoReferenceError
-from trackable.files import LEFT_OUT, path_of, read_bytes, write_atomically, write_json
+from trackable.files import LEFT_OUT, new_file, read_bytes, write_atomically, write_json
 from trackable.fit.fit import Fit
 from trackable.learning.problem import NoSolution
 from trackable.systems.constrained import ConstrainedSystem
@@ -177,4 +177,4 @@ class NotTrackableError(NoReferenceError):
 
         if not isinstance(self.outcome, Counterexample):
             raise ValueError(f"save_counterexample: there is none: {self.outcome.explanation}")
-        write_json(path_of("save_counterexample", path), encode_counterexample(self.outcome))
+        write_json(new_file("save_counterexample", path), encode_counterexample(self.outcome))

@@ -29,6 +29,7 @@ from trackable import learn as learning
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.pinned import Pinned, coordinates
 from trackable.codec.certificates import encode_certificate
+from trackable.explanation import given_values
 from trackable.feasibility.impossible import Impossible
 from trackable.learning.joint.learn import learn_jointly
 from trackable.learning.learner import JOINT
@@ -325,3 +326,11 @@ def test_the_extent_of_a_coordinate_is_that_of_the_corners():
     assert Polytope([[-2.0, 0.0], [1.0, 0.0]], [-2.0, -0.5], [2.0, 3.0]).extent(0) == Interval(-0.5, 1.0)
     assert Polytope([[-2.0, 0.0]], [-2.0], [2.0]).extent(1) is None
     assert Polytope([[1.0, 1.0]], [-2.0], [2.0]).extent(1) is None
+
+
+def test_an_explanation_shows_few_of_many_given_values() -> None:
+    many = [Pinned(0.5 * i, {"position": 0.1}, {"position": 1e-3}) for i in range(25)]
+    said = given_values(many)
+    assert said == [*map(str, many[:3]), "21 more such times", str(many[-1])]
+    for few in (many[:0], many[:1], many[:5]):
+        assert given_values(few) == [*map(str, few)]

@@ -232,3 +232,10 @@ def test_a_certificate_is_found_by_its_path_as_text(tmp_path) -> None:
     (tmp_path / "list.json").write_text("[]")
     with pytest.raises(Exception, match=r"list\.json: "):
         check_file(str(tmp_path / "list.json"))
+
+
+@pytest.mark.parametrize("seconds", [-1, 0, 0.0, float("nan"), float("inf"), "1"])
+def test_a_check_needs_a_positive_time(seconds: object) -> None:
+    expected = TypeError if isinstance(seconds, str) else ValueError
+    with pytest.raises(expected, match=r"^check: seconds"):
+        check({}, seconds=seconds)  # type: ignore[arg-type]

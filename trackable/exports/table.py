@@ -10,7 +10,7 @@ from trackable.arrays import Array
 from trackable.errors import InputError
 from trackable.exports.coordinates import chosen_steps, places, require_known, values_at
 from trackable.exports.proved import Proved
-from trackable.files import path_of, write_atomically, write_text
+from trackable.files import new_file, write_atomically, write_text
 
 Units = Mapping[str, str]
 """Units of states and inputs, by name."""
@@ -37,7 +37,7 @@ def write_csv(proved: Proved, path: Path | str, first: int | None, count: int | 
     writer = csv.writer(content, lineterminator="\n")
     writer.writerow(table)
     writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
-    write_text(file := path_of("to_csv", path), content.getvalue())
+    write_text(file := new_file("to_csv", path), content.getvalue())
     return file
 
 
@@ -61,7 +61,7 @@ def write_parquet(proved: Proved, path: Path | str, first: int | None, count: in
     buffer = pa.BufferOutputStream()
     arrays = [pa.array(column) for column in table.values()]
     parquet.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=statement)), buffer)
-    write_atomically(file := path_of("to_parquet", path), buffer.getvalue().to_pybytes())
+    write_atomically(file := new_file("to_parquet", path), buffer.getvalue().to_pybytes())
     return file
 
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from trackable.arguments import instance, text, whole
 from trackable.errors import InputError
-from trackable.files import path_of, read_bytes, write_atomically
+from trackable.files import new_file, path_of, read_bytes, write_atomically
 from trackable.fleet.answer import Answer
 from trackable.fleet.folder import TABLE, FleetFolder, columns, digest
 from trackable.fleet.request import Claimed, Learn, Learned, Request
@@ -94,7 +94,7 @@ class Fleet:
             raise InputError("to_parquet: needs pyarrow, which pip install 'trackable[parquet]' installs") from None
         content = pyarrow.BufferOutputStream()
         parquet.write_table(pyarrow.table(self.columns()), content)
-        write_atomically(path_of("to_parquet", path), content.getvalue().to_pybytes())
+        write_atomically(new_file("to_parquet", path), content.getvalue().to_pybytes())
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -142,7 +142,8 @@ def learn_many(
         By name: Samples, samples by name, or a Recording whose signals have the names of states. Or sources that are
         read by the workers: `recordings_in(folder, read)`, `parts_of_csv`, `parts_of_parquet`, `topics_of`.
     plant, kernel, claim
-        As of `learn_reference`. The claim "recorded" is the window from the first sample of a recording to its last.
+        As of `learn_reference`. The claim "recorded" is the window from the first sample of a recording to its last, or
+        from the step before to the step after.
     folder
         Where references, certificates and the table are written.
     learn

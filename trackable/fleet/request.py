@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import inspect
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,7 +25,12 @@ from trackable.streams.reference import StreamReference
 from trackable.systems.constrained import ConstrainedSystem
 
 Claimed = Claim | Literal["recorded"]
-"""A claim as of `learn_reference`; "recorded" is the window from the first sample of each recording to its last."""
+"""A claim as of `learn_reference`; "recorded" is the window from the first sample of each recording to its last.
+
+Where these are between two steps, it begins at the step before, and ends at the step after them.
+"""
+
+_ROUNDING = 1e-9  # steps
 
 Learned = TrackableReference | StreamReference
 Learn = Callable[..., Learned]
@@ -70,7 +76,7 @@ class Request:
 
     def learned(self, samples: Samples | Mapping[str, Samples]) -> Learned:
         """Return the reference of one recording. Raises and warns as `learn` does."""
-        claim = _recorded(samples) if self.claim == "recorded" else self.claim
+        claim = _recorded(samples, self.plant.system.sampling_time) if self.claim == "recorded" else self.claim
         return self.learn(samples, self.plant, self.kernel, claim, progress=False, **self.options)
 
 
@@ -92,10 +98,12 @@ def _named(learn: Learn) -> dict[str, inspect.Parameter]:
     return {name: option for name, option in found.items() if option.kind is option.KEYWORD_ONLY}
 
 
-def _recorded(samples: Samples | Mapping[str, Samples]) -> tuple[float, float]:
-    """Return the times [s] of the first sample and the last one."""
+def _recorded(samples: Samples | Mapping[str, Samples], step: float) -> tuple[float, float]:
+    """Return the times [s] of the first sample and the last one, moved outwards to steps: a loop takes these."""
     times = [of.times for of in ([samples] if isinstance(samples, Samples) else samples.values())]
-    return float(min(each[0] for each in times)), float(max(each[-1] for each in times))
+    first, last = float(min(each[0] for each in times)), float(max(each[-1] for each in times))
+    before, after = math.floor(first / step + _ROUNDING), math.ceil(last / step - _ROUNDING)
+    return min(first, before * step), max(last, after * step)
 
 
 def _plain(value: object) -> Any:

@@ -8,7 +8,7 @@ import numpy as np
 
 from trackable.arguments import numbers, whole
 from trackable.arrays import Array, ArrayLike
-from trackable.files import path_of, write_json
+from trackable.files import new_file, write_json
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sets.interval import rounded
 
@@ -74,7 +74,7 @@ class CertifiedTable:
     def save_certificate(self, path: Path | str) -> Path:
         """Write the table for `python -m trackable check FILE`; return the path. Raises OSError."""
         about = _written(self.table, self.plant, self.tolerance)
-        write_json(path := path_of("save_certificate", path), {"format": FORMAT, "version": VERSION, **about})
+        write_json(path := new_file("save_certificate", path), {"format": FORMAT, "version": VERSION, **about})
         return path
 
 
@@ -103,7 +103,7 @@ class RefutedTable:
         """Write the table and where it is broken for `python -m trackable check`; return the path. Raises OSError."""
         at = {"step": self.step, "part": self.part, "index": self.index, "violation": self.violation}
         about = {**_written(self.table, self.plant, self.tolerance), "at": at}
-        write_json(path := path_of("save_counterexample", path), {"format": REFUTED, "version": VERSION, **about})
+        write_json(path := new_file("save_counterexample", path), {"format": REFUTED, "version": VERSION, **about})
         return path
 
 

@@ -23,10 +23,14 @@ _OFF = 1e-6  # of a sampling time: times in a table of steps may be off by so mu
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a file by the names of their heads, without units in brackets; NaN where a cell is empty."""
+    """The columns of a file by the names of their heads, without units in brackets; NaN where a cell is empty.
+
+    `lines` are the numbers of the rows' lines.
+    """
 
     path: Path
     values: dict[str, Array]
+    lines: tuple[int, ...]
 
     def times(self, sampling_time: float) -> Array:
         """Return the times of the rows [s]. InputError: there is no column of steps or times."""
@@ -46,9 +50,13 @@ class Columns:
             )
         steps = self.times(plant.sampling_time) / plant.sampling_time
         whole = np.round(steps)
-        if not (np.all(np.abs(steps - whole) <= _OFF) and np.all(np.diff(whole) == 1)):
+        follows = np.append(True, np.diff(whole) == 1)
+        if wrong := np.flatnonzero(~((np.abs(steps - whole) <= _OFF) & follows)).tolist():
+            i = wrong[0]
+            before = f" after {steps[i - 1]:.9g}" if i else ""
             raise InputError(
-                f"{self.path}: rows must be successive steps, k or t = k T with T = {plant.sampling_time:g} s"
+                f"{self.path}: line {self.lines[i]}: rows must be successive steps, k or t = k T with "
+                f"T = {plant.sampling_time:g} s, got the step {steps[i]:.9g}{before}"
             )
         states, inputs = (
             np.stack([self.values[name] for name in names], axis=1) for names in (system.states, system.inputs)
@@ -101,7 +109,7 @@ def read_columns(path: Path) -> Columns:
     if twice := [head for i, head in enumerate(heads) if head in heads[:i]]:
         raise InputError(f"{path}: expected a header of different names, but {twice[0]!r} is there twice")
     values = [_numbers(path, line, row, len(heads)) for line, row in lines[1:]]
-    return Columns(path, dict(zip(heads, np.array(values).T, strict=True)))
+    return Columns(path, dict(zip(heads, np.array(values).T, strict=True)), tuple(line for line, _ in lines[1:]))
 
 
 def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:

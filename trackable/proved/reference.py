@@ -9,7 +9,7 @@ from trackable.arguments import numbers, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.exports.methods import Conventions
-from trackable.files import path_of, write_json
+from trackable.files import new_file, write_json
 from trackable.proved.place import where_it_is
 from trackable.systems.reference import Reference, Window
 
@@ -75,7 +75,7 @@ class ProvedReference(Conventions, ABC):
         """
         from trackable.codec.certificates import encode_certificate  # noqa: PLC0415  loaded for files only
 
-        path = path_of("save_certificate", path)
+        path = new_file("save_certificate", path)
         beside = [path.with_suffix(f".at{i + 1}{path.suffix}") for i in range(len(self.pin_certificates))]
         for file, certificate in zip((path, *beside), (self.certificate, *self.pin_certificates), strict=True):
             write_json(file, encode_certificate(certificate))

@@ -12,8 +12,8 @@ import numpy as np
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.pinned import prove_pinned
 from trackable.condensed.cost import Condensation
-from trackable.explanation import kept_free
-from trackable.files import path_of
+from trackable.explanation import given_values, kept_free
+from trackable.files import new_file, path_of
 from trackable.fit.misfit import Misfit
 from trackable.gp.samples import Samples
 from trackable.proved.reference import ProvedReference
@@ -71,7 +71,7 @@ class StreamReference(ProvedReference):
             for misfit in self.misfits
         ]
         learned = f"learned in windows of {self.stream.length:g} s, each of which continues the one before"
-        said = [self.certificate.explanation, kept_free(self.tightening), *map(str, self.stream.pinned), learned]
+        said = [self.certificate.explanation, kept_free(self.tightening), *given_values(self.stream.pinned), learned]
         return "; ".join(filter(None, [*said, *map(str, self.condensed), *off]))
 
     def save(self, path: Path | str) -> None:
@@ -89,7 +89,7 @@ class StreamReference(ProvedReference):
             drawn_in,
             stream.pinned,
         )
-        saved.write(path_of("save", path))
+        saved.write(new_file("save", path))
 
     @classmethod
     def load(cls, path: Path | str) -> Self:

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -221,3 +222,12 @@ def test_an_index_that_says_no_times_is_refused() -> None:
 
 def test_what_is_shown_is_the_same_each_time() -> None:
     assert json.dumps(on_window()._repr_html_()) == json.dumps(on_window()._repr_html_())
+
+
+@pytest.mark.parametrize("write", ["save", "save_certificate", "to_csv", "to_parquet", "to_c", "to_ros2"])
+def test_a_folder_that_is_not_there_is_not_made(write: str, tmp_path: Path) -> None:
+    """It may be misspelt: the file would be looked for elsewhere."""
+    joints = ({"axis": {"positions": "position"}},) if write == "to_ros2" else ()
+    with pytest.raises(FileNotFoundError, match=rf"{write}: there is no such folder: '.*reslts'"):
+        getattr(on_window(), write)(tmp_path / "reslts" / "a.yaml", *joints)
+    assert list(tmp_path.iterdir()) == []

@@ -1,5 +1,6 @@
 """Fleets: what is learned, what is kept, and that nothing depends on who learns it."""
 
+import math
 import signal
 import subprocess
 import sys
@@ -152,6 +153,18 @@ def test_the_recorded_window_is_that_of_each_recording(tmp_path):
     fleet = learn_many(given, PLANT, KERNEL, "recorded", folder=tmp_path, noise_std=0.01)
     assert "0.5" in fleet.rows[0].sentence
     assert "1" in fleet.rows[1].sentence
+
+
+def test_the_recorded_window_reaches_to_the_steps_around_it(tmp_path):
+    """A loop takes the step right after the last sample, and the one right before the first."""
+    step = PLANT.sampling_time
+    between = Samples(motion(0).times + 0.3 * step, motion(0).values)
+    fleet = learn_many({"run": between}, PLANT, KERNEL, "recorded", folder=tmp_path, noise_std=0.01)
+    found = fleet.reference("run")
+    last = math.ceil(float(between.times[-1]) / step)
+    assert found.state(np.array([0, last])).shape == (2, len(PLANT.system.states))
+    with pytest.raises(ValueError, match="outside of what is proved"):
+        found.state(last + 1)
 
 
 @pytest.mark.parametrize("name", ["../up", "..", ".hidden", "a/../../b", "a//b", "50 % / Ä?", "CON:1", "/absolute"])

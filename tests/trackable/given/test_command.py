@@ -90,7 +90,18 @@ def test_what_is_undecided(folder, capsys):
         ("table.csv", "none.json", "there is no such file"),
         ("table.csv", "table.csv", "table.csv: "),
         ("system.json", "system.json", "expected"),
-        ("gap.csv", "system.json", "must be successive steps"),
+        (
+            "gap.csv",
+            "system.json",
+            "line 3: rows must be successive steps, k or t = k T with T = 0.05 s, got the step 2 aft",
+        ),
+        ("twofold.csv", "system.json", "twofold.csv: line 5: rows must be successive steps"),
+        ("twofold.csv", "system.json", "got the step 1 after 1"),
+        (
+            "part.csv",
+            "system.json",
+            "line 2: rows must be successive steps, k or t = k T with T = 0.05 s, got the step 0.5",
+        ),
         ("word.csv", "system.json", "line 3: expected a number, got 'fast'"),
         ("short.csv", "system.json", "line 2: expected 4 cells, got 2"),
         ("lacks.csv", "system.json", "there is no column force"),
@@ -112,6 +123,8 @@ def test_what_is_undecided(folder, capsys):
 )
 def test_what_cannot_be_used(folder, capsys, table, system, reason):
     (folder / "gap.csv").write_text("k,position,velocity,force\n0,0,0,0\n2,0,0,0\n")
+    (folder / "twofold.csv").write_text("k,position,velocity,force\n\n0,0,0,0\n1,0,0,0\n1,0,0,0\n2,0,0,0\n")
+    (folder / "part.csv").write_text("k,position,velocity,force\n0.5,0,0,0\n1.5,0,0,0\n")
     (folder / "word.csv").write_text("k,position,velocity,force\n0,0,0,0\n1,0,fast,0\n")
     (folder / "short.csv").write_text("k,position,velocity,force\n0,0\n1,0\n")
     (folder / "lacks.csv").write_text("k;position;velocity\n0;0;0\n1;0;0\n")

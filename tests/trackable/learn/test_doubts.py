@@ -42,6 +42,10 @@ DOUBTFUL = {
     "before time zero": (asked(samples=moved(-100)), r"samples: all of position lie before t = 0, .*\(from -100 s to"),
     "since 1970": (asked(samples=moved(1.7145648e9)), "begin 1714564800 s after t = 0, and last only 3 s: .* origin="),
     "milliseconds": (asked(samples=Samples(1e-3 * TIMES, TIMES)), r"last 0\.003 s, less than one step of the system"),
+    "milliseconds taken for seconds": (asked(samples=Samples(1e3 * TIMES, 0.1 * TIMES)), r"one of position comes "
+              r"every 200 s, which is 4000 steps of the system, 0\.05 s each: are their times in milliseconds\?"),
+    "millimetres": (asked(samples=Samples(TIMES, 80 + 20 * np.sin(TIMES))), r"most of position are more than \S+ "
+              r"outside of its bounds \[-1\.1, 0\.2\], around 9\d\.\d+: are both in the same unit\?"),
     "a gap": (asked(samples=Samples(SAMPLES.times + 5.0 * (TIMES > 1.3), SAMPLES.values)), "there is none of position "
               r"for 5\.2 s after 1\.2 s, where there is usually one every 0\.2 s: is a part missing\?"),
     "an outlier": (asked(samples=Samples(SAMPLES.times, SPIKE)), r"samples: position is 1e\+06 at 0\.6 s, more than"),
@@ -59,6 +63,8 @@ ORDINARY = {
     "three of nine lost": asked(samples=Samples([t for k, t in enumerate(TIMES) if k % 9 < 6], [0.1] * 12)),
     "few, far apart": asked(samples=Samples([*range(8), 100], [0.1] * 9)),
     "few samples": asked(samples=Samples([0, 1, 2], [0, 0.1, 1e6])),
+    "mostly outside": asked(samples=Samples(TIMES, 5 + TIMES)),
+    "slow": asked(samples=Samples(20.0 * np.arange(9), [0.1] * 9)),
     "a step": asked(samples=Samples(SAMPLES.times, np.where(np.arange(16) < 8, 1e-6, 1e6))),
     "regular": asked(plant=CART, name="a"),
 }

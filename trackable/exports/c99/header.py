@@ -15,7 +15,7 @@ from trackable.exports.c99.numerals import number
 from trackable.exports.c99.precise import arithmetic, phase_function, pieces_function, precise_sum
 from trackable.exports.c99.signals import kernel_sum_function
 from trackable.exports.proved import Proved
-from trackable.files import path_of, write_text
+from trackable.files import new_file, write_text
 from trackable.systems.reference import Reference
 
 _DEMANDS = """\
@@ -29,7 +29,7 @@ _DEMANDS = """\
 
 def write_header(proved: Proved, path: Path | str, name: str) -> Path:
     """Write a header; see `Conventions.to_c`."""
-    write_text(file := path_of("to_c", path), header(proved, name))
+    write_text(file := new_file("to_c", path), header(proved, name))
     return file
 
 

@@ -11,7 +11,7 @@ from mcap_ros2.writer import Writer
 from trackable.arguments import whole
 from trackable.exports.proved import Proved
 from trackable.exports.ros2.trajectory import Joints, joint_trajectory
-from trackable.files import path_of, write_atomically, write_text
+from trackable.files import new_file, write_atomically, write_text
 
 NAME: Final = "trajectory_msgs/msg/JointTrajectory"
 
@@ -49,7 +49,7 @@ def write_yaml(proved: Proved, path: Path | str, joints: Joints, first: int | No
     lines = [f"# {line}" for line in _story(proved)]
     lines += [f"{key}: {_flow(value)}" for key, value in message.items()]
     lines += ["points:", *(f"  - {_flow(point)}" for point in points)]
-    write_text(file := path_of("to_ros2", path), "\n".join(lines) + "\n")
+    write_text(file := new_file("to_ros2", path), "\n".join(lines) + "\n")
     return file
 
 
@@ -70,7 +70,7 @@ def write_mcap(
         schema = writer.register_msgdef(NAME, DEFINITION)
         writer.write_message(topic, schema, trajectory.message("", stamp), log_time=stamp, publish_time=stamp)
         writer.add_metadata("trackable", {"statement": proved.certificate.explanation})
-    write_atomically(file := path_of("to_ros2", path), content.getvalue())
+    write_atomically(file := new_file("to_ros2", path), content.getvalue())
     return file
 
 

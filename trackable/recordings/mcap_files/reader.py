@@ -50,6 +50,8 @@ class Field:
         for what, given in (("topic", self.topic), ("path", self.path), ("noise_std", self.noise_std)):
             if not isinstance(given, str) and not (what == "noise_std" and given is None):
                 raise InputError(f"Field: {what}: expected a text, got {given!r}")
+            if given == "":
+                raise InputError(f"Field: {what}: expected a text, got an empty one")
         if not isinstance(self.time, MessageTime):
             raise InputError(
                 f'Field: time: expected LOG_TIME, PUBLISH_TIME or Stamp("header.stamp"), got {self.time!r}'
