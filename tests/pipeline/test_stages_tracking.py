@@ -162,7 +162,7 @@ def test_a_recording_with_german_dates_lost_values_and_a_line_of_units(tmp_path:
         ("value_column: z", "value_column: w", "breathing.csv"),
         ("breathing.csv", "nothing.csv", "nothing.csv"),
         ('decimal: ","', 'decimal: "."', "breathing.csv"),
-        ("[drop_zero_rows, drop_rows_out_of_order, average_repeated]", "[]", "drop_rows_out_of_order"),
+        ("[drop_zero_rows, drop_rows_out_of_order, average_repeated]", "[]", "average_repeated"),
     ],
 )
 def test_a_recording_that_is_not_as_written_is_refused(right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
