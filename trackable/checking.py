@@ -9,8 +9,8 @@ from pathlib import Path
 from trackable import checker
 from trackable.arguments import real
 from trackable.checker import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
+from trackable.checker.limits import BYTES
 from trackable.checker.progress import ProgressLine
-from trackable.checker.reading.limits import BYTES
 from trackable.errors import InputError, NoReferenceError
 from trackable.files import from_json, path_of, read_bytes
 from trackable.progress.messages import Messages
@@ -60,9 +60,7 @@ def check_file(path: Path | str) -> str:
 def _read(path: Path) -> object:
     content: object
     try:
-        if path.is_file() and path.stat().st_size > BYTES:
-            raise ValueError(f"it has more than {BYTES} bytes")
-        content = from_json(read_bytes(path))
+        content = from_json(read_bytes(path, BYTES))
     except ValueError as error:
         raise InputError(f"{path}: is not a certificate: {error}") from error
     if isinstance(content, dict) and "fit" in content and "format" not in content:

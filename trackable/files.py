@@ -3,11 +3,16 @@
 import errno
 import json
 import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from reprlib import repr as short
-from typing import NoReturn
+from typing import Any, BinaryIO, NoReturn
 
 from trackable.errors import InputError
+
+YAML_DEPTH, YAML_VALUES = 100, 1_000_000
+"""Sequences and mappings inside of each other in YAML; and numbers, texts, sequences and mappings."""
 
 LEFT_OUT = "left out by default"
 """Metadata of a dataclass's field that files do not have where it has its default value."""
@@ -57,10 +62,26 @@ def write_atomically(path: Path, data: bytes) -> None:
         neighbour.unlink(missing_ok=True)  # once it took the name there is nothing left to remove
 
 
-def read_bytes(path: Path) -> bytes:
-    """Return a file's content. Raises InputError where it cannot be read."""
+def read_bytes(path: Path, most: int | None = None) -> bytes:
+    """Return a file's content. Raises InputError where it cannot be read, or has more than `most` bytes."""
+    with opened(path) as file:
+        data = file.read(-1 if most is None else most + 1)
+    if most is not None and len(data) > most:
+        raise InputError(f"{path}: it has more than {most} bytes")
+    return data
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[BinaryIO]:
+    """Open a file to read it. Raises InputError where it cannot be read, and for what has no end, as a device or pipe.
+
+    To open a pipe would wait until somebody writes.
+    """
     try:
-        return path.read_bytes()
+        if not (path.is_file() or path.is_dir()) and path.exists():
+            raise InputError(f"{path}: expected a file, got a device or a pipe, which may have no end")
+        with path.open("rb") as file:
+            yield file
     except OSError as error:
         raise unreadable(path, error) from error
 
@@ -118,6 +139,49 @@ def from_json(data: bytes) -> object:
     return value
 
 
+def from_yaml(data: bytes) -> object:
+    """Return what the YAML in `data` says. ValueError: it is none, or is nested, or repeats itself, beyond any use.
+
+    Parts may be repeated by aliases; each counts as often as it is repeated. ModuleNotFoundError: no ruamel.yaml.
+    """
+    from ruamel.yaml import YAML  # noqa: PLC0415  an extra
+    from ruamel.yaml.error import YAMLError  # noqa: PLC0415
+
+    try:
+        text = data.decode()
+        _require_small(YAML(typ="safe", pure=True).parse(text))
+        content: object = YAML(typ="safe", pure=True).load(text)
+    except (YAMLError, ValueError) as error:
+        raise ValueError(f"is not YAML: {' '.join(str(error).split())}") from error
+    return content
+
+
+def _require_small(events: Iterable[Any]) -> None:
+    """Raise ValueError where YAML has too many values, or is nested too deeply."""
+    sizes: dict[str, int] = {}
+    open_nodes: list[tuple[str | None, int]] = []  # anchors of sequences and mappings, and the values before them
+    count = 0
+    for event in events:
+        match type(event).__name__:
+            case "AliasEvent":
+                count += sizes.get(event.anchor, 0)
+            case "ScalarEvent":
+                count += 1
+                if event.anchor:
+                    sizes[event.anchor] = 1
+            case "SequenceStartEvent" | "MappingStartEvent":
+                open_nodes.append((event.anchor, count))
+                count += 1
+            case "SequenceEndEvent" | "MappingEndEvent":
+                anchor, before = open_nodes.pop()
+                if anchor:
+                    sizes[anchor] = count - before
+        if len(open_nodes) > YAML_DEPTH:
+            raise ValueError(f"it is nested more than {YAML_DEPTH} deep")
+        if count > YAML_VALUES:
+            raise ValueError(f"it has more than {YAML_VALUES} values, each counted as often as aliases repeat it")
+
+
 def _instead(error: json.JSONDecodeError) -> str:
     """Say what came where JSON was expected."""
     found = error.doc[error.pos :].strip()
@@ -129,11 +193,11 @@ def _refuse_constant(name: str) -> NoReturn:
 
 
 def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for i, key in enumerate(keys) if key in keys[:i])
-        raise ValueError(f"key {twice!r} appears twice in one object")
+    found: dict[str, object] = {}
+    for key, value in pairs:
+        if key in found:
+            raise ValueError(f"key {short(key)} appears twice in one object")
+        found[key] = value
     return found
 
 

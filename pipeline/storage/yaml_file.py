@@ -6,11 +6,9 @@ from typing import Any, NoReturn, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 
 from trackable.errors import InputError
-from trackable.files import read_bytes
+from trackable.files import from_yaml, read_bytes
 
 
 class Fields(BaseModel):
@@ -38,12 +36,9 @@ M = TypeVar("M", bound=Fields)
 def read_yaml(path: Path) -> object:
     """Return what the file says. Raises InputError where it cannot be read, or is not YAML."""
     try:
-        content: object = YAML(typ="safe", pure=True).load(read_bytes(path).decode())
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: cannot be read ({error})") from error
-    except YAMLError as error:
-        raise InputError(f"{path}: is not YAML: {' '.join(str(error).split())}") from error
-    return content
+        return from_yaml(read_bytes(path))
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
 
 
 def validated(model: type[M], content: object, path: Path, *entry: str) -> M:

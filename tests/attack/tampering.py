@@ -10,8 +10,7 @@ from tests.attack.counts import Counts
 from tests.trackable.checker.changes import PLANT, changed, combined_changes, leaves, replacements, without
 from tests.trackable.checker.edges import hostile
 from tests.trackable.systems.test_naming import NAMES, NO_NAMES
-from trackable.checker import Proved
-from trackable.checker.reading import limits
+from trackable.checker import Proved, limits
 
 
 def attack_certificate(counts: dict[str, Counts], known: list[Base], seed: int, number: int) -> None:

@@ -61,10 +61,13 @@ input is rounded to float64 once.
 
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 500,000 centres of a
 signal, 10,000 rows of a set, 500,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
-numbers of 20,000 characters, 100 coefficients of a piece, 100 kernels in one, nested 40 deep, and 30,000 parts of a
-formula, nested 100 deep; the formula of an input has up to 10,000. Polynomials of step 0 have up to 5000 terms, with 80
-values of functions. What exceeds them is refused (`reading.limits`). A check may be given a time, after which it is
-Undecided.
+numbers of 4,000 characters, texts of 500,000 characters together, 1,000,000 weights of shifted signals in all bounds
+together, 100 coefficients of a piece, 100 kernels in one, nested 40 deep, and 30,000 parts of all formulas together,
+nested 100 deep; the formula of an input has up to 10,000. Polynomials of step 0 have up to 5000 terms, with 80 values
+of functions. What exceeds them is refused (`limits`). A check is Undecided where it would need a rational number of
+more than 500,000 bits, whole numbers of more than 1,000,000,000 bits together, more than 500,000 breakpoints of pieces
+in one bound, or 700 MB of memory beyond what the process has held before (where the system tells), and after the time
+that it may be given.
 
 Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0, 6, 7 and 8 in rational arithmetic;
 step 2, and R and D of step 3, first in arrays of float64 intervals, and in mpmath where these do not decide.
@@ -153,12 +156,12 @@ from trackable.checker.counterexample import FORMAT as COUNTEREXAMPLE
 from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.reading.counterexamples import read_counterexample
 from trackable.checker.reading.tables import read_refuted_table, read_table
-from trackable.checker.reading.values import UnreadableError
+from trackable.checker.reading.values import UnreadableError, require_short_texts
 from trackable.checker.steps.boxes import NO_FIRST_PASS, FirstPass
 from trackable.checker.table import FORMAT as TABLE
 from trackable.checker.table import REFUTED as REFUTED_TABLE
 from trackable.checker.verdicts import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
-from trackable.checker.watch import OutOfTimeError, Report, watched
+from trackable.checker.watch import Report, UndecidedError, watched
 
 try:
     from trackable.checker.floats.first_pass import FIRST_PASS
@@ -177,13 +180,16 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
     try:
         with watched(seconds, report):
             return _check(data, FIRST_PASS if not exact and FIRST_PASS.is_sound() else NO_FIRST_PASS)
-    except OutOfTimeError:
-        return Undecided(f"not decided within {seconds:g} s")
+    except UndecidedError as error:
+        return Undecided(str(error))
+    except MemoryError:
+        return Undecided("not decided within the memory that there is")
 
 
 def _check(data: object, first_pass: FirstPass) -> Verdict:
     kind = data.get("format") if isinstance(data, dict) else None
     try:
+        require_short_texts(data)
         if isinstance(data, dict) and kind == COUNTEREXAMPLE:
             return refuted(read_counterexample(data), first_pass)
         if isinstance(data, dict) and kind == TABLE:

@@ -13,8 +13,8 @@ from pathlib import Path
 from reprlib import repr as short
 
 from trackable.checker import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict, check
+from trackable.checker.limits import BYTES
 from trackable.checker.progress import ProgressLine
-from trackable.checker.reading.limits import BYTES
 
 PROVED, FAILED, UNUSABLE, UNDECIDED, REFUTED, INTERRUPTED = 0, 1, 2, 3, 4, 130
 _EXPLAINED = __doc__.split("\n", maxsplit=2)[2].strip()
@@ -81,6 +81,8 @@ def _positive(given: str) -> float | None:
 
 def _content(path: Path) -> object:
     """Return what a JSON file says. Raise OSError, or ValueError where it is no strict JSON or too long."""
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise ValueError("expected a file, got a device or a pipe, which may have no end")
     with path.open("rb") as file:
         data = file.read(BYTES + 1)
     if len(data) > BYTES:

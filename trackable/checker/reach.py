@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from trackable.checker.arithmetic.intervals import ZERO, Real, exactly
 from trackable.checker.kernels.base import Decay, Kernel
+from trackable.checker.watch import tick
 
 _HALVINGS = 15
 
@@ -19,6 +20,7 @@ def reach(kernel: Kernel, span: float, part: Real) -> Reach:
     """Return a small distance from which on |κ| ≤ `part` · κ(0), of some that are smaller than the `span` [s]."""
     most, found = kernel.beyond(ZERO).size * part, Reach(float("inf"), Decay(ZERO, ZERO))
     for k in range(1, 4 * _HALVINGS):
+        tick()
         distance = span * 2.0 ** (-k / 4)
         decay = kernel.beyond(exactly(distance))
         if not decay.size.b <= most.a:

@@ -4,7 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from trackable.checker.arithmetic.intervals import exact_sum
 from trackable.checker.subject import Polytope
+from trackable.checker.watch import tick
 
 Vector = tuple[Fraction, ...]
 
@@ -69,15 +71,17 @@ class Robust:
 def of_measured_state(W: Zonotope, V: Zonotope, A: Sequence[Sequence[float]]) -> Zonotope:
     """Return W ⊕ (−A V) ⊕ V."""
     exact = [[Fraction(a) for a in row] for row in A]
-    centre, *generators = (tuple(-_product(row, vector) for row in exact) for vector in V.vectors)
+    centre, *generators = (
+        tuple(-exact_sum(a * x for a, x in zip(row, vector, strict=True)) for row in exact) for vector in V.vectors
+    )
     middle = tuple(w + a + v for w, a, v in zip(W.centre, centre, V.centre, strict=True))
     return Zonotope(middle, (*W.generators, *generators, *V.generators))
 
 
-def _product(row: Sequence[Fraction], vector: Vector) -> Fraction:
-    return sum((a * x for a, x in zip(row, vector, strict=True)), Fraction(0))
-
-
 def product(a: Sequence[int], b: Sequence[int]) -> int:
     """Return a · b."""
-    return sum(x * y for x, y in zip(a, b, strict=True))
+    found = 0
+    for x, y in zip(a, b, strict=True):
+        tick()
+        found += x * y
+    return found

@@ -7,7 +7,7 @@ import numpy as np
 
 from trackable.arguments import is_number
 from trackable.errors import InputError
-from trackable.files import from_json, read_bytes
+from trackable.files import from_json, from_yaml, read_bytes
 from trackable.systems.constrained import ConstrainedSystem, System
 from trackable.systems.library import model_of
 from trackable.systems.linear import LinearSystem
@@ -46,15 +46,9 @@ def _content(path: Path) -> object:
         except ValueError as error:
             raise ValueError(f"{error}; YAML is read from files named .yaml or .yml") from error
     try:
-        from ruamel.yaml import YAML  # noqa: PLC0415  an extra
-        from ruamel.yaml.error import YAMLError  # noqa: PLC0415
+        return from_yaml(data)
     except ModuleNotFoundError:
         raise InputError(f"{path}: YAML is read with ruamel.yaml: pip install ruamel.yaml, or write JSON") from None
-    try:
-        content: object = YAML(typ="safe", pure=True).load(data.decode())
-    except (YAMLError, UnicodeDecodeError) as error:
-        raise ValueError(f"is not YAML: {' '.join(str(error).split())}") from error
-    return content
 
 
 def _fields(value: object, what: str, known: set[str]) -> dict[str, Any]:

@@ -19,16 +19,17 @@ DECIMAL_MARKS = (POINT, COMMA)
 
 # float() would accept "1_000", "infinity" and digits of any script; an exponent of five digits is no measurement.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
+_LONGEST = 1000  # digits, before and behind the point: a float64 has no more, and `EXACT` loses none of so many
 
 
 def parse(text: str, mark: str) -> Decimal:
     """Read the finite number in `text`, with `mark` in front of the fraction. ValueError: anything else."""
     stripped = text.strip()
     other = COMMA if mark == POINT else POINT
-    if _is_number(stripped, mark):
-        return Decimal(stripped.replace(mark, POINT))
+    if _is_number(stripped, mark) and _is_short(number := Decimal(stripped.replace(mark, POINT))):
+        return number
     hint = f' (with decimal="{other}" it would be one)' if _is_number(stripped, other) else ""
-    raise ValueError(f"expected a number, got {text!r}{hint}")
+    raise ValueError(f"expected a number, got {shown(text)}{hint}")
 
 
 def exact(value: object) -> Decimal | None:
@@ -42,7 +43,7 @@ def exact(value: object) -> Decimal | None:
             number = Decimal(value)
             if number.is_nan():
                 return None
-            if number.is_finite():
+            if number.is_finite() and _is_short(number):
                 return number
     raise ValueError(f"expected a finite number, got {shown(value)}")
 
@@ -71,7 +72,7 @@ def check_scale(name: str, scale: object, offset: object = 0.0) -> None:
 
 def plain(number: Decimal) -> str:
     """Format a number for a message: without exponent and trailing zeros."""
-    text = f"{number:f}"
+    text = f"{number:f}" if abs(number.adjusted()) < 40 else f"{number:.17e}"
     return text.rstrip("0").rstrip(POINT) if POINT in text else text
 
 
@@ -79,6 +80,10 @@ def shown(value: object) -> str:
     """Format a decoded value for a message: a number as it was written, anything else shortened."""
     text = str(value) if isinstance(value, Decimal) else repr(value).replace("\n", " ")
     return text if len(text) <= 80 else f"{text[:79]}…"
+
+
+def _is_short(number: Decimal) -> bool:
+    return abs(number.adjusted()) < _LONGEST and len(number.as_tuple().digits) <= _LONGEST
 
 
 def _is_number(text: str, mark: str) -> bool:

@@ -7,6 +7,9 @@ from trackable.errors import InputError
 GZIP = b"\x1f\x8b"
 MCAP = b"\x89MCAP"
 
+LARGEST = 500_000_000
+"""Bytes to which a packed file, or what is kept of one, may unpack: a few kilobytes can hold gigabytes of zeros."""
+
 _SAVE = "save it as CSV"
 _CONVERT = "`mcap convert` of the MCAP project makes an MCAP file of it"
 _KINDS = (

@@ -4,11 +4,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from fractions import Fraction
 from functools import lru_cache
+from math import lcm
 from typing import Any, Protocol
 
 from mpmath.ctx_iv import MPIntervalContext
 
-from trackable.checker.watch import tick
+from trackable.checker.watch import short, tick
 
 
 class Real(Protocol):
@@ -91,6 +92,7 @@ def between(low: Real | float, high: Real | float) -> Real:
 
 ONE, ZERO, SIGN, INFINITE = exactly(1), exactly(0), between(-1, 1), between(0, float("inf"))
 GUARD = SIGN * exactly(2) ** -130  # mpmath rounds its functions outwards; this covers what their last bits might miss
+_HUGE = 1e100  # to reduce a larger angle takes as many digits of π as it has
 UNIT = exactly(2) ** -53
 """The unit roundoff of float64."""
 
@@ -128,17 +130,21 @@ def sqrt(x: Real) -> Real:
 
 
 def cos(x: Real) -> Real:
-    """Return the cosine."""
+    """Return the cosine; of huge numbers, which decide nothing, all that it may be."""
     if isinstance(x, Many):
         return x.cos()  # type: ignore[no-any-return]
+    if not abs(x).b < _HUGE:
+        return SIGN
     found: Real = iv.cos(x) + GUARD
     return found
 
 
 def sin(x: Real) -> Real:
-    """Return the sine."""
+    """Return the sine; of huge numbers, which decide nothing, all that it may be."""
     if isinstance(x, Many):
         return x.sin()  # type: ignore[no-any-return]
+    if not abs(x).b < _HUGE:
+        return SIGN
     found: Real = iv.sin(x) + GUARD
     return found
 
@@ -182,8 +188,11 @@ def lesser(x: Real, y: Real) -> Real:
 
 def total(numbers: Iterable[Real]) -> Real:
     """Return the sum."""
-    tick()
-    return sum(numbers, ZERO)
+    found = ZERO
+    for number in numbers:
+        tick()
+        found = found + number
+    return found
 
 
 def ratio(number: Fraction) -> Real:
@@ -193,5 +202,15 @@ def ratio(number: Fraction) -> Real:
 
 def exact_sum(numbers: Iterable[Fraction]) -> Fraction:
     """Return the sum of rational numbers, exactly."""
-    tick()
-    return sum(numbers, Fraction(0))
+    found = Fraction(0)
+    for number in numbers:
+        found = short(found + number)
+    return found
+
+
+def common_denominator(numbers: Iterable[Fraction]) -> int:
+    """Return the least d that makes all numbers whole."""
+    found = 1
+    for number in numbers:
+        found = short(Fraction(lcm(found, number.denominator))).numerator
+    return found

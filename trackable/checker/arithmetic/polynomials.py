@@ -5,6 +5,7 @@ from itertools import pairwise
 from math import comb
 
 from trackable.checker.arithmetic.intervals import ZERO, Real, at_most, exactly, total
+from trackable.checker.watch import tick
 
 _MOST_CUTS = 500
 _TWO = exactly(2)
@@ -21,6 +22,7 @@ def is_positive(a: list[Real]) -> bool:
     for _ in range(_MOST_CUTS):
         if not waiting:
             return True
+        tick()
         b = waiting.pop()
         if not (at_most(0, b[0]) and at_most(0, b[-1])):  # the outer coefficients are values of the polynomial
             return False

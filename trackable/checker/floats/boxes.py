@@ -1,6 +1,7 @@
 """Step 2 of the proof in float64: find the boxes in which quantities certainly stay inside their bounds."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from math import isfinite
 
@@ -14,12 +15,13 @@ from trackable.checker.floats.signals import Boxes, ManyCentres, Models
 from trackable.checker.steps.enclosures import Box
 from trackable.checker.steps.quantities import LinearCombination, Quantity
 from trackable.checker.subject import Subject
+from trackable.checker.watch import tick
 
 Shifted = tuple[int, int]
 """The signal s at the shifted time t + j T."""
 
-_AT_ONCE = 256
-"""Boxes: memory is enough, whatever a file says."""
+_AT_ONCE, _COEFFICIENTS = 256, 2_000_000
+"""Boxes, and Taylor coefficients in them: memory is enough, whatever a file says."""
 
 
 def boxes_left(
@@ -29,10 +31,12 @@ def boxes_left(
 
     Only linear combinations of signals are proved here, and only for other quantities there are models.
     """
-    signals = {shifted: many_centres(subject, shifted) for shifted in _needed([q for h in held.values() for q in h])}
-    boxes = list(held)
-    for begin in range(0, len(boxes), _AT_ONCE):
-        some = boxes[begin : begin + _AT_ONCE]
+    unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
+    needed = _needed([q for h in held.values() for q in h])
+    signals = {(s, j): replace(unshifted[s], shift=_shift(subject, j)) for s, j in needed}
+    boxes, at_once = list(held), max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * max(1, len(needed)))))
+    for begin in range(0, len(boxes), at_once):
+        some = boxes[begin : begin + at_once]
         with np.errstate(all="ignore"):  # what is not finite is not proved
             found = _enclosed(signals, terms, some, [_needed(held[box]) for box in some])
             quantities = {q.name: q for box in some for q in held[box]}
@@ -53,13 +57,19 @@ def _shifted(argument: LinearCombination) -> list[Shifted]:
 
 def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
     """Return the shifted signals of a linear combination, with their weights."""
-    return (((s, j), ratio(argument.weights[s][j])) for s, j in _shifted(argument))
+    for s, j in _shifted(argument):
+        tick()
+        yield (s, j), ratio(argument.weights[s][j])
 
 
 def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
     """Return a shifted signal, without its mean."""
     s, j = shifted
-    return ManyCentres.of(subject.signals[s], j * Fraction(subject.system.sampling_time))
+    return ManyCentres.of(subject.signals[s], _shift(subject, j))
+
+
+def _shift(subject: Subject, j: int) -> Fraction:
+    return j * Fraction(subject.system.sampling_time)
 
 
 def _enclosed(

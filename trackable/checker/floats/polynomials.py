@@ -7,6 +7,7 @@ from math import comb
 import numpy as np
 
 from trackable.checker.floats.intervals import Floats, Mask
+from trackable.checker.watch import tick
 
 _MOST_HALVINGS, _MOST_PIECES = 12, 10_000
 
@@ -44,6 +45,7 @@ def _halves(b: Floats) -> Floats:
     """Return the coefficients of both halves of each polynomial (de Casteljau)."""
     left, right = [b.at(0)], [b.at(-1)]
     while len(b.low) > 1:
+        tick()
         b = (b.at(slice(1, None)) + b.at(slice(None, -1))) / 2
         left, right = [*left, b.at(0)], [b.at(-1), *right]
     ends = [np.stack([*(getattr(c, end) for c in half)]) for end in ("low", "high") for half in (left, right)]
@@ -58,6 +60,7 @@ def _table(n: int) -> Floats:
     """
 
     def entry(i: int, k: int) -> Fraction:
+        tick()
         return sum(
             (Fraction(comb(i, j) * comb(k, j) * 2**j * (-1) ** (k - j), comb(n - 1, j)) for j in range(min(i, k) + 1)),
             Fraction(0),

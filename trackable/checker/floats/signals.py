@@ -115,13 +115,26 @@ class ManyCentres:
             oddness = self.kernel.oddness(1.01 * boxes.halves, Floats.exact(boxes.radii), n)
         first, stop = self._inside(boxes) if isinstance(self.kernel, Matern) else self._near(boxes)
         parts = [
-            self._block(boxes.at(some), (first[some], (stop - first)[some]), oddness.at(some), n)
+            self._in_blocks(boxes.at(some), first[some], stop[some], oddness.at(some), n)
             for some in _blocks(stop - first)
         ]
         found = Models(*(joined([part[i] for part in parts]) for i in range(2)))
         if not isinstance(self.kernel, Matern):
             return Models(found.coefficients, found.missed + self.reach[1])
         return found + self._outside(boxes, first, stop, n)
+
+    def _in_blocks(self, boxes: Boxes, first: Indices, stop: Indices, oddness: Floats, n: int) -> tuple[Floats, Floats]:
+        """Return what `_block` does. A single box may have more near centres than fit: they are added part by part."""
+        if len(first) > 1:
+            return self._block(boxes, (first, stop - first), oddness, n)
+        parts = (
+            self._block(boxes, (np.array([begin]), np.minimum(stop - begin, _PAIRS)), oddness, n)
+            for begin in range(int(first[0]), int(stop[0]), _PAIRS)
+        )
+        coefficients, missed = next(parts)
+        for more, missed_too in parts:
+            coefficients, missed = coefficients + more, missed + missed_too
+        return coefficients, missed
 
     def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
         """Return the first near centre of each box, and the first one after the near ones; at least one is near."""

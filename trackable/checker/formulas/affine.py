@@ -8,6 +8,7 @@ part of f out: each part without inputs becomes a part of the drift f0 or of a g
 from collections.abc import Callable, Sequence
 
 from trackable.checker.formulas.formula import Formula, Name, Number, Operation, operands, parts
+from trackable.checker.watch import tick
 
 _MOST_COUPLED = 3
 _MOST_PARTS = 10_000
@@ -46,6 +47,7 @@ def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[
 def _split(formula: Formula, inputs: set[str]) -> _Parts:
     if isinstance(formula, Name) and formula.name in inputs:
         return None, {formula.name: Number(1.0)}
+    tick()
     split = [_split(part, inputs) for part in operands(formula)]
     contain = [bool(gains) for _, gains in split]
     if not any(contain):

@@ -125,6 +125,7 @@ def parts(formula: Formula) -> list[Formula]:
     found: dict[Formula, None] = {}
     waiting = [formula]
     while waiting:
+        tick()
         node = waiting[-1]
         missing = [part for part in operands(node) if part not in found]
         if missing:

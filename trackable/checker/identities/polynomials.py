@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from trackable.checker.watch import tick
+from trackable.checker.watch import short, tick
 
 Monomial = tuple[tuple[int, int], ...]
 """Pairs (−i, p) of variables i with their powers p ≥ 1, i ascending: tuples then compare in lexicographic order."""
@@ -13,6 +13,7 @@ Polynomial = Mapping[Monomial, Fraction]
 """Coefficients other than zero; {} is zero."""
 
 _MOST_TERMS = 5000
+_TOO_LONG = f"a formula has more than {_MOST_TERMS} terms when it is multiplied out"
 _UNIT: Polynomial = {(): Fraction(1)}
 
 
@@ -22,10 +23,9 @@ class TooLongError(ArithmeticError):
 
 def added(p: Polynomial, q: Polynomial, factor: int = 1) -> Polynomial:
     """Return p + factor q."""
-    tick()
     found = dict(p)
     for m, c in q.items():
-        found[m] = found.get(m, Fraction(0)) + factor * c
+        found[m] = short(found.get(m, Fraction(0)) + factor * c)
     return {m: c for m, c in found.items() if c}
 
 
@@ -33,12 +33,11 @@ def multiplied(p: Polynomial, q: Polynomial) -> Polynomial:
     """Return p q. Raise TooLongError where it is long."""
     found: dict[Monomial, Fraction] = {}
     for m, c in p.items():
-        tick()
         for n, d in q.items():
             both = _together(m, n)
-            found[both] = found.get(both, Fraction(0)) + c * d
+            found[both] = short(found.get(both, Fraction(0)) + c * d)
         if len(found) > _MOST_TERMS:
-            raise TooLongError(f"a formula has more than {_MOST_TERMS} terms when it is multiplied out")
+            raise TooLongError(_TOO_LONG)
     return {m: c for m, c in found.items() if c}
 
 
@@ -52,6 +51,8 @@ def quotient(p: Polynomial, q: Polynomial) -> Polynomial | None:
             left[i] = left.get(i, 0) - power
         if min(left.values(), default=0) < 0:
             return None
+        if len(found) == _MOST_TERMS:
+            raise TooLongError(_TOO_LONG)
         term = _sorted(left)
         found[term] = rest[m] / q[highest]
         rest = added(rest, multiplied({term: found[term]}, q), -1)
@@ -62,6 +63,7 @@ def powers_of(i: int, p: Polynomial) -> dict[int, Polynomial]:
     """Return the coefficients of the powers of variable i, which are polynomials in the others."""
     found: dict[int, dict[Monomial, Fraction]] = {}
     for m, c in p.items():
+        tick()
         others = tuple((j, power) for j, power in m if j != -i)
         found.setdefault(dict(m).get(-i, 0), {})[others] = c
     return dict(found)
@@ -88,6 +90,7 @@ class Quotient:
     @classmethod
     def of(cls, above: Polynomial, below: Polynomial) -> "Quotient":
         """Return the quotient, simplified where that is easy. Raise ZeroDivisionError where it divides by zero."""
+        tick()
         if not below:
             raise ZeroDivisionError("it divides by zero")
         common = _common([*above, *below])
@@ -137,10 +140,14 @@ class Quotient:
 
 def _common(monomials: Iterable[Monomial]) -> Monomial:
     """Return the largest monomial that divides all of these."""
-    every = [dict(m) for m in monomials]
-    return tuple((i, power) for i, p in every[0].items() if (power := min([m.get(i, 0) for m in every] + [p])))
+    first, *others = (dict(m) for m in monomials)
+    for m in others:
+        tick()
+        first = {i: least for i, power in first.items() if (least := min(power, m.get(i, 0)))}
+    return tuple(first.items())
 
 
 def _without(p: Polynomial, factor: Monomial) -> Polynomial:
     by = dict(factor)
+    tick()
     return {_sorted({i: power - by.get(i, 0) for i, power in m}): c for m, c in p.items()}

@@ -13,7 +13,7 @@ from trackable.checker.certificate import (
     Instants,
     Window,
 )
-from trackable.checker.reading.limits import BOXES, INSTANTS, TERMS
+from trackable.checker.limits import BOXES, INSTANTS, TERMS
 from trackable.checker.reading.names import a_bound
 from trackable.checker.reading.robust import read_robust
 from trackable.checker.reading.subjects import read_subject, subject_fields

@@ -1,5 +1,7 @@
 """Read formulas: nested lists [∘, a, b] with ∘ among + - * /, ["^", a, number] and [function, a]."""
 
+from collections.abc import Iterable
+
 from trackable.checker.formulas.formula import (
     FUNCTIONS,
     SYMBOLS,
@@ -12,17 +14,20 @@ from trackable.checker.formulas.formula import (
     Power,
     parts,
 )
-from trackable.checker.reading.limits import DEPTH, PARTS
+from trackable.checker.limits import DEPTH, PARTS
 from trackable.checker.reading.names import an_identifier
 from trackable.checker.reading.values import UnreadableError, real_number
 
 
 def a_formula(value: object, where: str) -> Formula:
-    """Read a formula. Raise UnreadableError where the lists are none, or a long one."""
-    found = _formula(value, where, DEPTH)
-    if len(parts(found)) > PARTS:
-        raise UnreadableError(f"{where} must have no more than {PARTS} operations, names and numbers")
-    return found
+    """Read a formula. Raise UnreadableError where the lists are none, or nested deeply."""
+    return _formula(value, where, DEPTH)
+
+
+def require_short(formulas: Iterable[Formula], where: str) -> None:
+    """Raise UnreadableError where formulas are long together."""
+    if sum(len(parts(formula)) for formula in formulas) > PARTS:
+        raise UnreadableError(f"{where} must have no more than {PARTS} operations, names and numbers in its formulas")
 
 
 def _formula(value: object, where: str, deepest: int) -> Formula:

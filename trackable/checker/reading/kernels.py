@@ -5,7 +5,7 @@ from dataclasses import fields
 from trackable.checker.kernels.base import Kernel
 from trackable.checker.kernels.combinations import Combination
 from trackable.checker.kernels.registry import COMBINATIONS, ELEMENTARY
-from trackable.checker.reading.limits import KERNEL_DEPTH, KERNELS
+from trackable.checker.limits import KERNEL_DEPTH, KERNELS
 from trackable.checker.reading.values import Fields, UnreadableError, positive_number, tag_of
 
 

@@ -1,7 +1,7 @@
 """Read signals of polynomial pieces."""
 
+from trackable.checker.limits import CENTRES, COEFFICIENTS
 from trackable.checker.pieces import Beyond, Pieces
-from trackable.checker.reading.limits import CENTRES, COEFFICIENTS
 from trackable.checker.reading.values import Fields, many, real_number, tag_of
 
 _BEYOND: dict[str, Beyond] = {"rest": "rest", "period": "period", "end": "end"}

@@ -1,6 +1,6 @@
 """Read what a certificate says of a disturbed system."""
 
-from trackable.checker.reading.limits import COORDINATES, POWERS, ROWS
+from trackable.checker.limits import COORDINATES, POWERS, ROWS
 from trackable.checker.reading.subjects import a_polytope
 from trackable.checker.reading.values import (
     Fields,

@@ -1,9 +1,9 @@
 """Read what a file speaks about: a reference, its system and its sets."""
 
+from trackable.checker.limits import CENTRES, COORDINATES, ROWS, SHIFTS, SIGNALS
 from trackable.checker.reading.fingerprint import fingerprint
-from trackable.checker.reading.formulas import a_formula
+from trackable.checker.reading.formulas import a_formula, require_short
 from trackable.checker.reading.kernels import a_kernel
-from trackable.checker.reading.limits import CENTRES, COORDINATES, ROWS, SHIFTS, SIGNALS
 from trackable.checker.reading.names import an_identifier
 from trackable.checker.reading.pieces import a_piecewise_signal, is_pieces
 from trackable.checker.reading.values import (
@@ -76,13 +76,16 @@ def a_system(value: object, where: str) -> System:
     about, names = ("states", "inputs", "sampling_time"), many(an_identifier, COORDINATES)
     if isinstance(value, dict) and "f" in value:
         found = Fields(value, where, "f", *about, *(name for name in ("flat",) if name in value))
-        return NonlinearSystem(
+        system = NonlinearSystem(
             found("f", many(a_formula, COORDINATES)),
             found("states", names),
             found("inputs", names),
             found("sampling_time", positive_number),
             found("flat", _flat_form) if "flat" in found else None,
         )
+        of_flat = (*system.flat.states, *system.flat.inputs, *system.flat.positive) if system.flat else ()
+        require_short((*system.f, *of_flat), where)
+        return system
     found, matrix = Fields(value, where, "A", "B", "c", *about), many(many(real_number, COORDINATES), COORDINATES)
     return LinearSystem(
         found("A", matrix),

@@ -2,7 +2,7 @@
 
 from reprlib import repr as short
 
-from trackable.checker.reading.limits import COORDINATES, INSTANTS
+from trackable.checker.limits import COORDINATES, INSTANTS
 from trackable.checker.reading.subjects import a_polytope, a_system
 from trackable.checker.reading.values import Fields, UnreadableError, many, positive_number, real_number
 from trackable.checker.table import VERSION, Part, RefutedTable, Table

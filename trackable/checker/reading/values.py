@@ -5,7 +5,8 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import TypeVar
 
-from trackable.checker.reading.limits import DIGITS
+from trackable.checker.limits import DIGITS, TEXTS
+from trackable.checker.watch import tick
 
 T = TypeVar("T")
 Reader = Callable[[object, str], T]
@@ -14,6 +15,22 @@ Reader = Callable[[object, str], T]
 
 class UnreadableError(ValueError):
     """The data is no certificate; the message names the first part that is missing, unknown or of a wrong kind."""
+
+
+def require_short_texts(data: object) -> None:
+    """Raise UnreadableError where all texts together, but for names of fields, are longer than any proof needs."""
+    waiting, found = [data], 0
+    while waiting:
+        match waiting.pop():
+            case dict() as inner:
+                waiting += inner.values()
+            case list() as inner:
+                waiting += inner
+            case str() as text:
+                found += len(text)
+        tick()
+        if found > TEXTS:
+            raise UnreadableError(f"its texts must have no more than {TEXTS} characters together")
 
 
 class Fields:
@@ -104,14 +121,6 @@ def rational_number(value: object, where: str) -> Fraction:
     """Read a text such as -3/4."""
     if not isinstance(value, str) or len(value) > DIGITS or not re.fullmatch(r"-?[0-9]+(/0*[1-9][0-9]*)?", value):
         raise UnreadableError(f"{where} must be a rational number, as in -3/4, of {DIGITS} characters at most")
+    tick()
     numerator, _, denominator = value.partition("/")
-    return Fraction(_integer(numerator), _integer(denominator or "1"))
-
-
-def _integer(digits: str) -> int:
-    """Read a whole number in pieces, as Python limits how many decimal digits it reads at once."""
-    sign, digits = (-1, digits[1:]) if digits.startswith("-") else (1, digits)
-    value = 0
-    for i in range(0, len(digits), 4000):
-        value = value * 10 ** len(digits[i : i + 4000]) + int(digits[i : i + 4000])
-    return sign * value
+    return Fraction(int(numerator), int(denominator or "1"))

@@ -8,6 +8,7 @@ from math import comb
 
 from trackable.checker.arithmetic.intervals import exact_sum
 from trackable.checker.subject import Bound, LinearSystem, Row, Subject
+from trackable.checker.watch import short, tick
 
 _MOST = 10_000
 
@@ -99,6 +100,7 @@ def _implies(bound: Row, demand: _Demand) -> bool:
 
 def _scaled(demand: _Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fraction] | None:
     """Return what is demanded of row · u; None where the row is no multiple of the demand's, or one of them zero."""
+    tick()
     first = next((j for j, r in enumerate(demand.row) if r), None)
     multiple = row[first] / demand.row[first] if first is not None else Fraction(0)
     if not multiple or any(b != multiple * r for b, r in zip(row, demand.row, strict=True)):
@@ -117,10 +119,10 @@ def _null_space(matrix: list[list[Fraction]], n: int) -> list[list[Fraction]]:
         if found is None:
             continue
         rows[at], rows[found] = rows[found], rows[at]
-        rows[at] = [r / rows[at][j] for r in rows[at]]
+        rows[at] = [short(r / rows[at][j]) for r in rows[at]]
         for i in range(len(rows)):
-            if i != at:
-                rows[i] = [r - rows[i][j] * p for r, p in zip(rows[i], rows[at], strict=True)]
+            if i != at and rows[i][j]:
+                rows[i] = [short(r - rows[i][j] * p) for r, p in zip(rows[i], rows[at], strict=True)]
         pivots.append(j)
     basis = []
     for free in (j for j in range(n) if j not in pivots):

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import lcm
 
+from trackable.checker.arithmetic.intervals import common_denominator, exact_sum
 from trackable.checker.robust import Hull, Robust, Zonotope, of_measured_state, product
-from trackable.checker.subject import LinearSystem, Polytope, Row, Subject
-from trackable.checker.watch import tick
+from trackable.checker.subject import LinearSystem, Polytope, Subject
+from trackable.checker.watch import require_room, tick
 
-_MOST_BITS = 4_000_000  # of a power of A_K: more would take hours, and no feedback of use needs them
+_MOST_BITS = 2_000_000  # of a power of A_K: more would take hours, and no feedback of use needs them
 
 
 def check_robust(subject: Subject, robust: Robust | None) -> str | None:
@@ -48,7 +48,7 @@ class _Errors:
     def of(cls, system: LinearSystem, robust: Robust) -> "_Errors":
         A, B, K = ([[Fraction(v) for v in row] for row in of] for of in (system.A, system.B, robust.feedback))
         closed = [
-            [a + sum((b * k[j] for b, k in zip(inputs, K, strict=True)), Fraction(0)) for j, a in enumerate(row)]
+            [exact_sum([a, *(b * k[j] for b, k in zip(inputs, K, strict=True))]) for j, a in enumerate(row)]
             for row, inputs in zip(A, B, strict=True)
         ]
         q, whole_closed = _whole(closed)
@@ -58,10 +58,6 @@ class _Errors:
         b, (box,) = _whole([[Fraction(p) for p in robust.box]])
         return cls(robust, disturbance, q, whole_closed, d, vectors, b, box)
 
-    def disturbance_support(self, row: Sequence[int]) -> Fraction:
-        """Return h_W(row)."""
-        return Fraction(self.disturbance.support(self.vectors, row), self.d)
-
     def noise_support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_V(row); 0 without noise."""
         if self.robust.noise is None:
@@ -69,9 +65,13 @@ class _Errors:
         (r, (moved,)), (d, vectors) = _whole([row]), _whole(self.robust.noise.vectors)
         return Fraction(self.robust.noise.support(vectors, moved), r * d)
 
-    def support(self, row: Sequence[Fraction]) -> Fraction:
-        """Return h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), by Horner's rule in 1/q."""
-        N, s, alpha = self.robust.head, self.robust.terms, Fraction(self.robust.contraction)
+    def fits(self, row: Sequence[Fraction], room: Fraction) -> bool:
+        """Return whether h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ) ≤ room.
+
+        Both sums are found by Horner's rule in 1/q. They are compared without common factors being divided out, which
+        takes far longer than all the rest: the sums have as many digits as the last power.
+        """
+        N, s, left = self.robust.head, self.robust.terms, 1 - Fraction(self.robust.contraction)
         r, (moved,) = _whole([row])
         of_W = of_P = 0
         for i in range(N + s):
@@ -81,8 +81,10 @@ class _Errors:
             else:
                 of_P = of_P * self.q + product([abs(x) for x in moved], self.box)
             moved = self.moved(moved)
-        scale = r * self.q ** (N - 1)
-        return Fraction(of_W, scale * self.d) + Fraction(of_P, scale * self.q**s * self.b) / (1 - alpha)
+        # h_W has the divisor r qᴺ⁻¹ d, and h_P the divisor r qᴺ⁺ˢ⁻¹ b (1 − α)
+        above = of_W * self.q**s * self.b * left.numerator + of_P * self.d * left.denominator
+        below = r * self.q ** (N + s - 1) * self.b * self.d * left.numerator
+        return above * room.denominator <= room.numerator * below
 
     def moved(self, row: Sequence[int]) -> list[int]:
         """Return row · q A_K."""
@@ -107,14 +109,15 @@ def _not_invariant(robust: Robust, errors: _Errors) -> str | None:
     n, box = len(robust.box), [Fraction(p) for p in robust.box]
     for i in range(n):
         axis = [int(i == j) for j in range(n)]
-        if max(errors.disturbance_support(side) for side in (axis, [-a for a in axis])) > box[i]:
+        supports = (errors.disturbance.support(errors.vectors, side) for side in (axis, [-a for a in axis]))
+        if Fraction(max(supports), errors.d) > box[i]:
             return f"W is not inside of P: coordinate {i}"
         power = axis
         for _ in range(robust.terms):
             tick()
             power = errors.moved(power)
-        reached = Fraction(product([abs(x) for x in power], errors.box), errors.q**robust.terms * errors.b)
-        if reached > Fraction(robust.contraction) * box[i]:
+        reached, allowed = product([abs(x) for x in power], errors.box), Fraction(robust.contraction) * box[i]
+        if reached * allowed.denominator > allowed.numerator * errors.q**robust.terms * errors.b:
             return f"the power of A + B K does not contract P: coordinate {i}"
     return None
 
@@ -125,25 +128,22 @@ def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[
         return f"disturbance: {name} must have the same rows as that of the reference"
     for i, (inner, outer) in enumerate(zip(left.rows, given.rows, strict=True)):
         row = inner.row if K is None else _combined(K, inner.row)
-        up, down = errors.support(row), errors.support([-r for r in row])
+        back = [-r for r in row]
+        above, below = Fraction(outer.upper) - Fraction(inner.upper), Fraction(inner.lower) - Fraction(outer.lower)
         if K is None:
-            up, down = up + errors.noise_support([-r for r in row]), down + errors.noise_support(row)
-        if not _holds(inner, outer, down, up):
+            above, below = above - errors.noise_support(back), below - errors.noise_support(row)
+        if not (errors.fits(row, above) and errors.fits(back, below)):
             return f"disturbance: {name}: row {i} of the reference leaves less room than errors may take"
     return None
 
 
-def _holds(inner: Row, outer: Row, down: Fraction, up: Fraction) -> bool:
-    above = Fraction(inner.upper) + up <= Fraction(outer.upper)
-    return above and Fraction(outer.lower) <= Fraction(inner.lower) - down
-
-
 def _combined(columns: list[list[Fraction]], row: Sequence[Fraction]) -> list[Fraction]:
     """Return row · K, given the columns of K."""
-    return [sum((r * k for r, k in zip(row, column, strict=True)), Fraction(0)) for column in columns]
+    return [exact_sum(r * k for r, k in zip(row, column, strict=True)) for column in columns]
 
 
 def _whole(rows: Sequence[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:
     """Return the least d that makes all numbers whole, and d times them."""
-    d = lcm(*(value.denominator for row in rows for value in row))
+    d = common_denominator(value for row in rows for value in row)
+    require_room(sum(map(len, rows)), d.bit_length())
     return d, [[value.numerator * (d // value.denominator) for value in row] for row in rows]

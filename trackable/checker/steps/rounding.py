@@ -20,6 +20,7 @@ from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.rounded import Rounded, RoundedFormulas
 from trackable.checker.steps.quantities import LinearCombination, Quantity, functionals
 from trackable.checker.subject import NonlinearSystem, Signal, Subject
+from trackable.checker.watch import tick
 
 TINY = exactly(2) ** -300
 
@@ -78,6 +79,7 @@ def _within(subject: Subject, i: int, exact: Real) -> Real:
     """Return the part of an interval that is inside all bounds of the i-th state alone."""
     low, high = exact.a, exact.b
     for bound in subject.state_set.rows:
+        tick()
         row = bound.row
         if row[i] and not any(r for k, r in enumerate(row) if k != i):
             ends = [exactly(end) / ratio(row[i]) for end in (bound.lower, bound.upper)]

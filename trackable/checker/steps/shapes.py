@@ -2,6 +2,7 @@
 
 from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.formulas.formula import names
+from trackable.checker.limits import WEIGHTS
 from trackable.checker.subject import (
     FlatForm,
     LinearSystem,
@@ -27,9 +28,13 @@ def check_shapes(subject: Subject) -> str | None:
     if reason := why_no_system(system):
         return reason
     if isinstance(system, NonlinearSystem):
-        return _misfit_of_formulas(subject, system)
-    assert subject.trajectories is not None
-    return _misfit_of_trajectories(subject, subject.trajectories)
+        reason = _misfit_of_formulas(subject, system)
+    else:
+        assert subject.trajectories is not None
+        reason = _misfit_of_trajectories(subject, subject.trajectories)
+    if not reason and _weights(subject) > WEIGHTS:
+        reason = f"shapes: there are more than {WEIGHTS} weights of shifted signals"
+    return reason
 
 
 def why_no_system(system: System) -> str | None:
@@ -48,6 +53,17 @@ def why_no_system(system: System) -> str | None:
     if unknown := {name for formula in system.f for name in names(formula)} - known:
         return f"names: f must hold states and inputs only, but holds {min(unknown)}"
     return "flat: angles must be states" if flat and not {*flat.angles} <= {*system.states} else None
+
+
+def _weights(subject: Subject) -> int:
+    """Return how many weights all bounded linear combinations of shifted signals have together, or all those of f."""
+    signals, rows, system = subject.signal_count, len(subject.bounds), subject.system
+    if subject.trajectories is not None:
+        parts = (subject.trajectories.states[0], subject.trajectories.inputs[0])
+        return rows * max(sum(map(len, part.weights)) for part in parts)
+    assert isinstance(system, NonlinearSystem)
+    shifted = signals * (2 if system.flat is None else system.flat.last_shift + 2)
+    return (rows + shifted) * shifted
 
 
 def _fit(rows: tuple[Row, ...], dimension: int) -> bool:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from trackable.checker.arithmetic.domains import UndefinedError
-from trackable.checker.arithmetic.intervals import Real, at_most, exactly, ratio
+from trackable.checker.arithmetic.intervals import Real, at_most, exact_sum, exactly, ratio
 from trackable.checker.formulas.formula import evaluate
 from trackable.checker.formulas.values import Intervals
 from trackable.checker.steps.shapes import why_no_system
@@ -76,7 +76,7 @@ def _kept(bound: Row, values: tuple[float, ...]) -> bool:
 
 
 def _value(bound: Row, values: tuple[float, ...]) -> Fraction:
-    return sum((r * Fraction(v) for r, v in zip(bound.row, values, strict=True)), Fraction(0))
+    return exact_sum(r * Fraction(v) for r, v in zip(bound.row, values, strict=True))
 
 
 def _why_not_obeyed(table: Table, row: int) -> str | None:
@@ -105,7 +105,7 @@ def _differences(table: Table, row: int) -> Sequence[Fraction | Real] | str:
     system, x, u, successor = table.system, table.states[row], table.inputs[row], table.states[row + 1]
     if isinstance(system, LinearSystem):
         exact = [
-            sum((Fraction(a) * Fraction(v) for a, v in zip((*a_row, *b_row), (*x, *u), strict=True)), Fraction(c))
+            exact_sum(Fraction(a) * Fraction(v) for a, v in zip((*a_row, *b_row, c), (*x, *u, 1.0), strict=True))
             for a_row, b_row, c in zip(system.A, system.B, system.c, strict=True)
         ]
         return [abs(m - Fraction(s)) for m, s in zip(exact, successor, strict=True)]

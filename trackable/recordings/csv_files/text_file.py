@@ -3,11 +3,12 @@
 import codecs
 import gzip
 import zlib
+from io import BytesIO
 from pathlib import Path
 
 from trackable.errors import InputError
 from trackable.files import read_bytes
-from trackable.recordings.file_kinds import GZIP, MCAP, refuse_other_kinds
+from trackable.recordings.file_kinds import GZIP, LARGEST, MCAP, refuse_other_kinds
 
 _UTF8 = ("utf-8", "utf-8-sig")
 _UTF8_MARK = b"\xef\xbb\xbf"
@@ -35,9 +36,13 @@ def _unpacked(path: Path, data: bytes) -> bytes:
     if not data.startswith(GZIP):
         return data
     try:
-        return gzip.decompress(data)
+        with gzip.open(BytesIO(data)) as packed:
+            found = packed.read(LARGEST + 1)
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(f"{path}: a gzip file that cannot be unpacked ({error}): is it whole?") from error
+    if len(found) > LARGEST:
+        raise InputError(f"{path}: this gzip file unpacks to more than {LARGEST} bytes: unpack it and leave out a part")
+    return found
 
 
 def _refuse_no_text(path: Path, data: bytes, encoding: str) -> None:

@@ -7,23 +7,27 @@ decoded by the MCAP project's own decoders.
 import json
 import struct
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
 
+from lz4.frame import LZ4FrameDecompressor
 from mcap.exceptions import EndOfFile
-from mcap.records import Channel, McapRecord, Message, Schema
-from mcap.stream_reader import StreamReader
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.well_known import MessageEncoding
 from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
 from mcap_ros2.decoder import DecoderFactory as Ros2Decoders
+from zstandard import ZstdDecompressor
 
 from trackable.errors import InputError
-from trackable.files import unreadable
-from trackable.recordings.file_kinds import refuse_no_mcap
+from trackable.files import opened
+from trackable.recordings.file_kinds import LARGEST, refuse_no_mcap
 
 Decode = Callable[[bytes], object]
 
+_CHUNK = 100_000_000  # bytes of a chunk that is unpacked: recorders write a few millions, or a single message
+_MESSAGE = 200  # bytes, beside its data
 _START = 512  # bytes that tell what kind of file it is
 
 
@@ -55,6 +59,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
     channels: dict[int, Channel] = {}
     counts: dict[int, int] = {}
     messages: dict[str, list[Message]] = {topic: [] for topic in topics}
+    kept = 0
     for record in _records(path):
         match record:
             case Schema():
@@ -67,6 +72,11 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
                 counts[record.channel_id] = counts.get(record.channel_id, 0) + 1
                 if (topic := channels[record.channel_id].topic) in messages:
                     messages[topic].append(record)
+                    kept += _MESSAGE + len(record.data)
+                    if kept > LARGEST:
+                        raise InputError(
+                            f"{path}: the messages on {', '.join(messages)} take more than {LARGEST} bytes"
+                        )
     listed = ", ".join(sorted(_described(c, schemas.get(c.schema_id), counts.get(i, 0)) for i, c in channels.items()))
     for topic, received in messages.items():
         if not received:
@@ -92,19 +102,42 @@ def topics_in(path: Path) -> list[str]:
 def _records(path: Path) -> Iterator[McapRecord]:
     """Yield all records in the order of the file, checking its checksums."""
     try:
-        with path.open("rb") as file:
+        with opened(path) as file:
             refuse_no_mcap(path, file.read(_START))
             file.seek(0)
             size = path.stat().st_size  # no record is longer: a damaged length must not allocate memory
-            yield from StreamReader(file, validate_crcs=True, record_size_limit=size).records
-    except OSError as error:
-        raise unreadable(path, error) from error
+            for record in StreamReader(file, validate_crcs=True, record_size_limit=size, emit_chunks=True).records:
+                match record:
+                    case Chunk():
+                        yield from breakup_chunk(_unpacked(path, record), validate_crc=True)
+                    case _:
+                        yield record
     except InputError:
         raise
     except Exception as error:  # errors of struct, both compressors, text and memory, beside those of the library
         cut = "it ends too early (if a recorder was cut off, 'mcap recover' of the MCAP project saves what there is)"
         reason = cut if isinstance(error, EndOfFile | struct.error) else _reason(error)
         raise InputError(f"{path}: no MCAP file, or damaged: {reason}") from error
+
+
+def _unpacked(path: Path, chunk: Chunk) -> Chunk:
+    """Return the chunk without compression. InputError: it is larger than it says, or than any recorder makes it."""
+    size = len(chunk.data) if chunk.compression not in _UNPACK else chunk.uncompressed_size
+    if size > _CHUNK:
+        raise InputError(f"{path}: a chunk of {size} bytes, where {_CHUNK} are read at most")
+    if chunk.compression not in _UNPACK:
+        return chunk
+    data = _UNPACK[chunk.compression](chunk.data, size + 1)
+    if len(data) != size:
+        raise InputError(f"{path}: no MCAP file, or damaged: a chunk does not unpack to the {size} bytes that it says")
+    return replace(chunk, compression="", data=data)
+
+
+_UNPACK: dict[str, Callable[[bytes, int], bytes]] = {
+    "zstd": lambda data, most: ZstdDecompressor().stream_reader(data).read(most),
+    "lz4": lambda data, most: LZ4FrameDecompressor().decompress(data, max_length=most),
+}
+"""By the name of a compression: what unpacks so many bytes at most."""
 
 
 def _reason(error: Exception) -> str:

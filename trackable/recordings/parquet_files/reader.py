@@ -17,6 +17,7 @@ from trackable.recordings.clocks import Clock, clock_named
 from trackable.recordings.csv_files.reading import Column, column_given
 from trackable.recordings.dates import DateTimes
 from trackable.recordings.decimals import EXACT, NANOSECOND, exact, scaled
+from trackable.recordings.file_kinds import LARGEST
 from trackable.recordings.from_rows import recording_of_table
 from trackable.recordings.origin import Origin, checked_origin
 from trackable.recordings.recording import Recording
@@ -121,6 +122,8 @@ class ParquetReading:
             if missing := [name for name in wanted if name not in schema.names]:
                 listed = ", ".join(map(repr, schema.names))
                 raise InputError(f"{self.path}: there is no column {missing[0]!r}; there are {listed}")
+            if _size(parquet.read_metadata(self.path), wanted) > LARGEST:
+                raise InputError(f"{self.path}: its columns unpack to more than {LARGEST} bytes")
             table = parquet.read_table(self.path, columns=wanted)
         except (ArrowException, OSError) as error:
             raise InputError(f"{self.path}: cannot be read as Parquet ({error})") from error
@@ -168,6 +171,14 @@ class ParquetReading:
             except ValueError as error:
                 raise InputError(f"{self.path}, row {row}, column {name!r}: {error}") from error
         return found
+
+
+def _size(metadata: Any, wanted: Sequence[str]) -> int:
+    """Return the bytes that these columns have when they are unpacked: as stored, and 8 for each cell."""
+    groups = (metadata.row_group(i) for i in range(metadata.num_row_groups))
+    parts = (group.column(j) for group in groups for j in range(group.num_columns))
+    stored = sum(part.total_uncompressed_size for part in parts if part.path_in_schema.split(".")[0] in wanted)
+    return int(stored + 8 * metadata.num_rows * len(wanted))
 
 
 @dataclass(frozen=True)

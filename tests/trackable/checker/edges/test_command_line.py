@@ -15,7 +15,7 @@ from tests.trackable.checker.edges.test_counterexamples import by_claim
 from tests.trackable.checker.instances import scalar_certificate
 from trackable.checker import Undecided, progress
 from trackable.checker.__main__ import INTERRUPTED, PROVED, REFUTED, UNDECIDED, UNUSABLE, main
-from trackable.checker.reading.limits import BYTES
+from trackable.checker.limits import BYTES
 
 LONG = hostile.instants(100_000)
 SOON = "import runpy, sys\nfrom trackable.checker import progress\nprogress._PATIENCE = 0\n"

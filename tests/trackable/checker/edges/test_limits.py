@@ -6,11 +6,10 @@ from tests.trackable.checker.edges import hostile
 from tests.trackable.checker.instances import changed, scalar_certificate
 from tests.trackable.checker.tight import VALID
 from trackable import checker
-from trackable.checker import Failed, NotACertificate, Proved, Undecided, check
+from trackable.checker import Failed, NotACertificate, Proved, Undecided, check, limits
 from trackable.checker.arithmetic.intervals import exactly
 from trackable.checker.formulas.formula import Name, Number, Operation, evaluate, names, numbers, parts
 from trackable.checker.formulas.values import Intervals
-from trackable.checker.reading import limits
 from trackable.codec.certificates import encode_certificate
 
 SIGNAL = {
@@ -65,6 +64,7 @@ def test_what_is_too_large_is_refused_in_a_sentence(what: str) -> None:
         (hostile.deep(limits.DEPTH), "must not be nested more than 100 deep"),
         (hostile.deep(900), "must not be nested more than 100 deep"),
         (hostile.long(limits.PARTS), "must have no more than 30000 operations, names and numbers"),
+        (hostile.long(3 * limits.PARTS), "texts must have no more than 500000 characters together"),
     ],
 )
 def test_formulas_are_short(data: dict, reason: str) -> None:
@@ -82,6 +82,12 @@ def test_the_theorem_names_the_limits() -> None:
         limits.CENTRES,
         limits.TERMS,
         limits.DIGITS,
+        limits.TEXTS,
+        limits.WEIGHTS,
+        limits.CELLS,
+        limits.MEMORY // 10**6,
+        limits.BITS,
+        limits.BITS_TOGETHER,
         limits.PARTS,
         limits.DEPTH,
     ):

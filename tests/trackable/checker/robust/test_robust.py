@@ -54,7 +54,10 @@ def test_the_support_is_that_of_the_definition(kind):
     errors = step._Errors.of(read.subject.system, read.robust)
     n = len(Z.box)
     for row in ([Fraction(1)] * n, [Fraction(-3, 7), Fraction(2), Fraction(1, 9)][:n]):
-        assert errors.support(row) == naive_support(Z, row) == Z.support(row)
+        support = naive_support(Z, row)
+        assert support == Z.support(row)
+        assert errors.fits(row, support)
+        assert not errors.fits(row, support * (1 - Fraction(1, 10**30)))
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -9,11 +9,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from math import lcm
 
+from trackable.checker.arithmetic.intervals import common_denominator, exact_sum
+from trackable.checker.limits import CELLS
 from trackable.checker.pieces import Pieces
 from trackable.checker.subject import Functional, Subject
-from trackable.checker.watch import tick
+from trackable.checker.watch import UndecidedError, require_room, tick
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,13 @@ class Sum:
 
         At each breakpoint, both what holds before (a limit) and what holds from it on are among them.
         """
-        inner = {t for term in self.terms for t in _breaks(term, start, end)}
+        inner: set[int] = set()
+        for term in self.terms:
+            for t in _breaks(term, start, end):
+                tick()
+                inner.add(t)
+                if len(inner) > CELLS:
+                    raise UndecidedError(f"not decided with {CELLS} breakpoints of one bound")
         for a, b in pairwise([start, *sorted(inner), end, end]):
             tick()
             yield self.polynomial(a, b - a)
@@ -50,6 +57,7 @@ class Sum:
         """Return the coefficients in x of the sum at start + width x, where no breakpoint lies between."""
         found = [self.offset]
         for term in self.terms:
+            tick()
             part = _shifted(term, start + term.shift, width)
             found += [0] * (len(part) - len(found))
             for k, coefficient in enumerate(part):
@@ -64,7 +72,6 @@ def _breaks(term: Term, start: int, end: int) -> Iterator[int]:
     if term.signal.beyond == "period":
         turns = range((start + term.shift - ends[0]) // period, (end + term.shift - ends[0]) // period + 1)
     for turn in turns:
-        tick()
         moved = turn * period - term.shift
         for t in ends[bisect_right(ends, start - moved) :]:
             if t + moved >= end:
@@ -107,18 +114,19 @@ def whole_sum(
     """Return Σ_i row_i part_i of signals, in units in which these `times` [s] and `bounds` are whole, too."""
     pairs = list(zip(row, parts, strict=True))
     weights = [
-        [sum((r * part.weights[s][j] for r, part in pairs), Fraction(0)) for j in range(len(shifts))]
+        [exact_sum(r * part.weights[s][j] for r, part in pairs) for j in range(len(shifts))]
         for s, shifts in enumerate(parts[0].weights)
     ]
-    offset, step = sum((r * part.offset for r, part in pairs), Fraction(0)), Fraction(subject.system.sampling_time)
+    offset, step = exact_sum(r * part.offset for r, part in pairs), Fraction(subject.system.sampling_time)
     bits = _bits([step, *(t for z in subject.pieces for t in z.ends), *times])
     fine = _bits([*(Fraction(c) for z in subject.pieces for piece in z.coefficients for c in piece), *bounds])
-    scale = 1 << (fine + bits * max(z.degree for z in subject.pieces))
-    divisor = lcm(offset.denominator, *(w.denominator for of_signal in weights for w in of_signal))
+    digits = fine + bits * max(z.degree for z in subject.pieces)
+    require_room(sum(len(z.coefficients) * (z.degree + 1) for z in subject.pieces), digits)
+    scale, divisor = 1 << digits, common_denominator([offset, *(w for of_signal in weights for w in of_signal)])
     terms = []
     for z, of_signal in zip(subject.pieces, weights, strict=True):
         ends = [_whole(t * (1 << bits)) for t in z.ends]
-        polynomials = [[_whole(Fraction(c) * (scale >> bits * k)) for k, c in enumerate(p)] for p in z.coefficients]
+        polynomials = [[_scaled(c, scale >> bits * k) for k, c in enumerate(p)] for p in z.coefficients]
         for j, w in enumerate(of_signal):
             if w:
                 terms.append(Term(z, _whole(divisor * w), _whole(j * step * (1 << bits)), ends, polynomials))
@@ -134,6 +142,12 @@ def value_at(subject: Subject, row: Sequence[Fraction], parts: Sequence[Function
 def _bits(numbers: Sequence[Fraction]) -> int:
     """Return the least e such that 2^e times each number, which is a float64, is whole."""
     return max(number.denominator.bit_length() - 1 for number in numbers)
+
+
+def _scaled(number: float, scale: int) -> int:
+    tick()
+    numerator, denominator = number.as_integer_ratio()
+    return numerator * scale // denominator  # units are chosen so that this is exact
 
 
 def _whole(number: Fraction) -> int:

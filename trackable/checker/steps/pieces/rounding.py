@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from fractions import Fraction
 
+from trackable.checker.arithmetic.intervals import exact_sum
 from trackable.checker.certificate import Certificate, Instants
 from trackable.checker.steps.pieces.cells import whole_sum
 from trackable.checker.steps.quantities import functionals
@@ -47,10 +48,10 @@ def check_rounding(certificate: Certificate) -> str | None:
     operations = 96 * (max(z.degree for z in subject.pieces) + 1) + 17 * (shifted + 1)
     for bound in subject.bounds:
         weights, offset = _gross(subject, bound)
-        gross = sum((w * size for w, size in zip(weights, largest, strict=True)), offset)
+        gross = exact_sum([offset, *(w * size for w, size in zip(weights, largest, strict=True))])
         used = sum(1 for r in bound.row if r)
         error = (used + 2) * UNIT * _size(certificate, bound) + operations * UNIT**2 * gross
-        if Fraction(101, 100) * error + _TINY * (1 + sum(weights)) > Fraction(certificate.errors[bound.name]):
+        if Fraction(101, 100) * error + _TINY * (1 + exact_sum(weights)) > Fraction(certificate.errors[bound.name]):
             stated = certificate.errors[bound.name]
             return f"evaluation: the {bound.name} can be off by more than {stated!r} in float64"
     return None
@@ -69,15 +70,13 @@ def _why_uncounted(certificate: Certificate) -> str | None:
 def _gross(subject: Subject, bound: Bound) -> tuple[list[Fraction], Fraction]:
     """Return the sums of the absolute weights of each signal, and of the absolute offsets, as if nothing cancelled."""
     pairs = list(zip(bound.row, functionals(subject, bound.of), strict=True))
-    weights = [
-        sum((abs(r * w) for r, part in pairs for w in part.weights[s]), Fraction(0)) for s in range(len(subject.pieces))
-    ]
-    return weights, sum((abs(r * part.offset) for r, part in pairs), Fraction(0))
+    weights = [exact_sum(abs(r * w) for r, part in pairs for w in part.weights[s]) for s in range(len(subject.pieces))]
+    return weights, exact_sum(abs(r * part.offset) for r, part in pairs)
 
 
 def _absolute_terms(length: Fraction, coefficients: Sequence[float]) -> Fraction:
     """Return Σ_j |c_j| hʲ, which no value in a piece of this length h exceeds."""
-    return sum((abs(Fraction(c)) * length**j for j, c in enumerate(coefficients)), Fraction(0))
+    return exact_sum(abs(Fraction(c)) * length**j for j, c in enumerate(coefficients))
 
 
 def _size(certificate: Certificate, bound: Bound) -> Fraction:
