@@ -164,7 +164,9 @@ def _require_small(events: Iterable[Any]) -> None:
     for event in events:
         match type(event).__name__:
             case "AliasEvent":
-                count += sizes.get(event.anchor, 0)
+                if event.anchor not in sizes:
+                    raise ValueError(f"the alias {event.anchor} is of nothing that ends before it")
+                count += sizes[event.anchor]
             case "ScalarEvent":
                 count += 1
                 if event.anchor:

@@ -1,12 +1,15 @@
 """Random changes of certificates and counterexamples, small and absurd."""
 
 import copy
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from tests.attack.bases import Base
 from tests.attack.counts import Counts
+from tests.attack.huge import HUGE, MOST_MEMORY, MOST_SECONDS, READ, RECORDINGS, measured, write
 from tests.trackable.checker.changes import PLANT, changed, combined_changes, leaves, replacements, without
 from tests.trackable.checker.edges import hostile
 from tests.trackable.systems.test_naming import NAMES, NO_NAMES
@@ -18,6 +21,8 @@ def attack_certificate(counts: dict[str, Counts], known: list[Base], seed: int, 
     rng = np.random.default_rng((seed, number))
     if number % 10 == 8:
         _attack_names(counts, known[0], rng)
+    elif number % 500 == 29:
+        _attack_machine(counts, number // 500)
     elif number % 50 == 9:
         _attack_limits(counts, known[0], rng)
     else:
@@ -92,6 +97,24 @@ def _attack_names(counts: dict[str, Counts], base: Base, rng: np.random.Generato
         family.judged(ascii(name), is_name and said.isprintable() and f'≤ "{name}" ≤' in said)
     elif not said.isprintable():
         family.false.append(f"printed: {said!a}")
+
+
+def _attack_machine(counts: dict[str, Counts], number: int) -> None:
+    """One of the files that would take hours or gigabytes: none may be accepted, or exceed its time or memory."""
+    with TemporaryDirectory() as folder:
+        for name, table in (("hours and gigabytes", HUGE), ("packed recordings", RECORDINGS)):
+            family, (what, of) = counts.setdefault(name, Counts()), list(table.items())[number % len(table)]
+            if isinstance(of, tuple):
+                took, codes = measured(of.written(Path(folder)), command=("-c", READ)), (1,)
+                is_said = of.says in took.said
+            else:
+                took, codes = measured(write(of(), Path(folder) / "file.json"), "--seconds", "2"), (1, 2, 3)
+                is_said = True
+            family.tried += 1
+            family.undecided += took.code == 3
+            family.longest = max(family.longest, took.seconds)
+            if took.code not in codes or not is_said or took.seconds > MOST_SECONDS or took.memory > MOST_MEMORY:
+                family.false.append(f"{name}, {what}: {took}")
 
 
 def _attack_limits(counts: dict[str, Counts], base: Base, rng: np.random.Generator) -> None:

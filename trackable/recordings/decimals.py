@@ -26,7 +26,9 @@ def parse(text: str, mark: str) -> Decimal:
     """Read the finite number in `text`, with `mark` in front of the fraction. ValueError: anything else."""
     stripped = text.strip()
     other = COMMA if mark == POINT else POINT
-    if _is_number(stripped, mark) and _is_short(number := Decimal(stripped.replace(mark, POINT))):
+    if _is_number(stripped, mark):
+        if not _is_short(number := Decimal(stripped.replace(mark, POINT))):
+            raise ValueError(f"expected a number of {_LONGEST} digits at most, got {shown(text)}")
         return number
     hint = f' (with decimal="{other}" it would be one)' if _is_number(stripped, other) else ""
     raise ValueError(f"expected a number, got {shown(text)}{hint}")

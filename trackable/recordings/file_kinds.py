@@ -7,7 +7,7 @@ from trackable.errors import InputError
 GZIP = b"\x1f\x8b"
 MCAP = b"\x89MCAP"
 
-LARGEST = 500_000_000
+LARGEST = 400_000_000
 """Bytes to which a packed file, or what is kept of one, may unpack: a few kilobytes can hold gigabytes of zeros."""
 
 _SAVE = "save it as CSV"

@@ -1,0 +1,563 @@
+"""Files of less than 1 MB that would take hours, or gigabytes: each names what is made large.
+
+What is a number in a file can be a count, a length or a power in the check; what is packed, or repeated by an alias,
+can be as large as one likes. `measured` checks or reads a file in a process of its own.
+"""
+
+import copy
+import gzip
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import lz4.frame
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Message
+from mcap.writer import MCAP0_MAGIC
+
+from tests.trackable.checker.edges import hostile
+from tests.trackable.checker.instances import scalar_certificate
+from tests.trackable.checker.pieces.instances import certificate as of_pieces
+from tests.trackable.checker.robust.instances import noisy_data, robust_data
+from trackable.checker.reading.certificates import read_certificate
+
+Data = dict[str, Any]
+
+TINY = 5e-324
+DIGITS = "7" * 1900
+KERNEL = {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3}
+
+
+MOST_SECONDS, MOST_MEMORY = 4.0, 1_000_000_000
+"""What a check of any of these files may take that is given 2 s, and what it may hold [bytes]."""
+
+
+class Took(NamedTuple):
+    """How a command ended, the processor's time [s], and what it held at most [bytes]."""
+
+    code: int
+    seconds: float
+    memory: int
+    said: str
+
+
+def measured(path: Path, *options: str, command: tuple[str, ...] = ("-m", "trackable", "check")) -> Took:
+    """Check a file in a process of its own, or read it with another command."""
+    with subprocess.Popen(
+        [sys.executable, *command, *options, str(path)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    ) as started:
+        assert started.stderr is not None
+        said = started.stderr.read().decode()
+        _, status, usage = os.wait4(started.pid, 0)
+        started.returncode = os.waitstatus_to_exitcode(status)
+    scale = 1 if sys.platform == "darwin" else 1024
+    return Took(started.returncode, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * scale, said)
+
+
+def _linear(n: int, m: int, rows: int = 1, signals: int = 1, shifts: int = 1, weight: str = "0") -> Data:
+    """A certificate of a linear system of this size, whose numbers fit together and prove nothing."""
+    states, inputs = [f"x{i}" for i in range(n)], [f"u{i}" for i in range(m)]
+    functional = {"offset": "0", "weights": [[weight] * shifts] * signals}
+    row = [1] + [0] * (n - 1)
+    bounds = ["x0", *(f"x0 ({i})" for i in range(2, rows + 1))]
+    signal = {"kernel": KERNEL, "mean": 0, "centres": [0], "weights": [1]}
+    return {
+        "format": "trackable certificate",
+        "version": 3,
+        "claim": {
+            "kind": "window",
+            "start": 0,
+            "end": 1,
+            "covers": {name: {"ends": [0, 1], "radii": [9]} for name in bounds},
+            "terms": 8,
+        },
+        "reference": {
+            "signals": [signal] * signals,
+            "plant": {
+                "system": {
+                    "A": [[0] * n] * n,
+                    "B": [[0] * m] * n,
+                    "c": [0] * n,
+                    "states": states,
+                    "inputs": inputs,
+                    "sampling_time": 0.1,
+                },
+                "state_set": {"rows": [row] * rows, "lower": [-9] * rows, "upper": [9] * rows, "dimension": n},
+                "input_set": {"rows": [], "lower": [], "upper": [], "dimension": m},
+            },
+        },
+        "trajectories": {"states": [functional] * n, "inputs": [functional] * m},
+        "evaluation": {"until": 1, "errors": dict.fromkeys(bounds, 1e-3)},
+    }
+
+
+def _named(data: Data) -> Data:
+    """The same with boxes and errors for all its bounds."""
+    names = [bound.name for bound in read_certificate(data).subject.bounds]
+    if "covers" in data["claim"]:
+        boxes = next(iter(data["claim"]["covers"].values()))
+        data["claim"]["covers"] = dict.fromkeys(names, boxes)
+    data["evaluation"]["errors"] = dict.fromkeys(names, 1)
+    return data
+
+
+def _system(data: Data) -> Data:
+    found: Data = data["reference"]["plant"]["system"]
+    return found
+
+
+def _many_weights() -> Data:
+    return _linear(1, 1, rows=5_000, signals=100, shifts=100)
+
+
+def _large_system() -> Data:
+    data = _linear(100, 100, signals=10, shifts=10)
+    _system(data)["A"] = [[0.5] * 100] * 100
+    return data
+
+
+def _long_weights() -> Data:
+    """Sums of rational numbers with denominators that have nothing in common."""
+    data = _linear(60, 1, shifts=2)
+    for i, part in enumerate(data["trajectories"]["states"]):
+        part = copy.deepcopy(part)
+        part["weights"][0] = [f"1/{DIGITS}{i + 1}", f"1/{DIGITS}{i + 3}1"]
+        data["trajectories"]["states"][i] = part
+    _system(data)["A"] = [[1] * 60] * 60
+    return data
+
+
+def _wide_floats() -> Data:
+    """The null space of a matrix of numbers from 1e-300 to 1e300."""
+    data = _linear(100, 100)
+    _system(data)["B"] = [
+        [f"{(i * 37 + j * 61) % 97 + 1}e{(i * 7 + j * 13) % 600 - 300}" for j in range(100)] for i in range(100)
+    ]
+    _system(data)["B"] = [[float(x) for x in row] for row in _system(data)["B"]]
+    data["attainable"] = [{"row": ["1"] * 100, "lower": -1, "upper": 1}]
+    data["reference"]["plant"]["input_set"] = {"rows": [[1] * 100], "lower": [-1], "upper": [1], "dimension": 100}
+    return _named(data)
+
+
+def _attainable() -> Data:
+    """Each of many rows of U is compared with each of many attainable rows."""
+    data = _linear(1, 2)
+    rows = [[1, i + 1] for i in range(10_000)]
+    _system(data)["B"] = [[1, TINY]]
+    data["reference"]["plant"]["input_set"] = {
+        "rows": rows[:140],
+        "lower": [-1] * 140,
+        "upper": [1] * 140,
+        "dimension": 2,
+    }
+    data["attainable"] = [{"row": ["1", str(i)], "lower": -1, "upper": 1} for i in range(1, 8_000)]
+    return _named(data)
+
+
+def _robust(n: int, vector: Callable[[int], list[str]], count: int, power: int, noise: bool = False) -> Data:
+    data = _linear(n, 1)
+    plant = data["reference"]["plant"]
+    zonotope = {"kind": "zonotope", "centre": ["0"] * n, "generators": [vector(i) for i in range(count)]}
+    _system(data)["A"] = [[0.1 + 1e-3 * i + 1e-5 * j for j in range(n)] for i in range(n)]
+    data["trajectories"]["states"] = [{"offset": "0", "weights": [["0"]]}] * n
+    data["disturbance"] = {
+        "state_set": copy.deepcopy(plant["state_set"]),
+        "input_set": copy.deepcopy(plant["input_set"]),
+        "feedback": [[0] * n],
+        "set": zonotope,
+        "head": power,
+        "terms": power,
+        "contraction": 0.5,
+        "box": [1e9] * n,
+        **({"noise": zonotope} if noise else {}),
+    }
+    return data
+
+
+def _powers() -> Data:
+    return _robust(30, lambda i: ["1/3"] * 30, 3, 10_000)
+
+
+def _steep_powers() -> Data:
+    data = _robust(100, lambda i: ["1/3"] * 100, 3, 400)
+    _system(data)["A"] = [[TINY] * 100] * 100
+    return data
+
+
+def _long_disturbances() -> Data:
+    return _robust(2, lambda i: [f"1/{DIGITS}{2 * i + 1}", "1"], 200, 10)
+
+
+def _many_disturbances() -> Data:
+    return _robust(2, lambda i: ["1", f"1/{DIGITS}{i}" if i < 40 else "1"], 10_000, 10)
+
+
+def _much_noise() -> Data:
+    return _robust(40, lambda i: ["1"] * 40, 2_000, 10, noise=True)
+
+
+def _changed_robust(make: Callable[[], Data], **fields: Any) -> Data:
+    data = copy.deepcopy(make())
+    data["disturbance"].update(fields)
+    return data
+
+
+def _pieces(count: int, coefficients: list[float], first: float, beyond: str, claim: Data) -> Data:
+    data = copy.deepcopy(of_pieces("end"))
+    breakpoints = [first, *(float(i) for i in range(1, count + 1))]
+    data["reference"]["signals"] = [
+        {"breakpoints": breakpoints, "coefficients": [coefficients] * count, "beyond": beyond}
+    ]
+    data["claim"], data["evaluation"]["until"] = claim, 1
+    return data
+
+
+def _endless_periods() -> Data:
+    return _pieces(1, [0.0], 0.0, "period", {"kind": "window", "start": 0, "end": 1e30})
+
+
+def _fine_pieces() -> Data:
+    return _pieces(5_000, [1] * 50, TINY, "rest", {"kind": "all_times", "tail_start": 1e4})
+
+
+def _fine_counterexample() -> Data:
+    data = _pieces(3_000, [1] * 100, TINY, "rest", {"kind": "all_times"})
+    (name, *_) = data.pop("evaluation")["errors"]
+    return data | {
+        "format": "trackable counterexample",
+        "version": 1,
+        "quantity": name,
+        "at": {"time": 0.5},
+        "violation": 1.0,
+    }
+
+
+def _high_pieces() -> Data:
+    """Near zero, over and over: each bound is halved thousands of times."""
+    return _pieces(
+        200, [1e-20 * (-1) ** k * (k + 1) for k in range(50)], 0.0, "rest", {"kind": "all_times", "tail_start": 200}
+    )
+
+
+def _with_kernel(kernel: Data, centres: list[float], terms: int = 64, boxes: int = 1) -> Data:
+    data: Data = copy.deepcopy(scalar_certificate())
+    (signal,) = data["reference"]["signals"]
+    signal |= {"kernel": kernel, "centres": centres, "weights": [1] * len(centres)}
+    ends = [i / boxes for i in range(boxes + 1)]
+    data["claim"] = {
+        "kind": "window",
+        "start": 0,
+        "end": 1,
+        "covers": {name: {"ends": ends, "radii": [9] * boxes} for name in data["claim"]["covers"]},
+        "terms": terms,
+    }
+    return data
+
+
+def _nested(kernel: Data, count: int, kind: str = "product") -> Data:
+    kernels = [kernel] * count
+    while len(kernels) > 1:
+        kernels = [
+            {"type": kind, "left": kernels[i], "right": kernels[i + 1]} if i + 1 < len(kernels) else kernels[i]
+            for i in range(0, len(kernels), 2)
+        ]
+    return kernels[0]
+
+
+def _products() -> Data:
+    return _with_kernel(_nested(KERNEL, 100), [0] * 200_000)
+
+
+def _periodic_products() -> Data:
+    return _with_kernel(_nested(KERNEL | {"type": "periodic", "period": 1e-30}, 100), [0] * 200_000)
+
+
+def _matern() -> Data:
+    return _named(_with_kernel(KERNEL | {"type": "matern52"}, [i / 512 for i in range(40_000)], boxes=20_000))
+
+
+def _many_kernels() -> Data:
+    data = _linear(1, 1, signals=100)
+    kernel = _nested(KERNEL | {"type": "rational_quadratic", "shape": 1}, 90, "sum")
+    data["reference"]["signals"] = [{"kernel": kernel, "mean": 0, "centres": [0, 1], "weights": [1, 1]}] * 100
+    return data
+
+
+def _shifted_boxes() -> Data:
+    data = _linear(1, 1, signals=100, shifts=100)
+    _system(data)["B"] = [[1]]
+    for side, weights in (("states", ["1"] * 99 + ["0"]), ("inputs", ["0"] + ["1"] * 99)):
+        data["trajectories"][side] = [{"offset": "0", "weights": [weights] * 100}]
+    data["evaluation"]["errors"]["x0"] = 1
+    data["claim"]["covers"]["x0"] = {"ends": [i / 300 for i in range(300)] + [1], "radii": [9] * 300}
+    data["claim"]["terms"] = 64
+    return data
+
+
+def _instants() -> Data:
+    return _shifted_boxes() | {"claim": {"kind": "instants", "last_step": 500_000}}
+
+
+def _angles(law: object, count: int = 100) -> Data:
+    """A flat form whose states are angles."""
+    data = copy.deepcopy(hostile.tank())
+    plant = data["reference"]["plant"]
+    names = [f"a{i}" for i in range(count)]
+    plant["system"] |= {
+        "f": [law] * count,
+        "states": names,
+        "inputs": ["u"],
+        "flat": {"states": ["z1[0]"] * count, "inputs": ["z1[1]"], "angles": names},
+    }
+    for side, size in (("state_set", count), ("input_set", 1)):
+        plant[side] = {"rows": [[1] + [0] * (size - 1)], "lower": [-1], "upper": [1], "dimension": size}
+    return _named(data)
+
+
+def _turns() -> Data:
+    term: object = "a0"
+    for _ in range(70):
+        term = ["+", term, ["*", 2, "a1"]]
+    return _angles(term)
+
+
+def _flat(law: object, inputs: object = "z1[1]", state: object = "z1[0]") -> Data:
+    data = _angles(law, 1)
+    flat = _system(data)["flat"]
+    flat |= {"states": [state], "inputs": [inputs]}
+    del flat["angles"]
+    return data
+
+
+def _tower(base: object, height: int, exponent: float = 16) -> object:
+    for _ in range(height):
+        base = ["^", base, exponent]
+    return base
+
+
+def _flat_tower() -> Data:
+    """0.1^16^16…: seven powers have as many digits as there is memory."""
+    return _flat(["+", "u", ["*", 0, _tower(0.1, 12)]])
+
+
+def _flat_variable_tower() -> Data:
+    return _flat(["+", "u", ["/", ["-", _tower("a0", 20), 1], ["-", "a0", 1]]])
+
+
+def _flat_roots() -> Data:
+    return _flat(["+", "u", _tower(["sqrt", ["*", 0, "a0"]], 20)])
+
+
+def _flat_names() -> Data:
+    """100 signals with 100 shifts, all in one formula."""
+    names = [f"z{s}[{j}]" for s in range(1, 100) for j in range(0, 99, 2)]
+    terms: list[object] = list(names)
+    while len(terms) > 1:
+        terms = [["+", *terms[i : i + 2]] if i + 1 < len(terms) else terms[i] for i in range(0, len(terms), 2)]
+    data = _flat("u", terms[0])
+    data["reference"]["signals"] *= 99
+    return data
+
+
+def _sines() -> Data:
+    """sin of what has millions of digits before the point, in a box with a huge disc."""
+    term: object = "level"
+    for _ in range(20):
+        term = ["^", ["*", 1e29, ["sin", term]], 64]
+    return hostile.with_law(["+", "level", ["*", 0.05, ["+", "inflow", ["*", 1e-30, ["sin", term]]]]])
+
+
+def _gains() -> Data:
+    """Sums of all inputs, times a state, over and over: each product has a part for each input."""
+    data = hostile.chain(100)
+    system = _system(data)
+    sums: object = "u0"
+    for i in range(1, 50):
+        sums = ["+", sums, f"u{i}"]
+    for _ in range(45):
+        sums = ["*", "x0", sums]
+    system["f"] = [sums] * 100
+    return data
+
+
+def _table(rows: int, steps: int) -> Data:
+    return {
+        "format": "trackable table",
+        "version": 1,
+        "table": {"first_step": 0, "states": [[0]] * steps, "inputs": [[0]] * steps},
+        "plant": {
+            "system": {"A": [[0]], "B": [[0]], "c": [0], "states": ["x"], "inputs": ["u"], "sampling_time": 1},
+            "state_set": {"rows": [[1]] * rows, "lower": [-1] * rows, "upper": [1] * rows, "dimension": 1},
+            "input_set": {"rows": [[1]] * rows, "lower": [-1] * rows, "upper": [1] * rows, "dimension": 1},
+        },
+        "tolerance": 1,
+    }
+
+
+HUGE: dict[str, Callable[[], Data]] = {
+    "many rows of many weights": _many_weights,
+    "a large system": _large_system,
+    "long rational weights": _long_weights,
+    "floats of all sizes in B": _wide_floats,
+    "many attainable rows": _attainable,
+    "powers of A + B K": _powers,
+    "powers of a tiny A + B K": _steep_powers,
+    "long disturbances": _long_disturbances,
+    "many disturbances": _many_disturbances,
+    "much noise": _much_noise,
+    "N and s of a cart": lambda: _changed_robust(lambda: robust_data("pushed cart"), head=10_000, terms=10_000),
+    "N and s with noise": lambda: _changed_robust(noisy_data, head=10_000, terms=10_000),
+    "endless periods": _endless_periods,
+    "pieces with a tiny breakpoint": _fine_pieces,
+    "a counterexample of such pieces": _fine_counterexample,
+    "pieces of degree 49": _high_pieces,
+    "a product of 100 kernels": _products,
+    "a product of 100 periodic kernels": _periodic_products,
+    "Matérn kernels in many boxes": _matern,
+    "10,000 kernels": _many_kernels,
+    "10,000 shifted signals in boxes": _shifted_boxes,
+    "10,000 shifted signals at instants": _instants,
+    "100 angles": _turns,
+    "a tower of a number": _flat_tower,
+    "a tower of a signal": _flat_variable_tower,
+    "a tower of a root of zero": _flat_roots,
+    "5,000 shifted signals in a flat form": _flat_names,
+    "sines of huge numbers": _sines,
+    "products of many inputs": _gains,
+    "a table of many rows": lambda: _table(10_000, 50_000),
+    "a tower of powers": lambda: hostile.tower(20),
+}
+"""What would take long, or much, by what is large in it."""
+
+
+def write(data: Data, path: Path) -> Path:
+    """Write a file without spaces."""
+    path.write_text(json.dumps(data, separators=(",", ":")))
+    assert path.stat().st_size < 10**6, path.stat().st_size
+    return path
+
+
+def _gzip(path: Path) -> None:
+    member = gzip.compress(b"0.0,1.0\n" * 1_000_000, 9)
+    path.write_bytes(gzip.compress(b"t,x\n") + member * 70)
+
+
+def _mcap(path: Path, chunks: list[Chunk]) -> None:
+    """Write a file of these chunks, which is whole in all that a reader can see before it unpacks them."""
+    builder = RecordBuilder()
+    Header("", "").write(builder)
+    for chunk in chunks:
+        chunk.write(builder)
+    DataEnd(0).write(builder)
+    Footer(0, 0, 0).write(builder)
+    path.write_bytes(MCAP0_MAGIC + builder.end() + MCAP0_MAGIC)
+
+
+def _chunk(pack: Callable[[bytes], bytes], name: str, size: int, count: int = 1, says: int | None = None) -> Chunk:
+    """Return a chunk of messages of this size on the topic /x, which `says` another size than it has."""
+    builder = RecordBuilder()
+    Channel(1, "/x", "json", {}, 0).write(builder)
+    for i in range(count):
+        Message(1, i, b"1" * size, i, i).write(builder)
+    data = builder.end()
+    return Chunk(name, pack(data), 0, 0, 0, len(data) if says is None else says)
+
+
+def _message(text: str) -> Callable[[Path], None]:
+    data = f'{{"t": 1, "x": {text}}}'.encode()
+
+    def write(path: Path) -> None:
+        builder = RecordBuilder()
+        Channel(1, "/x", "json", {}, 0).write(builder)
+        Message(1, 0, data, 0, 0).write(builder)
+        content = builder.end()
+        _mcap(path, [Chunk("", content, 0, 0, 0, len(content))])
+
+    return write
+
+
+class Packed(NamedTuple):
+    """A recording, or the file of a system: its `name`, what writes it, and what its refusal `says`."""
+
+    name: str
+    write: Callable[[Path], object]
+    says: str
+
+    def written(self, folder: Path) -> Path:
+        """Write it to a folder."""
+        self.write(folder / self.name)
+        return folder / self.name
+
+
+_ZSTD: Callable[[bytes], bytes] = zstandard.ZstdCompressor(level=19).compress
+_LZ4: Callable[[bytes], bytes] = lz4.frame.compress
+
+_YAML = "system: {A: [[0]], B: [[1]], sampling_time: 1, c: *l%d}\nstate_set: null\ninput_set: null\n"
+_LAUGHS = "l0: &l0 [0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n" + "".join(
+    f"l{i}: &l{i} [{', '.join([f'*l{i - 1}'] * 10)}]\n" for i in range(1, 9)
+)
+
+RECORDINGS: dict[str, Packed] = {
+    "gzip": Packed("x.csv.gz", _gzip, "unpacks to more than"),
+    "a zstd chunk": Packed("x.mcap", lambda p: _mcap(p, [_chunk(_ZSTD, "zstd", 200_000_000)]), "a chunk of 20"),
+    "an lz4 chunk": Packed("x.mcap", lambda p: _mcap(p, [_chunk(_LZ4, "lz4", 120_000_000)]), "a chunk of 12"),
+    "a zstd chunk that lies": Packed(
+        "x.mcap",
+        lambda p: _mcap(p, [_chunk(_ZSTD, "zstd", 200_000_000, says=1000)]),
+        "does not unpack to the 1000 bytes",
+    ),
+    "an lz4 chunk that lies": Packed(
+        "x.mcap",
+        lambda p: _mcap(p, [_chunk(_LZ4, "lz4", 120_000_000, says=1000)]),
+        "does not unpack to the 1000 bytes",
+    ),
+    "many zstd chunks": Packed(
+        "x.mcap",
+        lambda p: _mcap(p, [_chunk(_ZSTD, "zstd", 100_000, count=100)] * 60),
+        "take more than",
+    ),
+    "a value 1e99999999": Packed("x.mcap", _message("1e99999999"), "expected a finite number, got 1E+99999999"),
+    "a value 1e999999": Packed("x.mcap", _message("1e999999"), "expected a finite number, got 1E+999999"),
+    "a value of many digits": Packed("x.mcap", _message("0." + "1" * 500_000), "expected a finite number, got 0.111"),
+    "a deep message": Packed("x.mcap", _message("[" * 300_000), "cannot be decoded"),
+    "aliases of aliases": Packed("x.yaml", lambda p: p.write_text(_LAUGHS + _YAML % 8), "counted as often as"),
+    "deep YAML": Packed("x.yaml", lambda p: p.write_text("[" * 100_000), "nested more than 100 deep"),
+    "a long number in CSV": Packed(
+        "x.csv",
+        lambda p: p.write_text(f"t,x\n1e9999,1\n{'9' * 100_000},2\n"),
+        "expected a number of 1000 digits at most, got",
+    ),
+}
+"""What unpacks, or is written out, to gigabytes: by what is large in it."""
+
+READ = """
+import sys
+from pathlib import Path
+from trackable.errors import InputError
+from trackable.given.plant_file import read_plant
+from trackable.recordings import Field, Stamp, read_csv, read_mcap
+
+path = Path(sys.argv[1])
+try:
+    if path.suffix == ".yaml":
+        read_plant(path)
+    elif path.suffix == ".mcap":
+        for time in (Stamp("x", "s"), Stamp("t", "s")):
+            try:
+                read_mcap(path, {"x": Field("/x", "x", time=time)})
+            except InputError as error:
+                assert len(str(error)) < 400
+                said = error
+        raise said
+    else:
+        read_csv(path, "t", "s", {"x": "x"})
+except InputError as error:
+    assert len(str(error)) < 400
+    sys.exit(str(error))
+"""
+"""Read a file as a user would; an InputError is one short sentence."""

@@ -1,0 +1,89 @@
+"""Small files keep the time that a check is given, and a gigabyte, in every entry; what unpacks to more is refused.
+
+`make attack` tries all of `HUGE`; here are those of which one was slow, or large, once.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.attack.huge import HUGE, MOST_MEMORY, MOST_SECONDS, READ, RECORDINGS, measured, write
+from trackable import check
+from trackable.checker import NotACertificate
+from trackable.checker.__main__ import UNUSABLE, main
+from trackable.errors import InputError
+from trackable.files import from_json, from_yaml, read_bytes
+from trackable.recordings import read_csv
+
+SLOW_ONCE = (
+    "many rows of many weights",
+    "N and s with noise",
+    "long disturbances",
+    "endless periods",
+    "pieces with a tiny breakpoint",
+    "a counterexample of such pieces",
+    "a product of 100 kernels",
+    "5,000 shifted signals in a flat form",
+    "a tower of a number",
+    "100 angles",
+)
+ENTRIES = {
+    "library": (("-m", "trackable", "check"), ()),
+    "checker": (("-m", "trackable.checker"), ()),
+    "exact": (("-m", "trackable", "check"), ("--exact",)),
+}
+
+
+@pytest.mark.parametrize("entry", ENTRIES)
+@pytest.mark.parametrize("what", SLOW_ONCE)
+def test_a_small_file_keeps_its_time_and_a_gigabyte(what: str, entry: str, tmp_path: Path) -> None:
+    command, options = ENTRIES[entry]
+    if entry != "library" and what not in SLOW_ONCE[-4:]:
+        pytest.skip("the steps are the same")
+    took = measured(write(HUGE[what](), tmp_path / "file.json"), "--seconds", "2", *options, command=command)
+    assert took.code in (1, 2, 3), took
+    assert "Traceback" not in took.said
+    assert took.seconds < MOST_SECONDS
+    assert took.memory < MOST_MEMORY
+
+
+@pytest.mark.parametrize("what", RECORDINGS)
+def test_what_unpacks_to_gigabytes_is_refused_in_a_sentence(what: str, tmp_path: Path) -> None:
+    packed = RECORDINGS[what]
+    path = packed.written(tmp_path)
+    assert path.stat().st_size < 10**6
+    took = measured(path, command=("-c", READ))
+    assert took.said.startswith(str(path))
+    assert packed.says in took.said
+    assert took.memory < MOST_MEMORY
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are other devices")
+def test_what_has_no_end_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo(pipe := tmp_path / "pipe")
+    for path in (pipe, Path("/dev/zero")):
+        for read in (check, read_bytes, lambda p: read_csv(p, "t", "s", {"x": "x"})):
+            with pytest.raises(InputError, match="a device or a pipe"):
+                read(path)
+        assert main([str(path)]) == UNUSABLE
+        assert "a device or a pipe, which may have no end" in capsys.readouterr().err
+
+
+def test_a_key_that_is_there_twice_is_found_among_many() -> None:
+    keys = ", ".join(f'"{i}": 0' for i in range(50_000))
+    with pytest.raises(ValueError, match="key '49999' appears twice in one object"):
+        from_json(f'{{{keys}, "49999": 1}}'.encode())
+
+
+def test_yaml_may_repeat_a_little() -> None:
+    assert from_yaml(b"a: &a [1, 2]\nb: *a\nc: [*a, *a]\n") == {"a": [1, 2], "b": [1, 2], "c": [[1, 2], [1, 2]]}
+
+
+def test_a_list_that_holds_itself_is_no_yaml_and_no_certificate() -> None:
+    with pytest.raises(ValueError, match="is not YAML"):
+        from_yaml(b"a: &a [*a]")
+    inner: dict[str, object] = {"type": "sum"}
+    inner |= {"left": inner, "right": inner}
+    assert isinstance(check({"format": "trackable certificate", "version": 3, "reference": inner}), NotACertificate)
