@@ -124,10 +124,9 @@ def _large_system() -> Data:
 def _long_weights() -> Data:
     """Sums of rational numbers with denominators that have nothing in common."""
     data = _linear(60, 1, shifts=2)
-    for i, part in enumerate(data["trajectories"]["states"]):
-        part = copy.deepcopy(part)
-        part["weights"][0] = [f"1/{DIGITS}{i + 1}", f"1/{DIGITS}{i + 3}1"]
-        data["trajectories"]["states"][i] = part
+    data["trajectories"]["states"] = [
+        {"offset": "0", "weights": [[f"1/{DIGITS}{i + 1}", f"1/{DIGITS}{i + 3}1"]]} for i in range(60)
+    ]
     _system(data)["A"] = [[1] * 60] * 60
     return data
 
@@ -191,6 +190,10 @@ def _steep_powers() -> Data:
 
 def _long_disturbances() -> Data:
     return _robust(2, lambda i: [f"1/{DIGITS}{2 * i + 1}", "1"], 200, 10)
+
+
+def _longest_disturbances() -> Data:
+    return _robust(2, lambda i: [f"1/{'7' * 19_000}{2 * i + 1}", "1"], 40, 10)
 
 
 def _many_disturbances() -> Data:
@@ -408,6 +411,7 @@ HUGE: dict[str, Callable[[], Data]] = {
     "powers of A + B K": _powers,
     "powers of a tiny A + B K": _steep_powers,
     "long disturbances": _long_disturbances,
+    "disturbances of 19,000 digits": _longest_disturbances,
     "many disturbances": _many_disturbances,
     "much noise": _much_noise,
     "N and s of a cart": lambda: _changed_robust(lambda: robust_data("pushed cart"), head=10_000, terms=10_000),

@@ -21,6 +21,7 @@ SLOW_ONCE = (
     "many rows of many weights",
     "N and s with noise",
     "long disturbances",
+    "disturbances of 19,000 digits",
     "endless periods",
     "pieces with a tiny breakpoint",
     "a counterexample of such pieces",

@@ -1,7 +1,7 @@
 """The largest files that are read, and what a check may take: the theorem names these numbers.
 
-So every check ends. They are far beyond what a proof needs. Files that exceed them are refused before any work; a check that meets the
-limits of the second part leaves its file Undecided. A check that takes long all the same can be given a time.
+They are far beyond what a proof needs. Files that exceed them are refused before any work; a check that exceeds those
+of the second part leaves its file Undecided. A check that takes long all the same can be given a time.
 """
 
 BYTES = 32_000_000

@@ -10,10 +10,8 @@ from time import monotonic
 
 from trackable.checker.limits import BITS, BITS_TOGETHER, MEMORY
 
-try:
+if sys.platform != "win32":
     from resource import RUSAGE_SELF, getrusage
-except ImportError:  # there is none on Windows
-    getrusage = None  # type: ignore[assignment]
 
 Report = Callable[[int, int], object]
 """Told how many boxes or instants are checked, and of how many."""
@@ -93,6 +91,6 @@ def require_room(count: int, bits: int) -> None:
 
 def _peak() -> float:
     """Return how much memory the process has held at most [bytes]; 0 where the system does not say."""
-    if getrusage is None:
+    if sys.platform == "win32":
         return 0.0
     return getrusage(RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)

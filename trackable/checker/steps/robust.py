@@ -84,7 +84,7 @@ class _Errors:
         # h_W has the divisor r qᴺ⁻¹ d, and h_P the divisor r qᴺ⁺ˢ⁻¹ b (1 − α)
         above = of_W * self.q**s * self.b * left.numerator + of_P * self.d * left.denominator
         below = r * self.q ** (N + s - 1) * self.b * self.d * left.numerator
-        return above * room.denominator <= room.numerator * below
+        return bool(above * room.denominator <= room.numerator * below)
 
     def moved(self, row: Sequence[int]) -> list[int]:
         """Return row · q A_K."""
