@@ -358,11 +358,14 @@ def _flat_roots() -> Data:
 
 def _flat_names() -> Data:
     """100 signals with 100 shifts, all in one formula."""
-    names = [f"z{s}[{j}]" for s in range(1, 100) for j in range(0, 99, 2)]
-    terms: list[object] = list(names)
-    while len(terms) > 1:
-        terms = [["+", *terms[i : i + 2]] if i + 1 < len(terms) else terms[i] for i in range(0, len(terms), 2)]
-    data = _flat("u", terms[0])
+
+    def added(later: int) -> object:
+        terms: list[object] = [f"z{s}[{j + later}]" for s in range(1, 100) for j in range(0, 98, 2)]
+        while len(terms) > 1:
+            terms = [["+", *terms[i : i + 2]] if i + 1 < len(terms) else terms[i] for i in range(0, len(terms), 2)]
+        return terms[0]
+
+    data = _flat("u", added(1), added(0))
     data["reference"]["signals"] *= 99
     return data
 

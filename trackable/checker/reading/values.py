@@ -21,14 +21,13 @@ def require_short_texts(data: object) -> None:
     """Raise UnreadableError where all texts together, but for names of fields, are longer than any proof needs."""
     waiting, found = [data], 0
     while waiting:
-        match waiting.pop():
-            case dict() as inner:
-                waiting += inner.values()
-            case list() as inner:
-                waiting += inner
-            case str() as text:
-                found += len(text)
         tick()
+        inner = waiting.pop()
+        for value in inner.values() if isinstance(inner, dict) else inner if isinstance(inner, list) else ():
+            if isinstance(value, str):
+                found += len(value)
+            elif isinstance(value, dict | list):
+                waiting.append(value)
         if found > TEXTS:
             raise UnreadableError(f"its texts must have no more than {TEXTS} characters together")
 
