@@ -47,7 +47,7 @@ def generate(experiment: Experiment, results: Results) -> None:
 
 
 def _of_many(experiment: Experiment, sampled: Sampled) -> Iterator[str]:
-    """Ask about samples that are too many to learn from, and have no fewer centres that lose nothing."""
+    """Ask about samples that are too many to learn from, and of which half are not enough."""
     for name, samples in sampled.by_name.items():
         if len(samples) > MANY:
             yield (
@@ -93,8 +93,7 @@ def _fewer(experiment: Experiment, samples: Mapping[str, Samples]) -> dict[str, 
     """Return the samples to learn from: fewer centres that stand for all of them, where the experiment says so."""
     noise = {name: fields.noise_std for name, fields in experiment.prior.items()}
     kinds = kinds_by_name(experiment.plant, samples)
-    kernels = [part.kernel for part in experiment.learned_prior.parts]
-    return condensed_by_name(samples, kinds, experiment.centres, noise, kernels=kernels)
+    return condensed_by_name(samples, kinds, experiment.centres, noise)
 
 
 def _read_csv(source: CsvColumn, sampling_time: float) -> Signal:

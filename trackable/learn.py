@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from trackable.arrays import ArrayLike
-from trackable.beforehand import Mean, learned_beforehand, levels, split_means
+from trackable.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.goal import Claim
 from trackable.certificates.pinned import Pinned, prove_pinned
@@ -20,6 +20,7 @@ from trackable.feasibility.impossible import impossible
 from trackable.fit.fit import Fit
 from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.kernels.base import Kernel
+from trackable.gp.samples import Samples
 from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner
 from trackable.learning.prior import prior_for
 from trackable.learning.problem import ConstrainedProblem, Method, Solution
@@ -29,7 +30,7 @@ from trackable.progress.bar import progress_bar
 from trackable.reference import TrackableReference
 from trackable.request.claim import checked_goal, claimed
 from trackable.request.plant import drawn_in
-from trackable.request.prior import Noise, kernels_of
+from trackable.request.prior import Noise
 from trackable.request.samples import Measurements, SamplesLike
 from trackable.saved import found_or_raise
 from trackable.systems.constrained import ConstrainedSystem
@@ -97,10 +98,11 @@ def learn_reference(
         At most how many centres the reference has for the samples of each name. None: each sample is one. A whole
         number: the time of the samples is divided into bins, and the samples in each are replaced by four that say the
         same of every signal that is a cubic polynomial in each bin, noise included. "auto": of more than 2000 samples,
-        as few as lose nothing that all of them show; not half of regular samples where a kernel has kinks, as that
-        saves nothing. For long recordings, of which a quarter loses something, `learn_stream` is faster. What is proved
-        is the reference that is handed out; its `explanation` says how many samples are learned by how many centres,
-        and what that changes in l and in the mean.
+        so few that all samples change l by less than 4, and the mean by less than a tenth of σ_n at any time, for the
+        hyperparameters that are learned; all samples where half of them are not enough, as for many kernels with kinks.
+        Of more than 4000 samples, twice as many centres stand for all in this comparison. `learn_stream` is faster
+        then. What is proved is the reference that is handed out; its `explanation` says how many samples are learned by
+        how many centres, and what that changes in l and in the mean.
     at
         Values of states and inputs, by name, that the reference has at times [s]: {0.0: {"position": -0.08, "velocity":
         0.0}} begins at a plant's present state. {6.0: "rest"} is in an equilibrium then, with the input that holds it,
@@ -154,16 +156,20 @@ def learn_reference(
     """
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
     claim, learner = claimed(claim), _learner(method, at, learn_from)
-    measured = Measurements.of(samples, plant, noise_std, centres, kernels=kernels_of(kernel))
-    seen = measured.signals
+    measured = Measurements.of(samples, plant, noise_std, centres)
     level, between = split_means(mean, measured.names)
     shared = frozenset({"period"}) if claim == "all_phases" and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
-    others = seen if learn_from is None else measured.others("learn_from", learn_from)
-    ends = levels(between, measured.names, others)
-    first = found_or_raise(learned_beforehand(others, prior, ends, starts, keep=learn_from is not None))
+    measured, _ = measured.enough_for(prior)
+    others = measured if learn_from is None else measured.others("learn_from", learn_from)
+
+    def beforehand(of: tuple[Samples, ...]) -> Beforehand:
+        ends = levels(between, measured.names, of)
+        return found_or_raise(learned_beforehand(of, prior, ends, starts, keep=learn_from is not None))
+
+    first, _ = others.learned(beforehand, lambda found: found.prior)
     ask(first.questions, _CALLER)
-    prior = first.prior
+    prior, seen = first.prior, measured.signals
     goal = checked_goal(claim, seen, prior, plant, tightening)
     space = SearchSpace.around(seen, prior, starts)
     ask(doubts(claim, measured.given, plant), _CALLER)
@@ -171,11 +177,13 @@ def learn_reference(
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with progress_bar("learn reference", shown=progress):
-        certified = found_or_raise(learn_certified(seen, prior, plant, space, goal, learner=learner, pins=pins))
+        certified, cost = measured.learned(
+            lambda of: found_or_raise(learn_certified(of, prior, plant, space, goal, learner=learner, pins=pins)),
+            lambda found: found.solution.posterior.prior.as_known(),
+        )
         pinned = tuple(at.found(certified.reference) for at in pinned)
         proofs = found_or_raise(prove_pinned(certified.reference, pinned))
-        cost = measured.cost(certified.solution.posterior.prior)
-        fit = _fit(certified, ConstrainedProblem(seen, prior, space), pinned, cost)
+        fit = _fit(certified, ConstrainedProblem(certified.solution.posterior.samples, prior, space), pinned, cost)
     certificate = replace(certified.certificate, robust=robust_of(tightening))
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignored(learned.fit):

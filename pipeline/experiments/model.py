@@ -67,12 +67,12 @@ class Experiment(Fields):
     `samples_from` is the file that the samples come from, or a folder above all their files: when it changes, DVC runs
     the stages again. `samples` and `prior` are by the names of sampled states, one at least for each flat output, or of
     "rate of x" of a state x. Of several that show one flat output, the first has the prior, and the others their noise
-    alone. Of more than 2000 samples of a name, fewer `centres` are learned from, as by `learn_reference`; a number says
-    how many at most, None that each sample is one. What `shared` names is the same for all flat outputs. Figures name
-    the `units` of states and inputs, and show the two states of `plane`, if given, in their plane. All references keep
-    the part `margin` of each width free at either bound. Robust methods also leave room for every error that a
-    `disturbance` may cause; the other methods know nothing of it. `algorithm1` and `periodic` are for the methods that
-    need them. What `verification` is, where it is left out, `verified` says.
+    alone. Of more than 2000 samples of a name, fewer `centres` are learned from, as many as the samples need whatever
+    the kernel; a number says how many at most, None that each sample is one. What `shared` names is the same for all
+    flat outputs. Figures name the `units` of states and inputs, and show the two states of `plane`, if given, in their
+    plane. All references keep the part `margin` of each width free at either bound. Robust methods also leave room for
+    every error that a `disturbance` may cause; the other methods know nothing of it. `algorithm1` and `periodic` are
+    for the methods that need them. What `verification` is, where it is left out, `verified` says.
     """
 
     name: str

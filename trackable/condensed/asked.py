@@ -3,22 +3,16 @@
 from collections.abc import Iterable, Mapping
 from typing import Literal
 
-import numpy as np
-
 from trackable.arguments import is_number, whole
 from trackable.condensed.bins import NODES
 from trackable.condensed.condense import condensed, condensed_enough, finer
 from trackable.condensed.cost import Condensation
 from trackable.gp.factorise import LARGEST_DENSE
-from trackable.gp.factors.grid import Grid
 from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.base import Kernel
 from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.sampling import sampled_signals
-
-_MOST_REGULAR = 20_000  # samples: of more, what grows with their square takes longer than what half of them save
 
 MANY = 2000
 """Samples of one name that are all learned from where nothing else is asked for."""
@@ -44,16 +38,15 @@ def condensed_by_name(
     centres: Centres,
     noise_std: object,
     many: int = MANY,
-    kernels: Iterable[Kernel] = (),
+    times: int = 1,
 ) -> dict[str, Samples]:
     """Return the samples to learn from: "auto" leaves up to `many` of a name as they are.
 
-    `kinds` are the names that show each flat output, the first with σ_n. Where one of the `kernels` has kinks, regular
-    samples are not replaced by half of them: these are not regular, and take longer than all.
+    `kinds` are the names that show each flat output, the first with σ_n. "auto" takes as many centres as the samples
+    need alone, and `times` as many where the kernel needs more; all samples where that is more than half of them.
     """
-    rough = any(not kernel.is_analytic for kernel in kernels)
     known = {name: _known(noise_std, first) for first, *others in map(tuple, kinds) for name in (first, *others)}
-    return {name: _condensed(samples, centres, known[name], many, rough) for name, samples in given.items()}
+    return {name: _condensed(samples, centres, known[name], many, times) for name, samples in given.items()}
 
 
 def cost_of(
@@ -71,18 +64,15 @@ def cost_of(
     return tuple(Condensation.of(name, part, one, other) for name, part, one, other in parts if one.scatter.count)
 
 
-def _condensed(samples: Samples, centres: Centres, noise_std: float | None, many: int, rough: bool) -> Samples:
+def _condensed(samples: Samples, centres: Centres, noise_std: float | None, many: int, times: int) -> Samples:
     if centres is None or (centres == "auto" and len(samples) <= many):
         return samples
     if centres != "auto":
         return condensed(samples, centres)
-    return condensed_enough(samples, noise_std, half_will_do=not (rough and _are_regular(samples)))
-
-
-def _are_regular(samples: Samples) -> bool:
-    """Whether the covariance matrix of all samples is a Toeplitz matrix that is factorised fast."""
-    alike = bool(np.all(samples.relative_noise == samples.relative_noise[0]))
-    return alike and len(samples) <= _MOST_REGULAR and Grid.of(samples.times) is not None
+    few = condensed_enough(samples, noise_std)
+    if times == 1 or len(few) == len(samples):
+        return few
+    return condensed(samples, times * len(few)) if 2 * times * len(few) <= len(samples) else samples
 
 
 def _known(noise_std: object, name: str) -> float | None:

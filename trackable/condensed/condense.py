@@ -34,17 +34,18 @@ def condensed(samples: Samples, centres: int) -> Samples:
     return Samples(times, values, noise, samples.stencil, (scatter,))
 
 
-def condensed_enough(samples: Samples, noise_std: float | None = None, *, half_will_do: bool = True) -> Samples:
-    """Return as few samples as lose nothing that all of them show; all of them where a quarter is not enough.
+def condensed_enough(samples: Samples, noise_std: float | None = None) -> Samples:
+    """Return as few samples as leave hardly more of all to the noise; all of them where half is not enough.
+
+    That is what samples say, whatever the kernel: `Condensation` says what they lose for a kernel.
 
     From a quarter on, centres are halved while the mean square of what polynomials leave grows by less than 1 % and
     what chance explains: percentages of σ_n² where `noise_std` σ_n is known and larger. It would be wrong to begin with
     few: two numbers of centres leave the same where neither resolves the signal. The fewest that pass are doubled, to
-    lose far less still. Where less than a quarter does not pass, a quarter does if it leaves no more than half of them,
-    and if half of the samples will do.
+    lose far less still. Where less than a quarter does not pass, a quarter does if it leaves no more than half of them.
     """
     quarter, half = len(samples) // _LEAST_GAIN, len(samples) // 2
-    for finest in (quarter, half) if half_will_do else (quarter,):
+    for finest in (quarter, half):
         centres, allowed = finest, _allowed(samples, finest, noise_std)
         while centres // 2 >= NODES and _mean_square(condensed(samples, centres // 2).scatter) <= allowed:
             centres //= 2

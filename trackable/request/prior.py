@@ -31,12 +31,6 @@ def priors_by_name(
     }
 
 
-def kernels_of(given: object) -> tuple[Kernel, ...]:
-    """Return the kernels among what was given, one or by name; what is none is refused elsewhere."""
-    values = given.values() if isinstance(given, Mapping) else [given]
-    return tuple(kernel for kernel in values if isinstance(kernel, Kernel))
-
-
 def value_of(given: T | Mapping[str, T], name: str, what: str) -> T:
     """Return what is given for a name: for all names, or by name. ValueError: `what` is missing for it."""
     if not isinstance(given, Mapping):

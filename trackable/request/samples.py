@@ -1,7 +1,7 @@
 """The samples to learn from: by name, with their relative noise, and fewer of them where there are many."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self, TypeVar
 
@@ -31,7 +31,7 @@ class Measurements:
     """Samples of a `plant` by name, with the noise `noise_std` of each.
 
     `kinds` are the names that show each flat output; noise is relative to that of the first of them. Of more than
-    `many` samples of a name, fewer are learned from, as `centres` says; see `condensed_by_name` for `kernels`.
+    `many` samples of a name, fewer are learned from, as `centres` says; see `condensed_by_name` for `times`.
     """
 
     plant: ConstrainedSystem
@@ -40,7 +40,7 @@ class Measurements:
     noise_std: Noise
     centres: Centres
     many: int = MANY
-    kernels: tuple[Kernel, ...] = ()
+    times: int = 1
 
     @classmethod
     def of(
@@ -50,11 +50,10 @@ class Measurements:
         noise_std: Noise,
         centres: Centres,
         many: int = MANY,
-        kernels: tuple[Kernel, ...] = (),
     ) -> Self:
         """Return what was given, checked. Raises TypeError and ValueError, as `learn_reference` says."""
         given, centres = samples_by_name(samples, plant), checked_centres(centres)
-        return cls(plant, given, names_of_each(plant, given), noise_std, centres, many, kernels)
+        return cls(plant, given, names_of_each(plant, given), noise_std, centres, many)
 
     @cached_property
     def all(self) -> dict[str, Samples]:
@@ -64,7 +63,7 @@ class Measurements:
     @cached_property
     def fewer(self) -> dict[str, Samples]:
         """The samples to learn from, by name."""
-        return self._condensed(self.all, self.centres)
+        return condensed_by_name(self.all, self.kinds, self.centres, self.noise_std, self.many, self.times)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -81,14 +80,31 @@ class Measurements:
         """The samples to learn from, of each flat output."""
         return sampled_signals(self.plant, self.fewer)[1]
 
-    def others(self, what: str, samples: SamplesLike) -> tuple[Samples, ...]:
-        """Return other samples of each flat output; `what` names them in messages. Raises as `same_states`."""
-        found = same_states(what, samples, self.plant, self.kinds, self.noise_std)
-        return sampled_signals(self.plant, self._condensed(found, self.centres))[1]
+    def others(self, what: str, samples: SamplesLike) -> Self:
+        """Return the same of other samples; `what` names them in messages. Raises as `same_states`."""
+        return replace(self, given=_of_states(what, samples, self.plant, self.kinds), times=1)
 
-    def part(self, samples: Mapping[str, Samples], centres: Centres) -> tuple[Samples, ...]:
-        """Return samples of each flat output that are a part of `all`, from fewer `centres`."""
-        return sampled_signals(self.plant, self._condensed(samples, centres))[1]
+    def learned(
+        self, learn: Callable[[tuple[Samples, ...]], T], prior_of: Callable[[T], JointPrior]
+    ) -> tuple[T, tuple[Condensation, ...]]:
+        """Return what is learned from samples of each flat output, and what it costs that they are fewer than all.
+
+        It is learned again where more centres are needed for the hyperparameters that it has.
+        """
+        found = learn(self.signals)
+        enough, cost = self.enough_for(prior_of(found))
+        return (found, cost) if enough is self else enough.learned(learn, prior_of)
+
+    def enough_for(self, prior: JointPrior) -> tuple[Self, tuple[Condensation, ...]]:
+        """Return these with as many centres as a prior needs whose hyperparameters are known, and what that costs.
+
+        "auto" takes twice as many until the cost is small, and all samples in the end. The same, and no cost, where
+        hyperparameters are learned.
+        """
+        cost = () if prior.learned else self.cost(prior)
+        if self.centres != "auto" or not any(each.is_large for each in cost):
+            return self, cost
+        return replace(self, times=2 * self.times).enough_for(prior)
 
     def priors(self, kernel: Kernel | Mapping[str, Kernel], mean: float | Mapping[str, float]) -> dict[str, Prior]:
         """Return the prior of each flat output, by name. Raises as `priors_by_name`."""
@@ -97,9 +113,6 @@ class Measurements:
     def cost(self, prior: JointPrior) -> tuple[Condensation, ...]:
         """Return what it costs that fewer samples stand for all of them."""
         return cost_of(self.plant, self.all, self.fewer, prior)
-
-    def _condensed(self, samples: Mapping[str, Samples], centres: Centres) -> dict[str, Samples]:
-        return condensed_by_name(samples, self.kinds, centres, self.noise_std, self.many, self.kernels)
 
 
 def names_of_each(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[str, ...]]:
@@ -155,11 +168,17 @@ def same_states(
 
     ValueError: they are not of the states of the first samples, which have these `kinds`.
     """
+    return with_noise(_of_states(what, samples, plant, kinds), kinds, noise_std)
+
+
+def _of_states(
+    what: str, samples: SamplesLike, plant: ConstrainedSystem, kinds: list[tuple[str, ...]]
+) -> dict[str, Samples]:
     given = samples_by_name(samples, plant, what)
     if names_of_each(plant, given) != kinds:
         expected = ", ".join(name for shown in kinds for name in shown)
         raise ValueError(f"{what}: expected samples of {expected}, as of the first ones, got {', '.join(given)}")
-    return with_noise(given, kinds, noise_std)
+    return given
 
 
 def noise_of_first(noise_std: T | Mapping[str, T], kinds: Iterable[Iterable[str]]) -> T | dict[str, T]:

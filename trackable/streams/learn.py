@@ -27,7 +27,7 @@ from trackable.gp.samples import Samples
 from trackable.learning.index_set import Window
 from trackable.learning.joint.learn import learn_jointly
 from trackable.learning.prior import prior_for
-from trackable.learning.problem import ConstrainedProblem
+from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
 from trackable.request.claim import checked_goal, claimed
@@ -119,26 +119,25 @@ def learn_stream(
     measured = Measurements.of(samples, plant, noise_std, centres, _MANY)
     if (length := real("window", window)) <= 0:
         raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
-    seen = measured.signals
     level, between = split_means(mean, measured.names)
     prior = prior_for(plant, measured.priors(kernel, level))
+    measured, _ = measured.enough_for(prior)
     first = _first(measured, length)
-    likeliest = found_or_raise(
-        learned_beforehand(first, prior, levels(between, measured.names, first), starts, keep=False)
-    )
+    ends = levels(between, measured.names, first.signals)
+    likeliest = found_or_raise(learned_beforehand(first.signals, prior, ends, starts, keep=False))
     ask(likeliest.questions, _CALLER)
     prior = likeliest.prior
-    checked_goal("all_times", seen, prior, plant, tightening)  # between windows the function is at rest
+    checked_goal("all_times", measured.signals, prior, plant, tightening)  # between windows the function is at rest
     ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     with progress_bar("learn stream", shown=progress):
         known = _known(first, prior, plant, starts)
-        stream = Stream(seen, known, plant, length, claim, pinned)
+        measured, cost = measured.enough_for(known)
+        stream = Stream(measured.signals, known, plant, length, claim, pinned)
         reference, certificate = found_or_raise(learn_proved(stream))
         pinned = tuple(at.found(reference) for at in pinned)
         proofs = found_or_raise(prove_pinned(reference, pinned))
-        cost = measured.cost(known)
     certificate = replace(certificate, robust=robust_of(tightening))
     learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
@@ -155,28 +154,32 @@ def _refuse(others: Mapping[str, object]) -> None:
         raise TypeError(f"learn_stream: takes no {name!r}: {instead}")
 
 
-def _first(measured: Measurements, length: float) -> tuple[Samples, ...]:
-    """Return the samples of the first window, of each flat output. ValueError: one of the names has none there."""
-    start = min(float(of.times[0]) for of in measured.all.values())
-    begun = {name: part_of(of, -float("inf"), start + length) for name, of in measured.all.items()}
+def _first(measured: Measurements, length: float) -> Measurements:
+    """Return the samples of the first window. ValueError: one of the names has none there."""
+    start = min(float(of.times[0]) for of in measured.given.values())
+    begun = {name: part_of(of, -float("inf"), start + length) for name, of in measured.given.items()}
     found = {name: of for name, of in begun.items() if of is not None}
     if missing := [name for name in begun if name not in found]:
         raise ValueError(f"window: the first one, of {length:g} s, holds no sample of {missing[0]}; give a longer one")
-    share = max(len(of) / len(measured.all[name]) for name, of in found.items())
-    return measured.part(found, _part_of(measured.centres, share))
+    share = max(len(of) / len(measured.given[name]) for name, of in found.items())
+    return replace(measured, given=found, centres=_part_of(measured.centres, share))
 
 
 def _part_of(centres: Centres, share: float) -> Centres:
     return max(NODES, round(centres * share)) if isinstance(centres, int) else centres
 
 
-def _known(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
+def _known(first: Measurements, prior: JointPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
     """Return the prior with the hyperparameters of least J, all known. NotTrackableError: no function keeps bounds."""
     if not prior.learned:
         return prior.as_known()
-    times = Window(min(float(of.times[0]) for of in samples), max(float(of.times[-1]) for of in samples))
-    space = SearchSpace.around(samples, prior, starts)
-    solution = found_or_raise(learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant))))
+
+    def learn(samples: tuple[Samples, ...]) -> Solution:
+        times = Window(min(float(of.times[0]) for of in samples), max(float(of.times[-1]) for of in samples))
+        space = SearchSpace.around(samples, prior, starts)
+        return found_or_raise(learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant))))
+
+    solution, _ = first.learned(learn, lambda found: found.posterior.prior.as_known())
     if solution.unconstrained and (
         sentence := ignored(Fit.of(Reference(solution.signals, plant), solution, solution.unconstrained, ()))
     ):
@@ -186,6 +189,6 @@ def _known(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSy
             stacklevel=_CALLER + 1,
         )
     learned = solution.posterior.prior
-    narrow = [edge for edge in edges_of(learned, samples) if edge.is_given]
+    narrow = [edge for edge in edges_of(learned, solution.posterior.samples) if edge.is_given]
     ask([f"{edge}, {edge.interval}: was it meant as a limit?" for edge in narrow], _CALLER + 1)
     return learned.as_known()

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from tests.trackable.plants import AXIS
-from trackable import Matern52, Samples, SquaredExponential, TrackableReference, learn_reference
+from trackable import Samples, SquaredExponential, TrackableReference, learn_reference
 from trackable.condensed.asked import MANY, condensed_by_name
 from trackable.gp.hyperparameter import Learned
 from trackable.gp.joint import JointPosterior
-from trackable.gp.kernels.base import Kernel
 
 RANDOM = np.random.default_rng(3)
 TIMES = np.cumsum(RANDOM.uniform(0.001, 0.01, 500))
@@ -108,24 +107,6 @@ def test_many_samples_are_condensed_without_being_asked(monkeypatch):
     assert cost.centres <= 125
     assert abs(cost.change_of_l) < 1.0
     assert cost.apart < 0.05
-
-
-def test_half_of_regular_samples_saves_nothing_where_kernels_have_kinks():
-    times = np.arange(2500) / 10
-    noise = 0.05 * np.random.default_rng(0).standard_normal(times.size)
-    regular = Samples(times, np.sin(1.4 * times + np.sin(0.13 * times)) + noise)
-    slow = Samples(times, np.sin(0.1 * times) + noise)
-    moved = Samples(times + 1e-3 * np.sin(times), regular.values)
-    uneven = Samples(times, regular.values, np.where(times < 100, 1.0, 2.0))
-
-    def count(of: Samples, kernel: Kernel) -> int:
-        return len(condensed_by_name({"position": of}, [("position",)], "auto", None, kernels=(kernel,))["position"])
-
-    assert count(regular, Matern52()) == 2500
-    for fewer in (moved, uneven):
-        assert count(fewer, Matern52()) <= 1250
-    assert count(regular, SquaredExponential()) <= 1250
-    assert count(slow, Matern52()) <= 700  # a quarter, or less, saves more
 
 
 def test_noise_that_is_learned_allows_no_loss_yet():
