@@ -61,13 +61,18 @@ def distances(fit: Fit) -> str:
 
 def at_edges(fit: Fit) -> str | None:
     """Return which learned hyperparameters lie at an end of their search interval; None where none does."""
-    return "; ".join(map(str, fit.edges)) or None
+    theta = fit.prior.hyperparameters
+    limited = [
+        f"{name} = {theta[name]:.4g}: float64 does not evaluate those twice as long as precisely as a proof needs"
+        for name in fit.limited
+    ]
+    return "; ".join([*map(str, fit.edges), *limited]) or None
 
 
 def given_too_narrowly(fit: Fit) -> str | None:
     """Return a question if an interval that was given for a hyperparameter holds it back; None where none does."""
     said = "; ".join(f"{edge}, {edge.interval}" for edge in fit.edges if edge.is_given)
-    return f"{said}: was it meant as a limit? A wider one fits better" if said else None
+    return f"{said}: was it meant as a limit?" if said else None
 
 
 def outlying(misfits: Iterable[Misfit]) -> str | None:

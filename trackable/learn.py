@@ -19,6 +19,7 @@ from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ign
 from trackable.feasibility.impossible import impossible
 from trackable.fit.fit import Fit
 from trackable.gp.factors.threads import one_blas_thread
+from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.samples import Samples
 from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner
@@ -183,7 +184,7 @@ def learn_reference(
         )
         pinned = tuple(at.found(certified.reference) for at in pinned)
         proofs = found_or_raise(prove_pinned(certified.reference, pinned))
-        fit = _fit(certified, ConstrainedProblem(certified.solution.posterior.samples, prior, space), pinned, cost)
+        fit = _fit(certified, prior, space, pinned, cost)
     certificate = replace(certified.certificate, robust=robust_of(tightening))
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignored(learned.fit):
@@ -205,14 +206,16 @@ def _learner(method: object, at: object, learn_from: object) -> Learner:
 
 def _fit(
     certified: Certified,
-    unconstrained: ConstrainedProblem,
+    prior: JointPrior,
+    space: SearchSpace,
     pinned: tuple[Pinned, ...],
     cost: tuple[Condensation, ...],
 ) -> Fit:
     """Return the fit, beside the solution of the unconstrained problem, which most learners know already."""
-    solution = certified.solution
-    if solution.unconstrained is not None:
-        return Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost)
-    free = best_solution(unconstrained)
-    least = free.posterior if isinstance(free, Solution) else solution.posterior
-    return Fit.of(certified.reference, solution, least, pinned, cost)
+    solution, searched = certified.solution, certified.space.bounds
+    least = solution.unconstrained
+    if least is None:
+        free = best_solution(ConstrainedProblem(solution.posterior.samples, prior, certified.space))
+        least = free.posterior if isinstance(free, Solution) else solution.posterior
+    limited = tuple(name for name, interval in space.bounds.items() if interval != searched[name])
+    return Fit.of(certified.reference, solution, least, pinned, cost, limited)

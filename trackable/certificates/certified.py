@@ -1,4 +1,8 @@
-"""Learn with a proof: fit, try to prove; then take a larger back-off, or constrain a longer window; repeat."""
+"""Learn with a proof: fit, try to prove; then take a larger back-off, or constrain a longer window; repeat.
+
+Long length scales come with large amplitudes and weights, which cancel: float64 may not evaluate the input of a chain
+of integrators then, which is a difference of them. Where that fails, shorter length scales are searched.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,7 +25,9 @@ from trackable.progress.work import done
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
+from trackable.systems.sets.interval import Interval
 
+_LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2
 _MOST_ATTEMPTS = 30
 _SAME_VALUE = 1e-6  # of 1 + |J|: so much a back-off costs anyway
@@ -43,6 +49,7 @@ class Certified:
 
     Bounds were drawn in by `backoff` (a part of their width). `cost` is the increase of l compared with the smallest
     back-off, which is the optimiser's tolerance. `attempts` counts the fits; each solves several nonlinear programs.
+    `space` is what was searched: without the length scales at which float64 cannot evaluate the reference.
     """
 
     solution: Solution
@@ -51,6 +58,7 @@ class Certified:
     backoff: float
     cost: float
     attempts: int
+    space: SearchSpace
 
     @property
     def explanation(self) -> str:
@@ -148,6 +156,7 @@ class _Learning:
     attempts: int = 0
     fits: int = 0
     last: Solution | None = None
+    error: float = np.inf
 
     @property
     def may_go_on(self) -> bool:
@@ -170,15 +179,30 @@ class _Learning:
                 assert isinstance(first, Solution), "every later fit follows a first one"
                 cost = found.objective - first.objective
                 solution = replace(found, fits=self.fits)
-                return Certified(solution, reference, outcome, backoff, cost, self.attempts)
+                return Certified(solution, reference, outcome, backoff, cost, self.attempts, self.space)
             if goal.extends_to(_failed_at(outcome)) or not self.may_go_on:
                 return outcome
             error = _relative_error(reference)
+            if error >= _LARGEST_BACKOFF and self._shortened(found, error):
+                backoff = learner.first_backoff
+                first = found = learner.solve(self._problem(goal, backoff))
+                continue
             if max(backoff, error) >= _LARGEST_BACKOFF:
                 return outcome
             backoff = min(max(10 * backoff, 4 * error, 3 * found.missed), _LARGEST_BACKOFF)
             found = learner.continued(found, self._problem(goal, backoff))
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
+
+    def _shortened(self, found: Solution, error: float) -> bool:
+        """Leave length scales above half of those found out of the search; False where that does not help."""
+        bounds, values = dict(self.space.bounds), found.posterior.prior.hyperparameters
+        for name, interval in self.space.bounds.items():
+            if name.endswith(_LENGTHSCALE) and values[name] / 2 > interval.lower:
+                bounds[name] = Interval(interval.lower, values[name] / 2)
+        if bounds == self.space.bounds or not error < self.error:
+            return False
+        self.space, self.error = replace(self.space, bounds=bounds), error
+        return True
 
     def _problem(self, goal: Goal, backoff: float) -> ConstrainedProblem:
         """Split the back-off: one half for times between those of the program, one as the optimiser's tolerance."""

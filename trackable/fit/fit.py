@@ -30,7 +30,8 @@ class Fit:
     `prior` has the learned hyperparameters, `unconstrained_prior` those of the least l that was found without bounds.
     `objective` is J = l + D; `method` says whether the function was learned or its hyperparameters alone (then D = 0).
     `active_bounds` are those that hold the function back, with multipliers and prices. At some times the values of
-    states or inputs are `pinned`. Of samples that stand for more of them, `condensed` says what that costs.
+    states or inputs are `pinned`. Of samples that stand for more of them, `condensed` says what that costs. The length
+    scales in `limited` were sought only up to where float64 can evaluate the reference.
     """
 
     reference: Reference
@@ -42,6 +43,7 @@ class Fit:
     active_bounds: tuple[ActiveBound, ...]
     pinned: tuple[Pinned, ...]
     condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
+    limited: tuple[str, ...] = field(default=(), metadata={LEFT_OUT: True})
 
     @classmethod
     def of(
@@ -51,6 +53,7 @@ class Fit:
         unconstrained: JointPosterior,
         pinned: tuple[Pinned, ...],
         condensed: tuple[Condensation, ...] = (),
+        limited: tuple[str, ...] = (),
     ) -> Self:
         """Return the fit of a solution; of it and the `unconstrained` posterior, the one with smaller l is compared."""
         learned = solution.posterior
@@ -65,6 +68,7 @@ class Fit:
             solution.active_bounds,
             pinned,
             condensed,
+            limited,
         )
 
     @property

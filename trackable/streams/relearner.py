@@ -18,6 +18,7 @@ from trackable.control.windows import Clock, Late, WindowLearner
 from trackable.fit.fit import Fit
 from trackable.learning.joint.places import places_of
 from trackable.learning.problem import NoSolution, Solution
+from trackable.learning.space import SearchSpace
 from trackable.reference import TrackableReference
 from trackable.request.samples import SamplesLike, names_of_each, same_states
 from trackable.systems.sampling import sampled_signals
@@ -111,7 +112,8 @@ def _certified(reference: TrackableReference) -> Certified:
     solution = Solution(
         fit.posterior, signals, fit.objective, places, 0, active_bounds=fit.active_bounds, method=fit.method
     )
-    return Certified(solution, reference.reference, reference.certificate, backoff=0.0, cost=0.0, attempts=0)
+    space = SearchSpace.around(fit.samples, fit.prior)
+    return Certified(solution, reference.reference, reference.certificate, 0.0, 0.0, 0, space)
 
 
 def _with_proof(found: Certified, last: TrackableReference) -> TrackableReference:
