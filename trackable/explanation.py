@@ -106,10 +106,7 @@ def _distance(misfit: Misfit) -> str:
 
 def _help(fit: Fit) -> str:
     if fit.method == "hyperparameters":
-        return (
-            "only the hyperparameters were learned, as asked for or because no function was found that costs less: "
-            'wider bounds, another prior mean or method="joint" may help'
-        )
+        return "only the hyperparameters were learned: wider bounds or another prior mean may help"
     dearest = fit.contacts[0] if fit.contacts else None
     if dearest is None:
         return "wider bounds or another prior mean may help"

@@ -188,6 +188,7 @@ def learn_reference(
     certificate = replace(certified.certificate, robust=robust_of(tightening))
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignored(learned.fit):
+        sentence += ', or method="joint"' if method == "hyperparameters" else ""
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     ask(filter(None, (given_too_narrowly(learned.fit), outlying(fit.misfits_to(measured.all_signals)))), _CALLER)
     return learned

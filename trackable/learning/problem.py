@@ -234,8 +234,9 @@ class NothingFeasible(NoSolution):
         means = [part.mean for part in self.best.prior.parts]
         level = ", ".join(f"{mean:g}" for mean in means)
         rest = "".join(
-            f"the prior mean {level} is no admissible equilibrium (its {q.name} {q.at_rest(means):.4g} does "
-            f"not lie inside {q.bounds}), so that nothing guarantees that the problem is feasible: "
+            f"the prior mean {level} is no admissible equilibrium (its {q.name} "
+            f"{q.bounds.snapped(q.at_rest(means)):.4g} does not lie inside {q.bounds}), so that nothing "
+            "guarantees that the problem is feasible: "
             f"{'choose another' if _depends_on_mean(q, means) else 'no other mean changes that'}; "
             for q in self.broken_at_rest[:1]
         )

@@ -38,15 +38,24 @@ def checked_goal(
     ValueError: it does not suit the kernels, or the mean cannot be followed for ever.
     """
     goal = goal_for(claim, samples, prior, plant)
-    means = [part.mean for part in prior.parts]
     # A vehicle may move for ever: it has to come to rest only where the kernel decays.
-    fades = not isinstance(claim, tuple) and not (plant.flat_form and claim == "all_phases")
-    for quantity in plant.quantities if fades else ():
-        if not quantity.bounds.strictly_contains(level := quantity.at_rest(means)):
-            left = _left(quantity, drawn_in) if drawn_in else ""
-            said = f"{_placed(quantity, level, claim)}{_instead(quantity, level, prior)}{left}"
-            raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {said}")
+    if not isinstance(claim, tuple) and not (plant.flat_form and claim == "all_phases"):
+        why = "what fades to it" if claim == "all_times" else "what swings about it"
+        check_rest(prior, plant, drawn_in, f"{why} could not be followed for ever", ", or claim a window (start, end)")
     return goal
+
+
+def check_rest(
+    prior: JointPrior, plant: ConstrainedSystem, drawn_in: Tightening | None, why: str, or_else: str = ""
+) -> None:
+    """Raise ValueError where the prior mean is no equilibrium inside the bounds; `why` it has to be, and a way out."""
+    means = [part.mean for part in prior.parts]
+    for quantity in plant.quantities:
+        level = quantity.bounds.snapped(quantity.at_rest(means))
+        if not quantity.bounds.strictly_contains(level):
+            left = _left(quantity, drawn_in) if drawn_in else ""
+            said = f"{_placed(quantity, level, why, or_else)}{_instead(quantity, level, prior)}{left}"
+            raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {said}")
 
 
 def _left(quantity: Quantity, drawn_in: Tightening) -> str:
@@ -63,14 +72,12 @@ def _instead(quantity: Quantity, level: float, prior: JointPrior) -> str:
     return f"; give a mean inside, or a pair between which it is learned, as mean=({ends})"
 
 
-def _placed(quantity: Quantity, level: float, claim: Claim) -> str:
+def _placed(quantity: Quantity, level: float, why: str, or_else: str) -> str:
     """Say where a quantity at rest lies: on a bound of it, or outside of them."""
     at, bounds = f"the {quantity.name} is {quantity.bounds.shown(level)}", quantity.bounds
     if level in {bounds.lower, bounds.upper}:
         return (
             f"{at}, on a bound of {bounds}: a reference that fades to it has in the end no margin, and rounding alone "
-            "needs one; widen this bound or move the mean inside, if only by a millionth of the width, or claim a "
-            "window (start, end)"
+            f"needs one; widen this bound or move the mean inside, if only by a millionth of the width{or_else}"
         )
-    why = "what fades to it" if claim == "all_times" else "what swings about it"
-    return f"{at}, not inside {bounds}: {why} could not be followed for ever"
+    return f"{at}, not inside {bounds}: {why}"

@@ -10,7 +10,7 @@ from typing import Never
 from trackable.arguments import real
 from trackable.arrays import ArrayLike
 from trackable.beforehand import Mean, learned_beforehand, levels, split_means
-from trackable.certificates.goal import Claim
+from trackable.certificates.goal import Claim, refusal
 from trackable.certificates.pinned import prove_pinned
 from trackable.certificates.robust import robust_of
 from trackable.condensed.asked import Centres
@@ -30,7 +30,7 @@ from trackable.learning.prior import prior_for
 from trackable.learning.problem import ConstrainedProblem, Solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
-from trackable.request.claim import checked_goal, claimed
+from trackable.request.claim import check_rest, claimed
 from trackable.request.plant import drawn_in
 from trackable.request.prior import Noise
 from trackable.request.samples import Measurements, SamplesLike
@@ -127,7 +127,11 @@ def learn_stream(
     likeliest = found_or_raise(learned_beforehand(first.signals, prior, ends, starts, keep=False))
     ask(likeliest.questions, _CALLER)
     prior = likeliest.prior
-    checked_goal("all_times", measured.signals, prior, plant, tightening)  # between windows the function is at rest
+    if refusal("all_times", prior):
+        raise ValueError(
+            "kernel: each window of a stream ends at rest, so that kernels have to decay, but it has a period"
+        )
+    check_rest(prior, plant, tightening, "each window of a stream ends at rest there")
     ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))

@@ -101,7 +101,11 @@ def test_noise_that_only_the_bounds_explain_is_announced():
 WRONG = {
     "no length": ({"window": 0.0}, ValueError, "window: must be a positive number of seconds, got 0"),
     "a text": ({"window": "1"}, TypeError, "window: expected a number, got '1'"),
-    "a kernel that does not decay": ({"kernel": Periodic()}, ValueError, "all_times needs kernels that decay"),
+    "a kernel that does not decay": (
+        {"kernel": Periodic()},
+        ValueError,
+        "kernel: each window of a stream ends at rest",
+    ),
     "a mean outside": ({"mean": 0.5}, ValueError, "mean: must be an admissible equilibrium"),
     "three centres": ({"centres": 3}, ValueError, "centres must be at least 4, got 3"),
 }

@@ -9,6 +9,8 @@ import numpy as np
 
 from trackable.arrays import Array
 
+_ROUNDING = 1e-12  # of the width
+
 
 def rounded(value: float, towards: Literal["up", "down"], digits: int = 3) -> str:
     """Format a number, rounded up or down where so many digits do not tell it: what is said then says no more."""
@@ -55,6 +57,11 @@ class Interval:
         """Whether a value lies strictly between the bounds."""
         return self.lower < value < self.upper
 
+    def snapped(self, value: float) -> float:
+        """Return the bound from which rounding alone tells a value; the value itself where it lies elsewhere."""
+        nearer = min((self.lower, self.upper), key=lambda end: abs(value - end))
+        return nearer if abs(value - nearer) <= _ROUNDING * self.width else value
+
     def margin_of(self, other: "Interval") -> float:
         """Return the smallest margin of the values in another interval."""
         return min(other.lower - self.lower, self.upper - other.upper)
@@ -73,6 +80,7 @@ class Interval:
 
     def shown(self, value: float) -> str:
         """Format a value beside the bounds, with the digits that tell it from a bound that it does not equal."""
+        value += 0.0  # zero has no sign for people
         for digits in range(_digits(self.lower, self.upper), 17):
             text = f"{value:.{digits}g}"
             if float(text) == value or float(text) not in {self.lower, self.upper}:
