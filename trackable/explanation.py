@@ -17,6 +17,9 @@ _TIMES_TYPICAL = 10.0
 _TIMES_NOISE = 5.0
 _FEW = 0.1  # of all samples
 _FEWEST = 10
+_WINDOW = 24.0  # correlation times: twice the memory of a stream
+_WINDOWS = 3.0
+_MANY = 500  # samples
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 
 
@@ -67,6 +70,27 @@ def at_edges(fit: Fit) -> str | None:
         for name in fit.limited
     ]
     return "; ".join([*map(str, fit.edges), *limited]) or None
+
+
+def unfinished(fit: Fit) -> str | None:
+    """Return how far J may be from the least one where a budget ended the search; None where it was finished."""
+    if fit.budget is None:
+        return None
+    return (
+        f"the budget of {fit.budget:g} s ended the search: J may be {fit.price:.3g} larger than the least, if −2 ln p "
+        "without bounds is nowhere smaller than a short search found it"
+    )
+
+
+def longer_than_memory(fit: Fit) -> str | None:
+    """Return that a stream is faster, where many samples last far longer than all kernels' memory; None elsewhere."""
+    kernels = [part.kernel for part in fit.prior.parts]
+    count = max(len(samples) for samples in fit.samples)
+    span = max(float(samples.times[-1] - samples.times[0]) for samples in fit.samples)
+    window = _WINDOW * max(kernel.correlation_time for kernel in kernels)
+    if count < _MANY or span < _WINDOWS * window or any(kernel.period is not None for kernel in kernels):
+        return None
+    return f"samples last much longer than the kernel's memory: `learn_stream` with window={window:.2g} is faster"
 
 
 def given_too_narrowly(fit: Fit) -> str | None:

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
+from itertools import chain
+from time import monotonic
 
+from trackable.arguments import real
 from trackable.arrays import ArrayLike
 from trackable.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
 from trackable.certificates.certified import Certified, learn_certified
@@ -19,25 +24,31 @@ from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ign
 from trackable.feasibility.impossible import impossible
 from trackable.fit.fit import Fit
 from trackable.gp.factors.threads import one_blas_thread
-from trackable.gp.joint import JointPrior
+from trackable.gp.joint import JointPosterior, JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.samples import Samples
-from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner
+from trackable.learning.joint.learn import learn_from as learn_from_starts
+from trackable.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
 from trackable.learning.prior import prior_for
-from trackable.learning.problem import ConstrainedProblem, Method, Solution
+from trackable.learning.problem import ConstrainedProblem, Method, OutOfTime, Solution
 from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
+from trackable.progress.work import BudgetEnded, until
 from trackable.reference import TrackableReference
 from trackable.request.claim import checked_goal, claimed
 from trackable.request.plant import drawn_in
 from trackable.request.prior import Noise
 from trackable.request.samples import Measurements, SamplesLike
-from trackable.saved import found_or_raise
+from trackable.saved import NotTrackableError, found_or_raise
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.waypoints import Waypoints, waypoints
 
+Found = tuple[Certified, tuple[Condensation, ...]]
+Learn = Callable[[Learner, JointPrior, SearchSpace], Found]
+
+_ROUGHLY = 200  # centres: likely hyperparameters are found from them in seconds
 _CALLER = 3  # frames up: the decorator of `learn_reference` is one of them
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
@@ -61,6 +72,7 @@ def learn_reference(
     feedback: ArrayLike | None = None,
     margin: float = 0.0,
     starts: int = 8,
+    budget: float | None = None,
     progress: bool = True,
 ) -> TrackableReference:
     """Learn a reference that `plant` can follow within its bounds, and prove it.
@@ -125,6 +137,11 @@ def learn_reference(
         The part of each width that the reference keeps free at either bound, for those who have no W.
     starts
         The number of points from which the search starts.
+    budget
+        Seconds after which the best reference that is proved is handed out, and its `explanation` says how far its J
+        may be from the least. A function for likely hyperparameters is proved first, then one with hyperparameters from
+        one start, then what is found without a budget. What is handed out then depends on the machine and on what else
+        it does. A step that is under way is finished. None: as long as it takes, always with the same result.
     progress
         Whether a line on a terminal counts fits, evaluations and boxes proved. Elsewhere, the logger "trackable" says
         it every 10 s, at level INFO: `logging.basicConfig(level="INFO")` shows that.
@@ -152,9 +169,10 @@ def learn_reference(
         Where no reference was found, or none that is proved: the message says by how much, where and why. Its
         `outcome` is `Impossible` where values of `at` and bounds contradict each other whatever the kernel, and
         `InfeasibleTightening` where bounds do that are drawn in for this feedback or margin: both are found before
-        anything is learned.
+        anything is learned. It is `OutOfTime` where the budget ended before anything was proved.
 
     """
+    end = _end_of(budget)
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
     claim, learner = claimed(claim), _learner(method, at, learn_from)
     measured = Measurements.of(samples, plant, noise_std, centres)
@@ -168,7 +186,8 @@ def learn_reference(
         ends = levels(between, measured.names, of)
         return found_or_raise(learned_beforehand(of, prior, ends, starts, keep=learn_from is not None))
 
-    first, _ = others.learned(beforehand, lambda found: found.prior)
+    with _in_time(budget, end):
+        first, _ = others.learned(beforehand, lambda found: found.prior)
     ask(first.questions, _CALLER)
     prior, seen = first.prior, measured.signals
     goal = checked_goal(claim, seen, prior, plant, tightening)
@@ -178,13 +197,20 @@ def learn_reference(
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with progress_bar("learn reference", shown=progress):
-        certified, cost = measured.learned(
-            lambda of: found_or_raise(learn_certified(of, prior, plant, space, goal, learner=learner, pins=pins)),
-            lambda found: found.solution.posterior.prior.as_known(),
-        )
+
+        def learn(learner: Learner, prior: JointPrior, space: SearchSpace) -> Found:
+            return measured.learned(
+                lambda of: found_or_raise(learn_certified(of, prior, plant, space, goal, learner=learner, pins=pins)),
+                lambda found: found.solution.posterior.prior.as_known(),
+            )
+
+        whole = partial(learn, learner, prior, space)
+        quick = () if budget is None or not prior.learned else _quick(measured, prior, space, learner, learn)
+        with _in_time(budget, end):
+            (certified, cost), is_whole = _best_of(chain(quick, [whole]))
         pinned = tuple(at.found(certified.reference) for at in pinned)
         proofs = found_or_raise(prove_pinned(certified.reference, pinned))
-        fit = _fit(certified, prior, space, pinned, cost)
+        fit = replace(_fit(certified, prior, space, pinned, cost), budget=None if is_whole else budget)
     certificate = replace(certified.certificate, robust=robust_of(tightening))
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignored(learned.fit):
@@ -205,6 +231,77 @@ def _learner(method: object, at: object, learn_from: object) -> Learner:
     return _LEARNERS[method]
 
 
+def _end_of(budget: object) -> float:
+    """Return when a budget ends, by `monotonic`. TypeError or ValueError: it is no positive number of seconds."""
+    if budget is None:
+        return float("inf")
+    if not (seconds := real("budget", budget)) > 0:
+        raise ValueError(f"budget: expected a positive number of seconds, got {seconds:g}")
+    return monotonic() + seconds
+
+
+@contextmanager
+def _in_time(budget: float | None, end: float) -> Iterator[None]:
+    """Raise NotTrackableError where the time is over before this context is left."""
+    try:
+        with until(end):
+            yield
+    except BudgetEnded:
+        raise NotTrackableError(OutOfTime(budget or 0.0)) from None
+
+
+def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
+    """Return what has the least J of all stages that a budget leaves time for, and whether these are all of them.
+
+    BudgetEnded or NotTrackableError: there is nothing.
+    """
+    best, why = list[Found](), list[NotTrackableError]()
+    try:
+        for stage in stages:
+            try:
+                best = sorted([stage(), *best], key=lambda found: found[0].solution.objective)
+            except NotTrackableError as error:
+                why = [error]
+    except BudgetEnded:
+        if not best:
+            raise
+        return best[0], False
+    if not best:
+        raise why[0]
+    return best[0], True
+
+
+def _quick(
+    measured: Measurements, prior: JointPrior, space: SearchSpace, learner: Learner, learn: Learn
+) -> Iterator[Callable[[], Found]]:
+    """Yield what proves a reference sooner than the whole search, from hyperparameters that are likely without bounds.
+
+    These are found from few centres and one start. Their l stands for the least one in what is said of J.
+    """
+    rough = replace(measured, centres=_ROUGHLY).signals
+    free = best_solution(ConstrainedProblem(rough, prior, SearchSpace.around(rough, prior, starts=1)))
+    if not isinstance(free, Solution):
+        return
+    likely = free.posterior.prior
+
+    def with_least(stage: Callable[[], Found]) -> Found:
+        certified, cost = stage()
+        solution = certified.solution
+        least = solution.unconstrained or JointPosterior(likely.as_known(), solution.posterior.samples)
+        return replace(certified, solution=replace(solution, unconstrained=least)), cost
+
+    if learner is JOINT:
+        from_there = replace(JOINT, solve=partial(learn_from_starts, [likely.log_hyperparameters]), second_choice=None)
+        stages = [
+            partial(learn, FUNCTION, likely.as_known(), SearchSpace({})),
+            partial(learn, from_there, prior, space),
+        ]
+    else:
+        stages = [partial(learn, learner, prior, replace(space, starts=1))]
+    for stage in stages:
+        yield partial(with_least, stage)
+
+
 def _fit(
     certified: Certified,
     prior: JointPrior,
@@ -218,5 +315,5 @@ def _fit(
     if least is None:
         free = best_solution(ConstrainedProblem(solution.posterior.samples, prior, certified.space))
         least = free.posterior if isinstance(free, Solution) else solution.posterior
-    limited = tuple(name for name, interval in space.bounds.items() if interval != searched[name])
+    limited = tuple(name for name, interval in space.bounds.items() if interval != searched.get(name, interval))
     return Fit.of(certified.reference, solution, least, pinned, cost, limited)

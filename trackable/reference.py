@@ -9,7 +9,17 @@ import numpy as np
 from trackable.arguments import real, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
-from trackable.explanation import at_edges, condensed, costs, distances, given_values, ignored, kept_free
+from trackable.explanation import (
+    at_edges,
+    condensed,
+    costs,
+    distances,
+    given_values,
+    ignored,
+    kept_free,
+    longer_than_memory,
+    unfinished,
+)
 from trackable.files import new_file, path_of
 from trackable.fit.fit import Fit
 from trackable.gp.joint import JointPrior
@@ -155,6 +165,8 @@ class TrackableReference(ProvedReference):
             distances(fit),
             costs(fit),
             at_edges(fit),
+            unfinished(fit),
+            longer_than_memory(fit),
         ]
         return "; ".join(filter(None, said))
 

@@ -31,7 +31,8 @@ class Fit:
     `objective` is J = l + D; `method` says whether the function was learned or its hyperparameters alone (then D = 0).
     `active_bounds` are those that hold the function back, with multipliers and prices. At some times the values of
     states or inputs are `pinned`. Of samples that stand for more of them, `condensed` says what that costs. The length
-    scales in `limited` were sought only up to where float64 can evaluate the reference.
+    scales in `limited` were sought only up to where float64 can evaluate the reference. The search was
+    ended by a `budget` [s], or not (None).
     """
 
     reference: Reference
@@ -44,6 +45,7 @@ class Fit:
     pinned: tuple[Pinned, ...]
     condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
     limited: tuple[str, ...] = field(default=(), metadata={LEFT_OUT: True})
+    budget: float | None = field(default=None, metadata={LEFT_OUT: True})
 
     @classmethod
     def of(
@@ -54,6 +56,7 @@ class Fit:
         pinned: tuple[Pinned, ...],
         condensed: tuple[Condensation, ...] = (),
         limited: tuple[str, ...] = (),
+        budget: float | None = None,
     ) -> Self:
         """Return the fit of a solution; of it and the `unconstrained` posterior, the one with smaller l is compared."""
         learned = solution.posterior
@@ -69,6 +72,7 @@ class Fit:
             pinned,
             condensed,
             limited,
+            budget,
         )
 
     @property

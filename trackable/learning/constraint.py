@@ -14,6 +14,7 @@ from trackable.gp.kernels.base import Kernel
 from trackable.gp.signal import KernelSum
 from trackable.learning.index_set import IndexSet, TimesAndMargins
 from trackable.learning.sums import Sums
+from trackable.progress.work import done
 from trackable.systems.flat.functional import Functional
 from trackable.systems.quantities import Quantities
 from trackable.systems.quantity import Quantity
@@ -183,6 +184,7 @@ def local_minima(
     found = dict[int, TimesAndMargins]()
     for index_set in dict.fromkeys(constraint.index_set for constraint in constraints):
         members = [i for i, constraint in enumerate(constraints) if constraint.index_set == index_set]
+        done("evaluation")
         several = together([constraints[i] for i in members])
         for i, (at, margins) in zip(members, index_set.minima_of_each(several, kernels), strict=True):
             found[i] = at, margins / constraints[i].quantity.bounds.width

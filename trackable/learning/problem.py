@@ -176,6 +176,20 @@ class NothingFactored(NoSolution):
 
 
 @dataclass(frozen=True, repr=False)
+class OutOfTime(NoSolution):
+    """The `budget` [s] ended before anything was proved."""
+
+    budget: float
+
+    @property
+    def explanation(self) -> str:
+        return (
+            f"the budget of {self.budget:g} s ended before a reference was proved: give more, fewer `centres`, or "
+            "known hyperparameters; `learn_stream` is faster where samples last far longer than a kernel's memory"
+        )
+
+
+@dataclass(frozen=True, repr=False)
 class Contradiction(NoSolution):
     """Bounds and pins contradict each other whatever the function: `among` are those with the largest multipliers.
 

@@ -22,6 +22,7 @@ from trackable.gp.spectrum import Spectrum, can_be_stacked
 from trackable.learning.constraint import Bounded
 from trackable.learning.problem import ConstrainedProblem
 from trackable.learning.space import SearchSpace, amplitude
+from trackable.progress.work import done
 
 _POINTS = 1200
 _AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0
@@ -105,6 +106,7 @@ class _Signal:
         (samples,) = self.problem.samples
         together = max(1, _NUMBERS // len(samples) ** 2) if can_be_stacked(samples) else 1
         for i in range(0, len(points), together):
+            done("evaluation")
             yield _Rays.at(self.problem, self.amplitudes, points[i : i + together])
 
 

@@ -19,6 +19,7 @@ from trackable.gp.signal import KernelSum
 from trackable.learning.joint.dual import solve_dual, solve_symmetric
 from trackable.learning.joint.places import Demands, Places, demands, flags
 from trackable.learning.problem import ActiveBound, ConstrainedProblem
+from trackable.progress.work import done
 
 _LINEARISATIONS = 40
 _CORRECTIONS = 5
@@ -125,6 +126,7 @@ def bent_by(posterior: JointPosterior, demanded: Demands, likely: Flags | None =
 
     Rows that are `likely` active, shape (r,), save work.
     """
+    done("evaluation")
     given = RowPosterior(posterior, demanded.rows)
     dual = solve_dual(given.covariance, demanded.limits - given.mean, demanded.is_equation, likely)
     if dual is None:
