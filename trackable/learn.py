@@ -48,6 +48,7 @@ from trackable.waypoints import Waypoints, waypoints
 Found = tuple[Certified, tuple[Condensation, ...]]
 Learn = Callable[[Learner, JointPrior, SearchSpace], Found]
 
+_SAME_VALUE = 1e-6  # of 1 + |J|: more than searches from different starts differ by at one minimum
 _ROUGHLY = 200  # centres: likely hyperparameters are found from them in seconds
 _CALLER = 3  # frames up: the decorator of `learn_reference` is one of them
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
@@ -253,22 +254,31 @@ def _in_time(budget: float | None, end: float) -> Iterator[None]:
 def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
     """Return what has the least J of all stages that a budget leaves time for, and whether these are all of them.
 
-    BudgetEnded or NotTrackableError: there is nothing.
+    A later one is taken where both are the same. BudgetEnded or NotTrackableError: there is nothing.
     """
-    best, why = list[Found](), list[NotTrackableError]()
+    best: Found | None = None
+    why: NotTrackableError | None = None
     try:
         for stage in stages:
             try:
-                best = sorted([stage(), *best], key=lambda found: found[0].solution.objective)
+                found = stage()
             except NotTrackableError as error:
-                why = [error]
+                why = error
+            else:
+                best = found if best is None or _is_no_worse(found, best) else best
     except BudgetEnded:
-        if not best:
+        if best is None:
             raise
-        return best[0], False
-    if not best:
-        raise why[0]
-    return best[0], True
+        return best, False
+    if best is None:
+        assert why is not None, "there is a stage"
+        raise why
+    return best, True
+
+
+def _is_no_worse(one: Found, other: Found) -> bool:
+    least = other[0].solution.objective
+    return one[0].solution.objective <= least + _SAME_VALUE * (1 + abs(least))
 
 
 def _quick(
@@ -287,7 +297,7 @@ def _quick(
     def with_least(stage: Callable[[], Found]) -> Found:
         certified, cost = stage()
         solution = certified.solution
-        least = solution.unconstrained or JointPosterior(likely.as_known(), solution.posterior.samples)
+        least = solution.unconstrained or JointPosterior(likely, solution.posterior.samples)
         return replace(certified, solution=replace(solution, unconstrained=least)), cost
 
     if learner is JOINT:
