@@ -49,7 +49,7 @@ Found = tuple[Certified, tuple[Condensation, ...]]
 Learn = Callable[[Learner, JointPrior, SearchSpace], Found]
 
 _SAME_VALUE = 1e-6  # of 1 + |J|: more than searches from different starts differ by at one minimum
-_ROUGHLY = 200  # centres: likely hyperparameters are found from them in seconds
+_FIRST = 200  # samples: likely hyperparameters are found from them in a second
 _CALLER = 3  # frames up: the decorator of `learn_reference` is one of them
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
@@ -286,10 +286,16 @@ def _quick(
 ) -> Iterator[Callable[[], Found]]:
     """Yield what proves a reference sooner than the whole search, from hyperparameters that are likely without bounds.
 
-    These are found from few centres and one start. Their l stands for the least one in what is said of J.
+    These are found from the first samples of each name, unless a kernel has a period: these may show none. Their l of
+    all samples stands for the least one in what is said of J.
     """
-    rough = replace(measured, centres=_ROUGHLY).signals
-    free = best_solution(ConstrainedProblem(rough, prior, SearchSpace.around(rough, prior, starts=1)))
+    end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
+    first = {
+        name: replace(of, times=of.times[:end], values=of.values[:end], relative_noise=of.relative_noise[:end])
+        for name, of in measured.given.items()
+    }
+    some = replace(measured, given=first).signals
+    free = best_solution(ConstrainedProblem(some, prior, SearchSpace.around(some, prior, space.starts)))
     if not isinstance(free, Solution):
         return
     likely = free.posterior.prior

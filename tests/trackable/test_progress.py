@@ -1,6 +1,7 @@
 """What is under way is told to whoever watches, and changes no result."""
 
 import io
+import itertools
 import logging
 import re
 import subprocess
@@ -10,10 +11,26 @@ import numpy as np
 import pytest
 
 from tests.trackable.learning.published import example1
-from trackable import Samples, SquaredExponential, TrackableReference, learn_reference
-from trackable.progress import messages
+from trackable import (
+    ConstrainedSystem,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    learn_reference,
+)
+from trackable.gp.prior import Prior
+from trackable.learning.index_set import Window
+from trackable.learning.joint.learn import learn_function
+from trackable.learning.prior import prior_for
+from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.space import SearchSpace
+from trackable.progress import messages, work
 from trackable.progress.bar import progress_bar, recordings_bar
-from trackable.progress.work import Work, done, watched
+from trackable.progress.work import BudgetEnded, Work, done, until, watched
+from trackable.streams.windows import constraints_at
+from trackable.systems.library import tank
+from trackable.systems.sampling import sampled_signals
 
 
 class Terminal(io.StringIO):
@@ -39,6 +56,37 @@ def test_fits_evaluations_and_boxes_are_told_as_they_are_done() -> None:
         learned()
     assert heard.count("evaluation") > heard.count("fit") > 0
     assert heard.index("evaluation") < heard.index("box") < heard.index("fit")
+
+
+def test_a_function_sought_for_known_hyperparameters_is_not_silent() -> None:
+    """Each program and each look for broken bounds is told: formulas need many of them for one objective."""
+    times = np.linspace(0, 8, 30)
+    plant = ConstrainedSystem(tank(0.1, 1.0, 0.1), Polytope.box([0.5], [1.4]), Polytope.box([0.0], [1.0]))
+    _, samples = sampled_signals(plant, {"level": Samples(times, 1.2 + 0.3 * np.sin(np.pi / 2 * times))})
+    prior = prior_for(plant, {"level": Prior(SquaredExponential(1.0, 1.0), 0.02, 1.0)})
+    constraints = constraints_at(Window(0.0, 8.0), plant)
+    heard: list[Work] = []
+    with watched(heard.append):
+        found = learn_function(ConstrainedProblem(samples, prior, SearchSpace({}), constraints))
+    assert isinstance(found, Solution)
+    assert heard.count("evaluation") > 10 * len(samples)
+
+
+def test_work_ends_with_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The piece that is under way is finished and told; of two budgets the shorter one counts, and afterwards none."""
+    now = itertools.count()
+    monkeypatch.setattr(work, "monotonic", lambda: float(next(now)))
+    heard: list[Work] = []
+
+    def work_on() -> None:
+        with until(3.0), until(100.0):
+            while True:
+                done("box")
+
+    with watched(heard.append), pytest.raises(BudgetEnded):
+        work_on()
+    assert heard == ["box"] * 4
+    done("box")
 
 
 def test_a_terminal_shows_what_is_done_and_results_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
