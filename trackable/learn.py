@@ -112,11 +112,11 @@ def learn_reference(
         At most how many centres the reference has for the samples of each name. None: each sample is one. A whole
         number: the time of the samples is divided into bins, and the samples in each are replaced by four that say the
         same of every signal that is a cubic polynomial in each bin, noise included. "auto": of more than 2000 samples,
-        so few that all samples change l by less than 4, and the mean by less than a tenth of σ_n at any time, for the
-        hyperparameters that are learned; all samples where half of them are not enough, as for many kernels with kinks.
-        Of more than 4000 samples, twice as many centres stand for all in this comparison. `learn_stream` is faster
-        then. What is proved is the reference that is handed out; its `explanation` says how many samples are learned by
-        how many centres, and what that changes in l and in the mean.
+        so few that all samples change l by less than 4, and the mean by less than a tenth of σ_n at samples, centres
+        and halfway between them, for the hyperparameters that are learned; all samples where half of them are not
+        enough, as for many kernels with kinks. Of more than 4000 samples, twice as many centres stand for all in this
+        comparison. `learn_stream` is faster then. What is proved is the reference that is handed out; its `explanation`
+        says how many samples are learned by how many centres, and what that changes in l and in the mean.
     at
         Values of states and inputs, by name, that the reference has at times [s]: {0.0: {"position": -0.08, "velocity":
         0.0}} begins at a plant's present state. {6.0: "rest"} is in an equilibrium then, with the input that holds it,
