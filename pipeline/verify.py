@@ -15,13 +15,12 @@ from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
 from pipeline.storage.tables import to_csv
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.judge import accepted_file, judged
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import Outcome
 from trackable.certificates.robust import robust_of
-from trackable.codec.certificates import encode_certificate
-from trackable.codec.counterexamples import encode_counterexample
 from trackable.errors import NoReferenceError
-from trackable.files import write_json, write_text
+from trackable.files import write_atomically, write_json, write_text
 from trackable.systems.margins import MarginProfile, margin_profile
 from trackable.systems.reference import Reference
 
@@ -38,7 +37,7 @@ def verify(experiment: Experiment, results: Results) -> None:
     proofs: dict[str, Outcome] = {}
     for method, learned in tqdm(fitted.learned.items(), desc=f"{experiment.name}: verify", disable=None):
         margins[method] = _profiles(experiment.verified(fitted.sampled.samples), learned.reference)
-        proof = prove_for(experiment, method, fitted.sampled, learned.reference)
+        proof = judged(prove_for(experiment, method, fitted.sampled, learned.reference))
         proofs[method] = proof
         if METHODS[method].must_be_proved and not isinstance(proof, Certificate):
             raise NoReferenceError(f"experiment {experiment.name}: {method} has no proof: {proof.explanation}")
@@ -57,11 +56,11 @@ def verify(experiment: Experiment, results: Results) -> None:
 def _write_proof(results: Results, method: str, proof: Outcome) -> None:
     """Write a certificate or a counterexample; remove those of an earlier run, which are about another reference."""
     if isinstance(proof, Certificate):
-        write_json(results.certificate(method), encode_certificate(proof))
+        write_atomically(results.certificate(method), accepted_file(proof))
     else:
         results.certificate(method).unlink(missing_ok=True)
     if isinstance(proof, Counterexample):
-        write_json(results.counterexample(method), encode_counterexample(proof))
+        write_atomically(results.counterexample(method), accepted_file(proof))
     else:
         results.counterexample(method).unlink(missing_ok=True)
 

@@ -17,6 +17,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from trackable.certificates.judge import NotTrackableError as NotTrackableError
     from trackable.certificates.outcome import Counterexample as Counterexample
     from trackable.certificates.outcome import Unproved as Unproved
     from trackable.checker import Failed as Failed
@@ -71,7 +72,6 @@ if TYPE_CHECKING:
     from trackable.recordings.parquet_files.reader import read_parquet as read_parquet
     from trackable.recordings.recording import Recording as Recording
     from trackable.reference import TrackableReference as TrackableReference
-    from trackable.saved import NotTrackableError as NotTrackableError
     from trackable.streams.learn import learn_stream as learn_stream
     from trackable.streams.reference import StreamReference as StreamReference
     from trackable.streams.relearner import Relearner as Relearner
@@ -115,7 +115,7 @@ _MODULES = {
     "Matern52": "gp.kernels.matern",
     "NonlinearSystem": "systems.nonlinear",
     "NotACertificate": "checker",
-    "NotTrackableError": "saved",
+    "NotTrackableError": "certificates.judge",
     "Periodic": "gp.kernels.periodic",
     "PiecewisePolynomial2": "gp.kernels.piecewise_polynomial",
     "PiecewisePolynomial3": "gp.kernels.piecewise_polynomial",

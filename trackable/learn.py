@@ -15,6 +15,7 @@ from trackable.arrays import ArrayLike
 from trackable.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.goal import Claim
+from trackable.certificates.judge import NotTrackableError, found_or_raise
 from trackable.certificates.pinned import Pinned, prove_pinned
 from trackable.certificates.robust import robust_of
 from trackable.condensed.asked import Centres
@@ -40,7 +41,6 @@ from trackable.request.claim import checked_goal, claimed
 from trackable.request.plant import drawn_in
 from trackable.request.prior import Noise
 from trackable.request.samples import Measurements, SamplesLike
-from trackable.saved import NotTrackableError, found_or_raise
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.waypoints import Waypoints, waypoints

@@ -9,6 +9,7 @@ import numpy as np
 from trackable.arguments import real, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.judge import found_or_raise
 from trackable.explanation import (
     at_edges,
     condensed,
@@ -26,7 +27,7 @@ from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
 from trackable.learning.problem import ActiveBound, Method
 from trackable.proved.reference import ProvedReference
-from trackable.saved import SavedReference, found_or_raise
+from trackable.saved import SavedReference
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds

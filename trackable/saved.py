@@ -1,35 +1,28 @@
-"""What is saved: a learned reference, with the times of its proof, which is found again when it is read.
-
-Where there is none: the counterexample.
-"""
+"""What is saved: a learned reference, with the times of its proof, which is found again when it is read."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Self, TypeVar
+from typing import Self
 
 import numpy as np
 
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import OnWindow
-from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.pinned import prove_pinned
 from trackable.certificates.prove import Failure, prove, prove_on_window
 from trackable.certificates.robust import robust_of
-from trackable.errors import InputError, NoReferenceError
-from trackable.files import LEFT_OUT, new_file, read_bytes, write_atomically, write_json
+from trackable.errors import InputError
+from trackable.files import LEFT_OUT, read_bytes, write_atomically
 from trackable.fit.fit import Fit
-from trackable.learning.problem import NoSolution
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.systems.disturbance.tightening import Tightening, tightening
 from trackable.systems.disturbance.zonotope import Zonotope
 from trackable.systems.linear import LinearSystem
 from trackable.systems.reference import Reference
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +74,8 @@ class Saved(ABC):
     @classmethod
     def read(cls, path: Path) -> Self:
         """Read a file. Raises InputError for one that holds a certificate or cannot be read, CodecError else."""
+        from trackable.checker.certificate import FORMAT  # noqa: PLC0415  loaded for files only
         from trackable.codec import loads  # noqa: PLC0415  loaded for files only
-        from trackable.codec.certificates import FORMAT  # noqa: PLC0415  loaded for files only
         from trackable.codec.values import CodecError  # noqa: PLC0415  loaded for files only
 
         content = read_bytes(path)
@@ -152,29 +145,3 @@ class SavedReference(Saved):
             return found
         pinned = prove_pinned(self.reference, self.fit.pinned)
         return (found, pinned) if isinstance(pinned, tuple) else pinned
-
-
-def found_or_raise(outcome: T | NoSolution | Failure) -> T:
-    """Return what was found. NotTrackableError: it is why there is nothing, or nothing that is proved."""
-    if isinstance(outcome, NoSolution | Counterexample | Unproved):
-        raise NotTrackableError(outcome)
-    return outcome
-
-
-class NotTrackableError(NoReferenceError):
-    """No certified reference was found; `outcome` says by how much, where and why."""
-
-    def __init__(self, outcome: NoSolution | Counterexample | Unproved) -> None:
-        super().__init__(outcome.explanation)
-        self.outcome = outcome
-
-    def save_counterexample(self, path: Path | str) -> None:
-        """Write the time at which a bound is broken, for `python -m trackable check FILE`.
-
-        Raises OSError, and ValueError where the outcome is no counterexample.
-        """
-        from trackable.codec.counterexamples import encode_counterexample  # noqa: PLC0415  loaded for files only
-
-        if not isinstance(self.outcome, Counterexample):
-            raise ValueError(f"save_counterexample: there is none: {self.outcome.explanation}")
-        write_json(new_file("save_counterexample", path), encode_counterexample(self.outcome))

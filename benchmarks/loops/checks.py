@@ -8,9 +8,9 @@ from benchmarks.duel import Row, agree, duel
 from benchmarks.loops.windows import integrator
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove_on_window
 from trackable.checker import Proved, check
-from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic

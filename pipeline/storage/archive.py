@@ -11,8 +11,8 @@ from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.codec import dumps, loads
-from trackable.codec.certificates import encode_certificate
 from trackable.errors import InputError
 from trackable.files import to_json
 from trackable.gp.joint import JointPosterior

@@ -10,8 +10,8 @@ from tests.trackable.checker.edges.test_before_zero import SHORT, certificate
 from tests.trackable.checker.edges.test_counterexamples import by_claim
 from tests.trackable.checker.redundant import in_the_plane, learned
 from tests.trackable.checker.tight import VALID
-from trackable.certificates import cover, prove
-from trackable.codec.certificates import encode_certificate
+from trackable.certificates import cover, draft, prove
+from trackable.certificates.form import encode_certificate
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Base:
 
 def bases() -> list[Base]:
     """Return all bases. Taylor polynomials are short, so that thousands can be checked."""
-    cover.TERMS = prove.TERMS = 8
+    cover.TERMS = draft.TERMS = prove.TERMS = 8
     found = [Base("bounds, boxes, numbers", encode_certificate(make()), is_kept) for make in VALID.values()]
     found += [
         Base("windows before time zero", encode_certificate(certificate(kernel, 3)), is_kept)

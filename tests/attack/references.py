@@ -12,12 +12,11 @@ from tests.trackable.certificates.instances import Case, case, compact_kernel, g
 from tests.trackable.checker.test_soundness import smallest_margin
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AllPhases, AtInstants
+from trackable.certificates.draft import evaluation_errors
+from trackable.certificates.form import encode_certificate, encode_counterexample
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
-from trackable.certificates.rounding.references import evaluation_errors
 from trackable.checker import Proved, Refuted
-from trackable.codec.certificates import encode_certificate
-from trackable.codec.counterexamples import encode_counterexample
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum

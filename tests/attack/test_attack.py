@@ -6,9 +6,9 @@ from tests.trackable.checker.instances import scalar_certificate
 
 
 def test_a_short_attack_finds_nothing_false(capsys, monkeypatch) -> None:
-    from trackable.certificates import cover, prove  # noqa: PLC0415
+    from trackable.certificates import cover, draft, prove  # noqa: PLC0415
 
-    for module in (cover, prove):
+    for module in (cover, draft, prove):
         monkeypatch.setattr(module, "TERMS", module.TERMS)  # it is set to a smaller number, for this test only
     assert main(["--tamperings", "30", "--references", "10", "--seed", "7"]) == 0
     said = capsys.readouterr()

@@ -11,11 +11,10 @@ from flint import arb
 from tests.splines.draws import Drawn, drawn
 from tests.splines.naive import extremes
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate, encode_counterexample
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove, prove_on_window
 from trackable.checker import Proved, Refuted, check
-from trackable.codec.certificates import encode_certificate
-from trackable.codec.counterexamples import encode_counterexample
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 

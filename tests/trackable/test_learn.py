@@ -24,9 +24,9 @@ from trackable import (
     check,
     learn_reference,
 )
+from trackable.certificates.form import encode_certificate
 from trackable.checking import check_file
 from trackable.codec import CodecError
-from trackable.codec.certificates import encode_certificate
 from trackable.errors import InputError
 
 

@@ -19,8 +19,8 @@ from trackable import (
     check,
     learn_reference,
 )
+from trackable.certificates.form import encode_certificate
 from trackable.codec import CodecError
-from trackable.codec.certificates import encode_certificate
 from trackable.systems.disturbance.tightening import tightening
 
 KERNEL = SquaredExponential(0.5, 0.5)

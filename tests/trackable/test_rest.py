@@ -4,7 +4,6 @@ import copy
 
 import numpy as np
 import pytest
-from flint import arb
 
 from trackable import (
     ConstrainedSystem,
@@ -22,9 +21,11 @@ from trackable import (
 )
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AllTimes
-from trackable.certificates.limits import limits_beyond
+from trackable.certificates.form import encode_certificate, encode_subject
 from trackable.certificates.prove import prove
-from trackable.codec.certificates import encode_certificate
+from trackable.checker.arithmetic.intervals import exactly
+from trackable.checker.reading.subjects import subject_of
+from trackable.checker.steps.tail import envelope
 from trackable.gp.signal import KernelSum
 from trackable.systems.reference import Reference
 
@@ -100,9 +101,9 @@ def test_the_proof_ends_where_rest_begins(axis):
     claim = axis.certificate.claim
     assert isinstance(claim, AllTimes)
     assert TIMES[-1] < claim.tail_start <= np.nextafter(rest(axis), np.inf)
-    for _, reach in limits_beyond(axis.reference, arb(rest(axis)) + arb(2) ** -50).values():
-        assert reach.is_zero()
-    assert any(not reach.is_zero() for _, reach in limits_beyond(axis.reference, arb(rest(axis) - 0.05)).values())
+    for signal in subject_of(encode_subject(axis.reference)).signals:
+        assert envelope(signal, exactly(rest(axis)) + exactly(2) ** -50) == (0, 0)
+        assert envelope(signal, exactly(rest(axis) - 0.05)).size.a > 0
 
 
 def test_a_bound_that_is_nearly_touched_at_rest_needs_no_longer_proof(family):

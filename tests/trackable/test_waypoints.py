@@ -26,9 +26,9 @@ from trackable import (
     mobile_robot,
 )
 from trackable import learn as learning
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.pinned import Pinned, coordinates
-from trackable.codec.certificates import encode_certificate
 from trackable.explanation import given_values
 from trackable.feasibility.impossible import Impossible
 from trackable.learning.joint.learn import learn_jointly

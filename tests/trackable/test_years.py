@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from flint import arb, fmpq
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -25,11 +24,11 @@ from trackable import (
 )
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AllPhases
-from trackable.certificates.exact import exact_quantities
+from trackable.certificates.draft import LATEST, Draft
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove
-from trackable.certificates.rounding.references import LATEST
 from trackable.checker import Proved, check
-from trackable.codec.certificates import encode_certificate
+from trackable.checker.arithmetic.intervals import exactly, ratio
 from trackable.exports.c99.header import header
 from trackable.gp.signal import KernelSum
 from trackable.systems.reference import Reference
@@ -81,15 +80,15 @@ def require_moved(exact: Fraction, found: float, period: float) -> None:
 
 
 def require_near(proved: TrackableReference, steps: np.ndarray, values: np.ndarray) -> None:
-    """Each value is within the certified error of the one in balls, at the exact time without whole periods."""
+    """Each value is within the certified error of the one in intervals, at the exact time without whole periods."""
     reference = proved.reference
-    system, quantities = reference.plant.system, {q.name: q for q in exact_quantities(reference)}
+    system, draft = reference.plant.system, Draft.of(reference, 1.0, np.zeros(1))
     assert isinstance(proved.certificate.claim, AllPhases)
     for k, row in zip(steps.tolist(), values.tolist(), strict=True):
         s = in_period(int(k) * Fraction(reference.plant.sampling_time), proved.certificate.claim.period)
         for name, value in zip((*system.states, *system.inputs), row, strict=True):
-            exact = quantities[name].at(arb(fmpq(s.numerator, s.denominator)))
-            assert abs(exact - arb(value)) <= arb(proved.certificate.evaluation_error[name]), (k, name)
+            error = exactly(proved.certificate.evaluation_error[name])
+            assert abs(draft.value(name, ratio(s)) - exactly(value)) <= error, (k, name)
 
 
 @pytest.mark.parametrize("of", [periodic, irregular])

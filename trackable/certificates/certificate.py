@@ -6,7 +6,6 @@ import numpy as np
 
 from trackable.arrays import Array
 from trackable.certificates.claim import AllPhases, AtInstants, Claim
-from trackable.certificates.cover import Cover
 from trackable.certificates.robust import Robust
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
@@ -15,6 +14,14 @@ _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
 _PERIODS, _STEPS = 2.0**40, 2.0**52
 _YEAR = 31_557_600.0  # s
 _NEVER_REACHED = 1e30  # s
+
+
+@dataclass(frozen=True)
+class Cover:
+    """Boxes [ends_k, ends_(k+1)] without gaps, with one of the `radii` each. Times [s] are exact float64 numbers."""
+
+    ends: tuple[float, ...]
+    radii: tuple[float, ...]
 
 
 @dataclass(frozen=True)

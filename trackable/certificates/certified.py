@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.draft import evaluated_until, evaluation_errors
 from trackable.certificates.goal import Goal, for_all_times
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import Failure, reference_period
-from trackable.certificates.rounding.references import claimed_windows, evaluation_errors
 from trackable.gp.factors.threads import one_blas_thread
 from trackable.gp.joint import JointPrior
 from trackable.gp.samples import Samples
@@ -30,6 +30,7 @@ from trackable.systems.sets.interval import Interval
 _LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2
 _MOST_ATTEMPTS = 30
+_TIMES = 101  # at which errors of flat forms are looked at
 _SAME_VALUE = 1e-6  # of 1 + |J|: so much a back-off costs anyway
 _NEARLY = 1e-3  # of 1 + |J|: more than a smaller back-off gains
 
@@ -241,6 +242,6 @@ def _relative_error(reference: Reference) -> float:
     It is bounded up to as many periods as the proof claims, or as many times the latest centre if there is no period.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
-    until = claimed_windows(reference.plant) * (reference_period(reference) or latest)
-    errors = evaluation_errors(reference, until)
+    window = reference_period(reference) or latest
+    errors = evaluation_errors(reference, evaluated_until(reference, window), np.linspace(0.0, window, _TIMES))
     return max(errors[q.name] / q.bounds.width for q in reference.quantities)

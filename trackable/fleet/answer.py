@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from trackable.certificates.judge import NotTrackableError
 from trackable.certificates.outcome import Counterexample
 from trackable.errors import DoubtfulInputWarning, InputError
 from trackable.explanation import IgnoresSamplesWarning
@@ -16,7 +17,6 @@ from trackable.fleet.row import Row, outcome_of
 from trackable.fleet.sources import Measured, Source
 from trackable.gp.samples import Samples
 from trackable.recordings.recording import Recording
-from trackable.saved import NotTrackableError
 
 _UNREAD = "0" * 64  # no content, so nothing is known again
 

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from trackable.certificates.judge import NotTrackableError
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.reference import TrackableReference
-from trackable.saved import NotTrackableError
 from trackable.streams.reference import StreamReference
 
 Outcome = Literal["proved", "infeasible", "unproved", "refuted", "unusable"]

@@ -9,6 +9,7 @@ from typing import Any
 from trackable.arguments import instance, real
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.goal import Claim
+from trackable.certificates.judge import judged
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import Outcome, prove, prove_on_window
 from trackable.given.certified import CertifiedReference
@@ -68,7 +69,7 @@ def certify(
 
     """
     given = Given.of(trajectory, plant, claim, interpolation)
-    outcome = given.prove()
+    outcome = judged(given.prove())
     if not isinstance(outcome, Certificate):
         return outcome
     return CertifiedReference(given.reference, outcome, given.off(outcome))

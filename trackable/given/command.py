@@ -5,10 +5,10 @@ from argparse import Namespace
 from pathlib import Path
 
 from trackable.certificates.goal import Claim
+from trackable.certificates.judge import accepted_file
 from trackable.certificates.outcome import Counterexample, Unproved
-from trackable.codec.counterexamples import encode_counterexample
 from trackable.errors import InputError
-from trackable.files import new_file, unwritable, write_json
+from trackable.files import new_file, unwritable, write_atomically
 from trackable.given.certified import CertifiedReference
 from trackable.given.certify import certify
 from trackable.given.plant_file import read_plant
@@ -60,7 +60,7 @@ def _save(answer: Answer, path: Path) -> None:
         case RefutedTable():
             answer.save_counterexample(path)
         case Counterexample():
-            write_json(new_file("--save", path), encode_counterexample(answer))
+            write_atomically(new_file("--save", path), accepted_file(answer))
 
 
 def _code(answer: Answer) -> int:

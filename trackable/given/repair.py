@@ -9,6 +9,7 @@ import numpy as np
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.goal import Claim
+from trackable.certificates.judge import judged
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import prove, prove_on_window
 from trackable.given.certified import CertifiedReference, Moved
@@ -53,7 +54,7 @@ def repair(
     if start not in get_args(Start):
         raise ValueError(f"repair: start must be one of {', '.join(get_args(Start))}, got {start!r}")
     given = Given.of(trajectory, plant, claim, interpolation)
-    outcome = given.prove()
+    outcome = judged(given.prove())
     if isinstance(outcome, Certificate):
         nowhere = {name: Moved(0.0, 0.0) for name in given.curves}
         return CertifiedReference(given.reference, outcome, given.off(outcome), nowhere)
@@ -64,7 +65,7 @@ def repair(
         if coefficients is None:
             return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, splines)
         reference = Reference(splines.signals(coefficients), plant)
-        found = prove_on_window(reference, *given.window) if given.window else prove(reference)
+        found = judged(prove_on_window(reference, *given.window) if given.window else prove(reference))
         if isinstance(found, Certificate):
             return CertifiedReference(reference, found, {}, _moved(given, reference, found))
         outcome = found

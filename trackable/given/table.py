@@ -73,9 +73,13 @@ class CertifiedTable:
 
     def save_certificate(self, path: Path | str) -> Path:
         """Write the table for `python -m trackable check FILE`; return the path. Raises OSError."""
-        about = _written(self.table, self.plant, self.tolerance)
-        write_json(path := new_file("save_certificate", path), {"format": FORMAT, "version": VERSION, **about})
+        write_json(path := new_file("save_certificate", path), self.content)
         return path
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """What its file says."""
+        return {"format": FORMAT, "version": VERSION, **_written(self.table, self.plant, self.tolerance)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,10 +105,14 @@ class RefutedTable:
 
     def save_counterexample(self, path: Path | str) -> Path:
         """Write the table and where it is broken for `python -m trackable check`; return the path. Raises OSError."""
-        at = {"step": self.step, "part": self.part, "index": self.index, "violation": self.violation}
-        about = {**_written(self.table, self.plant, self.tolerance), "at": at}
-        write_json(path := new_file("save_counterexample", path), {"format": REFUTED, "version": VERSION, **about})
+        write_json(path := new_file("save_counterexample", path), self.content)
         return path
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """What its file says."""
+        at = {"step": self.step, "part": self.part, "index": self.index, "violation": self.violation}
+        return {"format": REFUTED, "version": VERSION, **_written(self.table, self.plant, self.tolerance), "at": at}
 
 
 def _written(table: Table, plant: ConstrainedSystem, tolerance: float) -> dict[str, Any]:

@@ -13,7 +13,9 @@ from trackable.arguments import instance, real
 from trackable.arrays import Array
 from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above
 from trackable.certificates.balls.formulas import UndefinedError, at_balls
+from trackable.certificates.judge import judged_file
 from trackable.certificates.outcome import Unproved
+from trackable.checker import Proved, Refuted
 from trackable.given.table import CertifiedTable, Part, RefutedTable, Table
 from trackable.systems.constrained import ConstrainedSystem, Side
 from trackable.systems.linear import LinearSystem
@@ -44,11 +46,20 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
                 )
                 broken.append((float(by) / tolerance, refuted(k, what, by, "dynamics", i)))
     if broken:
-        return max(broken, key=lambda found: found[0])[1]
+        return _judged(max(broken, key=lambda found: found[0])[1])
     if defect > Fraction(tolerance):
         short = float(defect - Fraction(tolerance))
         return _unproved(plant, table.first_step, tolerance, short, "the tolerance is next to what f leads to")
-    return CertifiedTable(table, plant, tolerance, nextafter(float(defect), inf) if defect else 0.0)
+    return _judged(CertifiedTable(table, plant, tolerance, nextafter(float(defect), inf) if defect else 0.0))
+
+
+def _judged(found: CertifiedTable | RefutedTable) -> CertifiedTable | RefutedTable | Unproved:
+    """Return what the checker accepts, and Unproved where it refuses it."""
+    _, verdict = judged_file(found.content)
+    if isinstance(verdict, Proved if isinstance(found, CertifiedTable) else Refuted):
+        return found
+    why = f"the checker does not accept it ({verdict})"
+    return _unproved(found.plant, found.table.first_step, found.tolerance, 0.0, why)
 
 
 def _checked(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:

@@ -8,8 +8,11 @@ import numpy as np
 from trackable.arguments import numbers, whole
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_subject
+from trackable.certificates.judge import accepted_file, found_or_raise, judged
+from trackable.checker.reading.subjects import subject_of
 from trackable.exports.methods import Conventions
-from trackable.files import new_file, write_json
+from trackable.files import new_file, write_atomically
 from trackable.proved.place import where_it_is
 from trackable.systems.reference import Reference, Window
 
@@ -24,6 +27,10 @@ class ProvedReference(Conventions, ABC):
 
     certificate: Certificate
     pin_certificates: tuple[Certificate, ...] = ()
+
+    def __post_init__(self) -> None:
+        for certificate in (self.certificate, *self.pin_certificates):
+            found_or_raise(judged(certificate))
 
     @property
     @abstractmethod
@@ -59,9 +66,7 @@ class ProvedReference(Conventions, ABC):
     @property
     def fingerprint(self) -> str:
         """SHA-256 of what defines states and inputs, as the checker prints it for certificates about this reference."""
-        from trackable.codec.fingerprint import fingerprint  # noqa: PLC0415  loaded for files only
-
-        return fingerprint(self.reference)
+        return subject_of(encode_subject(self.reference)).fingerprint
 
     @property
     def identity(self) -> str:
@@ -73,12 +78,10 @@ class ProvedReference(Conventions, ABC):
 
         Certificates of values at single times are written beside it: proof.at1.json, proof.at2.json, … for proof.json.
         """
-        from trackable.codec.certificates import encode_certificate  # noqa: PLC0415  loaded for files only
-
         path = new_file("save_certificate", path)
         beside = [path.with_suffix(f".at{i + 1}{path.suffix}") for i in range(len(self.pin_certificates))]
         for file, certificate in zip((path, *beside), (self.certificate, *self.pin_certificates), strict=True):
-            write_json(file, encode_certificate(certificate))
+            write_atomically(file, accepted_file(certificate))
         return path, *beside
 
     def _refuse_unproved(self, k: Array | int) -> None:

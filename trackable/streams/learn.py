@@ -11,6 +11,7 @@ from trackable.arguments import real
 from trackable.arrays import ArrayLike
 from trackable.beforehand import Mean, learned_beforehand, levels, split_means
 from trackable.certificates.goal import Claim, refusal
+from trackable.certificates.judge import found_or_raise
 from trackable.certificates.pinned import prove_pinned
 from trackable.certificates.robust import robust_of
 from trackable.condensed.asked import Centres
@@ -34,7 +35,6 @@ from trackable.request.claim import check_rest, claimed
 from trackable.request.plant import drawn_in
 from trackable.request.prior import Noise
 from trackable.request.samples import Measurements, SamplesLike
-from trackable.saved import found_or_raise
 from trackable.streams.continued import part_of
 from trackable.streams.reference import StreamReference
 from trackable.streams.windows import Stream, constraints_at, learn_proved

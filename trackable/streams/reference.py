@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.judge import found_or_raise
 from trackable.certificates.pinned import prove_pinned
 from trackable.condensed.cost import Condensation
 from trackable.explanation import given_values, kept_free
@@ -17,7 +18,7 @@ from trackable.files import new_file, path_of
 from trackable.fit.misfit import Misfit
 from trackable.gp.samples import Samples
 from trackable.proved.reference import ProvedReference
-from trackable.saved import SavedTightening, found_or_raise, window_of
+from trackable.saved import SavedTightening, window_of
 from trackable.streams.saved import SavedStream
 from trackable.streams.windows import Stream
 from trackable.systems.disturbance.tightening import Tightening

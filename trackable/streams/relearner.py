@@ -9,6 +9,7 @@ from time import perf_counter
 from trackable.arguments import instance, real, whole
 from trackable.arrays import ArrayLike
 from trackable.certificates.certified import Certified
+from trackable.certificates.judge import judged
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.robust import robust_of
 from trackable.control.online import holds_for_all_times
@@ -82,7 +83,7 @@ class Relearner:
         _, seen = sampled_signals(plant, same_states("samples", samples, plant, kinds, self.noise_std))
         found = self._windows(seen)
         if not isinstance(found, Certified):
-            return found
+            return judged(found)
         self._learned = _with_proof(found, self.reference)
         return self._learned
 

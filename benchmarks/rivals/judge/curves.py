@@ -1,5 +1,6 @@
 """Curves made of polynomials, and their largest violation: exact."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -9,8 +10,6 @@ import numpy as np
 from benchmarks.rivals.judge.polynomials import Combination, Pieces, largest
 from benchmarks.rivals.model import Curve, Violation
 from trackable.arrays import Array
-from trackable.certificates.balls.arithmetic import float_above, float_below
-from trackable.certificates.exact import rational
 from trackable.gp.stencil import POINT, Stencil
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.quantity import Quantity
@@ -51,7 +50,12 @@ def _seen(name: str, bounds: Interval, values: Pieces | Combination, window: tup
     value = values.at(Fraction(time))
     outside = max(value - Fraction(bounds.upper), Fraction(bounds.lower) - value, Fraction(0))
     part = outside / (Fraction(bounds.upper) - Fraction(bounds.lower))
-    return Violation(float_below(rational(part)) if part else 0.0, None, name, time)
+    return Violation(_rounded(part, -math.inf) if part else 0.0, None, name, time)
+
+
+def _rounded(number: Fraction, towards: float) -> float:
+    """Return a float64 that is no nearer than the number, seen from where it is rounded to."""
+    return math.nextafter(float(number), towards)
 
 
 def _worst_time(bounds: Interval, values: Pieces | Combination, window: tuple[float, float]) -> float:
@@ -71,8 +75,8 @@ def _violation(name: str, bounds: Interval, values: Pieces) -> Violation:
     most = max(above.most, below.most)
     least = max(worst.least, Fraction(0)) / (high - low)
     return Violation(
-        float_below(rational(least)) if least else 0.0,
-        float_above(rational(most / (high - low))) if most > 0 else 0.0,
+        _rounded(least, -math.inf) if least else 0.0,
+        _rounded(most / (high - low), math.inf) if most > 0 else 0.0,
         name,
         float(worst.time),
     )

@@ -2,16 +2,16 @@
 
 from dataclasses import dataclass
 
-from flint import arb
+import numpy as np
 
 from benchmarks.rivals.model import Curve, Violation
 from trackable.arrays import Array
-from trackable.certificates.balls.arithmetic import ball_arithmetic, float_below
 from trackable.certificates.certificate import Certificate
-from trackable.certificates.exact import ExactQuantity, exact_quantities
+from trackable.certificates.draft import Draft
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove_on_window
 from trackable.certificates.sketch import sketches
+from trackable.checker.arithmetic.intervals import exactly
 from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
@@ -61,16 +61,12 @@ def _worst(reference: Reference, window: tuple[float, float]) -> Violation:
 
 
 def _at(reference: Reference, name: str, time: float) -> Violation:
-    quantity = next(q for q in exact_quantities(reference) if q.name == name)
-    return Violation(_broken(quantity, time), None, name, time)
-
-
-def _broken(quantity: ExactQuantity, time: float) -> float:
     """Return by how much the bound is certainly broken at `time` [s], as a part of its width; zero if it is not."""
-    margin = quantity.margin_at(arb(time))
-    with ball_arithmetic():
-        width = arb(quantity.bounds.upper) - arb(quantity.bounds.lower)
-        return max(float_below(-margin / width), 0.0)
+    bounds = reference.quantity(name).bounds
+    value = Draft.of(reference, abs(time), np.array([time])).value(name, exactly(time))
+    width = exactly(bounds.upper) - exactly(bounds.lower)
+    broken = max(float(((bounds.lower - value) / width).a), float(((value - bounds.upper) / width).a))
+    return Violation(max(float(np.nextafter(broken, -np.inf)), 0.0), None, name, time)
 
 
 def widened(reference: Reference, by: float) -> Reference:

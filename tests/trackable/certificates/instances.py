@@ -7,12 +7,7 @@ import numpy as np
 
 from tests.trackable.certificates import naive
 from tests.trackable.systems.instances import controllable
-from trackable.certificates.boxes.choice import Choice
-from trackable.certificates.boxes.together import Together
-from trackable.certificates.enclosure import Box
-from trackable.certificates.exact import ExactQuantity
 from trackable.certificates.prove import reference_period
-from trackable.certificates.sketch import Extremes, Sketch
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.matern import Matern32, Matern52
 from trackable.gp.kernels.periodic import Periodic
@@ -26,19 +21,7 @@ from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 
 DrawnKernel = Callable[[np.random.Generator, float], Kernel]
-_WITHIN = Sketch.within
 _RADIAL = (SquaredExponential, Matern32, Matern52)
-
-
-def chosen_box(quantity: ExactQuantity, start: float, end: float, terms: int) -> Box:
-    """Return a box as proofs choose it."""
-    choice = Choice(Together.of([quantity]).groups, terms)
-    return choice.boxes(np.array([start]), np.array([end])).box(0)
-
-
-def wide(of: Sketch, starts: np.ndarray, ends: np.ndarray) -> Extremes:
-    """A fault for `Sketch.within`: margins that seem to be wide everywhere."""
-    return _WITHIN(of, starts, ends)._replace(smallest=np.ones_like(starts))
 
 
 @dataclass(frozen=True)

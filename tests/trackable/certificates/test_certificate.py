@@ -7,8 +7,8 @@ import pytest
 from tests.trackable.certificates.decoded import decode_certificate
 from tests.trackable.certificates.test_prove import reference
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove, prove_at_instants, prove_on_window
-from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.base import Product, Sum
 from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.periodic import Periodic

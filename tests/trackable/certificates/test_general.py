@@ -12,10 +12,10 @@ from tests.trackable.checker.changes import PLANT, changed
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.certified import Certified, learn_certified
 from trackable.certificates.claim import AllPhases, AllTimes
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
 from trackable.checker import Failed, Proved, check
-from trackable.codec.certificates import encode_certificate
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.matern import Matern52

@@ -5,7 +5,7 @@ import pytest
 from mpmath import mp
 
 from tests.trackable.certificates import naive
-from trackable.certificates.rounding.references import evaluation_errors
+from trackable.certificates.draft import evaluation_errors
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem

@@ -1,12 +1,10 @@
 """Proofs for both examples, and honest answers where there is none."""
 
 import json
-from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 import pytest
-from flint import arb
 
 from tests.trackable.certificates import naive
 from tests.trackable.certificates.references import certified, unconstrained
@@ -15,11 +13,10 @@ from tests.trackable.systems.instances import bounded
 from tests.trackable.systems.instances import unbounded as without_bounds
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
-from trackable.certificates.exact import exact_quantities
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import prove, prove_at_instants, prove_for_all_phases, prove_on_window
 from trackable.checker import Proved, check
-from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.base import Product, Sum
 from trackable.gp.kernels.matern import Matern32
 from trackable.gp.kernels.periodic import Periodic
@@ -171,15 +168,6 @@ def test_a_wrong_period_cannot_be_claimed():
 def test_an_empty_window_cannot_be_claimed():
     with pytest.raises(ValueError, match="start < end"):
         prove_on_window(reference(Periodic(1.0, 0.8, 0.7)), 1.0, 1.0)
-
-
-def test_quantities_are_those_of_the_formulas_not_of_rounded_weights():
-    system = LinearSystem.scalar(0.3, 0.7, 0.1, sampling_time=0.05)
-    exact = exact_quantities(reference(SquaredExponential(1.0, 0.3), replace(PLANT, system=system)))[1]
-    (functional,) = exact.arguments.values()
-    _, (weight, _) = functional.terms
-    assert not weight.is_exact()
-    assert arb(1).overlaps(weight * arb(0.7))
 
 
 def test_explanations_are_sentences(example):

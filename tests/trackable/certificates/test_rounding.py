@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 from tests.trackable.certificates import naive
 from tests.trackable.certificates.instances import case, compact_kernel, general_case
 from tests.trackable.certificates.references import certified
-from trackable.certificates.rounding.references import evaluated_until, evaluation_errors
+from trackable.certificates.draft import evaluated_until, evaluation_errors
 
 
 def off(reference, name, t: float, exact_time) -> float:
@@ -32,7 +32,7 @@ DRAWN = [(make, s) for make, count in ((case, 60), (general_case, 20), (compact_
 def test_errors_are_bounded(make, seed):
     chosen, rng = make(seed), np.random.default_rng(seed)
     reference = chosen.reference
-    until = evaluated_until(reference.signals, chosen.end)
+    until = evaluated_until(reference, chosen.end)
     errors = evaluation_errors(reference, until)
     latest = min(until, 1e3 * chosen.end)
     times = np.concatenate([rng.uniform(0, chosen.end, 4), rng.uniform(0, latest, 2), -rng.uniform(0, latest, 1)])

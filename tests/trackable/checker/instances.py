@@ -5,8 +5,8 @@ from functools import cache
 
 from tests.trackable.certificates.test_prove import reference
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove
-from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 

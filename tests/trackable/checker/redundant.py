@@ -8,8 +8,8 @@ import numpy as np
 
 from tests.trackable.systems.redundant_instances import ONE_STATE
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove
-from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.samples import Samples
 from trackable.gp.signal import KernelSum

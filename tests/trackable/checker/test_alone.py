@@ -15,8 +15,8 @@ from tests.trackable.checker.instances import changed, scalar_certificate
 from tests.trackable.checker.redundant import in_the_plane
 from tests.trackable.checker.robust.instances import robust_data
 from tests.trackable.checker.tight import VALID
+from trackable.certificates.form import encode_certificate
 from trackable.checker.bundle import write_bundle
-from trackable.codec.certificates import encode_certificate
 
 KINDS = {
     "scalar": scalar_certificate,

@@ -10,10 +10,10 @@ from tests.trackable.checker.redundant import PLANE, PLANT, STEPS, as_read, in_t
 from tests.trackable.systems.instances import controllable
 from tests.trackable.systems.redundant_instances import excess
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
 from trackable.checker import Proved, check
-from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.matern import Matern52
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum

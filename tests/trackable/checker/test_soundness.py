@@ -10,11 +10,11 @@ from tests.trackable.certificates import naive
 from tests.trackable.certificates.instances import Case, case, compact_kernel, general_case
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
+from trackable.certificates.draft import evaluation_errors
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
-from trackable.certificates.rounding.references import evaluation_errors
 from trackable.checker import Proved, check
-from trackable.codec.certificates import encode_certificate
 from trackable.systems.reference import Reference
 
 CHUNKS, SIZE = 4, 52

@@ -7,19 +7,19 @@ import pytest
 from tests.trackable.checker.changes import PLANT, changed, tampered
 from tests.trackable.checker.tight import VALID
 from tests.trackable.checker.truth import is_true, statement
-from trackable.certificates import cover
+from trackable.certificates import cover, draft
 from trackable.certificates import prove as prove_module
+from trackable.certificates.form import encode_certificate
 from trackable.checker import NotACertificate, Proved, check
 from trackable.checker.arithmetic.models import Model
 from trackable.checker.steps import boxes, enclosures
-from trackable.codec.certificates import encode_certificate
 
 
 @pytest.fixture(autouse=True)
 def few_terms(monkeypatch):
     """Short Taylor polynomials: a thousand certificates are to be checked."""
-    monkeypatch.setattr(cover, "TERMS", 8)
-    monkeypatch.setattr(prove_module, "TERMS", 8)
+    for module in (cover, draft, prove_module):
+        monkeypatch.setattr(module, "TERMS", 8)
 
 
 @pytest.fixture

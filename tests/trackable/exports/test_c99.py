@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from flint import arb
 from scipy.interpolate import CubicSpline
 
 from tests.trackable.exports.c_programs import CC, STRICT, compiled, run
@@ -29,9 +28,12 @@ from trackable import (
 from trackable.arrays import Array
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AtInstants, OnWindow
-from trackable.certificates.exact import exact_quantities
-from trackable.certificates.pieces.rounding import evaluation_errors as errors_of_pieces
-from trackable.certificates.rounding.references import evaluation_errors
+from trackable.certificates.draft import Draft, evaluation_errors
+from trackable.certificates.form import encode_subject
+from trackable.checker import certificate as checked
+from trackable.checker.arithmetic.intervals import exactly
+from trackable.checker.reading.subjects import subject_of
+from trackable.checker.steps.pieces.rounding import evaluation_errors as errors_of_pieces
 from trackable.exports.c99.header import header
 from trackable.exports.proved import Proved
 from trackable.gp.signal import KernelSum
@@ -56,7 +58,12 @@ KERNELS: dict[str, Kernel] = {
 
 def stub(reference: Reference, claim: OnWindow | AtInstants = OnWindow(-2.0, 6.0)) -> Proved:  # noqa: B008
     """A reference with the bounds of its rounding, as certificates have them; nothing else is of interest here."""
-    errors = errors_of_pieces(reference, -2.0, 6.0) if reference.pieces else evaluation_errors(reference, 100.0)
+    if reference.pieces:
+        window = checked.Window(-2.0, 6.0, checked.Cover({}, 0))
+        of_pieces = errors_of_pieces(subject_of(encode_subject(reference)), window)
+        errors = {name: float(error) * (1 + 1e-15) for name, error in of_pieces.items()}
+    else:
+        errors = evaluation_errors(reference, 100.0)
     certificate = Certificate(reference, claim, 0, {}, errors, 100.0)
     found: Proved = SimpleNamespace(  # type: ignore[assignment]
         reference=reference, certificate=certificate, explanation="", sampled={}
@@ -70,18 +77,18 @@ def random_sum(kernel: Kernel, mean: float = 0.125) -> KernelSum:
 
 
 def require_within_certified_errors(proved: Proved, times: Array, values: Array, largest: float = 1e-7) -> None:
-    """The distance of each value to the exact one, in balls, is at most what the certificate says: proved in balls."""
-    quantities = {q.name: q for q in exact_quantities(proved.reference)}
+    """The distance of each value to the exact one, in intervals, is at most what the certificate says."""
+    draft = Draft.of(proved.reference, 100.0, np.zeros(1))
     system = proved.reference.plant.system
     names = (*system.states, *system.inputs)
-    checked = [name for name in names if name in quantities]
+    checked = [name for name in names if name in draft.errors]
     assert checked
     for name in checked:
         error = proved.certificate.evaluation_error[name]
         assert 0 < error < largest
         column = values[:, names.index(name)]
         for t, value in zip(times.tolist(), column.tolist(), strict=True):
-            assert abs(quantities[name].at(arb(t)) - arb(value)) <= arb(error), (name, t)
+            assert abs(draft.value(name, exactly(t)) - exactly(value)) <= exactly(error), (name, t)
 
 
 TIMES = np.concatenate([RNG.uniform(-2, 6, 60), np.arange(0.0, 3.0, 0.25), [0.0, 4.0]])

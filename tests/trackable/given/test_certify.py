@@ -33,7 +33,7 @@ from trackable import (
     check,
 )
 from trackable import ConstrainedSystem as Plant
-from trackable.codec.counterexamples import encode_counterexample
+from trackable.certificates.form import encode_counterexample
 
 X, Y = [0.0, 1.0, 2.0, 3.0], [-1.0, -0.6, -0.5, 0.0]
 CURVES = {

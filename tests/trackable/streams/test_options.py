@@ -22,8 +22,8 @@ from trackable import (
     check,
     learn_stream,
 )
+from trackable.certificates.form import encode_certificate
 from trackable.codec import CodecError
-from trackable.codec.certificates import encode_certificate
 from trackable.errors import InputError
 from trackable.systems.library import tank
 

@@ -9,17 +9,21 @@ from flint import fmpq
 
 from trackable.certificates.certificate import TIME_TOLERANCE_OF_PIECES, Certificate
 from trackable.certificates.claim import AllPhases, AllTimes, Claim, OnWindow, refuse_empty
+from trackable.certificates.form import encode_subject
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.pieces.cells import ExactPieces, cells, exactly
 from trackable.certificates.pieces.extremes import Extreme, Search
-from trackable.certificates.pieces.rounding import evaluated_until, evaluation_errors
-from trackable.certificates.rounding.sizes import has_sane_numbers
+from trackable.checker import certificate as checked
+from trackable.checker.reading.subjects import subject_of
+from trackable.checker.steps.pieces.rounding import check_sizes, evaluation_errors
+from trackable.checker.subject import Subject
 from trackable.systems.flat.functional import Functional
 from trackable.systems.quantity import Quantity
 from trackable.systems.reference import Reference
 
 Outcome = Certificate | Counterexample | Unproved
 
+_LATEST, _PERIODS = 1e60, 2.0**49  # up to which times evaluation is claimed [s], and after how many periods
 _ROUGH = 1e-6  # of the width of a bound: extremes are known as closely
 _FINE = 64  # parts of the reserve for rounding, where it takes more to decide
 
@@ -59,7 +63,7 @@ def prove_pieces_on_window(reference: Reference, start: float, end: float) -> Ou
 
 def _prove(reference: Reference, claim: Claim) -> Outcome:
     problem = _ProofProblem(reference, claim)
-    if not has_sane_numbers(reference):
+    if not problem.has_sane_sizes:
         return problem.unproved(reference.quantities[0], "a stored number is too large or too small to bound rounding")
     failures = [found for quantity in reference.quantities if (found := problem.failure(quantity))]
     broken = [found for found in failures if isinstance(found, Counterexample)]
@@ -98,11 +102,29 @@ class _ProofProblem:
 
     @cached_property
     def until(self) -> float:
-        return evaluated_until(self.reference)
+        """Up to when evaluation is claimed [s]: whole periods have to be counted in float64."""
+        periods = [signal.period for signal in self.reference.pieces if signal.beyond == "period"]
+        return min([_LATEST, *(_PERIODS * period for period in periods)])
+
+    @cached_property
+    def subject(self) -> Subject:
+        """The reference as the checker reads it."""
+        return subject_of(encode_subject(self.reference))
+
+    @property
+    def has_sane_sizes(self) -> bool:
+        """Whether all numbers have sizes for which the analysis of rounding holds."""
+        return check_sizes(checked.Certificate(self.subject, self._cells, self.until, {}, None)) is None
 
     @cached_property
     def errors(self) -> dict[str, float]:
-        return evaluation_errors(self.reference, *self.window)
+        """The errors of evaluation in float64."""
+        found = evaluation_errors(self.subject, self._cells)
+        return {name: nextafter(error.numerator / error.denominator, math.inf) for name, error in found.items()}
+
+    @property
+    def _cells(self) -> checked.Claim:
+        return checked.Window(*self.window, checked.Cover({}, 0))
 
     @cached_property
     def exact(self) -> tuple[ExactPieces, ...]:

@@ -1,5 +1,7 @@
 """Read what a file speaks about: a reference, its system and its sets."""
 
+from typing import Any
+
 from trackable.checker.limits import CENTRES, COORDINATES, ROWS, SHIFTS, SIGNALS
 from trackable.checker.reading.fingerprint import fingerprint
 from trackable.checker.reading.formulas import a_formula, require_short
@@ -33,6 +35,11 @@ from trackable.checker.subject import (
 def subject_fields(data: dict[object, object]) -> list[str]:
     """Return the names of the fields in which a file says what it is about."""
     return ["reference", *(name for name in ("trajectories", "attainable") if name in data)]
+
+
+def subject_of(data: dict[Any, Any]) -> Subject:
+    """Return what these fields alone say. Raise UnreadableError where they are no subject."""
+    return read_subject(Fields(data, "subject", *subject_fields(data)))
 
 
 def read_subject(content: Fields) -> Subject:

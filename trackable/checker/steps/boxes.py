@@ -71,24 +71,24 @@ def check_boxes(
     subject, terms = certificate.subject, claim.cover.terms
     for i, (box, rest, known) in enumerate(first_pass.boxes(subject, terms, held)):
         progress(i, len(held))
-        if known and not _why_not(needs, Enclosures(subject, terms, box, known), rest):
+        if known and not any(refusals(needs, Enclosures(subject, terms, box, known), rest)):
             continue
-        if rest and (reason := _why_not(needs, Enclosures(subject, terms, box), rest)):
-            return f"{reason[0]} from {box.start!r} s to {box.end!r} s{reason[1]}"
+        for q, undefined in refusals(needs, Enclosures(subject, terms, box), rest):
+            what = f"be defined from {box.start!r} s to {box.end!r} s: {undefined}"
+            inside = f"stay inside its bounds from {box.start!r} s to {box.end!r} s"
+            return f"box: the {q.name} is not shown to {what if undefined else inside}"
     return None
 
 
-def _why_not(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> tuple[str, str] | None:
-    """Return which quantity is not shown to stay inside its bounds in a box, and why; None where all do."""
+def refusals(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> Iterator[tuple[Quantity, str]]:
+    """Yield each quantity that is not shown to stay inside its bounds in a box, and why it may not be defined there."""
     values = FlatValues(needs, enclosures.terms)
     for q in quantities:
         try:
-            model = values.enclose(q, enclosures.arguments(q))
+            if not stays_inside(values.enclose(q, enclosures.arguments(q)), q):
+                yield q, ""
         except UndefinedError as undefined:
-            return f"box: the {q.name} is not shown to be defined", f": {undefined}"
-        if not stays_inside(model, q):
-            return f"box: the {q.name} is not shown to stay inside its bounds", ""
-    return None
+            yield q, str(undefined)
 
 
 def stays_inside(model: Model, q: Quantity) -> bool:

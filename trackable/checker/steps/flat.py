@@ -54,8 +54,7 @@ class FlatValues:
 
         Raise UndefinedError where a need of the quantity may fail, or its rounding may exceed what is stated.
         """
-        errors = self.needs.of_arguments
-        tracked = {name: Tracked(model, errors[name]) for name, model in arguments.items() if name in errors}
+        tracked = self._tracked(arguments)
         for need in q.needs:
             span = self._of(need.formula, tracked).model.span
             if not (span.a > 0 or (need.may_be_negative and span.b < 0)):
@@ -63,13 +62,24 @@ class FlatValues:
                 raise UndefinedError(f"{text(need.formula, _OUTER)} {what}")
         if not q.is_flat:
             return evaluate(q.formula, arguments, Models(self.terms))
-        parts = [(ratio(r), self._of(part, tracked)) for r, part in q.parts]
+        parts = self._parts(q, tracked)
         if not at_most(self._error(parts), stated := self.needs.stated[q.name]):
             raise UndefinedError(f"it can be off by more than {stated!r} in float64")
         found = Models(self.terms).number(ZERO)
         for r, part in parts:
             found += part.model.times(r)
         return found
+
+    def error(self, q: Quantity, arguments: Mapping[str, Model]) -> Real:
+        """Over-estimate the rounding error of a formula. Raise UndefinedError where it may not be defined."""
+        return self._error(self._parts(q, self._tracked(arguments)))
+
+    def _tracked(self, arguments: Mapping[str, Model]) -> dict[str, Tracked]:
+        errors = self.needs.of_arguments
+        return {name: Tracked(model, errors[name]) for name, model in arguments.items() if name in errors}
+
+    def _parts(self, q: Quantity, tracked: Mapping[str, Tracked]) -> list[tuple[Real, Tracked]]:
+        return [(ratio(r), self._of(part, tracked)) for r, part in q.parts]
 
     def _of(self, formula: Formula, values: Mapping[str, Tracked]) -> Tracked:
         return evaluate(formula, values, TrackedFormulas(self.terms), self.known)

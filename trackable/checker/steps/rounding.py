@@ -31,12 +31,12 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     Errors of signals are bounded to first order in u, enlarged by 1 %. Errors of formulas are propagated from operation
     to operation.
     """
-    of_signals = [_signal_error(certificate, signal) for signal in certificate.subject.signals]
+    of_signals = signal_errors(certificate.subject, certificate.until)
     for q in quantities:
         if q.is_flat:  # `steps.flat` does it
             continue
         try:
-            error = _error(certificate.subject, q, of_signals)
+            error = error_of(certificate.subject, q, of_signals)
         except UndefinedError as undefined:
             return f"evaluation: the error of the {q.name} in float64 is not bounded: {undefined}"
         if not at_most(error, certificate.errors[q.name]):
@@ -44,14 +44,20 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     return None
 
 
+def signal_errors(subject: Subject, until: float) -> list[Rounded]:
+    """Return the rounding errors of the signals at all times |t| ≤ until [s], and how large they are."""
+    return [_signal_error(subject, until, signal) for signal in subject.signals]
+
+
 def errors_of_arguments(certificate: Certificate, arguments: Mapping[str, LinearCombination]) -> dict[str, Real]:
     """Return the rounding error of each argument, by name."""
     subject = certificate.subject
-    of_signals = [_signal_error(certificate, signal) for signal in subject.signals if arguments]
+    of_signals = signal_errors(subject, certificate.until) if arguments else []
     return {name: _combination(subject, argument, of_signals).error for name, argument in arguments.items()}
 
 
-def _error(subject: Subject, q: Quantity, of_signals: list[Rounded]) -> Real:
+def error_of(subject: Subject, q: Quantity, of_signals: list[Rounded]) -> Real:
+    """Over-estimate the rounding error of a quantity. Raise UndefinedError where it has no bound."""
     if q.combination is not None:
         return _combination(subject, q.combination, of_signals).error
     values = {name: _combination(subject, argument, of_signals) for name, argument in q.arguments.items()}
@@ -105,10 +111,10 @@ def _ahead(subject: Subject) -> Real:
     return (max(len(w) for part in parts for w in part.weights) - 1) * subject.step
 
 
-def _signal_error(certificate: Certificate, signal: Signal) -> Rounded:
+def _signal_error(subject: Subject, until: float, signal: Signal) -> Rounded:
     """Over-estimate |z| and |float64 − exact| for |t| ≤ until, and for the shifts T, 2 T, … beyond."""
-    latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(certificate.subject)
-    kernel = signal.kernel.sizes(certificate.until + ahead + latest)
+    latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(subject)
+    kernel = signal.kernel.sizes(until + ahead + latest)
     # Rounded once each, by u times their sizes: k T, j T, k T + j T, and r = k T + j T − t_i. As |k T + j T| is at most
     # |r| + |t_i|, and |k T| at most j T more, r is off by 3 u (|r| + |t_i| + j T) at most. Beside that there are up to
     # six roundings of the argument of κ, and n + 2 of the dot product. A time that was moved by whole periods may be

@@ -41,10 +41,10 @@ def check_tail(
         start = (claim.last_step + 1) * subject.step
     else:
         return None
-    quick = [envelope for signal in subject.signals if (envelope := first_pass.envelope(signal, start))]
+    quick = [found for signal in subject.signals if (found := first_pass.envelope(signal, start))]
     if len(quick) == len(subject.signals) and not _why_not(certificate, quantities, start, quick):
         return None
-    return _why_not(certificate, quantities, start, [_envelope(signal, start) for signal in subject.signals])
+    return _why_not(certificate, quantities, start, [envelope(signal, start) for signal in subject.signals])
 
 
 def _why_not(certificate: Certificate, quantities: list[Quantity], start: Real, envelopes: list[Decay]) -> str | None:
@@ -59,7 +59,7 @@ def _why_not(certificate: Certificate, quantities: list[Quantity], start: Real, 
     return None
 
 
-def _envelope(signal: Signal, start: Real) -> Decay:
+def envelope(signal: Signal, start: Real) -> Decay:
     """Over-estimate |z − m| and |ż| from `start` on."""
     size, slope = signal.far
     for t, c in signal.pairs:

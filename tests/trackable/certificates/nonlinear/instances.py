@@ -9,8 +9,8 @@ import numpy as np
 
 from tests.trackable.systems.nonlinear_instances import INSTANCES, exactly, moving
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove as prove_always
-from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.periodic import Periodic
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope

@@ -4,11 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from flint import arb
 from mpmath import mp
 
 from tests.trackable.certificates.decoded import decode_certificate
-from tests.trackable.certificates.instances import chosen_box
 from tests.trackable.certificates.nonlinear.instances import (
     BOX,
     END,
@@ -20,16 +18,12 @@ from tests.trackable.certificates.nonlinear.instances import (
     true_values,
 )
 from tests.trackable.systems.nonlinear_instances import INSTANCES, LINEAR, as_formulas, exactly, moving
-from trackable.certificates.balls.arithmetic import ball_arithmetic, float_above, float_below
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.certified import Certified, learn_certified
-from trackable.certificates.enclosure import enclosure
-from trackable.certificates.exact import exact_quantities
-from trackable.certificates.limits import limits_beyond
+from trackable.certificates.draft import evaluation_errors
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove as prove_always
 from trackable.certificates.prove import prove_at_instants, prove_on_window
-from trackable.certificates.rounding.references import evaluation_errors
 from trackable.checker import Proved, check
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.squared_exponential import SquaredExponential
@@ -39,40 +33,6 @@ from trackable.learning.space import SearchSpace
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
-
-
-@pytest.mark.parametrize("name", INSTANCES)
-def test_enclosures_hold_the_true_values(name):
-    reference = moving(INSTANCES[name], seed=3)
-    start, end = 0.4, 0.52
-    times = np.linspace(start, end, 7)
-    with mp.workdps(50):
-        true = true_values(name, reference, times)
-        for quantity in exact_quantities(reference):
-            box = chosen_box(quantity, start, end, 12)
-            found = enclosure(quantity, box, 12)
-            missed = mp.mpf(float_above(found.remainder))
-            assert missed < 1e-6
-            for t, value in zip(times, true[quantity.name], strict=True):
-                with ball_arithmetic():
-                    seen = found.coefficients((arb(t) - (arb(start) + arb(end)) / 2) * 2 / (arb(end) - arb(start)))
-                assert abs(mp.mpf(seen.str(40, radius=False)) - value) <= missed + mp.mpf(10) ** -30
-
-
-@pytest.mark.parametrize("name", INSTANCES)
-def test_limits_hold_all_later_values_and_close_in_on_the_rest(name):
-    reference = moving(INSTANCES[name], seed=3)
-    reaches = []
-    with mp.workdps(50):
-        for start in (2.6, 3.2, 4.5):
-            limits = limits_beyond(reference, arb(start))
-            true = true_values(name, reference, np.linspace(start, start + 2, 12))
-            for q, (centre, reach) in limits.items():
-                assert reach.is_finite()
-                low, high = float_below(centre - reach), float_above(centre + reach)
-                assert all(low <= value <= high for value in true[q])
-            reaches.append([float(reach) for _, reach in limits.values()])
-    assert np.all(np.array(reaches[2]) < 1e-4 * np.array(reaches[0]))
 
 
 @pytest.mark.parametrize("name", INSTANCES)

@@ -6,9 +6,9 @@ from mpmath import mp
 
 from tests.trackable.certificates import naive
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove_on_window
 from trackable.checker import Failed, Proved, check
-from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.matern import Matern32
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum

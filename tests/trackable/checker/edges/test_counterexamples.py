@@ -14,10 +14,10 @@ from tests.trackable.certificates.test_prove import reference
 from tests.trackable.checker.instances import changed
 from tests.trackable.checker.redundant import learned
 from trackable import NotTrackableError
+from trackable.certificates.form import encode_counterexample
 from trackable.certificates.outcome import Counterexample, Unproved
 from trackable.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
 from trackable.checker import Failed, NotACertificate, Proved, Refuted, check
-from trackable.codec.counterexamples import encode_counterexample
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.systems.reference import Reference

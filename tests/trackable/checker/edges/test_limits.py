@@ -6,11 +6,11 @@ from tests.trackable.checker.edges import hostile
 from tests.trackable.checker.instances import changed, scalar_certificate
 from tests.trackable.checker.tight import VALID
 from trackable import checker
+from trackable.certificates.form import encode_certificate
 from trackable.checker import Failed, NotACertificate, Proved, Undecided, check, limits
 from trackable.checker.arithmetic.intervals import exactly
 from trackable.checker.formulas.formula import Name, Number, Operation, evaluate, names, numbers, parts
 from trackable.checker.formulas.values import Intervals
-from trackable.codec.certificates import encode_certificate
 
 SIGNAL = {
     "kernel": {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3},

@@ -13,18 +13,18 @@ from tests.trackable.certificates.nonlinear.instances import proved
 from tests.trackable.certificates.test_prove import reference
 from tests.trackable.checker.edges.test_counterexamples import by_claim
 from tests.trackable.checker.instances import changed, scalar_certificate
+from tests.trackable.checker.naive_fingerprint import fingerprint
 from tests.trackable.checker.pieces import instances as pieces
 from tests.trackable.checker.redundant import in_the_plane, learned
 from tests.trackable.checker.tight import VALID
 from tests.trackable.systems.forms.instances import certificate as of_flat_form
 from trackable import checker
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove
 from trackable.checker import Proved, Refuted, check
 from trackable.checker.arithmetic.intervals import between, exactly
 from trackable.checker.formulas.formula import Number, Operation, Power, text
-from trackable.codec.certificates import encode_certificate
-from trackable.codec.fingerprint import fingerprint
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 
 KINDS = {**VALID, "nonlinear": lambda: proved("tank"), "redundant inputs": in_the_plane}

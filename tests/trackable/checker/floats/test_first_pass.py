@@ -12,12 +12,12 @@ from tests.trackable.checker.instances import changed
 from tests.trackable.checker.tight import VALID
 from tests.trackable.exports.c_programs import CC
 from trackable import checker
+from trackable.certificates.form import encode_certificate
 from trackable.checker import Failed, Proved, check
 from trackable.checker.arithmetic.intervals import INFINITE, ZERO
 from trackable.checker.floats import boxes
 from trackable.checker.floats.polynomials import are_positive
 from trackable.checker.kernels.base import Decay
-from trackable.codec.certificates import encode_certificate
 
 KINDS = {kind: lambda make=make: encode_certificate(make()) for kind, make in VALID.items()}
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from tests.trackable.certificates.kernels.boxes import DIGITS, KINKED, TERMS, Differences, boxes, exactly, kinks
+from tests.trackable.checker.kernels.boxes import DIGITS, KINKED, TERMS, Differences, boxes, exactly, kinks
 from tests.trackable.gp.instances import over
 from trackable.checker.arithmetic.intervals import SIGN, ZERO, Real, total
 from trackable.checker.arithmetic.intervals import exactly as interval

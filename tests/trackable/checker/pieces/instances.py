@@ -12,8 +12,8 @@ from tests.splines.draws import from_scipy
 from tests.splines.naive import extremes
 from tests.trackable.plants import AXIS
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove, prove_on_window
-from trackable.codec.certificates import encode_certificate
 from trackable.systems.reference import Reference
 from trackable.systems.sets.polytope import Polytope
 

@@ -5,7 +5,7 @@ from scipy.interpolate import CubicSpline
 
 from tests.trackable.plants import AXIS
 from trackable import CertifiedReference, PolynomialPieces, Proved, certify, check
-from trackable.codec.certificates import encode_certificate
+from trackable.certificates.form import encode_certificate
 
 
 def test_a_thousand_pieces():

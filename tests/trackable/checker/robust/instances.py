@@ -6,9 +6,9 @@ from functools import cache
 
 from tests.trackable.control.tube.instances import LOOPS, STEPS
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove_on_window
 from trackable.certificates.robust import robust_of
-from trackable.codec.certificates import encode_certificate
 from trackable.systems.disturbance.zonotope import Zonotope
 
 KINDS = ("example1", "pushed cart", "triangle", "three states")

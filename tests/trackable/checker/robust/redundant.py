@@ -7,9 +7,9 @@ import numpy as np
 
 from tests.trackable.systems.disturbance.instances import CART
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove_on_window
 from trackable.certificates.robust import robust_of
-from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem

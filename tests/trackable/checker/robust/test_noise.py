@@ -9,10 +9,10 @@ import pytest
 from tests.trackable.certificates.decoded import decode_certificate
 from tests.trackable.checker.changes import changed
 from tests.trackable.checker.robust.instances import NOISE, noisy_data, robust_data
+from trackable.certificates.form import encode_certificate
 from trackable.checker import Failed, NotACertificate, Proved, check
 from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.robust import of_measured_state
-from trackable.codec.certificates import encode_certificate
 
 
 def block(*path):

@@ -13,10 +13,10 @@ from tests.trackable.checker.instances import scalar_certificate
 from tests.trackable.checker.robust.instances import KINDS, robust_certificate, robust_data
 from tests.trackable.checker.robust.redundant import two_pushers
 from tests.trackable.systems.disturbance.naive import naive_support
+from trackable.certificates.form import encode_certificate
 from trackable.checker import Failed, NotACertificate, Proved, check
 from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.steps import robust as step
-from trackable.codec.certificates import encode_certificate
 
 PUSHED = "pushed cart"
 

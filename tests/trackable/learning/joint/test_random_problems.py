@@ -9,8 +9,8 @@ from tests.trackable.certificates import naive
 from tests.trackable.learning.joint.random_problems import random_problem
 from trackable.certificates.certified import Certified
 from trackable.certificates.claim import AllPhases
+from trackable.certificates.form import encode_certificate
 from trackable.checker import Proved, check
-from trackable.codec.certificates import encode_certificate
 from trackable.systems.reference import Reference
 
 SEEDS = (1, 27, 30)

@@ -8,9 +8,9 @@ from collections import Counter
 
 from tests.trackable.systems.forms.test_chains import assert_follows, chain, long_chain, vehicle
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove
 from trackable.checker import check
-from trackable.codec.certificates import encode_certificate
 
 MAKERS = {"chain": (chain, range(25)), "vehicle": (vehicle, range(25)), "long chain": (long_chain, (4, 5))}
 

@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove
-from trackable.codec.certificates import encode_certificate
 from trackable.gp.kernels.periodic import Periodic
 from trackable.gp.signal import KernelSum
 from trackable.systems.constrained import ConstrainedSystem

@@ -9,9 +9,9 @@ import pytest
 from tests.trackable.checker.instances import changed
 from tests.trackable.systems.forms.instances import through
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.prove import prove, prove_on_window
 from trackable.checker import Failed, Proved, check
-from trackable.codec.certificates import encode_certificate
 from trackable.codec.converter import dumps, loads
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum

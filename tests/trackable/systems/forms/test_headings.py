@@ -9,10 +9,10 @@ from tests.trackable.checker.instances import changed
 from tests.trackable.systems.forms.instances import INPUTS, STATES, T_S, along, drives, eight, robot
 from trackable.certificates import prove as proofs
 from trackable.certificates.certificate import Certificate
+from trackable.certificates.form import encode_certificate
 from trackable.certificates.outcome import Unproved
 from trackable.certificates.prove import prove, prove_on_window
 from trackable.checker import Failed, Proved, check
-from trackable.codec.certificates import encode_certificate
 from trackable.codec.converter import dumps, loads
 from trackable.gp.kernels.squared_exponential import SquaredExponential
 from trackable.gp.signal import KernelSum

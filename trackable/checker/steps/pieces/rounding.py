@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from trackable.checker.arithmetic.intervals import exact_sum
-from trackable.checker.certificate import Certificate, Instants
+from trackable.checker.certificate import Certificate, Claim, Instants
 from trackable.checker.steps.pieces.cells import whole_sum
 from trackable.checker.steps.quantities import functionals
 from trackable.checker.subject import Bound, Subject
@@ -31,7 +31,17 @@ def check_sizes(certificate: Certificate) -> str | None:
 
 
 def check_rounding(certificate: Certificate) -> str | None:
-    """Return the first bound whose quantity can be off by more than the stated error.
+    """Return the first bound whose quantity can be off by more than the stated error."""
+    if reason := _why_uncounted(certificate):
+        return reason
+    for name, error in evaluation_errors(certificate.subject, certificate.claim).items():
+        if error > Fraction(certificate.errors[name]):
+            return f"evaluation: the {name} can be off by more than {certificate.errors[name]!r} in float64"
+    return None
+
+
+def evaluation_errors(subject: Subject, claim: Claim) -> dict[str, Fraction]:
+    """Over-estimate the rounding error of each bounded quantity at the times of a claim.
 
     States and inputs are evaluated in double-double arithmetic, at times that are not rounded, and rounded to float64
     once. So Σ_i r_i x_i with p weights r_i ≠ 0 takes one rounding of each x_i, p products and p − 1 sums, of numbers
@@ -40,21 +50,17 @@ def check_rounding(certificate: Certificate) -> str | None:
     which is off by 80 u² itself, and two for each shifted signal, whose weight is off by u². All of this is to first
     order, and enlarged by 1 %.
     """
-    subject = certificate.subject
-    if reason := _why_uncounted(certificate):
-        return reason
     largest = [max(map(_absolute_terms, z.lengths, z.coefficients)) for z in subject.pieces]
     shifted = sum(map(len, functionals(subject, "input")[0].weights))
     operations = 96 * (max(z.degree for z in subject.pieces) + 1) + 17 * (shifted + 1)
+    found = dict[str, Fraction]()
     for bound in subject.bounds:
         weights, offset = _gross(subject, bound)
         gross = exact_sum([offset, *(w * size for w, size in zip(weights, largest, strict=True))])
         used = sum(1 for r in bound.row if r)
-        error = (used + 2) * UNIT * _size(certificate, bound) + operations * UNIT**2 * gross
-        if Fraction(101, 100) * error + _TINY * (1 + exact_sum(weights)) > Fraction(certificate.errors[bound.name]):
-            stated = certificate.errors[bound.name]
-            return f"evaluation: the {bound.name} can be off by more than {stated!r} in float64"
-    return None
+        error = (used + 2) * UNIT * _size(subject, claim, bound) + operations * UNIT**2 * gross
+        found[bound.name] = Fraction(101, 100) * error + _TINY * (1 + exact_sum(weights))
+    return found
 
 
 def _why_uncounted(certificate: Certificate) -> str | None:
@@ -79,16 +85,16 @@ def _absolute_terms(length: Fraction, coefficients: Sequence[float]) -> Fraction
     return exact_sum(abs(Fraction(c)) * length**j for j, c in enumerate(coefficients))
 
 
-def _size(certificate: Certificate, bound: Bound) -> Fraction:
+def _size(subject: Subject, claim: Claim, bound: Bound) -> Fraction:
     """Over-estimate Σ_i |r_i x_i| at all times of the claim: by the absolute coefficients in each cell.
 
     Of a single state or input, it is inside the bounds: a later step proves this without any use of errors.
     """
-    subject, total = certificate.subject, Fraction(0)
+    total = Fraction(0)
     if sum(1 for r in bound.row if r) == 1:
         return max(abs(Fraction(end)) for end in (bound.lower, bound.upper))
-    assert not isinstance(certificate.claim, Instants), "refused before"
-    start, end = map(Fraction, certificate.claim.span)
+    assert not isinstance(claim, Instants), "refused before"
+    start, end = map(Fraction, claim.span)
     for r, part in zip(bound.row, functionals(subject, bound.of), strict=True):
         if r:
             q = whole_sum(subject, (r,), (part,), [start, end])

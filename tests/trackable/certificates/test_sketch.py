@@ -1,11 +1,11 @@
-"""Approximate margins are as low as on a much finer grid; in boxes they are those inside and at the ends."""
+"""Approximate margins are as low as on a much finer grid."""
 
 import numpy as np
 import pytest
 
 from tests.trackable.certificates.instances import case, general_case
 from tests.trackable.certificates.test_prove import reference
-from trackable.certificates.sketch import Sketch, sketches
+from trackable.certificates.sketch import sketches
 from trackable.gp.kernels.matern import Matern32
 
 
@@ -17,15 +17,6 @@ def test_no_finer_grid_finds_lower_margins(make, seed):
     for quantity, drawn in zip(chosen.reference.quantities, sketches(chosen.reference, 0.0, chosen.end), strict=True):
         assert drawn.least <= np.min(quantity.margin(signals, fine)) + 1e-9
         assert drawn.least == pytest.approx(float(quantity.margin(signals, np.array([drawn.worst_time]))[0]), abs=1e-12)
-
-
-def test_margins_in_boxes_are_interpolated_at_their_ends():
-    drawn = Sketch(
-        np.array([0.0, 1.0, 2.0, 4.0]), np.array([3.0, 1.0, 5.0, 2.0]), {"q": np.array([7.0, 1.0, 2.0, 3.0])}
-    )
-    seen = drawn.within(np.array([0.0, 1.5, 2.0, 0.25, 3.0]), np.array([4.0, 2.0, 4.0, 0.5, 4.0]))
-    assert np.array_equal(seen.smallest, [1.0, 3.0, 2.0, 1.0, 2.0])
-    assert np.array_equal(seen.steepest["q"], [7.0, 2.0, 3.0, 7.0, 3.0])
 
 
 def test_kinks_lie_on_the_grid():

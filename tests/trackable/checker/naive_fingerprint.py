@@ -1,11 +1,11 @@
-"""Which reference a certificate is about: the fingerprint that the checker prints, found independently."""
+"""The fingerprint that the checker prints, written a second time from what the theorem says of it."""
 
 import hashlib
 import json
 from fractions import Fraction
 from typing import Any
 
-from trackable.codec.certificates import encode_subject
+from trackable.certificates.form import encode_subject
 from trackable.systems.reference import Reference
 
 

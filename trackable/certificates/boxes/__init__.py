@@ -1,1 +1,0 @@
-"""Boxes of time, many at once: their discs, their centres within reach, enclosures of signals, and where to split."""

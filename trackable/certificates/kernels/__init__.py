@@ -1,1 +1,0 @@
-"""What proofs know of kernels: one class a family, in a file of its own, and one table."""
