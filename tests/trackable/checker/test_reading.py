@@ -95,7 +95,6 @@ def test_other_things_are_no_certificates(nothing):
         ("reference.plant.sampling_time", 0.1),
         ("reference.samples", []),
         ("bounds", []),
-        ("attainable", []),
         ("attainable", [{"row": [1.0], "lower": -1.0, "upper": 1.0}]),
         ("claim", {"kind": "for_ever"}),
         ("claim", {"kind": "all_times", "tail_start": 1.0}),

@@ -61,7 +61,7 @@ def read_subject(content: Fields) -> Subject:
         state_set=plant("state_set", a_polytope),
         input_set=plant("input_set", a_polytope),
         trajectories=trajectories,
-        attainable=content("attainable", many(_attainable, ROWS)) if "attainable" in extra else None,
+        attainable=content("attainable", many(_attainable, ROWS, empty=True)) if "attainable" in extra else None,
         fingerprint=fingerprint(reference("signals", _itself), plant("system", _itself), trajectories),
     )
 

@@ -139,6 +139,8 @@ def test_whole_numbers_and_floats_and_signs_of_zero_are_one() -> None:
 def test_the_same_fingerprint_means_the_same_states_and_inputs(kind: str) -> None:
     """Once all trajectories divided by ten had the same fingerprint, as weights are not unique."""
     data = LINEAR[kind]()
+    errors = data["evaluation"]["errors"]
+    errors |= {name: 1.5 * error for name, error in errors.items()}  # for roundings of the zeros that are added
     known = sha(said(data))
     assert sha(said(rewritten(data))) == known
     divided = with_weights(data, lambda w: w / 10)
