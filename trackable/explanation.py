@@ -7,10 +7,15 @@ import numpy as np
 from trackable.certificates.pinned import Pinned
 from trackable.fit.fit import Fit
 from trackable.fit.misfit import Misfit
+from trackable.gp.hyperparameter import Learned
+from trackable.gp.joint import JointPrior
+from trackable.gp.prior import NOISE, Prior
+from trackable.gp.samples import Samples
 from trackable.systems.disturbance.tightening import Tightening
 
 _DEAREST = 3
 _SHOWN = 4  # times of given values
+_OF_NOISE = 0.5  # by which noise learned with the bounds may differ from that without them
 
 # A sample is far off if it is so by more than both; more than a few are no outliers, but noise of another kind.
 _TIMES_TYPICAL = 10.0
@@ -100,6 +105,17 @@ def given_too_narrowly(fit: Fit) -> str | None:
     return f"{said}: was it meant as a limit?" if said else None
 
 
+def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior) -> str:
+    """Return the prior means, and the likeliest ones where these are no admissible equilibrium."""
+    return "; ".join(map(_mean, prior.names, samples, prior.parts, likeliest.parts))
+
+
+def inflated(fit: Fit) -> str | None:
+    """Return a question if noise that is learned with the bounds differs by more than a half from that without them."""
+    parts = zip(fit.prior.names, fit.prior.parts, fit.unconstrained_prior.parts, strict=True)
+    return "; ".join(_inflated(*part) for part in parts if _is_inflated(*part[1:])) or None
+
+
 def outlying(misfits: Iterable[Misfit]) -> str | None:
     """Return a question if a few samples are far off the fit without bounds, and most are not; None otherwise.
 
@@ -118,6 +134,25 @@ def costs(fit: Fit) -> str:
     if fit.duality_gap > 0:
         said.append(f"for these hyperparameters, no function costs less by more than {fit.duality_gap:.2g}")
     return "; ".join(said)
+
+
+def _mean(name: str, samples: Samples, prior: Prior, free: Prior) -> str:
+    mean, likeliest = (float(samples.of_level.stencil.at_rest(part.mean)) for part in (prior, free))
+    said = f"the prior mean of {name} is {mean:.6g}"
+    return said if mean == likeliest else f"{said}, as the likeliest, {likeliest:.6g}, is no admissible equilibrium"
+
+
+def _is_inflated(own: Prior, free: Prior) -> bool:
+    return NOISE in own.learned and abs(own.noise_std - free.noise_std) > _OF_NOISE * free.noise_std
+
+
+def _inflated(name: str, own: Prior, free: Prior) -> str:
+    is_given = isinstance(own.noise_std, Learned) and own.noise_std.interval is not None
+    left_out = ", or nothing: it is then learned without them" if is_given else ""
+    return (
+        f"noise_std: that of {name} is {own.noise_std:.3g} as it is learned with the bounds, and {free.noise_std:.3g} "
+        f"without them: is it noise, or what the bounds cost? Give a number{left_out}"
+    )
 
 
 def _distance(misfit: Misfit) -> str:
@@ -142,7 +177,7 @@ def _help(fit: Fit) -> str:
 def _outliers(misfit: Misfit) -> str:
     off = np.abs(misfit.unconstrained) / misfit.samples.relative_noise
     typical = float(np.median(off)) / _NORMAL
-    far = np.flatnonzero(off > max(_TIMES_TYPICAL * typical, _TIMES_NOISE * misfit.noise_std))
+    far = np.flatnonzero(off > max(_TIMES_TYPICAL * typical, _TIMES_NOISE * misfit.noise_unconstrained))
     if len(off) < _FEWEST or not typical or not 0 < len(far) <= _FEW * len(off):
         return ""
     i = int(np.argmax(off))

@@ -10,18 +10,21 @@ from functools import partial
 from itertools import chain
 from time import monotonic
 
+import numpy as np
+
 from trackable.arguments import real
 from trackable.arrays import ArrayLike
 from trackable.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
 from trackable.certificates.certified import Certified, learn_certified
-from trackable.certificates.goal import Claim
+from trackable.certificates.goal import Claim, goal_for
 from trackable.certificates.judge import NotTrackableError, found_or_raise
-from trackable.certificates.pinned import Pinned, prove_pinned
+from trackable.certificates.pinned import prove_pinned
+from trackable.certificates.prove import Failure
 from trackable.certificates.robust import robust_of
 from trackable.condensed.asked import Centres
 from trackable.condensed.cost import Condensation
 from trackable.doubts import ask, doubts
-from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored, outlying
+from trackable.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored, inflated, outlying
 from trackable.feasibility.impossible import impossible
 from trackable.fit.fit import Fit
 from trackable.gp.factors.threads import one_blas_thread
@@ -31,13 +34,13 @@ from trackable.gp.samples import Samples
 from trackable.learning.joint.learn import learn_from as learn_from_starts
 from trackable.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
 from trackable.learning.prior import prior_for
-from trackable.learning.problem import ConstrainedProblem, Method, OutOfTime, Solution
+from trackable.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, Solution
 from trackable.learning.search import best_solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
 from trackable.progress.work import BudgetEnded, until
 from trackable.reference import TrackableReference
-from trackable.request.claim import checked_goal, claimed
+from trackable.request.claim import claimed, kept_at_rest, refuse_mean
 from trackable.request.plant import drawn_in
 from trackable.request.prior import Noise
 from trackable.request.samples import Measurements, SamplesLike
@@ -46,7 +49,6 @@ from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.waypoints import Waypoints, waypoints
 
 Found = tuple[Certified, tuple[Condensation, ...]]
-Learn = Callable[[Learner, JointPrior, SearchSpace], Found]
 
 _SAME_VALUE = 1e-6  # of 1 + |J|: more than searches from different starts differ by at one minimum
 _FIRST = 200  # samples: likely hyperparameters are found from them in a second
@@ -62,7 +64,7 @@ def learn_reference(
     claim: Claim,
     *,
     noise_std: Noise = None,
-    mean: Mean | Mapping[str, Mean] = 0.0,
+    mean: Mean | Mapping[str, Mean] = None,
     learn_from: SamplesLike | None = None,
     method: Method = "joint",
     centres: Centres = "auto",
@@ -95,11 +97,15 @@ def learn_reference(
         mean. "all_phases": every time, with periodic kernels of one period. (start, end): the times between, in
         seconds.
     noise_std
-        σ_n of the samples, given as a hyperparameter is. The `relative_noise` of samples multiplies it. It has to be
-        known of several states that show one flat output, each in its own unit.
+        σ_n of the samples. The `relative_noise` of samples multiplies it. A number is known. A pair is learned in this
+        interval with the bounds, and grows where they keep the function off its samples. Left out, it is learned
+        without bounds and then known; with the bounds only where samples show no noise, where no function is found with
+        that noise, and for the `method` "hyperparameters". It has to be known of several states that show one flat
+        output, each in its own unit.
     mean
-        The prior mean, in the unit of the sampled states. A pair is learned in this interval: as it is most likely
-        without bounds.
+        The prior mean, in the unit of the sampled states. A pair is learned in this interval, as it is most likely
+        without bounds. Left out, it is learned wherever it is most likely. Where the claim needs it to be an admissible
+        equilibrium, it is the likeliest of those a hundredth of each width away from the bounds.
     learn_from
         Samples from which hyperparameters (and means) are learned, without bounds; they are then known while the
         function is learned from `samples`: the paper's D_θ beside D_t. Left out, both are `samples`.
@@ -152,7 +158,7 @@ def learn_reference(
     DoubtfulInputWarning
         Where the input is accepted, but is hardly what was meant: a singular A, a window far from every sample, samples
         before time zero, stamps since 1970, an outlier. Also where a hyperparameter lies at an end of the interval
-        that was given for it.
+        that was given for it, and where noise learned with the bounds differs by more than a half from that without.
     IgnoresSamplesWarning
         Where the reference keeps its bounds, but does not follow its samples: it is off by more than 3 times what it
         would be without bounds, by more than the noise, and by more than a tenth of the samples' spread.
@@ -177,47 +183,58 @@ def learn_reference(
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
     claim, learner = claimed(claim), _learner(method, at, learn_from)
     measured = Measurements.of(samples, plant, noise_std, centres)
-    level, between = split_means(mean, measured.names)
+    level, between = split_means(mean, measured.names, measured.given)
     shared = frozenset({"period"}) if claim == "all_phases" and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
-    measured, _ = measured.enough_for(prior)
+    goal = goal_for(claim, measured.signals, prior, plant)
+    ask(doubts(claim, measured.given, plant), _CALLER)
+    pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     others = measured if learn_from is None else measured.others("learn_from", learn_from)
+    found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
+    at_rest, keep = kept_at_rest(claim, plant), learn_from is not None
+    pins = tuple(pin for values in pinned for pin in values.pins(plant))
 
     def beforehand(of: tuple[Samples, ...]) -> Beforehand:
         ends = levels(between, measured.names, of)
-        return found_or_raise(learned_beforehand(of, prior, ends, starts, keep=learn_from is not None))
+        return found_or_raise(learned_beforehand(of, prior, ends, starts, keep, method == "joint", at_rest))
 
-    with _in_time(budget, end):
-        first, _ = others.learned(beforehand, lambda found: found.prior)
-    ask(first.questions, _CALLER)
-    prior, seen = first.prior, measured.signals
-    goal = checked_goal(claim, seen, prior, plant, tightening)
-    space = SearchSpace.around(seen, prior, starts)
-    ask(doubts(claim, measured.given, plant), _CALLER)
-    pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
-    found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
-    pins = tuple(pin for values in pinned for pin in values.pins(plant))
     with progress_bar("learn reference", shown=progress):
+        with _in_time(budget, end):
+            first, _ = others.learned(beforehand, lambda found: found.likely)
+            measured, _ = measured.enough_for(first.likely)
+        ask(first.questions, _CALLER)
+        refuse_mean(claim, first.prior, plant, tightening)
 
-        def learn(learner: Learner, prior: JointPrior, space: SearchSpace) -> Found:
-            return measured.learned(
-                lambda of: found_or_raise(learn_certified(of, prior, plant, space, goal, learner=learner, pins=pins)),
+        def learn(first: Beforehand, learner: Learner, starts: int = starts) -> Found:
+            def certified(of: tuple[Samples, ...], prior: JointPrior) -> Certified | NoSolution | Failure:
+                space = SearchSpace.around(measured.signals, prior, starts)
+                return learn_certified(of, prior, plant, space, goal, learner=learner, pins=pins)
+
+            found, cost = measured.learned(
+                lambda of: found_or_raise(first.best(partial(certified, of))),
                 lambda found: found.solution.posterior.prior.as_known(),
             )
+            return _beside_likeliest(found, first), cost
 
-        whole = partial(learn, learner, prior, space)
-        quick = () if budget is None or not prior.learned else _quick(measured, prior, space, learner, learn)
+        quick = () if budget is None or not first.prior.learned else _quick(first, measured, starts, learner, learn)
         with _in_time(budget, end):
-            (certified, cost), is_whole = _best_of(chain(quick, [whole]))
+            (certified, cost), is_whole = _best_of(chain(quick, [partial(learn, first, learner)]))
         pinned = tuple(at.found(certified.reference) for at in pinned)
         proofs = found_or_raise(prove_pinned(certified.reference, pinned))
-        fit = replace(_fit(certified, prior, space, pinned, cost), budget=None if is_whole else budget)
+        solution, searched = certified.solution, certified.space.bounds
+        assert solution.unconstrained, "it is beside the likeliest"
+        sought = SearchSpace.around(measured.signals, first.with_noise or first.prior, starts).bounds
+        limited = tuple(name for name, interval in sought.items() if interval != searched.get(name, interval))
+        ended = None if is_whole else budget
+        fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended)
     certificate = replace(certified.certificate, robust=robust_of(tightening))
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignored(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
-    ask(filter(None, (given_too_narrowly(learned.fit), outlying(fit.misfits_to(measured.all_signals)))), _CALLER)
+    noise = inflated(fit) if method == "joint" else None
+    questions = given_too_narrowly(fit), noise, outlying(fit.misfits_to(measured.all_signals))
+    ask(filter(None, questions), _CALLER)
     return learned
 
 
@@ -282,54 +299,46 @@ def _is_no_worse(one: Found, other: Found) -> bool:
 
 
 def _quick(
-    measured: Measurements, prior: JointPrior, space: SearchSpace, learner: Learner, learn: Learn
+    first: Beforehand, measured: Measurements, starts: int, learner: Learner, learn: Callable[..., Found]
 ) -> Iterator[Callable[[], Found]]:
     """Yield what proves a reference sooner than the whole search, from hyperparameters that are likely without bounds.
 
-    These are found from the first samples of each name, unless a kernel has a period: these may show none. Their l of
-    all samples stands for the least one in what is said of J.
+    Where they were not learned `first`, they are found from the first samples of each name, unless a kernel has a
+    period: these may show none. Their l of all samples then stands for the least one in what is said of J.
     """
+    likely = first.likely
+    if likely.learned:
+        free = best_solution(_without_bounds(first.prior, measured, starts))
+        if not isinstance(free, Solution):
+            return
+        likely = free.posterior.prior.as_known()
+    held = replace(first, likeliest=first.likeliest or JointPosterior(likely, measured.signals), with_noise=None)
+    if learner is JOINT:
+        theta = likely.hyperparameters
+        start = np.log([theta[name] for name in held.prior.learned])
+        yield partial(learn, replace(held, prior=likely), FUNCTION)
+        yield partial(learn, held, replace(JOINT, solve=partial(learn_from_starts, [start]), second_choice=None))
+    else:
+        yield partial(learn, held, learner, starts=1)
+
+
+def _without_bounds(prior: JointPrior, measured: Measurements, starts: int) -> ConstrainedProblem:
+    """Return the problem of the first samples of each name."""
     end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
-    first = {
+    few = {
         name: replace(of, times=of.times[:end], values=of.values[:end], relative_noise=of.relative_noise[:end])
         for name, of in measured.given.items()
     }
-    some = replace(measured, given=first).signals
-    free = best_solution(ConstrainedProblem(some, prior, SearchSpace.around(some, prior, space.starts)))
-    if not isinstance(free, Solution):
-        return
-    likely = free.posterior.prior
-
-    def with_least(stage: Callable[[], Found]) -> Found:
-        certified, cost = stage()
-        solution = certified.solution
-        least = solution.unconstrained or JointPosterior(likely, solution.posterior.samples)
-        return replace(certified, solution=replace(solution, unconstrained=least)), cost
-
-    if learner is JOINT:
-        from_there = replace(JOINT, solve=partial(learn_from_starts, [likely.log_hyperparameters]), second_choice=None)
-        stages = [
-            partial(learn, FUNCTION, likely.as_known(), SearchSpace({})),
-            partial(learn, from_there, prior, space),
-        ]
-    else:
-        stages = [partial(learn, learner, prior, replace(space, starts=1))]
-    for stage in stages:
-        yield partial(with_least, stage)
+    samples = replace(measured, given=few).signals
+    return ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts))
 
 
-def _fit(
-    certified: Certified,
-    prior: JointPrior,
-    space: SearchSpace,
-    pinned: tuple[Pinned, ...],
-    cost: tuple[Condensation, ...],
-) -> Fit:
-    """Return the fit, beside the solution of the unconstrained problem, which most learners know already."""
-    solution, searched = certified.solution, certified.space.bounds
-    least = solution.unconstrained
+def _beside_likeliest(certified: Certified, first: Beforehand) -> Certified:
+    """Return the same with the solution of the problem without bounds, which most learners know already."""
+    solution = certified.solution
+    least = first.likeliest or solution.unconstrained
     if least is None:
-        free = best_solution(ConstrainedProblem(solution.posterior.samples, prior, certified.space))
-        least = free.posterior if isinstance(free, Solution) else solution.posterior
-    limited = tuple(name for name, interval in space.bounds.items() if interval != searched.get(name, interval))
-    return Fit.of(certified.reference, solution, least, pinned, cost, limited)
+        learned = solution.posterior
+        free = best_solution(ConstrainedProblem(learned.samples, learned.prior, certified.space))
+        least = free.posterior if isinstance(free, Solution) else learned
+    return replace(certified, solution=replace(solution, unconstrained=least))

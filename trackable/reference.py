@@ -19,6 +19,7 @@ from trackable.explanation import (
     ignored,
     kept_free,
     longer_than_memory,
+    means,
     unfinished,
 )
 from trackable.files import new_file, path_of
@@ -162,6 +163,7 @@ class TrackableReference(ProvedReference):
             self.certificate.explanation,
             kept_free(self.tightening),
             *given_values(fit.pinned),
+            means(fit.prior, fit.samples, fit.unconstrained_prior),
             condensed(fit),
             distances(fit),
             costs(fit),

@@ -104,14 +104,14 @@ def test_a_reference_that_ignores_its_samples_is_announced_first(tmp_path):
     """Example 1 with an upper bound far below the noise: hyperparameters alone collapse, the function does not."""
     given = (example1.SAMPLES, LOW, SquaredExponential(), "all_times")
     with pytest.warns(IgnoresSamplesWarning) as caught:
-        collapsed = learn_reference(*given, noise_std=0.01, method="hyperparameters")
+        collapsed = learn_reference(*given, noise_std=0.01, mean=0.0, method="hyperparameters")
     sentence = str(caught[0].message)
     assert caught[0].filename == __file__
     assert collapsed.explanation.startswith(sentence.removesuffix(', or method="joint"'))
     assert sentence.startswith("the reference keeps its bounds but does not follow its samples: it is 0.")
     assert sentence.endswith('wider bounds or another prior mean may help, or method="joint"')
     assert collapsed.misfit["state"] > 20 * 0.01
-    followed = learn_reference(*given, noise_std=0.01)
+    followed = learn_reference(*given, noise_std=0.01, mean=0.0)
     assert followed.misfit["state"] < 0.01
     assert followed.explanation.startswith("proved")
 
@@ -127,7 +127,7 @@ def test_a_bound_that_keeps_the_reference_off_its_samples_is_named_first():
 N = 20
 SIGNS = np.tile([1.0, -1.0], N // 2)
 RAMP = Samples(np.arange(N), np.linspace(-1, 1, N))
-LARGE = Misfit("x", RAMP, 0.2 * SIGNS, 0.02 * SIGNS, 0.05, True)
+LARGE = Misfit("x", RAMP, 0.2 * SIGNS, 0.02 * SIGNS, 0.05, 0.05, True)
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,8 @@ LARGE = Misfit("x", RAMP, 0.2 * SIGNS, 0.02 * SIGNS, 0.05, True)
         "all three": ({}, True),
         "near the unconstrained fit": ({"unconstrained": 0.07 * SIGNS}, False),
         "far from both": ({"unconstrained": 0.06 * SIGNS}, True),
-        "within the noise": ({"noise_std": 0.21}, False),
+        "within the noise": ({"noise_unconstrained": 0.21}, False),
+        "within a noise that bounds have inflated": ({"noise_std": 0.21}, True),
         "a hair of the spread": ({"off": 0.06 * SIGNS}, False),
         "noisy samples do not count": (
             {

@@ -119,10 +119,12 @@ class Fit:
     def misfits_to(self, samples: tuple[Samples, ...]) -> tuple[Misfit, ...]:
         """Return the same for other samples of each flat output, such as all that the fit's own stand for."""
         off, free = (self._off(reference, samples) for reference in (self.reference, self.unconstrained))
-        parts = zip(self.prior.names, samples, self.unconstrained_prior.parts, strict=True)
+        parts = zip(self.prior.names, samples, self.prior.parts, self.unconstrained_prior.parts, strict=True)
         return tuple(
-            Misfit(name, of, off[name], free[name], float(part.noise_std), NOISE in part.learned)
-            for process, together, part in parts
+            Misfit(
+                name, of, off[name], free[name], float(own.noise_std), float(least.noise_std), NOISE in least.learned
+            )
+            for process, together, own, least in parts
             for name, of in together.by_name(process).items()
         )
 

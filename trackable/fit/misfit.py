@@ -18,8 +18,9 @@ _OF_SPREAD = 0.1
 class Misfit:
     """The samples called `name`, minus the reference (`off`) and minus the `unconstrained` fit, each of shape (n,).
 
-    `noise_std` is σ_n of the unconstrained fit, learned from the samples if `is_learned` holds. Where the samples stand
-    for more of them, sizes are those of all, each weighted by its relative noise.
+    `noise_std` is σ_n of the reference, `noise_unconstrained` that of the unconstrained fit, learned from the samples
+    if `is_learned` holds. Where the samples stand for more of them, sizes are those of all, each weighted by its
+    relative noise.
     """
 
     name: str
@@ -27,6 +28,7 @@ class Misfit:
     off: Array
     unconstrained: Array
     noise_std: float
+    noise_unconstrained: float
     is_learned: bool
 
     @property
@@ -49,15 +51,15 @@ class Misfit:
         """Whether the reference ignores the samples.
 
         Three conditions have to hold; samples count by their relative noise. The reference is more than 3 times as far
-        off as the unconstrained fit: so neither the kernel nor the noise explains it. It is off by more than the noise:
-        a fit that passes through all samples is no measure. It is off by more than a tenth of their spread: less is
-        hardly seen in a plot, however small the noise.
+        off as the unconstrained fit: so neither the kernel nor the noise explains it. It is off by more than the noise
+        of that fit: one that passes through all samples is no measure. It is off by more than a tenth of their spread:
+        less is hardly seen in a plot, however small the noise.
         """
         w = self.samples.relative_noise**-2
         about = self.samples.values - np.average(self.samples.values, weights=w)
         return self._weighted(self.off) > max(
             _TIMES_UNCONSTRAINED * self._weighted(self.unconstrained),
-            _TIMES_NOISE * self.noise_std,
+            _TIMES_NOISE * self.noise_unconstrained,
             _OF_SPREAD * self._weighted(about),
         )
 

@@ -149,22 +149,33 @@ class Posterior:
         by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2
         return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
 
+    @property
+    def information_about_mean(self) -> float:
+        """dᵀA⁻¹d, half the second derivative of l by the mean, where samples of a process at rest at m are o + d m."""
+        weighted, d = self._of_level
+        return float(weighted @ d)
+
+    @property
+    def _of_level(self) -> tuple[Array, Array]:
+        """A⁻¹ d and d, each of shape (n,). IllConditioned: A cannot be factored."""
+        stencil = self.samples.stencil
+        d = np.broadcast_to(np.asarray(stencil.at_rest(1.0)) - stencil.at_rest(0.0), self.samples.values.shape)
+        return self._factored.solve(np.ascontiguousarray(d)), d
+
     def with_likeliest_mean(self, lower: float, upper: float) -> Self:
         """Return the same with the prior mean of least l between two values, for the same hyperparameters.
 
         l is quadratic in the mean: without ends it is dᵀA⁻¹(y − o) / dᵀA⁻¹d, where samples of a process at rest at
         level m are o + d m. It stays as it is where samples do not depend on the level, or A cannot be factored.
         """
-        stencil, y = self.samples.stencil, self.samples.values
-        o = np.broadcast_to(stencil.at_rest(0.0), y.shape)
-        d = np.broadcast_to(stencil.at_rest(1.0), y.shape) - o
         try:
-            weighted = self._factored.solve(np.ascontiguousarray(d))
+            weighted, d = self._of_level
         except IllConditioned:
             return self
         if not weighted @ d > 0:
             return self
-        mean = float(np.clip(weighted @ (y - o) / (weighted @ d), lower, upper))
+        at_zero = self.samples.values - self.samples.stencil.at_rest(0.0)
+        mean = float(np.clip(weighted @ at_zero / (weighted @ d), lower, upper))
         moved = type(self)(replace(self.prior, mean=mean), self.samples)
         vars(moved)["_factored"] = self._factored
         return moved

@@ -3,9 +3,8 @@
 import numpy as np
 
 from trackable.arguments import is_number
-from trackable.certificates.goal import Claim, Goal, goal_for
+from trackable.certificates.goal import Claim
 from trackable.gp.joint import JointPrior
-from trackable.gp.samples import Samples
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.tightening import Tightening
 from trackable.systems.quantity import Quantity
@@ -26,23 +25,18 @@ def claimed(claim: object) -> Claim:
     raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {claim!r}")
 
 
-def checked_goal(
-    claim: Claim,
-    samples: tuple[Samples, ...],
-    prior: JointPrior,
-    plant: ConstrainedSystem,
-    drawn_in: Tightening | None = None,
-) -> Goal:
-    """Return the goal of a claim, for a plant whose bounds may be `drawn_in`, as messages then say.
-
-    ValueError: it does not suit the kernels, or the mean cannot be followed for ever.
-    """
-    goal = goal_for(claim, samples, prior, plant)
-    # A vehicle may move for ever: it has to come to rest only where the kernel decays.
-    if not isinstance(claim, tuple) and not (plant.flat_form and claim == "all_phases"):
+def refuse_mean(claim: Claim, prior: JointPrior, plant: ConstrainedSystem, drawn_in: Tightening | None = None) -> None:
+    """Raise ValueError where the mean cannot be followed for ever, of a plant whose bounds may be `drawn_in`."""
+    if kept_at_rest(claim, plant):
         why = "what fades to it" if claim == "all_times" else "what swings about it"
         check_rest(prior, plant, drawn_in, f"{why} could not be followed for ever", ", or claim a window (start, end)")
-    return goal
+
+
+def kept_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
+    """Return what has to keep its bounds while the prior mean is held for ever, for this claim: all, or nothing."""
+    # A vehicle may move for ever: it has to come to rest only where the kernel decays.
+    held = not isinstance(claim, tuple) and not (plant.flat_form and claim == "all_phases")
+    return plant.quantities if held else ()
 
 
 def check_rest(

@@ -5,11 +5,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Never
 
 from trackable.arguments import real
 from trackable.arrays import ArrayLike
-from trackable.beforehand import Mean, learned_beforehand, levels, split_means
+from trackable.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
 from trackable.certificates.goal import Claim, refusal
 from trackable.certificates.judge import found_or_raise
 from trackable.certificates.pinned import prove_pinned
@@ -28,7 +29,7 @@ from trackable.gp.samples import Samples
 from trackable.learning.index_set import Window
 from trackable.learning.joint.learn import learn_jointly
 from trackable.learning.prior import prior_for
-from trackable.learning.problem import ConstrainedProblem, Solution
+from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackable.learning.space import SearchSpace
 from trackable.progress.bar import progress_bar
 from trackable.request.claim import check_rest, claimed
@@ -61,7 +62,7 @@ def learn_stream(
     *,
     window: float,
     noise_std: Noise = None,
-    mean: Mean | Mapping[str, Mean] = 0.0,
+    mean: Mean | Mapping[str, Mean] = None,
     centres: Centres = "auto",
     at: Waypoints | None = None,
     at_tolerance: float | Mapping[str, float] | None = None,
@@ -85,7 +86,8 @@ def learn_stream(
     ----------
     samples, plant, kernel, noise_std, mean, centres, starts, progress
         As of `learn_reference`; "auto" takes fewer of more than 500 samples. Kernels have to decay. Hyperparameters
-        that are not known are learned from the first window, with its bounds.
+        that are not known are learned from the first window, with its bounds; means and noise that are left out are
+        learned from it without bounds.
     claim
         "all_times", or (start, end) in seconds: what is proved of the whole.
     window
@@ -100,7 +102,7 @@ def learn_stream(
     DoubtfulInputWarning
         As `learn_reference`.
     IgnoresSamplesWarning
-        Where the reference is off by more than the noise, and by more than a tenth of the samples' spread.
+        Where the reference is off by more than 3 times the noise, and by more than a tenth of the samples' spread.
 
     Raises
     ------
@@ -119,24 +121,26 @@ def learn_stream(
     measured = Measurements.of(samples, plant, noise_std, centres, _MANY)
     if (length := real("window", window)) <= 0:
         raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
-    level, between = split_means(mean, measured.names)
+    level, between = split_means(mean, measured.names, measured.given)
     prior = prior_for(plant, measured.priors(kernel, level))
-    measured, _ = measured.enough_for(prior)
-    first = _first(measured, length)
-    ends = levels(between, measured.names, first.signals)
-    likeliest = found_or_raise(learned_beforehand(first.signals, prior, ends, starts, keep=False))
-    ask(likeliest.questions, _CALLER)
-    prior = likeliest.prior
     if refusal("all_times", prior):
         raise ValueError(
             "kernel: each window of a stream ends at rest, so that kernels have to decay, but it has a period"
         )
-    check_rest(prior, plant, tightening, "each window of a stream ends at rest there")
     ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
+    begun = _first(measured, length)
+
+    def beforehand(of: tuple[Samples, ...]) -> Beforehand:
+        ends = levels(between, measured.names, of)
+        return found_or_raise(learned_beforehand(of, prior, ends, starts, False, True, plant.quantities))
+
     with progress_bar("learn stream", shown=progress):
-        known = _known(first, prior, plant, starts)
+        first, _ = begun.learned(beforehand, lambda found: found.likely)
+        ask(first.questions, _CALLER)
+        check_rest(first.prior, plant, tightening, "each window of a stream ends at rest there")
+        known = _known(begun, first, plant, starts)
         measured, cost = measured.enough_for(known)
         stream = Stream(measured.signals, known, plant, length, claim, pinned)
         reference, certificate = found_or_raise(learn_proved(stream))
@@ -173,17 +177,20 @@ def _part_of(centres: Centres, share: float) -> Centres:
     return max(NODES, round(centres * share)) if isinstance(centres, int) else centres
 
 
-def _known(first: Measurements, prior: JointPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
+def _known(begun: Measurements, first: Beforehand, plant: ConstrainedSystem, starts: int) -> JointPrior:
     """Return the prior with the hyperparameters of least J, all known. NotTrackableError: no function keeps bounds."""
-    if not prior.learned:
-        return prior.as_known()
+    if not first.prior.learned:
+        return first.prior.as_known()
 
-    def learn(samples: tuple[Samples, ...]) -> Solution:
+    def learned_with(samples: tuple[Samples, ...], prior: JointPrior) -> Solution | NoSolution:
         times = Window(min(float(of.times[0]) for of in samples), max(float(of.times[-1]) for of in samples))
         space = SearchSpace.around(samples, prior, starts)
-        return found_or_raise(learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant))))
+        return learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant)))
 
-    solution, _ = first.learned(learn, lambda found: found.posterior.prior.as_known())
+    solution, _ = begun.learned(
+        lambda of: found_or_raise(first.best(partial(learned_with, of))),
+        lambda found: found.posterior.prior.as_known(),
+    )
     if solution.unconstrained and (
         sentence := ignored(Fit.of(Reference(solution.signals, plant), solution, solution.unconstrained, ()))
     ):

@@ -7,13 +7,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Self
 
-import numpy as np
-
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.judge import found_or_raise
 from trackable.certificates.pinned import prove_pinned
 from trackable.condensed.cost import Condensation
-from trackable.explanation import given_values, kept_free
+from trackable.explanation import given_values, kept_free, means
 from trackable.files import new_file, path_of
 from trackable.fit.misfit import Misfit
 from trackable.gp.samples import Samples
@@ -73,6 +71,7 @@ class StreamReference(ProvedReference):
         ]
         learned = f"learned in windows of {self.stream.length:g} s, each of which continues the one before"
         said = [self.certificate.explanation, kept_free(self.tightening), *given_values(self.stream.pinned), learned]
+        said.append(means(self.stream.prior, self.samples, self.stream.prior))
         return "; ".join(filter(None, [*said, *map(str, self.condensed), *off]))
 
     def save(self, path: Path | str) -> None:
@@ -101,13 +100,14 @@ class StreamReference(ProvedReference):
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
-        """How far the reference is from the samples of each name, beside a fit without bounds that met them all."""
+        """How far the reference is from the samples of each name, beside a fit that is off by their noise."""
         found = []
         prior, signals = self.stream.prior, self.learned.kernel_sums
         for process, part, of, signal in zip(prior.names, prior.parts, self.samples, signals, strict=True):
             for name, samples in of.by_name(process).items():
                 off = samples.values - samples.stencil.measured(signal, samples.times)
-                found.append(Misfit(name, samples, off, np.zeros_like(off), float(part.noise_std), is_learned=False))
+                noise = float(part.noise_std)
+                found.append(Misfit(name, samples, off, noise * samples.relative_noise, noise, noise, is_learned=False))
         return tuple(found)
 
     def __repr__(self) -> str:

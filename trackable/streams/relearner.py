@@ -30,7 +30,8 @@ class Relearner:
     """Learn a reference again from each window of samples that arrives, while a loop runs.
 
     Each window begins where the last one ended, as that of a `WindowLearner`: with its hyperparameters, and with the
-    times at which bounds held it back. In every `moving_every`-th window the hyperparameters move too, which takes a
+    times at which bounds held it back. Prior means stay those of the first reference, and so does noise that was
+    learned without bounds. In every `moving_every`-th window the hyperparameters move too, which takes a
     few times longer; with 0 they stay as they are. Times of samples are those of the loop: step k is at k T_s.
 
     `reference` is the one that the loop tracks, at first the one that is given. It holds for all times, so that a loop

@@ -66,7 +66,7 @@ def test_it_learns_what_the_library_learns(tmp_path: Path) -> None:
     kernel = SquaredExponential(signal_std=(0.01, 3.0), lengthscale=(0.3, 3.0))
     samples = {"position": Samples(_TIMES, _position(_TIMES)), "velocity": Samples(_BETWEEN, _velocity(_BETWEEN))}
     noise = {"position": 0.02, "velocity": 0.1}
-    found = learn_reference(samples, plant, kernel, (0.0, 3.0), noise_std=noise, starts=1, progress=False)
+    found = learn_reference(samples, plant, kernel, (0.0, 3.0), noise_std=noise, mean=0.0, starts=1, progress=False)
     assert metrics["objective"] == pytest.approx(found.objective, rel=1e-9)
     for name in noise:
         assert metrics[f"misfit_{name}"] == pytest.approx(found.misfit[name], rel=1e-6)

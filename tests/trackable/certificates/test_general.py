@@ -16,6 +16,7 @@ from trackable.certificates.form import encode_certificate
 from trackable.certificates.outcome import Counterexample
 from trackable.certificates.prove import prove
 from trackable.checker import Failed, Proved, check
+from trackable.errors import DoubtfulInputWarning
 from trackable.gp.joint import JointPrior
 from trackable.gp.kernels.base import Kernel
 from trackable.gp.kernels.matern import Matern52
@@ -230,14 +231,15 @@ def test_before_it_is_said_that_there_is_none_the_whole_search_space_is_looked_a
         Polytope.box([-0.05, -0.35], [0.55, 0.35]),
         Polytope.box([-2.0], [2.0]),
     )
-    found = learn_reference(
-        Samples(times[kept], values[kept]),
-        cart,
-        SquaredExponential((0.05, 5.0), (0.2, 3.0)),
-        "all_times",
-        noise_std=(0.002, 0.05),
-        mean=0.5,
-        starts=2,
-        progress=False,
-    )
+    with pytest.warns(DoubtfulInputWarning, match="noise_std: that of position is 0.0043 as it is learned with the b"):
+        found = learn_reference(
+            Samples(times[kept], values[kept]),
+            cart,
+            SquaredExponential((0.05, 5.0), (0.2, 3.0)),
+            "all_times",
+            noise_std=(0.002, 0.05),
+            mean=0.5,
+            starts=2,
+            progress=False,
+        )
     assert found.objective < -357

@@ -37,7 +37,7 @@ def on_window() -> TrackableReference:
 
 @cache
 def all_times() -> TrackableReference:
-    return learn_reference(SAMPLES, AXIS, KERNEL, "all_times", noise_std=0.02, starts=1)
+    return learn_reference(SAMPLES, AXIS, KERNEL, "all_times", noise_std=0.02, mean=0.0, starts=1)
 
 
 @cache

@@ -142,7 +142,7 @@ def test_means_of_several_flat_outputs() -> None:
 
 
 def test_intervals_are_those_of_the_flat_output() -> None:
-    level, between = split_means({"x": (1.0, 3.0), "y": 2.0}, ("x", "y"))
+    level, between = split_means({"x": (1.0, 3.0), "y": 2.0}, ("x", "y"), {})
     assert (level, between) == ({"x": 2.0, "y": 2.0}, {"x": (1.0, 3.0)})
     samples = Samples(TIMES, TIMES, np.ones(16), Stencil((-2.0,), 0, 1.0))
     assert levels(between, ("x", "y"), (samples, Samples(TIMES, TIMES, np.ones(16), POINT))) == ((-1.0, 0.0), None)

@@ -84,7 +84,7 @@ def test_what_is_ordinary_is_not(name: str) -> None:
 
 def test_a_question_is_a_warning_and_the_answer_comes_nevertheless() -> None:
     with pytest.warns(DoubtfulInputWarning, match="is 997 s away") as caught:
-        found = learn_reference(SAMPLES, AXIS, KNOWN, (1000.0, 1001.0), noise_std=0.02, starts=1)
+        found = learn_reference(SAMPLES, AXIS, KNOWN, (1000.0, 1001.0), noise_std=0.02, mean=0.0, starts=1)
     assert caught[0].filename == __file__
     np.testing.assert_allclose(found.state(20_000), 0.0, atol=1e-6)
 

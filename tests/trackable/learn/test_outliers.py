@@ -17,7 +17,7 @@ NOISE = 0.005 * np.random.default_rng(1).standard_normal(TIMES.size)
 
 def asked(off: np.ndarray, noise_std: float = 1.0, is_learned: bool = True) -> str | None:
     samples = Samples(np.arange(len(off)), off)
-    return outlying([Misfit("x", samples, off, off, noise_std, is_learned)])
+    return outlying([Misfit("x", samples, off, off, noise_std, noise_std, is_learned)])
 
 
 @pytest.mark.parametrize("lost", [10, 20, 41])

@@ -88,6 +88,12 @@ class Trajectory:
         arguments = (*self.arguments, *((later[name], functional.later) for name, functional in self.arguments))
         return type(self)(Quotient(Difference(there, self.formula), Constant(float(T))), arguments)
 
+    def rates_at_rest(self, levels: Sequence[float]) -> Array:
+        """Return how q changes with each signal's level, per unit, while signal c is constant at `levels[c]`."""
+        slopes = self.slopes({name: np.asarray(q.at_rest(levels)) for name, q in self.arguments})
+        gains = ((slopes[name], [float(sum(w)) for w in q.weights]) for name, q in self.arguments)
+        return np.asarray(sum(slope * np.array(gain) for slope, gain in gains))
+
     def value(self, arguments: Mapping[str, Array]) -> Array:
         """Evaluate the formula at these values of the arguments."""
         return evaluate_floats(self.formula, arguments)
