@@ -16,6 +16,7 @@ _ALL = (
     "constrained",
     "jointly",
     "recordings.bounded",
+    "recordings.defaults",
     "growth",
     "recordings.fleet",
     "mpc",
