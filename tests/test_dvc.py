@@ -81,10 +81,5 @@ def test_a_stage_depends_on_no_folder_of_which_it_runs_nothing(stage: str) -> No
         assert modules_of(dependency) & needed, dependency
 
 
-@pytest.mark.parametrize("stage", sorted(STAGES.keys() - {"notebook", "guide"}))
-def test_only_notebooks_run_the_checker(stage: str) -> None:
-    assert not any("trackable/checker".startswith(dependency) for dependency in code_of(stage))
-
-
 def test_two_screens_hold_it() -> None:
     assert len((ROOT / "dvc.yaml").read_text(encoding="utf-8").splitlines()) <= 120

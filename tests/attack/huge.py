@@ -7,7 +7,6 @@ can be as large as one likes. `measured` checks or reads a file in a process of 
 import copy
 import gzip
 import json
-import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -48,15 +47,19 @@ class Took(NamedTuple):
 
 def measured(path: Path, *options: str, command: tuple[str, ...] = ("-m", "trackable", "check")) -> Took:
     """Check a file in a process of its own, or read it with another command."""
-    with subprocess.Popen(
-        [sys.executable, *command, *options, str(path)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
-    ) as started:
-        assert started.stderr is not None
-        said = started.stderr.read().decode()
-        _, status, usage = os.wait4(started.pid, 0)
-        started.returncode = os.waitstatus_to_exitcode(status)
-    scale = 1 if sys.platform == "darwin" else 1024
-    return Took(started.returncode, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * scale, said)
+    asked = [sys.executable, *command, *options, str(path)]
+    done = subprocess.run([sys.executable, "-c", _ALONE, *asked], capture_output=True, text=True, check=True)
+    code, seconds, memory, said = json.loads(done.stdout)
+    return Took(code, seconds, memory * (1 if sys.platform == "darwin" else 1024), said)
+
+
+_ALONE = """
+import json, resource, subprocess, sys
+done = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(json.dumps([done.returncode, used.ru_utime + used.ru_stime, used.ru_maxrss, done.stderr]))
+"""
+"""What starts a process in a small one of its own: else the memory of who started it counts as its own."""
 
 
 def _linear(n: int, m: int, rows: int = 1, signals: int = 1, shifts: int = 1, weight: str = "0") -> Data:

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from trackable.arrays import Array
-from trackable.certificates.form import encode_subject
+from trackable.certificates.form import as_written, encode_subject
 from trackable.checker import certificate as checked
 from trackable.checker.arithmetic.domains import UndefinedError
 from trackable.checker.arithmetic.intervals import Real, at_most, exactly
@@ -26,7 +26,6 @@ from trackable.checker.steps.rounding import error_of, signal_errors
 from trackable.checker.steps.sizes import check_sizes
 from trackable.checker.steps.tail import check_tail
 from trackable.checker.subject import Subject
-from trackable.codec.converter import unverified
 from trackable.gp.kernels.base import Kernel, Product, Sum
 from trackable.gp.kernels.periodic import Periodic
 from trackable.systems.flat.shifted import shifted
@@ -56,7 +55,7 @@ def _errors_grow(kernel: Kernel, far: float) -> bool:
     """Whether errors grow with time: they do not where every periodic part has a factor that decays fast enough."""
     if not has_periodic_part(kernel):
         return False
-    late, later = (a_kernel(unverified(kernel), "kernel").sizes(exactly(t)).stretch for t in (far, LATEST))
+    late, later = (a_kernel(as_written(kernel), "kernel").sizes(exactly(t)).stretch for t in (far, LATEST))
     return not at_most(later, 2 * late)
 
 

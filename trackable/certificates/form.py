@@ -15,7 +15,6 @@ from trackable.certificates.outcome import Counterexample
 from trackable.certificates.robust import Robust
 from trackable.checker import certificate as of_certificate
 from trackable.checker import counterexample as of_counterexample
-from trackable.codec.converter import unverified
 from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.hull import ConvexHull
 from trackable.systems.disturbance.sets import DisturbanceSet
@@ -48,7 +47,7 @@ def encode_certificate(certificate: Certificate) -> dict[str, Any]:
 
 def encode_subject(reference: Reference) -> dict[str, Any]:
     """Return what certificates and counterexamples are about."""
-    return {"reference": unverified(reference), **_trajectories(reference.plant), **_attainable(reference.plant)}
+    return {"reference": as_written(reference), **_trajectories(reference.plant), **_attainable(reference.plant)}
 
 
 def encode_counterexample(found: Counterexample) -> dict[str, Any]:
@@ -120,8 +119,8 @@ def _robust(robust: Robust | None) -> dict[str, Any]:
     given, Z = robust.given, robust.invariant
     return {
         "disturbance": {
-            "state_set": unverified(given.state_set),
-            "input_set": unverified(given.input_set),
+            "state_set": as_written(given.state_set),
+            "input_set": as_written(given.input_set),
             "feedback": Z.feedback.tolist(),
             **_sets(robust),
             "head": Z.head,
@@ -147,3 +146,10 @@ def _set(disturbance: DisturbanceSet) -> dict[str, Any]:
 
 def _texts(vector: Sequence[Fraction]) -> list[str]:
     return [str(value) for value in vector]
+
+
+def as_written(value: object) -> Any:
+    """Return a dataclass of the library as files have it."""
+    from trackable.codec.converter import unverified  # noqa: PLC0415  loaded with the first proof
+
+    return unverified(value)

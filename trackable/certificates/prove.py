@@ -29,6 +29,7 @@ from trackable.systems.reference import Reference
 Failure = Counterexample | Unproved
 Outcome = Certificate | Failure
 
+_MOVES = "; a vehicle has a heading only where it moves: a lower bound of its speed above zero keeps it so"
 _LATEST_STEP, _TIMES, _AT_REST, _FAR = 100_000, 101, 1e3, 1e6
 
 
@@ -203,7 +204,7 @@ class _ProofProblem:
         try:
             value = self.draft.value(quantity.name, at)
         except UndefinedError as undefined:
-            return Unproved(quantity.name, bounds, (time, time), np.inf, str(undefined))
+            return Unproved(quantity.name, bounds, (time, time), np.inf, self._advised(str(undefined)))
         beyond = max(float((bounds.lower - value).a), float((value - bounds.upper).a))
         if beyond > 0:
             by = math.nextafter(beyond, 0.0)
@@ -221,7 +222,13 @@ class _ProofProblem:
         reason = f"float64 evaluation may go wrong: with states anywhere in their set, {why}"
         return Unproved(quantity.name, quantity.bounds, (-np.inf, np.inf), np.inf, reason)
 
+    def _advised(self, reason: str) -> str:
+        """Return why something is not defined, and what would help where it is a heading."""
+        form = self.reference.plant.flat_form
+        return f"{reason}{_MOVES}" if form is not None and form.angles and "angle" in reason else reason
+
     def _explained(self, found: UncoveredBox) -> Failure:
         quantity = self.reference.quantity(found.name)
-        unproved = Unproved(found.name, quantity.bounds, (found.start, found.end), 0.0, found.reason)
+        box, reason = (found.start, found.end), self._advised(found.reason)
+        unproved = Unproved(found.name, quantity.bounds, box, 0.0, reason)
         return self._failure_at(quantity, found.start + (found.end - found.start) / 2) or unproved

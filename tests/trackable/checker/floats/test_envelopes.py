@@ -26,7 +26,7 @@ def off(kernel: Kernel) -> float:
     """By which part envelopes differ from those of mpmath, at most; infinite where they are exceeded later."""
     signal, kappa, found = drawn(kernel), formula(kernel), 0.0
     for start in (0.0, 1.7 * time_scale(kernel), 40 * time_scale(kernel)):
-        ours, exact = envelope(signal, exactly(start)), tail._envelope(signal, exactly(start))
+        ours, exact = envelope(signal, exactly(start)), tail.envelope(signal, exactly(start))
         pairs = [(float(of.b), float(known.b)) for of, known in zip(ours, exact, strict=True)]
         found = max(found, *(abs(of - known) / (known + 1e-280) for of, known in pairs))
         for t in (start + time_scale(kernel) * np.linspace(0, 2, 5)).tolist():

@@ -126,7 +126,7 @@ def test_bounds_of_nearly_a_turn_are_proved_and_checked():
 
 
 def test_a_heading_that_jumps_is_refused_at_once(monkeypatch):
-    monkeypatch.setattr(proofs, "covers", None)  # no box is tried
+    monkeypatch.setattr(proofs, "cover", None)  # no box is tried
     found = prove(eight(heading=4.0))
     assert isinstance(found, Unproved)
     assert "6.1 rad wide" in found.reason
