@@ -1,5 +1,6 @@
 """How far a kernel reaches: where many centres are far away, one bound of all of them takes the place of their sum."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 from trackable.checker.arithmetic.intervals import ZERO, Real, exactly
@@ -16,6 +17,7 @@ class Reach(NamedTuple):
     decay: Decay
 
 
+@lru_cache
 def reach(kernel: Kernel, span: float, part: Real) -> Reach:
     """Return a small distance from which on |κ| ≤ `part` · κ(0), of some that are smaller than the `span` [s]."""
     most, found = kernel.beyond(ZERO).size * part, Reach(float("inf"), Decay(ZERO, ZERO))

@@ -1,7 +1,7 @@
 """Interval arithmetic (mpmath iv): every result contains the real number it stands for, whatever is rounded."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from math import lcm
@@ -56,6 +56,10 @@ class Many(ABC):
 
     @abstractmethod
     def larger(self, other: Any) -> Any: ...
+
+    @classmethod
+    @abstractmethod
+    def dot(cls, xs: Any, ys: Any) -> Any: ...
 
     @abstractmethod
     def choose(self, condition: Any, one: Any, other: Any) -> Any:
@@ -193,6 +197,15 @@ def total(numbers: Iterable[Real]) -> Real:
         tick()
         found = found + number
     return found
+
+
+def dot(xs: Sequence[Real], ys: Sequence[Real]) -> Real:
+    """Return Σ x_j y_j."""
+    tick()
+    for one in (*xs, *ys):
+        if isinstance(one, Many):
+            return one.dot(xs, ys)  # type: ignore[no-any-return]
+    return sum((x * y for x, y in zip(xs, ys, strict=True) if x is not ZERO and y is not ZERO), ZERO)
 
 
 def ratio(number: Fraction) -> Real:

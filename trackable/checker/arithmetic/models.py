@@ -19,6 +19,7 @@ from trackable.checker.arithmetic.domains import (
     side,
 )
 from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, atan, cos, exactly, exp, log, pi, sin, sqrt, total
+from trackable.checker.arithmetic.series import times
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class Model:
             return other.times(self.coefficients[0])
         a, b = self.coefficients, other.coefficients
         n = len(a)
-        kept = [total(a[j] * b[k - j] for j in range(k + 1)) for k in range(n)]
+        kept = times(a, b, n)
         beyond, left_out = ZERO, ZERO
         for j in range(1, n):  # a_j meets b_(n − j), …, b_(n − 1)
             beyond += abs(b[n - j])

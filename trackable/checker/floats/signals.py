@@ -4,7 +4,7 @@ The mathematics is that of `kernels.base`, by the same formulas. Centres are nea
 |Σ_i c_i κ(t + s − t_i)| ≤ Σ_i |c_i| sup_{|r| ≥ d} |κ(r)| at all times of the box, where d is less than their distances.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -53,6 +53,11 @@ class Boxes:
         """Half of their widths [s]."""
         return (Floats.exact(self.ends) - Floats.exact(self.starts)) / 2
 
+    def over(self, first: Floats, last: Floats) -> "Boxes":
+        """Return boxes that hold all times of these, moved by any shift from the first to the last [s]."""
+        starts, ends = Floats.exact(self.starts) + first, Floats.exact(self.ends) + last
+        return Boxes(starts.low, ends.high, self.radii)
+
 
 @dataclass(frozen=True, eq=False)
 class Models:
@@ -67,6 +72,20 @@ class Models:
     def times(self, factor: Real) -> "Models":
         """Return the models times a number."""
         return Models(self.coefficients * factor, self.missed * abs(factor))
+
+    def inside(self, wide: Boxes, boxes: Boxes, shift: Floats) -> "Models":
+        """Return models in boxes, moved by a shift [s], that are inside the wide ones: x' = a + b x with |x'| ≤ 1."""
+        a, b = (boxes.middles + shift - wide.middles) / wide.halves, boxes.halves / wide.halves
+        c, none = self.coefficients, Floats.exact(np.zeros((1, len(wide.starts))))
+        found = c.at(slice(-1, None))
+        for k in reversed(range(len(c.low) - 1)):  # Horner's rule
+            found = joined([c.at(slice(k, k + 1)), b * found], axis=0) + joined([a * found, none], axis=0)
+        return Models(found, self.missed)
+
+    @classmethod
+    def joined(cls, parts: Sequence["Models"]) -> "Models":
+        """Return models of some boxes, and of others, as one."""
+        return cls(joined([p.coefficients for p in parts]), joined([p.missed for p in parts]))
 
     def spread(self, where: Indices, count: int) -> "Models":
         """Return models in `count` boxes, of which these are some; NaN in the others."""

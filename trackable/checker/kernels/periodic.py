@@ -22,11 +22,11 @@ class Periodic(Elementary):
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
         omega = self.omega
         cosine, sine = cos(omega * r), sin(omega * r)
-        turn, scale = (cosine, -sine, -cosine, sine), [ONE]
+        turn, step, scale = (cosine, -sine, -cosine, sine), omega * h, [1 / self.length**2]
         for k in range(1, n):
-            scale.append(scale[-1] * omega * h / k)
-        g = [turn[k % 4] * scale[k] / self.length**2 for k in range(n)]
-        return self.scaled(exp_series([g[0] - 1 / self.length**2, *g[1:]], n))
+            scale.append(scale[-1] * step / k)
+        g = [turn[k % 4] * scale[k] for k in range(n)]
+        return self.scaled(exp_series([g[0] - scale[0], *g[1:]], n))
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
         # Re cos(x + iy) = cos x cosh y
