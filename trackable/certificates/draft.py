@@ -135,7 +135,7 @@ class Draft:
         Linear combinations that float64 intervals do not decide are enclosed `exactly`, or refused. That takes long.
         """
         needs = FlatNeeds.of(self.with_claim(_window(0.0, 1.0)), list(self.quantities))
-        for box, rest, known in FIRST_PASS.boxes(self.subject, TERMS, held):
+        for box, rest, known in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
             formulas = [q for q in rest if q.combination is None or q.needs]
             if known or exactly:
                 enclosures = Enclosures(self.subject, TERMS, box, dict(known))

@@ -1,13 +1,16 @@
 """Where functions are defined: what is not certainly defined raises UndefinedError."""
 
+from typing import Any
+
 from trackable.checker.arithmetic.intervals import (
     INFINITE,
     ONE,
     SIGN,
+    Many,
     Real,
     atan,
-    between,
     cos,
+    either,
     exactly,
     exp,
     log,
@@ -21,36 +24,41 @@ MOST_MULTIPLIED = 64
 
 
 class UndefinedError(ArithmeticError):
-    """A value that may not be defined; the message says why."""
+    """A value that may not be defined; the message says why. Of many values, `where` says which of them are."""
+
+    def __init__(self, why: str, where: Any = False) -> None:
+        super().__init__(why)
+        self.where = where
 
 
-def required(condition: bool, what: str) -> None:
-    """Raise UndefinedError unless the condition is certain."""
-    if not condition:
-        raise UndefinedError(what)
+def required(condition: Any, what: str) -> None:
+    """Raise UndefinedError unless the condition is certain, for each of many values."""
+    is_many = hasattr(condition, "all")
+    if not (condition.all() if is_many else condition):
+        raise UndefinedError(what, is_many and condition)
 
 
 def require_nonzero(x: Real) -> None:
     """Raise UndefinedError where an interval contains zero."""
-    required(bool(x.a > 0 or x.b < 0), "what it divides by may be zero")
+    required(either(x.a > 0, x.b < 0), "what it divides by may be zero")
 
 
 def require_positive(function: str, x: Real) -> None:
     """Raise UndefinedError where a logarithm, square root or fractional power may get a number that is not positive."""
     if function in ("log", "sqrt", "power"):
         what = {"log": "logarithm", "sqrt": "square root", "power": "fractional power"}[function]
-        required(bool(x.a > 0), f"the argument of a {what} may not be positive")
+        required(x.a > 0, f"the argument of a {what} may not be positive")
 
 
 def bounded(x: Real) -> Real:
     """Return the interval itself. Raise UndefinedError where it has no bounds."""
-    required(bool(abs(x).b < INFINITE.b), "nothing bounds it")
+    required(abs(x).b < INFINITE.b, "nothing bounds it")
     return x
 
 
 def around(middle: Real, reach: Real) -> Real:
     """Return all numbers within `reach` of `middle`."""
-    return middle + SIGN * between(0, reach.b)
+    return middle + SIGN * reach
 
 
 def is_multiplied(exponent: float) -> bool:
@@ -63,9 +71,7 @@ def whole_power(a: Real, exponent: int) -> Real:
     if exponent < 0:
         require_nonzero(a)
         return ONE / whole_power(a, -exponent)
-    if exponent % 2 or not (a.a < 0 < a.b):
-        return a**exponent
-    return between(0, (abs(a) ** exponent).b)
+    return (a if exponent % 2 else abs(a)) ** exponent if exponent else ONE
 
 
 def power(a: Real, exponent: float) -> Real:
@@ -79,17 +85,19 @@ def power(a: Real, exponent: float) -> Real:
 def function(name: str, a: Real) -> Real:
     """Return exp, log, sqrt, sin, cos or atan of an interval. Raise UndefinedError where it may not be defined."""
     require_positive(name, a)
-    required(bool(abs(a).b < 1e100), "an argument of a function has no bound")
+    required(abs(a).b < 1e100, "an argument of a function has no bound")
     return bounded({"exp": exp, "log": log, "sqrt": sqrt, "sin": sin, "cos": cos, "atan": atan}[name](a))
 
 
 def side(y: Real, x: Real) -> int:
     """Return 0 where x > 0, 1 where y > 0 and −1 where y < 0: a half-plane in which the angle of (x, y) is continuous.
 
-    Raise UndefinedError where none is certain.
+    0 for many vectors: it is not the same for all. Raise UndefinedError where none is certain.
     """
     certain = [x.a > 0, y.a > 0, y.b < 0]
-    required(any(certain), "it takes the angle of a vector that may be zero, or may cross the direction of ±π")
+    required(either(*certain), "it takes the angle of a vector that may be zero, or may cross the direction of ±π")
+    if isinstance(x, Many) or isinstance(y, Many):
+        return 0
     steep = abs(y).mid > abs(x).mid or not certain[0]
     return (1 if certain[1] else -1) if steep and (certain[1] or certain[2]) else 0
 

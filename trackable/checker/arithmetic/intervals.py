@@ -55,6 +55,17 @@ class Many(ABC):
     def sin(self) -> Any: ...
 
     @abstractmethod
+    def atan(self) -> Any: ...
+
+    @abstractmethod
+    def sqrt(self) -> Any: ...
+
+    @classmethod
+    @abstractmethod
+    def direction(cls, y: Any, x: Any) -> Any:
+        """Return the angles of vectors (x, y) of single numbers."""
+
+    @abstractmethod
     def larger(self, other: Any) -> Any: ...
 
     @classmethod
@@ -129,6 +140,8 @@ def log(x: Real) -> Real:
 
 def sqrt(x: Real) -> Real:
     """Return the square root of positive numbers."""
+    if isinstance(x, Many):
+        return x.sqrt()  # type: ignore[no-any-return]
     found: Real = iv.sqrt(x) * (1 + GUARD)
     return found
 
@@ -155,6 +168,8 @@ def sin(x: Real) -> Real:
 
 def atan(x: Real) -> Real:
     """Return the arc tangent."""
+    if isinstance(x, Many):
+        return x.atan()  # type: ignore[no-any-return]
     found: Real = iv.atan2(x, ONE) + GUARD
     return found
 
@@ -167,6 +182,14 @@ def root(x: float) -> Real:
 def at_most(x: Real | float, y: Real | float) -> bool:
     """Return whether x ≤ y for certain."""
     return bool(exactly(x).b <= exactly(y).a)
+
+
+def either(*conditions: Any) -> Any:
+    """Return where one of some conditions is certain: of intervals, or of arrays of them."""
+    found: Any = False
+    for condition in conditions:
+        found = found | (False if condition is None else condition)
+    return found
 
 
 def max_of(x: Real, y: Real) -> Real:

@@ -18,7 +18,7 @@ from trackable.checker.arithmetic.domains import (
     required,
     side,
 )
-from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, atan, cos, exactly, exp, log, pi, sin, sqrt, total
+from trackable.checker.arithmetic.intervals import ONE, ZERO, Many, Real, atan, cos, dot, exactly, exp, log, pi, sin, sqrt, total
 from trackable.checker.arithmetic.series import times
 
 
@@ -114,14 +114,29 @@ class Models:
         require_positive("sqrt", a.span)
         found = _near_root(a)
         both = sqrt(a.span) + found.span
-        required(bool(both.a > 0), "a square root is not enclosed")
+        required(both.a > 0, "a square root is not enclosed")
         return _within(found, a - found * found, both)
 
     def angle(self, y: Model, x: Model) -> Model:
         s = side(y.span, x.span)
+        for many in (y.span, x.span):
+            if isinstance(many, Many):
+                return self._angles(type(many), y, x)
         if not s:
             return self._composed("atan", self.over(y, x))
         return self.number(s * pi() / 2) - self._composed("atan", self.over(x, y))
+
+    def _angles(self, many: type[Many], y: Model, x: Model) -> Model:
+        """Return the angles of many vectors, each of them with (c, s) in a half-plane where angles are continuous.
+
+        Where x c + y s > 0, the angle of (x, y) is that of (c, s) and atan((y c − x s)/(x c + y s)), up to whole turns;
+        and there are none, as angles in such a half-plane differ by less than π. (c, s) is in the span of (x, y).
+        """
+        s, c = y.coefficients[0].mid, x.coefficients[0].mid
+        along = x.times(c) + y.times(s)
+        required(along.span.a > 0, "it takes the angle of a vector that turns too far")
+        turned = self._composed("atan", self.over(y.times(c) - x.times(s), along))
+        return self.number(many.direction(s, c)) + turned
 
     def _composed(self, name: str, a: Model, exponent: float = 0.0) -> Model:
         """Return φ of a model, where φ is a function of formulas, or `power`."""
@@ -147,7 +162,7 @@ def _near_quotient(a: Model, b: Model) -> Model:
     above, below = ([c.mid for c in model.coefficients] for model in (a, b))
     found: list[Real] = []
     for k, c in enumerate(above):
-        found.append((c - total(below[j] * found[k - j] for j in range(1, k + 1))) / below[0])
+        found.append((c - dot(below[1 : k + 1], found[::-1])) / below[0])
     return Model(found, ZERO)
 
 
@@ -156,7 +171,7 @@ def _near_root(a: Model) -> Model:
     first, *others = (c.mid for c in a.coefficients)
     found = [sqrt(first)]
     for k, c in enumerate(others, 1):
-        found.append((c - total(found[j] * found[k - j] for j in range(1, k))) / (2 * found[0]))
+        found.append((c - dot(found[1:], found[:0:-1])) / (2 * found[0]))
     return Model(found, ZERO)
 
 

@@ -9,12 +9,14 @@ from operator import itemgetter
 
 import numpy as np
 
+from trackable.checker.arithmetic.domains import UndefinedError
 from trackable.checker.arithmetic.intervals import Real, between, exactly, ratio
 from trackable.checker.arithmetic.models import Model
 from trackable.checker.floats.intervals import Floats, Mask
 from trackable.checker.floats.polynomials import are_positive
 from trackable.checker.floats.signals import Boxes, ManyCentres, Models
-from trackable.checker.steps.enclosures import Box
+from trackable.checker.steps.enclosures import Box, Enclosures
+from trackable.checker.steps.flat import FlatNeeds, FlatValues
 from trackable.checker.steps.quantities import LinearCombination, Quantity
 from trackable.checker.subject import Subject
 from trackable.checker.watch import tick
@@ -22,6 +24,7 @@ from trackable.checker.watch import tick
 Shifted = tuple[int, int]
 """The signal s at the shifted time t + j T."""
 
+_NO_BOX = Box(0.0, 0.0, 0.0)
 _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
 """Boxes, and Taylor coefficients in them: memory is enough, whatever a file says."""
 
@@ -30,11 +33,11 @@ _WIDER = 1.1
 
 
 def boxes_left(
-    subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
+    needs: FlatNeeds, subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
 ) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
     """Yield each box with the quantities that are not proved here, and with models of the signals that they need.
 
-    Only linear combinations of signals are proved here, and only for other quantities there are models.
+    Models are of formulas only: mpmath may do without new ones.
     """
     unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
     needed = _needed([q for h in held.values() for q in h])
@@ -45,11 +48,16 @@ def boxes_left(
         with np.errstate(all="ignore"):  # what is not finite is not proved
             found = _enclosed(signals, terms, some, [_needed(held[box]) for box in some])
             quantities = {q.name: q for box in some for q in held[box]}
-            proved = {name: _stays_inside(q, found) for name, q in quantities.items()}
+            proved: dict[str, Mask] = {}
+            for name, q in quantities.items():
+                where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
+                models = {shifted: found[shifted].at(where) for shifted in _needed([q])}
+                proved[name] = np.zeros(len(some), dtype=bool)
+                proved[name][where] = _stays_inside(needs, subject, q, models)
         for b, box in enumerate(some):
-            rest = [q for q in held[box] if (where := proved[q.name]) is None or not where[b]]
-            models = {shifted: _model(found[shifted], b) for shifted in _needed(list(filter(_is_formula, rest)))}
-            yield box, rest, {shifted: model for shifted, model in models.items() if model}
+            rest = [q for q in held[box] if not proved[q.name][b]]
+            known = {shifted: _model(found[shifted], b) for shifted in _needed(list(filter(_is_formula, rest)))}
+            yield box, rest, {shifted: model for shifted, model in known.items() if model}
 
 
 def _needed(quantities: Sequence[Quantity]) -> set[Shifted]:
@@ -104,17 +112,43 @@ def _enclosed(
     return found
 
 
-def _stays_inside(q: Quantity, models: Mapping[Shifted, Models]) -> Mask | None:
-    """Return in which boxes a linear combination of signals certainly stays inside its bounds; None for others."""
-    if q.combination is None or _is_formula(q):
-        return None
-    summands = [models[shifted].times(weight) for shifted, weight in terms_of(q.combination)]
-    if not summands:
-        return None
-    found = sum(summands[1:], summands[0])
-    first = found.coefficients.at(0) + q.combination.offset
-    above, below = first - q.lower - found.missed.b, q.upper - first - found.missed.b
-    return are_positive(_begun(above, found.coefficients)) & are_positive(_begun(below, -found.coefficients))
+def _stays_inside(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models]) -> Mask:
+    """Return in which boxes a quantity certainly has values, all of them inside its bounds."""
+    if not models:
+        return np.zeros(0, dtype=bool)
+    n, count = next(iter(models.values())).coefficients.low.shape
+    where, proved = np.arange(count), np.zeros(count, dtype=bool)
+    while len(where):
+        known = {shifted: of.at(where) for shifted, of in models.items()}
+        try:
+            found = _combined(q, known) if not _is_formula(q) else _evaluated(needs, subject, q, known, n)
+        except UndefinedError as undefined:
+            where = where[np.broadcast_to(undefined.where, where.shape)]
+            continue
+        first = found.coefficients.at(0)
+        above, below = first - q.lower - found.missed.b, q.upper - first - found.missed.b
+        proved[where] = are_positive(_begun(above, found.coefficients)) & are_positive(_begun(below, -found.coefficients))
+        break
+    return proved
+
+
+def _combined(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
+    """Return models of a linear combination of signals."""
+    assert q.combination is not None, "it is no formula"
+    first, *others = (models[shifted].times(weight) for shifted, weight in terms_of(q.combination))
+    found = sum(others, first)
+    return Models(_begun(found.coefficients.at(0) + q.combination.offset, found.coefficients), found.missed)
+
+
+def _evaluated(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
+    """Return models of a formula with n terms. Raise UndefinedError where it may have no value."""
+    known = {key: Model([of.coefficients.at(k) for k in range(n)], of.missed) for key, of in models.items()}
+    arguments = Enclosures(subject, n, _NO_BOX, known).arguments(q)
+    model = FlatValues(needs, n).enclose(q, arguments)
+    none = np.zeros((1, len(next(iter(models.values())).missed.low)))
+    rows = [Floats.of(c) for c in model.coefficients]
+    ends = (np.concatenate([end + none for end in of]) for of in ([c.low for c in rows], [c.high for c in rows]))
+    return Models(Floats(*ends), Floats.of(model.missed))
 
 
 def _is_formula(q: Quantity) -> bool:

@@ -58,6 +58,10 @@ class Floats(Many):
     def b(self) -> "Floats":
         return Floats(self.high, self.high)
 
+    @property
+    def mid(self) -> "Floats":
+        return Floats.exact(self._around[0])
+
     def at(self, index: Any) -> "Floats":
         """Return the intervals at an index of arrays."""
         return Floats(self.low[index], self.high[index])
@@ -129,7 +133,7 @@ class Floats(Many):
         return _hull(self.low * y.low, self.low * y.high, self.high * y.low, self.high * y.high)
 
     def __truediv__(self, other: Any) -> "Floats":
-        if isinstance(other, int) and other > 0:
+        if isinstance(other, int) and 0 < other <= 2**53:
             return _outwards(self.low / other, self.high / other)
         y = self.of(other)
         known = (y.low > 0) | (y.high < 0)
@@ -148,7 +152,7 @@ class Floats(Many):
     def __pow__(self, exponent: int) -> "Floats":
         """Return x^exponent for a whole number ≥ 1; of |x| where the exponent is even."""
         base = self if exponent % 2 else abs(self)
-        found = base
+        found: Floats = base
         for _ in range(exponent - 1):
             found = found * base
         return found
@@ -185,6 +189,18 @@ class Floats(Many):
         off = ((self.high - self.low) / 2 + 2.0**-49 * (np.abs(middle) + 1)) * (1 + _OPERATION)
         low, high = np.cos(np.minimum(angle + off, np.pi)), np.cos(np.maximum(angle - off, 0.0))
         return _outwards(low, high, 2.0**-46, 2.0**-50)
+
+    def sqrt(self) -> "Floats":
+        """Return the square root; NaN where a number may be negative."""
+        return _outwards(np.sqrt(self.low), np.sqrt(self.high), _FUNCTION)
+
+    def atan(self) -> "Floats":
+        return _outwards(np.arctan(self.low), np.arctan(self.high), _FUNCTION)
+
+    @classmethod
+    def direction(cls, y: Any, x: Any) -> "Floats":
+        angle = np.arctan2(cls.of(y).low, cls.of(x).low)
+        return _outwards(angle, angle, _FUNCTION)
 
     def sin(self) -> "Floats":
         return (self - pi() / 2).cos()

@@ -87,6 +87,10 @@ class Models:
         """Return models of some boxes, and of others, as one."""
         return cls(joined([p.coefficients for p in parts]), joined([p.missed for p in parts]))
 
+    def at(self, where: Indices) -> "Models":
+        """Return those in some of the boxes."""
+        return Models(self.coefficients.at((slice(None), where)), self.missed.at(where))
+
     def spread(self, where: Indices, count: int) -> "Models":
         """Return models in `count` boxes, of which these are some; NaN in the others."""
         return Models(_spread(self.coefficients, where, count), _spread(self.missed, where, count))

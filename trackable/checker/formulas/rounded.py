@@ -67,5 +67,5 @@ def _rounded(exact: Real, propagated: Real, computed: Real, roundings: int = 1) 
 
 def rounding(propagated: Real, computed: Real, roundings: int) -> Real:
     """Return the error of a value whose operands have errors. Raise UndefinedError where it may overflow."""
-    domains.required(bool(abs(computed).b < _OVERFLOW), "it may overflow")
-    return exactly((propagated + roundings * UNIT * abs(computed) + _UNDERFLOW).b)
+    domains.required(abs(computed).b < _OVERFLOW, "it may overflow")
+    return (propagated + roundings * UNIT * abs(computed) + _UNDERFLOW).b

@@ -31,14 +31,14 @@ class FirstPass:
     `trusted`: a sentence that says which arithmetic is trusted.
     """
 
-    boxes: Callable[[Subject, int, Held], Left]
+    boxes: Callable[[FlatNeeds, Subject, int, Held], Left]
     envelope: Callable[[Signal, Real], Decay | None]
     at_zero: Callable[[Subject, LinearCombination], Real | None]
     is_sound: Callable[[], bool]
     trusted: str
 
 
-def _every_box(subject: Subject, terms: int, held: Held) -> Left:
+def _every_box(needs: FlatNeeds, subject: Subject, terms: int, held: Held) -> Left:
     return ((box, inside, {}) for box, inside in held.items())
 
 
@@ -69,7 +69,7 @@ def check_boxes(
             held.setdefault(Box(start, end, radius), []).append(q)
     needs = FlatNeeds.of(certificate, quantities)
     subject, terms = certificate.subject, claim.cover.terms
-    for i, (box, rest, known) in enumerate(first_pass.boxes(subject, terms, held)):
+    for i, (box, rest, known) in enumerate(first_pass.boxes(needs, subject, terms, held)):
         progress(i, len(held))
         if known and not any(refusals(needs, Enclosures(subject, terms, box, known), rest)):
             continue

@@ -6,8 +6,8 @@ And step 5 of the proof for its formulas: their rounding errors depend on where 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from trackable.checker.arithmetic.domains import UndefinedError
-from trackable.checker.arithmetic.intervals import UNIT, ZERO, Real, at_most, exactly, ratio, total
+from trackable.checker.arithmetic.domains import required
+from trackable.checker.arithmetic.intervals import UNIT, ZERO, Real, either, exactly, ratio, total
 from trackable.checker.arithmetic.models import Model, Models
 from trackable.checker.certificate import Certificate
 from trackable.checker.formulas.formula import Formula, evaluate, text
@@ -57,14 +57,14 @@ class FlatValues:
         tracked = self._tracked(arguments)
         for need in q.needs:
             span = self._of(need.formula, tracked).model.span
-            if not (span.a > 0 or (need.may_be_negative and span.b < 0)):
-                what = "may be zero" if need.may_be_negative else "may not be positive"
-                raise UndefinedError(f"{text(need.formula, _OUTER)} {what}")
+            what = "may be zero" if need.may_be_negative else "may not be positive"
+            holds = either(span.a > 0, need.may_be_negative and span.b < 0)
+            required(holds, f"{text(need.formula, _OUTER)} {what}")
         if not q.is_flat:
             return evaluate(q.formula, arguments, Models(self.terms))
         parts = self._parts(q, tracked)
-        if not at_most(self._error(parts), stated := self.needs.stated[q.name]):
-            raise UndefinedError(f"it can be off by more than {stated!r} in float64")
+        stated = self.needs.stated[q.name]
+        required(self._error(parts).b <= stated, f"it can be off by more than {stated!r} in float64")
         found = Models(self.terms).number(ZERO)
         for r, part in parts:
             found += part.model.times(r)
