@@ -1,7 +1,6 @@
 """The answers about what was read: the steps of each proof, in order."""
 
 from collections.abc import Mapping
-from functools import partial
 
 from trackable.checker.certificate import Certificate
 from trackable.checker.counterexample import Counterexample
@@ -55,10 +54,10 @@ def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
     bounded = _bounded(subject, certificate.errors)
     if isinstance(bounded, str):
         return Failed(bounded)
-    check_held, check_rest = (partial(check_these, first_pass=first_pass) for check_these in (check_boxes, check_tail))
-    for check_step in (check_sizes, check_rounding, check_held, check_instants, check_rest):
-        if reason := check_step(certificate, bounded):
-            break
+    for check_step in (check_sizes, check_rounding):
+        reason = reason or check_step(certificate, bounded)
+    for check_times in (check_boxes, check_instants, check_tail):
+        reason = reason or check_times(certificate, bounded, first_pass)
     return _answer(certificate, reason, first_pass)
 
 

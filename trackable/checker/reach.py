@@ -20,7 +20,7 @@ class Reach(NamedTuple):
 @lru_cache
 def reach(kernel: Kernel, span: float, part: Real) -> Reach:
     """Return a small distance from which on |κ| ≤ `part` · κ(0), of some that are smaller than the `span` [s]."""
-    most, found = kernel.beyond(ZERO).size * part, Reach(float("inf"), Decay(ZERO, ZERO))
+    most, found = kernel.peak.size * part, Reach(float("inf"), Decay(ZERO, ZERO))
     for k in range(1, 4 * _HALVINGS):
         tick()
         distance = span * 2.0 ** (-k / 4)

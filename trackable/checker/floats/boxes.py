@@ -12,7 +12,7 @@ import numpy as np
 from trackable.checker.arithmetic.domains import UndefinedError
 from trackable.checker.arithmetic.intervals import Real, between, exactly, ratio
 from trackable.checker.arithmetic.models import Model
-from trackable.checker.floats.intervals import Floats, Mask
+from trackable.checker.floats.intervals import Floats, Mask, joined
 from trackable.checker.floats.polynomials import are_positive
 from trackable.checker.floats.signals import Boxes, ManyCentres, Models
 from trackable.checker.steps.enclosures import Box, Enclosures
@@ -53,7 +53,8 @@ def boxes_left(
                 where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
                 models = {shifted: found[shifted].at(where) for shifted in _needed([q])}
                 proved[name] = np.zeros(len(some), dtype=bool)
-                proved[name][where] = _stays_inside(needs, subject, q, models)
+                if models:  # else it is a number
+                    proved[name][where] = _stays_inside(needs, subject, q, models)
         for b, box in enumerate(some):
             rest = [q for q in held[box] if not proved[q.name][b]]
             known = {shifted: _model(found[shifted], b) for shifted in _needed(list(filter(_is_formula, rest)))}
@@ -114,8 +115,6 @@ def _enclosed(
 
 def _stays_inside(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models]) -> Mask:
     """Return in which boxes a quantity certainly has values, all of them inside its bounds."""
-    if not models:
-        return np.zeros(0, dtype=bool)
     n, count = next(iter(models.values())).coefficients.low.shape
     where, proved = np.arange(count), np.zeros(count, dtype=bool)
     while len(where):
@@ -127,7 +126,8 @@ def _stays_inside(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mappi
             continue
         first = found.coefficients.at(0)
         above, below = first - q.lower - found.missed.b, q.upper - first - found.missed.b
-        proved[where] = are_positive(_begun(above, found.coefficients)) & are_positive(_begun(below, -found.coefficients))
+        sides = _begun(above, found.coefficients), _begun(below, -found.coefficients)
+        proved[where] = np.all(are_positive(joined(sides)).reshape(2, -1), axis=0)
         break
     return proved
 

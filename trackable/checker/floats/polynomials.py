@@ -1,13 +1,13 @@
 """Polynomials that are nowhere negative on [−1, 1], many at once, by their Bernstein coefficients in float64."""
 
+from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
 from math import comb
 
 import numpy as np
 
-from trackable.checker.floats.intervals import Floats, Mask
-from trackable.checker.watch import tick
+from trackable.checker.floats.intervals import Floats, Mask, joined
 
 _MOST_HALVINGS, _MOST_PIECES = 12, 10_000
 
@@ -34,38 +34,40 @@ def are_positive(polynomials: Floats) -> Mask:
 
 def _bernstein(polynomials: Floats) -> Floats:
     """Return the Bernstein coefficients in y = (x + 1)/2."""
-    table = _table(len(polynomials.low))
-    found = table.at((slice(None), 0, None)) * polynomials.at((0, None))
-    for k in range(1, len(polynomials.low)):
-        found = found + table.at((slice(None), k, None)) * polynomials.at((k, None))
-    return found
+    return _times(_of_powers, polynomials)
 
 
 def _halves(b: Floats) -> Floats:
-    """Return the coefficients of both halves of each polynomial (de Casteljau)."""
-    left, right = [b.at(0)], [b.at(-1)]
-    while len(b.low) > 1:
-        tick()
-        b = (b.at(slice(1, None)) + b.at(slice(None, -1))) / 2
-        left, right = [*left, b.at(0)], [b.at(-1), *right]
-    ends = [np.stack([*(getattr(c, end) for c in half)]) for end in ("low", "high") for half in (left, right)]
-    return Floats(np.hstack(ends[:2]), np.hstack(ends[2:]))
+    """Return the coefficients of both halves of each polynomial (de Casteljau): those of the left are Σ_j C(i, j) b_j/2ⁱ."""
+    left, right = (_times(_of_left_half, of) for of in (b, b.at(slice(None, None, -1))))
+    return joined([left, right.at(slice(None, None, -1))])
+
+
+def _times(entry: Callable[[int, int, int], Fraction], b: Floats) -> Floats:
+    """Return a matrix with these entries, times each column."""
+    n = len(b.low)
+    found: Floats = Floats.dot(_columns(entry, n), [b.at((k, None)) for k in range(n)])
+    return found
 
 
 @cache
-def _table(n: int) -> Floats:
-    """Return the Bernstein coefficients of x^k = (2 y − 1)^k in degree n − 1, in column k.
+def _columns(entry: Callable[[int, int, int], Fraction], n: int) -> list[Floats]:
+    """Return the columns of a matrix, of shape (n, 1)."""
+    nearest = np.array([[[float(entry(n, i, k))] for i in range(n)] for k in range(n)])
+    off = np.abs(nearest) * 2.0**-52
+    return [Floats(column - by, column + by) for column, by in zip(nearest, off, strict=True)]
+
+
+def _of_powers(n: int, i: int, k: int) -> Fraction:
+    """Return the Bernstein coefficient i of x^k = (2 y − 1)^k in degree n − 1.
 
     x^k = Σ_j C(k, j) 2ʲ (−1)^(k − j) yʲ, and yʲ has the coefficients C(i, j)/C(n − 1, j).
     """
+    return sum(
+        (Fraction(comb(i, j) * comb(k, j) * 2**j * (-1) ** (k - j), comb(n - 1, j)) for j in range(min(i, k) + 1)),
+        Fraction(0),
+    )
 
-    def entry(i: int, k: int) -> Fraction:
-        tick()
-        return sum(
-            (Fraction(comb(i, j) * comb(k, j) * 2**j * (-1) ** (k - j), comb(n - 1, j)) for j in range(min(i, k) + 1)),
-            Fraction(0),
-        )
 
-    nearest = np.array([[float(entry(i, k)) for k in range(n)] for i in range(n)])
-    off = np.abs(nearest) * 2.0**-52
-    return Floats(nearest - off, nearest + off)
+def _of_left_half(_: int, i: int, k: int) -> Fraction:
+    return Fraction(comb(i, k), 2**i)

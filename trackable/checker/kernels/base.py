@@ -1,6 +1,7 @@
 """What a kernel must say of itself, and its enclosure over a box of time, written once for all kernels."""
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 from typing import NamedTuple
 
 from trackable.checker.arithmetic.intervals import INFINITE, SIGN, ZERO, Real, at_most, chosen, total
@@ -38,6 +39,11 @@ class Kernel(ABC):
     @abstractmethod
     def beyond(self, distance: Real) -> Decay:
         """Over-estimate |κ(r)| and |κ̇(r)| for all |r| ≥ distance ≥ 0."""
+
+    @cached_property
+    def peak(self) -> Decay:
+        """Over-estimates of |κ| and |κ̇|."""
+        return self.beyond(ZERO)
 
     @abstractmethod
     def sizes(self, farthest: Real) -> Sizes:

@@ -67,7 +67,7 @@ class Product(Combination):
     def jump(self, r: Real, h: Real) -> Real:
         # κ₁ κ₂ − b₁ b₂ = (κ₁ − b₁) κ₂ + b₁ (κ₂ − b₂) with the branches b at r
         f, g = self.left.jump(r, h), self.right.jump(r, h)
-        of_left = chosen(f.b <= 0, ZERO, f * self.right.beyond(ZERO).size)
+        of_left = chosen(f.b <= 0, ZERO, f * self.right.peak.size)
         return of_left + chosen(g.b <= 0, ZERO, self.left.largest_on_disc(r, h) * g)
 
     def beyond(self, distance: Real) -> Decay:

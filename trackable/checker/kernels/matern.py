@@ -72,7 +72,7 @@ class Matern32(Matern):
         return self.falling(distance, self.length * (ONE / root(3)))
 
     def sizes(self, farthest: Real) -> Sizes:
-        size, slope = self.beyond(ZERO)
+        size, slope = self.peak
         # x² e^(−x) ≤ 1 and x (1 + x) e^(−x) ≤ 0.841
         return Sizes(size, slope, size, size * self.length * (0.841 / 1.732), 30 * size)
 
@@ -90,6 +90,6 @@ class Matern52(Matern):
         return self.falling(distance, self.length * ((1 + root(5)) / (2 * root(5))))
 
     def sizes(self, farthest: Real) -> Sizes:
-        size, slope = self.beyond(ZERO)
+        size, slope = self.peak
         # x² (1 + x) e^(−x)/3 ≤ 1 and x (1 + x + x²/3) e^(−x) ≤ 1.176
         return Sizes(size, slope, size, size * self.length * (1.176 / 2.236), 30 * size)

@@ -39,7 +39,7 @@ class Periodic(Elementary):
         return Decay(self.variance, self.variance * self.omega * exp(exactly(-0.5)) / self.length)
 
     def sizes(self, farthest: Real) -> Sizes:
-        size, slope = self.beyond(ZERO)
+        size, slope = self.peak
         return Sizes(size, slope, farthest * slope, farthest * size, 30 * size)
 
     @property

@@ -47,7 +47,7 @@ class PiecewisePolynomial(Elementary):
 
     def sizes(self, farthest: Real) -> Sizes:
         # With s = |r|/θ₂: s |φ'| ≤ 0.756 and s φ ≤ 0.165. Products of up to 7 factors 1 − s, Q by Horner's rule, θ₁².
-        size, slope = self.beyond(ZERO)
+        size, slope = self.peak
         return Sizes(size, slope, size, size * self.length * 0.165, 35 * size)
 
     def _is_over(self, r: Real) -> bool | None:

@@ -36,5 +36,5 @@ class RationalQuadratic(Elementary):
 
     def sizes(self, farthest: Real) -> Sizes:
         # With q = 1 + r²/(2 α θ₂²): |r κ̇| = θ₁² 2α (q − 1) q^(−α − 1) ≤ 2 θ₁²/e, where q = (α + 1)/α.
-        size, slope = self.beyond(ZERO)
+        size, slope = self.peak
         return Sizes(size, slope, size, farthest * size, (30 + 6 * self.alpha) * size)

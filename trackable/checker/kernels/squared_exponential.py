@@ -26,5 +26,5 @@ class SquaredExponential(Elementary):
 
     def sizes(self, farthest: Real) -> Sizes:
         # With x = r/θ₂: x² e^(−x²/2) ≤ 1 and x e^(−x²/2) ≤ 0.607.
-        size, slope = self.beyond(ZERO)
+        size, slope = self.peak
         return Sizes(size, slope, size, size * self.length * 0.607, 30 * size)

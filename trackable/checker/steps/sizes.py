@@ -22,7 +22,7 @@ def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | N
     if max(map(abs, [*values, *positive])) > 1e30 or min(positive) < 1e-30:
         return "sizes: some number is too large or too small for the analysis of rounding"
     if certificate.until > 1e60 or not all(
-        at_most(signal.kernel.beyond(ZERO).size, 1e100) for signal in certificate.subject.signals
+        at_most(signal.kernel.peak.size, 1e100) for signal in certificate.subject.signals
     ):
         return "sizes: some value could overflow in float64 evaluation"
     return None
