@@ -51,10 +51,10 @@ u(k) = u_r(t₀ + k T) + K (y(k) − x_r(t₀ + k T)).
 Assumptions about rounding. Arithmetic is IEEE's, with subnormal numbers. exp, log, sqrt, sin, cos, atan, atan2 and
 powers are within 4 units in the last place. The evaluated formulas are those of κ in `kernels`, sums of products in any
 order (no fast Fourier transforms), and for nonlinear systems the formulas of u found in step 0, or those of the flat
-form. The first pass of steps 2 and 3 assumes the same of NumPy's arithmetic, exp, log and cos, and so do the six digits
-that are printed of x(0). A check that is `exact`, or without NumPy, or where the processor takes subnormal numbers for
-zero, leaves both out: then nothing but the errors of evaluation (step 5) rests on these assumptions. The answer says
-which arithmetic it trusted.
+form. The first pass of steps 2, 3 and 5 assumes the same of NumPy's arithmetic, exp, log, sqrt, cos, arctan and
+arctan2, and so do the six digits that are printed of x(0). A check that is `exact`, or without NumPy, or where the
+processor takes subnormal numbers for zero, leaves both out: then nothing but the errors of evaluation (step 5) rests on
+these assumptions. The answer says which arithmetic it trusted.
 
 Polynomial pieces are evaluated in double-double arithmetic, at times that are not rounded; each state or
 input is rounded to float64 once.
@@ -70,7 +70,8 @@ in one bound, or 700 MB of memory beyond what the process has held before (where
 that it may be given.
 
 Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0, 6, 7 and 8 in rational arithmetic;
-step 2, and R and D of step 3, first in arrays of float64 intervals, and in mpmath where these do not decide.
+step 2, what step 5 finds in each box, and R and D of step 3, first in arrays of float64 intervals, and in mpmath where
+these do not decide.
   0. Linear: x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j, with zeros beyond the ends
      (`steps.trajectories`). Nonlinear: f is split into f0(x) + G(x) u, or refused, and x⁺ = f0(x) + G(x) u is
      solved for u, by u_j = (x⁺_i − f0_i − Σ known G u)/G_ij for equations with a single unknown and by Cramer's rule
@@ -100,10 +101,12 @@ step 2, and R and D of step 3, first in arrays of float64 intervals, and in mpma
      Centres at distances ≥ d from all times of a box are not expanded: together they add at most Σ |c_i| K, where K
      bounds |κ| at all distances ≥ d, as in step 3 (`reach`). The first pass (`floats`) uses the same formulas. Each of
      its operations moves both ends of its result outwards, by more than rounding can be off; what overflows or is not
-     defined becomes NaN, which no comparison calls certain. Whether a kink is inside a box is decided in rational
-     arithmetic. Of a Matérn kernel, the first pass expands no centre outside of a box: on one side of all its centres
-     their sum is a polynomial times an exponential, whose coefficients are those of Taylor's formula for the polynomial
-     (`kernels.matern`). The sum is expanded in its place, and Σ |c_i| M bounds it on the disc.
+     defined becomes NaN, which no comparison calls certain. Shifts j T of one signal may share its polynomial over the
+     times of all of them, in which a + b x is put for x. An instant is first tried as a narrow box around it. Whether a
+     kink is inside a box is decided in rational arithmetic. Of a Matérn kernel, the first pass expands no centre
+     outside of a box: on one side of all its centres their sum is a polynomial times an exponential, whose coefficients
+     are those of Taylor's formula for the polynomial (`kernels.matern`). The sum is expanded in its place, and Σ |c_i|
+     M bounds it on the disc.
   3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`steps.instants`).
      Let K_i and D_i bound |κ(r)| and |κ̇(r)| at all distances r = t − t_i with t ≥ t₀. Then, for all t ≥ t₀,
      |e(t)| ≤ R = Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i. So |Σ_j w_j e(t + j T)| is at most Σ_j |w_j| R. As the sum

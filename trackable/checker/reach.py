@@ -3,7 +3,7 @@
 from functools import lru_cache
 from typing import NamedTuple
 
-from trackable.checker.arithmetic.intervals import ZERO, Real, exactly
+from trackable.checker.arithmetic.intervals import ZERO, exactly
 from trackable.checker.kernels.base import Decay, Kernel
 from trackable.checker.watch import tick
 
@@ -18,7 +18,7 @@ class Reach(NamedTuple):
 
 
 @lru_cache
-def reach(kernel: Kernel, span: float, part: Real) -> Reach:
+def reach(kernel: Kernel, span: float, part: float) -> Reach:
     """Return a small distance from which on |κ| ≤ `part` · κ(0), of some that are smaller than the `span` [s]."""
     most, found = kernel.peak.size * part, Reach(float("inf"), Decay(ZERO, ZERO))
     for k in range(1, 4 * _HALVINGS):

@@ -13,7 +13,7 @@ from trackable.checker.kernels.base import Decay, Kernel
 from trackable.checker.pieces import Pieces
 from trackable.checker.reach import Reach, reach
 
-_NEGLIGIBLE = exactly(2) ** -130
+_NEGLIGIBLE = 2.0**-130
 """What far kernels may add, as a part of κ(0): as much as is added to each value of a function for its last bits."""
 
 

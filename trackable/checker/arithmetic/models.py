@@ -18,7 +18,22 @@ from trackable.checker.arithmetic.domains import (
     required,
     side,
 )
-from trackable.checker.arithmetic.intervals import ONE, ZERO, Many, Real, atan, cos, dot, exactly, exp, log, pi, sin, sqrt, total
+from trackable.checker.arithmetic.intervals import (
+    ONE,
+    ZERO,
+    Many,
+    Real,
+    atan,
+    cos,
+    dot,
+    exactly,
+    exp,
+    log,
+    pi,
+    sin,
+    sqrt,
+    total,
+)
 from trackable.checker.arithmetic.series import times
 
 
@@ -170,7 +185,7 @@ def _near_root(a: Model) -> Model:
     """Return a polynomial that begins as the series of √a, to rounding."""
     first, *others = (c.mid for c in a.coefficients)
     found = [sqrt(first)]
-    for k, c in enumerate(others, 1):
+    for c in others:
         found.append((c - dot(found[1:], found[:0:-1])) / (2 * found[0]))
     return Model(found, ZERO)
 

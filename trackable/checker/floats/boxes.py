@@ -6,6 +6,7 @@ from fractions import Fraction
 from itertools import groupby
 from math import isfinite
 from operator import itemgetter
+from typing import Any
 
 import numpy as np
 
@@ -102,11 +103,13 @@ def _enclosed(
         can_share = len(shifts) > 1 and not one.kernel.has_kink
         is_shared = np.any(uses, axis=0) & (wide.halves <= _WIDER * every.halves) & can_share
         shared = np.flatnonzero(is_shared)
-        models = replace(one, shift=Fraction(0)).enclose(wide.at(shared), terms) if len(shared) else None
-        for shifted, is_used in zip(shifts, uses, strict=True):
-            alone, parts = np.flatnonzero(is_used & ~is_shared), list[Models]()
-            if models:
-                parts.append(models.inside(wide.at(shared), every.at(shared), signals[shifted].exact_shift))
+        parts_of: list[list[Models]] = [[] for _ in shifts]
+        if len(shared):
+            models = replace(one, shift=Fraction(0)).enclose(wide.at(shared), terms)
+            moved = [signals[shifted].exact_shift for shifted in shifts]
+            parts_of = [[each] for each in models.inside(wide.at(shared), every.at(shared), moved)]
+        for shifted, is_used, parts in zip(shifts, uses, parts_of, strict=True):
+            alone = np.flatnonzero(is_used & ~is_shared)
             if len(alone):
                 parts.append(signals[shifted].enclose(every.at(alone), terms))
             found[shifted] = Models.joined(parts).spread(np.concatenate([shared, alone]), len(boxes))
@@ -142,7 +145,8 @@ def _combined(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
 
 def _evaluated(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
     """Return models of a formula with n terms. Raise UndefinedError where it may have no value."""
-    known = {key: Model([of.coefficients.at(k) for k in range(n)], of.missed) for key, of in models.items()}
+    many: Any = models  # stand for numbers
+    known = {key: Model([of.coefficients.at(k) for k in range(n)], of.missed) for key, of in many.items()}
     arguments = Enclosures(subject, n, _NO_BOX, known).arguments(q)
     model = FlatValues(needs, n).enclose(q, arguments)
     none = np.zeros((1, len(next(iter(models.values())).missed.low)))

@@ -1,10 +1,10 @@
 """Arrays of float64 intervals: every result contains the real numbers it stands for, whatever is rounded.
 
-Assumed: IEEE arithmetic rounding to nearest, with subnormal numbers, sums in any order, and NumPy's exp, log and cos
-within 4 units in the last place. Each end of a result is computed in float64 and moved outwards by more than it can be
-off: the error of one operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a function 2⁻⁵⁰ of it, or
-2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is False: minima, maxima and all operations hand
-it on.
+Assumed: IEEE arithmetic rounding to nearest, with subnormal numbers, sums in any order, and NumPy's exp, log, sqrt, cos,
+arctan and arctan2 within 4 units in the last place. Each end of a result is computed in float64 and moved outwards by
+more than it can be off: the error of one operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a function
+2⁻⁵⁰ of it, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is False: minima, maxima and all
+operations hand it on.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from trackable.checker.arithmetic.intervals import ONE, ZERO, Many, Real, exactl
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-_MOST_SUMMED = 16
+_MOST_SUMMED, _NONE = 16, np.zeros(())
 _OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1000
 """The last one is far more than products and functions lose by underflow; sums lose nothing."""
 
@@ -70,7 +70,7 @@ class Floats(Many):
     def _around(self) -> tuple[Array, Array, Array, Array, Array]:
         """Return a number m, |m|, how far r these may be from m, how large they may be, and r + 2⁻⁴⁸ of that."""
         middle = self.low if self.low is self.high else self.low / 2 + self.high / 2
-        radius = np.zeros_like(middle)
+        radius = _NONE
         if self.low is not self.high:
             radius = np.maximum(self.high - middle, middle - self.low) * (1 + _OPERATION) + _TINY
         largest = ((size := np.abs(middle)) + radius) * (1 + _OPERATION)
@@ -80,9 +80,9 @@ class Floats(Many):
     def dot(cls, xs: Any, ys: Any) -> Any:
         """Return Σ x_j y_j, by fewer operations than products take.
 
-        If |x_j − m_j| ≤ r_j and |y_j − n_j| ≤ s_j, it is within Σ (|m_j| s_j + r_j (|n_j| + s_j)) of Σ m_j n_j. Of k ≤ 16
-        terms, the computed Σ m_j n_j is off by 2⁻⁴⁹ Σ |m_j| |n_j| at most, and each end by 2⁻⁵² of this sum more. What
-        is computed of all these bounds is off by 2⁻⁴⁶ of them at most, and underflow adds less than `_TINY`.
+        If |x_j − m_j| ≤ r_j and |y_j − n_j| ≤ s_j, it is within Σ (|m_j| s_j + r_j (|n_j| + s_j)) of Σ m_j n_j. Of 16
+        terms at most, rounding of this sum and of each end adds less than 2⁻⁴⁸ Σ |m_j| |n_j|. What is computed of all
+        these bounds is off by 2⁻⁴⁶ of them at most, and underflow adds less than `_TINY`.
         """
         pairs = [(cls.of(x), cls.of(y)) for x, y in zip(xs, ys, strict=True) if x is not ZERO and y is not ZERO]
         found: Any = ZERO
@@ -94,8 +94,17 @@ class Floats(Many):
                 (m, size, r, *_), (n, _, _, largest, apart) = x._around, y._around
                 value = value + m * n
                 off = off + size * apart + r * largest
-            off = off * (1 + 2.0**-45) + _TINY
-            found = cls(value - off, value + off) + found
+            found = _within(value, off) + found
+        return found
+
+    def __matmul__(self, columns: "Floats") -> Any:
+        """Return a matrix of intervals times each column, as `dot` does."""
+        found: Any = ZERO
+        for begin in range(0, len(columns.low), _MOST_SUMMED):
+            some = slice(begin, begin + _MOST_SUMMED)
+            m, size, r, _, _ = self.at((slice(None), some))._around
+            n, _, _, largest, apart = columns.at(some)._around
+            found = _within(m @ n, size @ apart + r @ largest) + found
         return found
 
     def larger(self, other: Any) -> "Floats":
@@ -210,6 +219,12 @@ def _outwards(low: Array, high: Array, part: float = _OPERATION, tiny: float = _
     """Move the ends of intervals outwards, by a `part` of their sizes."""
     down, up = np.abs(low) * part, np.abs(high) * part
     return Floats(low - (down + tiny), high + (up + tiny)) if tiny else Floats(low - down, high + up)
+
+
+def _within(value: Array, off: Array) -> Floats:
+    """Return what is `off` from a sum of products at most, with what rounding adds (`Floats.dot`)."""
+    off = off * (1 + 2.0**-45) + _TINY
+    return Floats(value - off, value + off)
 
 
 def _hull(first: Array, *others: Array) -> Floats:

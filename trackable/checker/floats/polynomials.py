@@ -8,6 +8,7 @@ from math import comb
 import numpy as np
 
 from trackable.checker.floats.intervals import Floats, Mask, joined
+from trackable.checker.watch import tick
 
 _MOST_HALVINGS, _MOST_PIECES = 12, 10_000
 
@@ -25,6 +26,7 @@ def are_positive(polynomials: Floats) -> Mask:
         is_open &= ~unknown[of]
         if not np.any(is_open):
             return ~unknown
+        tick()
         of, pieces = np.tile(of[is_open], 2), _halves(pieces.at((slice(None), is_open)))
         if len(of) > _MOST_PIECES:
             break
@@ -34,28 +36,21 @@ def are_positive(polynomials: Floats) -> Mask:
 
 def _bernstein(polynomials: Floats) -> Floats:
     """Return the Bernstein coefficients in y = (x + 1)/2."""
-    return _times(_of_powers, polynomials)
-
-
-def _halves(b: Floats) -> Floats:
-    """Return the coefficients of both halves of each polynomial (de Casteljau): those of the left are Σ_j C(i, j) b_j/2ⁱ."""
-    left, right = (_times(_of_left_half, of) for of in (b, b.at(slice(None, None, -1))))
-    return joined([left, right.at(slice(None, None, -1))])
-
-
-def _times(entry: Callable[[int, int, int], Fraction], b: Floats) -> Floats:
-    """Return a matrix with these entries, times each column."""
-    n = len(b.low)
-    found: Floats = Floats.dot(_columns(entry, n), [b.at((k, None)) for k in range(n)])
+    found: Floats = _matrix(_of_powers, len(polynomials.low)) @ polynomials
     return found
 
 
+def _halves(b: Floats) -> Floats:
+    """Return the coefficients of both halves of each polynomial (de Casteljau): of the left one, Σ_j C(i, j) b_j/2ⁱ."""
+    matrix, turned = _matrix(_of_left_half, len(b.low)), slice(None, None, -1)
+    return joined([matrix @ b, (matrix @ b.at(turned)).at(turned)])
+
+
 @cache
-def _columns(entry: Callable[[int, int, int], Fraction], n: int) -> list[Floats]:
-    """Return the columns of a matrix, of shape (n, 1)."""
-    nearest = np.array([[[float(entry(n, i, k))] for i in range(n)] for k in range(n)])
+def _matrix(entry: Callable[[int, int, int], Fraction], n: int) -> Floats:
+    nearest = np.array([[float(entry(n, i, k)) for k in range(n)] for i in range(n)])
     off = np.abs(nearest) * 2.0**-52
-    return [Floats(column - by, column + by) for column, by in zip(nearest, off, strict=True)]
+    return Floats(nearest - off, nearest + off)
 
 
 def _of_powers(n: int, i: int, k: int) -> Fraction:
@@ -63,6 +58,7 @@ def _of_powers(n: int, i: int, k: int) -> Fraction:
 
     x^k = Σ_j C(k, j) 2ʲ (−1)^(k − j) yʲ, and yʲ has the coefficients C(i, j)/C(n − 1, j).
     """
+    tick()
     return sum(
         (Fraction(comb(i, j) * comb(k, j) * 2**j * (-1) ** (k - j), comb(n - 1, j)) for j in range(min(i, k) + 1)),
         Fraction(0),

@@ -27,7 +27,7 @@ Indices = npt.NDArray[np.intp]
 _PAIRS = 4096
 """Pairs of a box and a centre that are enclosed at once: they stay in the cache."""
 
-_NEGLIGIBLE = exactly(2) ** -60
+_NEGLIGIBLE = 2.0**-60
 """What far centres may add, as a part of κ(0); the reserve for rounding is larger."""
 
 
@@ -73,14 +73,19 @@ class Models:
         """Return the models times a number."""
         return Models(self.coefficients * factor, self.missed * abs(factor))
 
-    def inside(self, wide: Boxes, boxes: Boxes, shift: Floats) -> "Models":
-        """Return models in boxes, moved by a shift [s], that are inside the wide ones: x' = a + b x with |x'| ≤ 1."""
-        a, b = (boxes.middles + shift - wide.middles) / wide.halves, boxes.halves / wide.halves
-        c, none = self.coefficients, Floats.exact(np.zeros((1, len(wide.starts))))
-        found = c.at(slice(-1, None))
+    def inside(self, wide: Boxes, boxes: Boxes, shifts: Sequence[Floats]) -> list["Models"]:
+        """Return models in boxes that are inside the wide ones when moved by each of the shifts [s].
+
+        There, x' of the wide box is a + b x of the box, with |x'| ≤ 1.
+        """
+        a = joined([(boxes.middles + shift - wide.middles) / wide.halves for shift in shifts])
+        every = np.tile(np.arange(len(wide.starts)), len(shifts))
+        b, c = (boxes.halves / wide.halves).at(every), self.coefficients.at((slice(None), every))
+        found, none = c.at(slice(-1, None)), Floats.exact(np.zeros((1, len(every))))
         for k in reversed(range(len(c.low) - 1)):  # Horner's rule
             found = joined([c.at(slice(k, k + 1)), b * found], axis=0) + joined([a * found, none], axis=0)
-        return Models(found, self.missed)
+        parts = np.split(np.arange(len(every)), len(shifts))
+        return [Models(found.at((slice(None), part)), self.missed) for part in parts]
 
     @classmethod
     def joined(cls, parts: Sequence["Models"]) -> "Models":

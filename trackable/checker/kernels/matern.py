@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from trackable.checker.arithmetic.intervals import ONE, ZERO, Real, exp, root, total
+from trackable.checker.arithmetic.intervals import ONE, Real, exp, root, total
 from trackable.checker.arithmetic.series import exp_series, times
 from trackable.checker.kernels.base import Decay, Sizes
 from trackable.checker.kernels.elementary import Elementary

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from trackable.checker.arithmetic.intervals import ONE, SIGN, ZERO, Real, chosen, cos, exactly, exp, pi, sin
+from trackable.checker.arithmetic.intervals import SIGN, Real, chosen, cos, exactly, exp, pi, sin
 from trackable.checker.arithmetic.series import exp_series
 from trackable.checker.kernels.base import Decay, Sizes
 from trackable.checker.kernels.elementary import Elementary

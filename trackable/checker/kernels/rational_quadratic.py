@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from trackable.checker.arithmetic.intervals import GUARD, INFINITE, ONE, ZERO, Real, chosen, exactly, exp, iv, log
+from trackable.checker.arithmetic.intervals import GUARD, INFINITE, ONE, Real, chosen, exactly, exp, iv, log
 from trackable.checker.arithmetic.series import power_series
 from trackable.checker.kernels.base import Decay, Sizes
 from trackable.checker.kernels.elementary import Elementary

@@ -14,7 +14,6 @@ from trackable.checker.steps.quantities import LinearCombination, Quantity
 from trackable.checker.subject import Signal, Subject, is_far
 from trackable.checker.watch import progress, tick
 
-
 _NARROW, _DISC, _TERMS, _AT_ONCE = 2.0**-40, 2.0**20, 4, 4096
 
 

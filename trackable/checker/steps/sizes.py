@@ -2,7 +2,7 @@
 
 from fractions import Fraction
 
-from trackable.checker.arithmetic.intervals import ZERO, at_most
+from trackable.checker.arithmetic.intervals import at_most
 from trackable.checker.certificate import Certificate
 from trackable.checker.formulas.formula import numbers
 from trackable.checker.steps.quantities import Quantity

@@ -4,6 +4,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from platform import machine
+from fractions import Fraction
 
 import pytest
 
@@ -18,6 +19,7 @@ from trackable.checker.arithmetic.intervals import INFINITE, ZERO
 from trackable.checker.floats import boxes
 from trackable.checker.floats.polynomials import are_positive
 from trackable.checker.kernels.base import Decay
+from trackable.checker.steps.instants import _around
 
 KINDS = {kind: lambda make=make: encode_certificate(make()) for kind, make in VALID.items()}
 
@@ -36,7 +38,7 @@ def left_by_first_pass(data: dict, monkeypatch) -> tuple[int, int]:
     return sum(every for every, _ in counted), sum(rest for _, rest in counted)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "instants"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_it_decides_most_boxes(kind, monkeypatch):
     every, rest = left_by_first_pass(KINDS[kind](), monkeypatch)
     assert every > 0
@@ -62,13 +64,15 @@ def test_an_exact_check_says_the_same(kind, monkeypatch):
 
 
 def test_what_fails_fails_for_the_same_reason():
-    for path, value in (
-        ("reference.plant.state_set.upper.0", 0.1),
-        ("reference.signals.0.weights.0", 0.6),
-        ("claim.terms", 2),
-        ("claim.covers.state.radii.0", 1e-3),
+    for kind, path, value in (
+        ("window", "reference.plant.state_set.upper.0", 0.1),
+        ("window", "reference.signals.0.weights.0", 0.6),
+        ("window", "claim.terms", 2),
+        ("window", "claim.covers.state.radii.0", 1e-3),
+        ("instants", "reference.plant.state_set.upper.0", 0.1),
+        ("instants", "reference.signals.0.weights.0", 0.6),
     ):
-        data = changed(encode_certificate(VALID["window"]()), path, value)
+        data = changed(encode_certificate(VALID[kind]()), path, value)
         found = check(data)
         assert isinstance(found, Failed), path
         assert found == check(data, exact=True)
@@ -76,9 +80,21 @@ def test_what_fails_fails_for_the_same_reason():
 
 def test_a_first_pass_that_believes_every_box_makes_another_verdict(monkeypatch):
     """So the tests of tampering look at the first pass too."""
-    data = changed(encode_certificate(VALID["window"]()), "reference.plant.state_set.upper.0", 0.1)
+    of_window, of_instants = (
+        changed(KINDS[kind](), "reference.plant.state_set.upper.0", 0.1) for kind in ("window", "instants")
+    )
+    assert check(of_instants).reason.startswith("instants: ")
     monkeypatch.setattr(boxes, "are_positive", lambda of: are_positive(of) | True)
-    assert isinstance(check(data), Proved)
+    assert isinstance(check(of_window), Proved)
+    assert check(of_instants).reason.startswith("tail: ")
+
+
+@pytest.mark.parametrize("step", [0.1, 1 / 3, 1e-7])
+def test_an_instant_is_in_its_box(step):
+    for k in (0, 1, 3, 1000, 499_999):
+        box = _around(k, step)
+        assert Fraction(box.start) < k * Fraction(step) < Fraction(box.end)
+        assert box.end - box.start < 1e-8 * step + 1e-14 * k * step
 
 
 def test_an_envelope_that_does_not_suffice_is_found_again_and_one_that_is_too_small_makes_another_verdict(monkeypatch):

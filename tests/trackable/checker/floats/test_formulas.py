@@ -87,11 +87,10 @@ def test_where_one_may_have_no_value_is_said():
         MODELS.over(MODELS.number(ZERO + 1), Model([Floats.exact(np.array([1.0, 0.0, np.nan]))] * TERMS, ZERO))
     assert not np.any(caught.value.where[1:])
     for y, x in (([1e-4, 1e-2], [-1.0, -1.0]), ([0.0, 1.0], [0.0, 0.0])):
-        with pytest.raises(UndefinedError) as caught, np.errstate(all="ignore"):
-            other = [Floats.exact(np.array([1e-3, 0.0])), *[ZERO] * (TERMS - 2)]
-            MODELS.angle(
-                Model([Floats.exact(np.array(y)), *other], ZERO), Model([Floats.exact(np.array(x)), *other], ZERO)
-            )
+        other = [Floats.exact(np.array([1e-3, 0.0])), *[ZERO] * (TERMS - 2)]
+        vector = [Model([Floats.exact(np.array(of)), *other], ZERO) for of in (y, x)]
+        with pytest.raises(UndefinedError) as caught:
+            MODELS.angle(*vector)
         assert caught.value.where.tolist() == [False, True]
 
 
@@ -103,7 +102,9 @@ def dots_that_escape(seed: int = 0) -> int:
         drawn = [size * rng.normal(size=(terms, 30)) * 10 ** rng.uniform(-9, 0, (terms, 30)) for _ in range(2)]
         drawn[1] = drawn[1] * rng.choice([1.0, 1e-300 / abs(size[0])], 30)
         widths = [np.abs(of) * rng.choice([0.0, 1e-16, 1e-3], (terms, 30)) for of in drawn]
-        xs, ys = ([Floats(low, low + w) for low, w in zip(of, by, strict=True)] for of, by in zip(drawn, widths, strict=True))
+        xs, ys = (
+            [Floats(low, low + w) for low, w in zip(of, by, strict=True)] for of, by in zip(drawn, widths, strict=True)
+        )
         found = Floats.dot(xs, ys)
         for b in range(30):
             for end in ("low", "high"):

@@ -1,6 +1,7 @@
 """Taylor models in float64 hold the signal, in boxes of all sizes, at kinks too; planted faults let it escape."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -10,12 +11,14 @@ from mpmath import mp
 from tests.trackable.gp.instances import KERNELS, formula, over, time_scale
 from trackable.checker.arithmetic.intervals import ZERO
 from trackable.checker.floats import one_sided, signals
+from trackable.checker.floats.boxes import _enclosed as enclosed
 from trackable.checker.floats.intervals import Floats
 from trackable.checker.floats.signals import Boxes, ManyCentres
 from trackable.checker.kernels.matern import Matern52 as CheckedMatern52
 from trackable.checker.kernels.piecewise_polynomial import PiecewisePolynomial2 as CheckedCompact
 from trackable.checker.kernels.squared_exponential import SquaredExponential as CheckedSquaredExponential
 from trackable.checker.reading.kernels import a_kernel
+from trackable.checker.steps.enclosures import Box
 from trackable.checker.subject import Signal
 from trackable.codec import encode
 from trackable.gp.kernels.base import Kernel
@@ -53,6 +56,28 @@ def escapes(kernel: Kernel, seed: int) -> Iterator[bool]:
     boxes = boxes_around(of, time_scale(kernel), rng)
     with np.errstate(all="ignore"):
         models = of.enclose(boxes, TERMS)
+    yield from _outside(of, boxes, models, kappa, rng)
+
+
+def escapes_where_shifts_share_models(kernel: Kernel, seed: int) -> Iterator[bool]:
+    """Yield the same of models of shifts that are short beside most boxes."""
+    rng, kappa = np.random.default_rng(seed), formula(kernel)
+    of = drawn(kernel, rng)
+    boxes, step = (
+        boxes_around(of, time_scale(kernel), rng),
+        Fraction(float(rng.choice([0.1, 1e-3]) * time_scale(kernel))),
+    )
+    shifted = {(0, j): replace(of, shift=j * step) for j in (0, 1, 3)}
+    every = [Box(*box) for box in zip(boxes.starts.tolist(), boxes.ends.tolist(), boxes.radii.tolist(), strict=True)]
+    needed = [set(list(shifted)[b % 3 :]) for b in range(10)]
+    with np.errstate(all="ignore"):
+        found = enclosed(shifted, TERMS, every, needed)
+    for key, each in shifted.items():
+        where = np.flatnonzero([key in names for names in needed])
+        yield from _outside(each, boxes.at(where), found[key].at(where), kappa, rng)
+
+
+def _outside(of: ManyCentres, boxes: Boxes, models: signals.Models, kappa, rng) -> Iterator[bool]:
     with mp.workdps(50):
         shift = mp.mpf(of.shift.numerator) / of.shift.denominator
         for b, (start, end) in enumerate(zip(boxes.starts.tolist(), boxes.ends.tolist(), strict=True)):
@@ -78,6 +103,23 @@ def _ends(coefficients: Floats, missed: float, x: mp.mpf) -> tuple[mp.mpf, mp.mp
 @pytest.mark.parametrize("seed", range(2))
 def test_models_hold_the_signal(kernel, seed):
     assert not any(escapes(kernel, seed))
+
+
+@over(KERNELS)
+def test_models_of_several_shifts_hold_the_signal(kernel):
+    assert not any(escapes_where_shifts_share_models(kernel, 0))
+
+
+@pytest.mark.parametrize("lost", ["shift", "width"])
+def test_models_that_are_not_moved_let_the_signal_escape(lost, monkeypatch):
+    right = signals.Models.inside
+
+    def unmoved(models, wide, boxes, shifts):
+        none = [Floats.exact(0.0)] * len(shifts)
+        return right(models, *((wide, boxes, none) if lost == "shift" else (wide, wide, shifts)))
+
+    monkeypatch.setattr(signals.Models, "inside", unmoved)
+    assert any(any(escapes_where_shifts_share_models(SquaredExponential(0.7, 0.22), seed)) for seed in range(4))
 
 
 @over(KERNELS)
