@@ -1,7 +1,8 @@
 """Step 0 of the proof, flat forms: f(X, U) is X one step later, and what must hold so that all of it has values."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 from trackable.checker.formulas.formula import (
     Angle,
@@ -14,6 +15,7 @@ from trackable.checker.formulas.formula import (
     names,
     operands,
     parts,
+    text,
 )
 from trackable.checker.identities.polynomials import Quotient, TooLongError
 from trackable.checker.identities.shapes import Shapes, replaced
@@ -29,8 +31,25 @@ class Need:
     may_be_negative: bool
 
 
+@dataclass(frozen=True)
+class _Written:
+    """A system with a flat form; equal to those with the same names and formulas in `words`."""
+
+    words: tuple[tuple[str, ...], ...]
+    system: NonlinearSystem = field(compare=False)
+    flat: FlatForm = field(compare=False)
+
+
 def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
-    """Return which state is not shown to get to X one step later; None where all do."""
+    """Return which state is not shown to get to X one step later; None where all do. The same plants come again."""
+    every = (system.f, flat.states, flat.inputs, flat.positive)
+    words = (system.states, system.inputs, flat.angles, *(tuple(map(text, formulas)) for formulas in every))
+    return _why_not(_Written(words, system, flat))
+
+
+@lru_cache
+def _why_not(written: _Written) -> str | None:
+    system, flat = written.system, written.flat
     for state, formula in zip(system.states, system.f, strict=True):
         for angle in flat.angles:
             turned = turns(formula, angle)
