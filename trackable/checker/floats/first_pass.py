@@ -40,6 +40,9 @@ def keeps_subnormals() -> bool:
     return bool(np.all(smallest_normal / 2 * 2 == smallest_normal))
 
 
-_TRUSTED = "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan and arctan2."
+_TRUSTED = (
+    "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
+    "and arctan2."
+)
 FIRST_PASS = FirstPass(boxes_left, envelope, at_zero, keeps_subnormals, _TRUSTED)
 """In arrays of float64 intervals."""

@@ -1,10 +1,10 @@
 """Arrays of float64 intervals: every result contains the real numbers it stands for, whatever is rounded.
 
-Assumed: IEEE arithmetic rounding to nearest, with subnormal numbers, sums in any order, and NumPy's exp, log, sqrt, cos,
-arctan and arctan2 within 4 units in the last place. Each end of a result is computed in float64 and moved outwards by
-more than it can be off: the error of one operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a function
-2⁻⁵⁰ of it, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is False: minima, maxima and all
-operations hand it on.
+Assumed: IEEE arithmetic rounding to nearest, with subnormal numbers, sums in any order, and NumPy's exp, log, sqrt,
+cos, arctan and arctan2 within 4 units in the last place. Each end of a result is computed in float64 and moved outwards
+by more than it can be off: the error of one operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a
+function 2⁻⁵⁰ of it, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is False: minima, maxima
+and all operations hand it on.
 """
 
 from collections.abc import Sequence

@@ -175,7 +175,10 @@ def test_every_formula_of_a_flat_form_counts() -> None:
 
 
 def test_an_answer_says_which_arithmetic_it_trusted(monkeypatch: pytest.MonkeyPatch) -> None:
-    floats, exact = "trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan and arctan2.", "This was checked in exact arithmetic:"
+    floats, exact = (
+        "trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan and arctan2.",
+        "This was checked in exact arithmetic:",
+    )
     for data in (scalar_certificate(), by_claim()["all_times"]):
         assert floats in check(data).statement
         assert exact in check(data, exact=True).statement

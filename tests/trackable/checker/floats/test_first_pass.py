@@ -3,8 +3,8 @@
 import subprocess
 import sys
 from dataclasses import replace
-from platform import machine
 from fractions import Fraction
+from platform import machine
 
 import pytest
 
