@@ -228,7 +228,7 @@ def dot(xs: Sequence[Real], ys: Sequence[Real]) -> Real:
     for one in (*xs, *ys):
         if isinstance(one, Many):
             return one.dot(xs, ys)  # type: ignore[no-any-return]
-    return sum((x * y for x, y in zip(xs, ys, strict=True) if x is not ZERO and y is not ZERO), ZERO)
+    return total(x * y for x, y in zip(xs, ys, strict=True) if x is not ZERO and y is not ZERO)
 
 
 def ratio(number: Fraction) -> Real:

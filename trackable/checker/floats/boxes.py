@@ -16,6 +16,7 @@ from trackable.checker.arithmetic.models import Model
 from trackable.checker.floats.intervals import Floats, Mask, joined
 from trackable.checker.floats.polynomials import are_positive
 from trackable.checker.floats.signals import Boxes, ManyCentres, Models
+from trackable.checker.formulas.formula import parts
 from trackable.checker.steps.enclosures import Box, Enclosures
 from trackable.checker.steps.flat import FlatNeeds, FlatValues
 from trackable.checker.steps.quantities import LinearCombination, Quantity
@@ -43,7 +44,10 @@ def boxes_left(
     unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
     needed = _needed([q for h in held.values() for q in h])
     signals = {(s, j): replace(unshifted[s], shift=_shift(subject, j)) for s, j in needed}
-    boxes, at_once = list(held), max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * max(1, len(needed)))))
+    every = {q.name: q for h in held.values() for q in h}.values()
+    formulas = {formula for q in every for formula in (q.formula, *(need.formula for need in q.needs))}
+    count = len(needed) + sum(len(parts(formula)) for formula in formulas)
+    boxes, at_once = list(held), max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * max(1, count))))
     for begin in range(0, len(boxes), at_once):
         some = boxes[begin : begin + at_once]
         with np.errstate(all="ignore"):  # what is not finite is not proved
@@ -108,11 +112,11 @@ def _enclosed(
             models = replace(one, shift=Fraction(0)).enclose(wide.at(shared), terms)
             moved = [signals[shifted].exact_shift for shifted in shifts]
             parts_of = [[each] for each in models.inside(wide.at(shared), every.at(shared), moved)]
-        for shifted, is_used, parts in zip(shifts, uses, parts_of, strict=True):
+        for shifted, is_used, found_in in zip(shifts, uses, parts_of, strict=True):
             alone = np.flatnonzero(is_used & ~is_shared)
             if len(alone):
-                parts.append(signals[shifted].enclose(every.at(alone), terms))
-            found[shifted] = Models.joined(parts).spread(np.concatenate([shared, alone]), len(boxes))
+                found_in.append(signals[shifted].enclose(every.at(alone), terms))
+            found[shifted] = Models.joined(found_in).spread(np.concatenate([shared, alone]), len(boxes))
     return found
 
 

@@ -19,6 +19,7 @@ def are_positive(polynomials: Floats) -> Mask:
     pieces, of = _bernstein(polynomials), np.arange(count)
     unknown = np.zeros(count, dtype=bool)
     for _ in range(_MOST_HALVINGS):
+        tick()
         is_open = ~np.all(pieces.low >= 0, axis=0)
         # The outer coefficients are values: where they may be negative, halves do not help.
         lost = is_open & ~((pieces.low[0] >= 0) & (pieces.low[-1] >= 0))
