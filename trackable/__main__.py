@@ -29,7 +29,7 @@ def main(arguments: list[str]) -> int:
     )
     commands = parser.add_subparsers(dest="command", required=True)
     checking = commands.add_parser(
-        "check", help="check a certificate or a counterexample, independently of what found it", epilog=_CODES
+        "check", help="check a certificate or a counterexample, with nothing of what found it", epilog=_CODES
     )
     checking.add_argument(
         "file", type=Path, metavar="FILE", help="what `save_certificate` or `save_counterexample` wrote"

@@ -1,1 +1,1 @@
-"""Proofs for all times, and an independent checker of them."""
+"""Proofs for all times: proposed here in plain float64, and handed out only as the checker accepts them."""

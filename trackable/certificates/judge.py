@@ -1,4 +1,4 @@
-"""The judge: nothing is handed out as proved or refuted that the independent checker has not accepted.
+"""The judge: nothing is handed out as proved or refuted that the checker has not accepted.
 
 What searches for proofs proposes them, and may be wrong. The judge writes each proposal as the file that a user would
 save, and asks the checker about what it says. These are the bytes that are saved.

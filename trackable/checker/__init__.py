@@ -1,4 +1,4 @@
-"""Check certificates independently: the checker shares no code with what learns a reference and finds its proof.
+"""Judge certificates: the checker imports nothing of what learns a reference and proposes its proof.
 
 Theorem. A certificate holds signals z_s(t) = m_s + Σ_i c_si κ_s(t − t_si), a system with sampling time T, a state set X
 and an input set U, both of the form {v : lower ≤ R v ≤ upper}. Every stored float64 stands for exactly one real number,
