@@ -17,7 +17,7 @@ from trackable.systems.reference import Reference
 
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
 _MOST_HALVINGS, _EXACT_FROM, _MOST_EXACT = 60, 12, 16
-_WIDTH, _NARROW = 2.0, 1.0  # correlation times: in wider boxes with a centre nearby most proofs fail; and hardly any
+_WIDTH, _NARROW = 2.0, 0.7  # correlation times: in wider boxes with a centre nearby most proofs fail; and hardly any
 _RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0])
 
 
