@@ -14,8 +14,10 @@ from pathlib import Path
 from trackable.checker.__main__ import INTERRUPTED, UNUSABLE, report
 from trackable.checking import check
 from trackable.errors import InputError
+from trackable.files import write_text
 from trackable.given.arguments import CODES, add_arguments
 from trackable.progress.messages import LOG
+from trackable.theorem import SILENT, theorem
 
 _CODES = """Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE cannot be
 used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 130 interrupted.
@@ -40,16 +42,28 @@ def main(arguments: list[str]) -> int:
     checking.add_argument("--exact", action="store_true", help="without float64 intervals; takes longer")
     certifying = commands.add_parser("certify", help="prove or refute a trajectory that is given", epilog=CODES)
     add_arguments(certifying)
+    stating = commands.add_parser("theorem", help="write a certificate as a file for the proof assistant Coq")
+    stating.add_argument("file", type=Path, metavar="FILE", help="what `save_certificate` wrote")
+    stating.add_argument("--output", type=Path, metavar="COQ", help="file to write; without it FILE's name with .v, here")
     given = parser.parse_args(arguments)
     if given.command == "certify":
         from trackable.given.command import run  # noqa: PLC0415  all that finds proofs
 
         return run(given)
     try:
+        if given.command == "theorem":
+            return _state(given.file, given.output or Path(f"{given.file.stem}.v"))
         return report(check(given.file, given.seconds, given.exact), given.file)
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return UNUSABLE
+
+
+def _state(certificate: Path, output: Path) -> int:
+    write_text(output, theorem(certificate))
+    print(f"wrote {output}. With Coq's files of `theorem/`, which `make theorem` compiles, this proves it:")
+    print(f"  coqc -Q theorem Trackable {output}\n{SILENT}")
+    return 0
 
 
 def _positive(text: str) -> float:

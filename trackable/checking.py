@@ -26,7 +26,7 @@ def check(certificate: Path | str | Mapping[str, object], seconds: float | None 
     """
     if seconds is not None and not real("check: seconds", seconds) > 0:
         raise ValueError(f"check: seconds must be positive, got {seconds:g}")
-    content = certificate if isinstance(certificate, Mapping) else _read(path_of("certificate", certificate))
+    content = certificate if isinstance(certificate, Mapping) else read(path_of("certificate", certificate))
     line, messages = ProgressLine(), Messages()
 
     def progress(done: int, of: int) -> None:
@@ -57,7 +57,8 @@ def check_file(path: Path | str) -> str:
             raise InputError(f"{path}: {reason}")
 
 
-def _read(path: Path) -> object:
+def read(path: Path) -> object:
+    """Return the content of a certificate's file. Raises InputError where it cannot be read."""
     content: object
     try:
         content = from_json(read_bytes(path, BYTES))
