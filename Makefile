@@ -12,13 +12,14 @@
 # make bench    measure against other software, in an environment of its own (minutes; on a machine that is idle)
 # make rivals   side by side with everything else that hands out trajectories, in an environment of its own (minutes)
 # make study    10,000 drawn problems for all rivals, into .study; goes on where it was stopped (up to an hour)
+# make theorem  Coq proves its checker sound, and with NAME=example1 the certificates of this experiment; needs Coq
 # make lock     pin the newest versions that pyproject.toml allows, with hashes
 
 PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test lint style types user-types force status checker attack lab view bench rivals study lock
+.PHONY: install repro test lint style types user-types force status checker attack lab view bench rivals study theorem lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -80,6 +81,34 @@ rivals: .venv-rivals/installed
 study: .venv/installed
 	python -m benchmarks.rivals.study --folder .study --summary benchmarks/rivals/study.json
 	python -m benchmarks.rivals page
+
+# Each file is compiled by itself: `coqc` would otherwise be the only program that knows what depends on what.
+COQC := coqc -q -Q theorem Trackable
+
+theorem: theorem/assumptions $(if $(NAME),theorem-of-$(NAME))
+
+theorem-of-%: theorem/Checker.vo .venv/installed
+	@mkdir -p .theorem/$*
+	@set -e; for file in data/results/$*/certificates/*.json; do \
+		name=.theorem/$*/$$(basename $$file .json | tr . _).v; \
+		python -m trackable theorem $$file --output $$name > /dev/null || continue; \
+		$(COQC) $$name; echo "$$file: $$(sed -n 's/^Theorem \(.*\)\.$$/\1/p' $$name), proved by Coq"; \
+	done
+
+theorem/assumptions: theorem/Assumptions.v theorem/assumptions.txt theorem/Checker.vo
+	$(COQC) $< | grep -oE '^[A-Z][A-Za-z0-9_.]+|^Axioms:' | diff theorem/assumptions.txt -
+	@touch $@
+
+theorem/Polynomials.vo: theorem/Statement.vo theorem/Jets.vo
+theorem/Forms.vo: theorem/Polynomials.vo
+theorem/Checker.vo: theorem/Forms.vo
+theorem/%.vo: theorem/%.v | coq
+	$(COQC) $<
+
+.PHONY: coq
+coq:
+	@test -d "$$(coqc -where 2> /dev/null)/user-contrib/Interval"|| \
+		{ echo "Coq with CoqInterval is needed: apt-get install coq libcoq-interval" >&2; exit 1; }
 
 lock: .venv/installed
 	python -m pip install --quiet uv

@@ -880,29 +880,25 @@ Proof.
       apply in_or_app; [left|right]; apply in_flat_map; eauto.
 Qed.
 
-(** * Refutations: the row [j] is negative at a time of the claim, which is step [step] if it is about instants *)
+(** * Refutations: some row is negative at a time t of the claim, which is that of [step] if it is about instants *)
 
-Definition refute (c : certificate) (t : Q) (step j : nat) : bool :=
+Definition refute (c : certificate) (t : Q) (step : N) : bool :=
   let T := sampling_time c in
   let zs := signals c in
-  match nth_error (rows c) j with
-  | None => false
-  | Some f =>
-    forallb (fun z => smooth 2 (prior z)) zs &&
-    match times c with
-    | AllTimes => Qle_bool 0 t
-    | AllPhases => true
-    | Window a b => Qle_bool a t && Qle_bool t b
-    | Instants => Qeq_bool t (inject_Z (Z.of_nat step) * T)
-    end &&
-    negative (plain T (map (jet_of_signal 2) zs) (ofQ t) (prepare 1 T zs f))
-  end.
+  let Js := map (jet_of_signal 2) zs in
+  forallb (fun z => smooth 2 (prior z)) zs &&
+  match times c with
+  | AllTimes => Qle_bool 0 t
+  | AllPhases => true
+  | Window a b => Qle_bool a t && Qle_bool t b
+  | Instants => Qeq_bool t (inject_Z (Z.of_N step) * T)
+  end &&
+  existsb (fun f => negative (plain T Js (ofQ t) (prepare 1 T zs f))) (rows c).
 
-Theorem refute_sound c t step j : refute c t step j = true -> ~ holds c.
+Theorem refute_sound c t step : refute c t step = true -> ~ holds c.
 Proof.
   unfold refute. set (T := sampling_time c). set (zs := signals c).
-  destruct (nth_error (rows c) j) as [f|] eqn:Hf; [|easy]. apply nth_error_In in Hf.
-  intros [H N]%andb_prop [_ C]. apply andb_prop in H as [Hs Ht].
+  intros [H N]%andb_prop [_ C]. apply andb_prop in H as [Hs Ht]. apply existsb_exists in N as (f & Hf & N).
   assert (HJ : jets_of 0 zs (map (jet_of_signal 2) zs)).
   { unfold jets_of. clear - Hs. induction zs as [|z l IH]; simpl in Hs |- *; constructor.
     - apply jet_of_signal_sound. now apply andb_prop in Hs.
@@ -914,8 +910,8 @@ Proof.
     - apply Qle_bool_iff, Qle_Rle in Ht. now rewrite Q2R_0 in Ht.
     - easy.
     - apply andb_prop in Ht as [Ha Hb]. split; now apply Qle_Rle, Qle_bool_iff.
-    - exists step. apply Qeq_bool_eq, Qeq_eqR in Ht. rewrite Ht, Q2R_mult. f_equal.
-      rewrite INR_IZR_INZ. unfold Q2R, inject_Z. simpl. field. }
+    - exists (N.to_nat step). apply Qeq_bool_eq, Qeq_eqR in Ht. rewrite Ht, Q2R_mult. f_equal.
+      rewrite INR_IZR_INZ, N_nat_Z. unfold Q2R, inject_Z. simpl. field. }
   destruct (C t Hc) as [CX CU].
   apply in_app_or in Hf as [Hf|Hf]; apply in_flat_map in Hf as (b & Hb & Hf).
   - exact (proj2 (distances_sound T zs (states c) b t) (CX b Hb) f Hf).

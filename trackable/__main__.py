@@ -43,8 +43,9 @@ def main(arguments: list[str]) -> int:
     certifying = commands.add_parser("certify", help="prove or refute a trajectory that is given", epilog=CODES)
     add_arguments(certifying)
     stating = commands.add_parser("theorem", help="write a certificate as a file for the proof assistant Coq")
-    stating.add_argument("file", type=Path, metavar="FILE", help="what `save_certificate` wrote")
+    stating.add_argument("file", type=Path, metavar="FILE", help="what `save_certificate` or `save_counterexample` wrote")
     stating.add_argument("--output", type=Path, metavar="COQ", help="file to write; without it FILE's name with .v, here")
+    stating.add_argument("--emulated", action="store_true", help="do not trust the processor's float64; takes longer")
     given = parser.parse_args(arguments)
     if given.command == "certify":
         from trackable.given.command import run  # noqa: PLC0415  all that finds proofs
@@ -52,15 +53,15 @@ def main(arguments: list[str]) -> int:
         return run(given)
     try:
         if given.command == "theorem":
-            return _state(given.file, given.output or Path(f"{given.file.stem}.v"))
+            return _state(given.file, given.output or Path(f"{given.file.stem}.v"), given.emulated)
         return report(check(given.file, given.seconds, given.exact), given.file)
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return UNUSABLE
 
 
-def _state(certificate: Path, output: Path) -> int:
-    write_text(output, theorem(certificate))
+def _state(file: Path, output: Path, emulated: bool) -> int:
+    write_text(output, theorem(file, emulated))
     print(f"wrote {output}. With Coq's files of `theorem/`, which `make theorem` compiles, this proves it:")
     print(f"  coqc -Q theorem Trackable {output}\n{SILENT}")
     return 0

@@ -6,9 +6,13 @@ from fractions import Fraction
 from math import isfinite
 from pathlib import Path
 
-from trackable.checker.certificate import FORMAT, AllPhases, AllTimes, Certificate, Instants, Window
+from trackable.checker import certificate as proofs
+from trackable.checker import counterexample as refutations
+from trackable.checker.certificate import AllPhases, AllTimes, Certificate, Window
+from trackable.checker.counterexample import Counterexample, Interval
 from trackable.checker.kernels.base import Kernel
 from trackable.checker.reading.certificates import read_certificate
+from trackable.checker.reading.counterexamples import read_counterexample
 from trackable.checker.reading.values import UnreadableError
 from trackable.checker.subject import Functional, LinearSystem, Row, Signal
 from trackable.checking import read
@@ -17,11 +21,8 @@ from trackable.errors import InputError
 KERNELS = ("SquaredExponential", "Periodic", "Sum", "Product")
 """Kernels that `theorem/Checker.v` encloses: the names of the classes are those of Coq's constructors."""
 
-DEGREE, HALVINGS, CUTS = 7, 40, 14
-
-_FILE = """(* {name}: what its numbers state, and that they hold. Written by `python -m trackable theorem`.
-   Signals and system have the SHA-256 {fingerprint}.
-   Compile it with: coqc -Q theorem Trackable {stem}.v *)
+_FILE = """(* {name}: a theorem about its numbers. Signals and system have the SHA-256
+   {fingerprint}. *)
 From Coq Require Import QArith List.
 From Trackable Require Import Statement Checker.
 Import ListNotations.
@@ -37,37 +38,40 @@ Definition reference : certificate := {{|
   input_set := {input_set};
   times := {times} |}}.
 
-Theorem trackable : holds reference.
+Theorem {theorem}.
 Proof.
-  apply (Native.check_sound _
-    {{| Native.degree := {degree}; Native.halvings := {halvings}; Native.cuts := {cuts}; Native.by_ := {cover} |}}).
+  apply ({arithmetic}.{proof}).
   vm_cast_no_check (eq_refl true).
 Qed.
-
-Print Assumptions trackable.
 """
 
+_COVER = "check_sound _ {{| {0}.degree := 7; {0}.halvings := 40; {0}.cuts := 14; {0}.by_ := {0}.{1} |}}"
+"""Polynomials of degree 7 about the middle of each box; the numbers of halvings are far beyond what boxes need."""
 
 SILENT = """It says nothing about evaluation in float64, nor about disturbances: the sets are those that the certificate's
 reference keeps, drawn in where it is robust. That its numbers are those of the file is for you to trust, or to read."""
 
 
-def theorem(certificate: Path) -> str:
+def theorem(file: Path, emulated: bool = False) -> str:
     """Return a file for Coq that states and proves what a certificate holds; `SILENT` says what of it is left out.
 
-    Raises InputError where the file is no certificate, or one that the checker in Coq does not cover.
+    Of a counterexample, that it does not hold. `emulated` floating-point numbers are made of integers: slower, but
+    the processor's need not be trusted. Raises InputError for other files, and for what Coq's checker does not cover.
     """
-    content = read(certificate)
+    content = read(file)
     try:
-        if not (isinstance(content, dict) and content.get("format") == FORMAT):
-            raise UnreadableError(f"is not a certificate: certificate.format must be {FORMAT!r}")
-        return _written(certificate, read_certificate(content))
+        match content:
+            case {"format": proofs.FORMAT}:
+                return _written(file.name, read_certificate(content), "Emulated" if emulated else "Native")
+            case {"format": refutations.FORMAT}:
+                return _written(file.name, read_counterexample(content), "Emulated" if emulated else "Native")
+        raise UnreadableError(f"is not a certificate: certificate.format must be {proofs.FORMAT!r}")
     except UnreadableError as error:
-        raise InputError(f"{certificate}: {error}") from error
+        raise InputError(f"{file}: {error}") from error
 
 
-def _written(path: Path, certificate: Certificate) -> str:
-    subject = certificate.subject
+def _written(name: str, about: Certificate | Counterexample, arithmetic: str) -> str:
+    subject = about.subject
     system, trajectories = subject.system, subject.trajectories
     if not isinstance(system, LinearSystem) or trajectories is None or subject.pieces or subject.attainable:
         raise UnreadableError("Coq covers linear systems without redundant inputs whose signals are sums of kernels")
@@ -75,10 +79,14 @@ def _written(path: Path, certificate: Certificate) -> str:
         f"{{| of_states := {_numbers(a)}; of_inputs := {_numbers(b)}; constant := {_number(c)} |}}"
         for a, b, c in zip(system.A, system.B, system.c, strict=True)
     )
-    times, cover = _claim(certificate)
+    if isinstance(about, Certificate):
+        times, cover = _claim(about)
+        statement, proof = "trackable : holds reference", _COVER.format(arithmetic, cover)
+    else:
+        times, proof = _counterexample(about)
+        statement = "not_trackable : ~ holds reference"
     return _FILE.format(
-        name=path.name,
-        stem=path.stem,
+        name=name,
         fingerprint=subject.fingerprint,
         signals=_list(map(_signal, subject.signals)),
         sampling_time=_number(system.sampling_time),
@@ -88,24 +96,34 @@ def _written(path: Path, certificate: Certificate) -> str:
         state_set=_list(map(_bound, subject.state_set.rows)),
         input_set=_list(map(_bound, subject.input_set.rows)),
         times=times,
-        cover=cover,
-        degree=DEGREE,
-        halvings=HALVINGS,
-        cuts=CUTS,
+        theorem=statement,
+        arithmetic=arithmetic,
+        proof=proof,
     )
 
 
 def _claim(certificate: Certificate) -> tuple[str, str]:
-    """Return the claim, and how it is to be proved."""
+    """Return the times of the claim, and how to prove it."""
     match certificate.claim:
         case AllTimes(tail_start):
-            return "AllTimes", f"Native.Tail {_number(tail_start)}"
+            return "AllTimes", f"Tail {_number(tail_start)}"
         case AllPhases(period):
-            return "AllPhases", f"Native.Period {_number(period)}"
+            return "AllPhases", f"Period {_number(period)}"
         case Window(start, end):
-            return f"Window {_number(start)} {_number(end)}", "Native.Whole"
-        case Instants(last_step):
-            return "Instants", f"Native.Steps {last_step}"
+            return f"Window {_number(start)} {_number(end)}", "Whole"
+        case proofs.Instants(last_step):
+            return "Instants", f"Steps {last_step}"
+
+
+def _counterexample(counterexample: Counterexample) -> tuple[str, str]:
+    """Return the times of the claim that is refuted, and the refutation at one of them."""
+    match counterexample.where:
+        case Interval(start, end, time):
+            times = f"Window {_number(start)} {_number(end)}" if isfinite(end) else "AllTimes"
+            return times if isfinite(start) else "AllPhases", f"refute_sound _ {_number(time)} 0"
+        case refutations.Instants(step):
+            time = step * Fraction(counterexample.subject.system.sampling_time)
+            return "Instants", f"refute_sound _ {_number(time)} {step}"
 
 
 def _kernel(kernel: Kernel) -> str:
