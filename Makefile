@@ -107,7 +107,7 @@ theorem/%.vo: theorem/%.v | coq
 
 .PHONY: coq
 coq:
-	@test -d "$$(coqc -where 2> /dev/null)/user-contrib/Interval"|| \
+	@test -d "$$(coqc -where 2> /dev/null)/user-contrib/Interval" || \
 		{ echo "Coq with CoqInterval is needed: apt-get install coq libcoq-interval" >&2; exit 1; }
 
 lock: .venv/installed

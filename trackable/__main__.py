@@ -43,8 +43,12 @@ def main(arguments: list[str]) -> int:
     certifying = commands.add_parser("certify", help="prove or refute a trajectory that is given", epilog=CODES)
     add_arguments(certifying)
     stating = commands.add_parser("theorem", help="write a certificate as a file for the proof assistant Coq")
-    stating.add_argument("file", type=Path, metavar="FILE", help="what `save_certificate` or `save_counterexample` wrote")
-    stating.add_argument("--output", type=Path, metavar="COQ", help="file to write; without it FILE's name with .v, here")
+    stating.add_argument(
+        "file", type=Path, metavar="FILE", help="what `save_certificate` or `save_counterexample` wrote"
+    )
+    stating.add_argument(
+        "--output", type=Path, metavar="COQ", help="file to write; without it FILE's name with .v, here"
+    )
     stating.add_argument("--emulated", action="store_true", help="do not trust the processor's float64; takes longer")
     given = parser.parse_args(arguments)
     if given.command == "certify":

@@ -1,0 +1,246 @@
+"""Coq proves committed certificates, and refuses each whose statement is false."""
+
+import json
+import re
+import shutil
+import subprocess
+from copy import deepcopy
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from tests.project import ROOT
+from trackable.__main__ import main
+from trackable.errors import InputError
+from trackable.theorem import theorem
+
+THEORY = ("Statement", "Jets", "Polynomials", "Forms", "Checker")
+RESULTS = ROOT / "data" / "results"
+
+
+def certificate(name: str) -> dict:
+    return json.loads((RESULTS / (name.replace("/", "/certificates/") + ".json")).read_text())
+
+
+@pytest.fixture(scope="module")
+def coq(tmp_path_factory):
+    """Compile the theory in a folder of its own; return what compiles a certificate there."""
+    if shutil.which("coqc") is None:
+        pytest.skip("Coq is not installed")
+    found = subprocess.run(["coqc", "-where"], capture_output=True, text=True, check=True).stdout.strip()
+    if not (Path(found) / "user-contrib" / "Interval").is_dir():
+        pytest.skip("CoqInterval is not installed")
+    folder = tmp_path_factory.mktemp("theorem")
+
+    def run(name):
+        return subprocess.run(
+            ["coqc", "-q", "-Q", ".", "Trackable", name], cwd=folder, capture_output=True, text=True, check=False
+        )
+
+    for name in (*THEORY, "Assumptions"):
+        shutil.copy(ROOT / "theorem" / f"{name}.v", folder)
+    for name in THEORY:
+        assert run(f"{name}.v").returncode == 0
+
+    def compiled(content, emulated=False, more=""):
+        (folder / "given.json").write_text(json.dumps(content))
+        (folder / "stated.v").write_text(theorem(folder / "given.json", emulated) + more)
+        return run("stated.v")
+
+    compiled.run = run
+    return compiled
+
+
+def refused(answer) -> bool:
+    """Return whether it was the checker's answer, and nothing else, that Coq did not accept."""
+    said = " ".join(answer.stderr.split())
+    return answer.returncode != 0 and 'has type "true = true" while it is expected to have type "Native.check' in said
+
+
+mp.dps = 50
+
+
+def signal(content, t):
+    """Return z(t) in 50 digits, of the only signal."""
+    (z,) = content["reference"]["signals"]
+    kernel = {name: mpf(value) for name, value in z["kernel"].items() if name != "type"}
+
+    def kappa(r):
+        if z["kernel"]["type"] == "periodic":
+            exponent = -2 * mp.sin(mp.pi * r / kernel["period"]) ** 2 / kernel["lengthscale"] ** 2
+        else:
+            exponent = -(r**2) / (2 * kernel["lengthscale"] ** 2)
+        return kernel["signal_std"] ** 2 * mp.exp(exponent)
+
+    return sum((mpf(c) * kappa(t - mpf(at)) for c, at in zip(z["weights"], z["centres"], strict=True)), mpf(z["mean"]))
+
+
+def value(content, of, t):
+    """Return x(t) or u(t) in 50 digits, of a scalar system."""
+    (row,) = content["trajectories"][of]
+    (weights,), T = row["weights"], mpf(content["reference"]["plant"]["system"]["sampling_time"])
+    terms = [
+        mpf(f.numerator) / f.denominator * signal(content, t + j * T) for j, f in enumerate(map(Fraction, weights))
+    ]
+    offset = Fraction(row["offset"])
+    return sum(terms, mpf(offset.numerator) / offset.denominator)
+
+
+def highest(content, of, until):
+    """Return where x(t) or u(t) is largest on [0, until], as a float64, by searches that are finer and finer."""
+    lower, upper = 0.0, until
+    for _ in range(7):
+        times = np.linspace(lower, upper, 61)
+        best = times[max(range(61), key=lambda i: value(content, of, mpf(times[i])))]
+        step = (upper - lower) / 60
+        lower, upper = max(best - step, 0.0), min(best + step, until)
+    return float(best)
+
+
+def weight_changed():
+    content = certificate("example1/joint")
+    (z,) = content["reference"]["signals"]
+    at = highest(content, "states", 1.2)
+    k = int(np.argmin(np.abs(np.array(z["centres"]) - at)))
+    unit = deepcopy(content)
+    unit["reference"]["signals"][0]["weights"] = [float(i == k) for i in range(len(z["weights"]))]
+    z["weights"][k] += float((mpf(0.05) + mpf("1e-6") - value(content, "states", at)) / value(unit, "states", at))
+    return content, "states", at, 0.05
+
+
+def state_bound_drawn_in():
+    content = certificate("example1/joint")
+    at = highest(content, "states", 1.2)
+    bound = float(value(content, "states", at) - mpf("1e-6"))
+    content["reference"]["plant"]["state_set"]["upper"] = [bound]
+    return content, "states", at, bound
+
+
+def input_bound_drawn_in():
+    content = certificate("example2/exact")
+    at = highest(content, "inputs", content["claim"]["period"])
+    bound = float(value(content, "inputs", at) - mpf("1e-6"))
+    content["reference"]["plant"]["input_set"]["upper"] = [bound]
+    return content, "inputs", at, bound
+
+
+def tail_that_starts_too_early():
+    content = certificate("example1/joint")
+    (z,) = content["reference"]["signals"]
+    at = content["claim"]["tail_start"] + 2.0
+    z["centres"].append(at)
+    z["weights"].append(0.06 / z["kernel"]["signal_std"] ** 2)
+    return content, "states", at, 0.05
+
+
+FAULTS = (weight_changed, state_bound_drawn_in, input_bound_drawn_in, tail_that_starts_too_early)
+
+
+@pytest.mark.parametrize("name", ["example1/joint", "example1/hyperparameters", "example1/sound", "example2/exact"])
+def test_coq_proves_what_is_certified(coq, name):
+    answer = coq(certificate(name))
+    assert answer.returncode == 0, answer.stderr
+
+
+def test_coq_proves_it_without_the_processors_floats(coq):
+    answer = coq(certificate("example1/joint"), emulated=True)
+    assert answer.returncode == 0, answer.stderr
+
+
+def test_coq_proves_that_a_counterexample_refutes(coq):
+    answer = coq(certificate("example1/unconstrained.counterexample"))
+    assert answer.returncode == 0, answer.stderr
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_coq_refuses_what_is_false(coq, fault):
+    content, of, at, bound = fault()
+    assert value(content, of, mpf(at)) > mpf(bound)
+    assert refused(coq(content))
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_coq_proves_that_what_is_false_does_not_hold(coq, fault):
+    content, of, at, _ = fault()
+    claim = {"kind": content["claim"]["kind"]}
+    said = {name: content[name] for name in ("reference", "trajectories")}
+    header = {"format": "trackable counterexample", "version": 1, "claim": claim}
+    quantity = {"states": "state", "inputs": "input"}[of]
+    answer = coq({**header, **said, "quantity": quantity, "at": {"time": at}, "violation": 1e-9})
+    assert answer.returncode == 0, answer.stderr
+
+
+def test_coq_refuses_trajectories_that_do_not_solve_the_system(coq):
+    content = certificate("example1/joint")
+    content["trajectories"]["inputs"][0]["weights"][0][1] = "2000000000001/1000000000000"
+    system, t = content["reference"]["plant"]["system"], mpf(0.3)
+    x, u, after = (
+        value(content, "states", t),
+        value(content, "inputs", t),
+        value(content, "states", t + system["sampling_time"]),
+    )
+    assert abs(after - mpf(system["A"][0][0]) * x - mpf(system["B"][0][0]) * u) > mpf("1e-15")
+    assert refused(coq(content))
+
+
+def test_coq_proves_what_is_true_by_a_millionth(coq):
+    content = certificate("example1/joint")
+    at = highest(content, "states", 1.2)
+    content["reference"]["plant"]["state_set"]["upper"] = [float(value(content, "states", at) + mpf("1e-6"))]
+    answer = coq(content)
+    assert answer.returncode == 0, answer.stderr
+
+
+def names_of(printed: str) -> list[set[str]]:
+    """Return the axioms of each theorem from what `Print Assumptions` prints."""
+    return [set(re.findall(r"^[A-Z][\w.]+", one, re.MULTILINE)) for one in printed.split("Axioms:")[1:]]
+
+
+def test_nothing_else_is_taken_on_trust(coq):
+    committed = names_of((ROOT / "theorem" / "assumptions.txt").read_text())
+    assert names_of(coq.run("Assumptions.v").stdout) == committed
+    native, emulated = committed
+    for emulate, trusted in ((False, native), (True, emulated)):
+        answer = coq(certificate("example1/joint"), emulate, "Print Assumptions trackable.\n")
+        (used,) = names_of(answer.stdout)
+        assert used <= trusted
+
+
+def test_the_theory_has_no_axioms_of_its_own():
+    for file in (ROOT / "theorem").glob("*.v"):
+        assert not re.search(
+            r"\b(Admitted|admit|Axiom|Axioms|Parameter|Parameters|Conjecture|Hypothesis)\b", file.read_text()
+        )
+
+
+@pytest.mark.parametrize("name", ["example1/joint", "example2/joint", "vehicle/joint", "robot-axis/joint"])
+def test_each_number_of_the_signals_is_written_exactly(name, tmp_path):
+    content = certificate(name)
+    text = theorem(RESULTS / (name.replace("/", "/certificates/") + ".json"))
+    written = [
+        (Fraction(int(n), eval(d.replace("^", "**"))), Fraction(int(m), eval(e.replace("^", "**"))))
+        for n, d, m, e in re.findall(r"weight := \((-?\d+) # ([\d ^]+)\); centre := \((-?\d+) # ([\d ^]+)\)", text)
+    ]
+    signals = content["reference"]["signals"]
+    assert written == [
+        (Fraction(c), Fraction(t)) for z in signals for c, t in zip(z["weights"], z["centres"], strict=True)
+    ]
+
+
+@pytest.mark.parametrize("name", ["tank/joint", "mobile-robot/joint"])
+def test_what_coq_does_not_cover_is_refused_in_a_sentence(name):
+    with pytest.raises(InputError, match=r"Coq covers linear systems"):
+        theorem(RESULTS / (name.replace("/", "/certificates/") + ".json"))
+
+
+def test_the_command_writes_the_file_and_says_what_it_leaves_out(tmp_path, capsys):
+    output = tmp_path / "example.v"
+    file = RESULTS / "example1" / "certificates" / "joint.json"
+    assert main(["theorem", str(file), "--output", str(output)]) == 0
+    assert output.read_text() == theorem(file)
+    printed = capsys.readouterr().out
+    assert "coqc -Q theorem Trackable" in printed
+    assert "nothing about evaluation in float64" in printed
