@@ -3,6 +3,7 @@
     [tower n f a]: f = a 0, and a k = f^(k) / k! for k < n. Each operation on functions is a recurrence on such
     coefficients, which Checker.v evaluates with intervals. *)
 
+Set Warnings "-ambiguous-paths".
 From Coq Require Import Reals List Lra Lia.
 From Coquelicot Require Import Coquelicot.
 From Interval Require Import Real.Taylor.

@@ -48,8 +48,8 @@ Qed.
 _COVER = "check_sound _ {{| {0}.degree := 7; {0}.halvings := 40; {0}.cuts := 14; {0}.by_ := {0}.{1} |}}"
 """Polynomials of degree 7 about the middle of each box; the numbers of halvings are far beyond what boxes need."""
 
-SILENT = """It says nothing about evaluation in float64, nor about disturbances: the sets are those that the certificate's
-reference keeps, drawn in where it is robust. That its numbers are those of the file is for you to trust, or to read."""
+SILENT = """It says nothing about evaluation in float64, nor about disturbances: the sets are those of the certificate,
+drawn in where it is robust. That its numbers are those of the certificate is not proved, but can be read."""
 
 
 def theorem(file: Path, emulated: bool = False) -> str:
@@ -59,12 +59,13 @@ def theorem(file: Path, emulated: bool = False) -> str:
     the processor's need not be trusted. Raises InputError for other files, and for what Coq's checker does not cover.
     """
     content = read(file)
+    kind = content.get("format") if isinstance(content, dict) else None
+    arithmetic = "Emulated" if emulated else "Native"
     try:
-        match content:
-            case {"format": proofs.FORMAT}:
-                return _written(file.name, read_certificate(content), "Emulated" if emulated else "Native")
-            case {"format": refutations.FORMAT}:
-                return _written(file.name, read_counterexample(content), "Emulated" if emulated else "Native")
+        if isinstance(content, dict) and kind == proofs.FORMAT:
+            return _written(file.name, read_certificate(content), arithmetic)
+        if isinstance(content, dict) and kind == refutations.FORMAT:
+            return _written(file.name, read_counterexample(content), arithmetic)
         raise UnreadableError(f"is not a certificate: certificate.format must be {proofs.FORMAT!r}")
     except UnreadableError as error:
         raise InputError(f"{file}: {error}") from error
@@ -122,8 +123,8 @@ def _counterexample(counterexample: Counterexample) -> tuple[str, str]:
             times = f"Window {_number(start)} {_number(end)}" if isfinite(end) else "AllTimes"
             return times if isfinite(start) else "AllPhases", f"refute_sound _ {_number(time)} 0"
         case refutations.Instants(step):
-            time = step * Fraction(counterexample.subject.system.sampling_time)
-            return "Instants", f"refute_sound _ {_number(time)} {step}"
+            exactly = step * Fraction(counterexample.subject.system.sampling_time)
+            return "Instants", f"refute_sound _ {_number(exactly)} {step}"
 
 
 def _kernel(kernel: Kernel) -> str:
