@@ -98,6 +98,15 @@ Proof. intros. apply I.join_correct. now left. Qed.
 Lemma join_r x X Y : x ∈ Y -> x ∈ I.join X Y.
 Proof. intros. apply I.join_correct. now right. Qed.
 
+Fixpoint power (k : nat) (X : interval) : interval :=
+  match k with
+  | O => ofZ 1
+  | S k' => imul X (power k' X)
+  end.
+
+Lemma power_mem k t X : t ∈ X -> t ^ k ∈ power k X.
+Proof. intros H. induction k; simpl; [apply ofZ_mem|now apply mul_mem]. Qed.
+
 (** * Lists of intervals around lists of numbers *)
 
 Notation "p ⊂ P" := (Forall2 mem p P) (at level 70).
@@ -454,48 +463,240 @@ Proof.
   intros t X HX. apply around_exp; auto.
 Qed.
 
-Lemma encloses_shift n s S f J : s ∈ S -> encloses n f J -> encloses n (fun t => f (t - s)) (fun X => J (isub X S)).
+(** * Kinks: in each box, a function is a smooth one plus an error, which is 0 where there is none *)
+
+Definition error := option interval.
+Definition is_error (E : error) (e : R) : Prop := match E with None => e = 0 | Some X => e ∈ X end.
+Definition wide (E : error) : interval := match E with None => o | Some X => X end.
+Definition with_error (E : error) (X : interval) : interval := match E with None => X | Some Y => iadd Y X end.
+Definition eadd (D E : error) : error := match D with None => E | Some X => Some (with_error E X) end.
+
+Lemma wide_mem E e : is_error E e -> e ∈ wide E.
+Proof. destruct E; simpl; [easy|]. intros ->. apply zero_mem. Qed.
+Lemma with_error_mem E e x X : is_error E e -> x ∈ X -> e + x ∈ with_error E X.
+Proof. destruct E; simpl; [apply add_mem|]. intros -> Hx. now rewrite Rplus_0_l. Qed.
+Lemma eadd_mem D d E e : is_error D d -> is_error E e -> is_error (eadd D E) (d + e).
 Proof.
-  intros Hs (a & Ha & HJ). exists (shifted s a). split; [now apply tower_shifted|].
-  intros t X HX. apply (HJ (t - s)). now apply sub_mem.
+  destruct D; simpl; intros Hd He; [|now rewrite Hd, Rplus_0_l].
+  rewrite Rplus_comm. now apply with_error_mem.
+Qed.
+
+Definition local := interval -> error * (interval -> jet).
+
+Definition covers (n : nat) (f : R -> R) (G : local) : Prop := forall B, exists a,
+  tower n (a 0%nat) a /\ (forall t, t ∈ B -> is_error (fst (G B)) (f t - a 0%nat t)) /\
+  forall t X, t ∈ X -> around n (at_ a t) (snd (G B) X).
+
+Definition smooth_everywhere (J : interval -> jet) : local := fun _ => (None, J).
+Definition ladd (G H : local) : local := fun B =>
+  let (D, J) := G B in let (E, K) := H B in (eadd D E, fun X => jadd (J X) (K X)).
+Definition lscale (C : interval) (G : local) : local := fun B =>
+  let (E, J) := G B in (option_map (imul C) E, fun X => jscale C (J X)).
+Definition lshift (S : interval) (G : local) : local := fun B =>
+  let (E, J) := G (isub B S) in (E, fun X => J (isub X S)).
+Definition lmul (n : nat) (G H : local) : local := fun B =>
+  let (D, J) := G B in let (E, K) := H B in
+  (match D, E with
+   | None, None => None
+   | _, _ => Some (iadd (imul (coefficient (J B) 0) (wide E)) (imul (wide D) (with_error E (coefficient (K B) 0))))
+   end, fun X => jmul n (J X) (K X)).
+
+Lemma covers_smooth n f J : encloses n f J -> covers n f (smooth_everywhere J).
+Proof.
+  intros (a & [A0 A] & HJ) B. exists a. split; [now split|]. split; [|easy].
+  intros t _. simpl. rewrite A0. ring.
+Qed.
+
+Lemma covers_ext n f g G : (forall t, f t = g t) -> covers n f G -> covers n g G.
+Proof.
+  intros E H B. destruct (H B) as (a & Ha & HE & HJ). exists a. split; [easy|]. split; [|easy].
+  intros t Ht. rewrite <- E. auto.
+Qed.
+
+Lemma covers_add n f g G H : covers n f G -> covers n g H -> covers n (fun t => f t + g t) (ladd G H).
+Proof.
+  intros HG HH B. destruct (HG B) as (a & Ha & HD & HJ). destruct (HH B) as (b & Hb & HE & HK).
+  unfold ladd. destruct (G B) as [D J], (H B) as [E K]. cbn [fst snd] in *.
+  exists (sums a b). split; [now apply (tower_sums n (a 0%nat) (b 0%nat))|]. split.
+  - intros t Ht. replace (f t + g t - sums a b 0%nat t) with (f t - a 0%nat t + (g t - b 0%nat t)) by (unfold sums; ring).
+    apply eadd_mem; auto.
+  - intros t X HX. apply (around_add n (at_ a t) (at_ b t)); auto.
+Qed.
+
+Lemma covers_scale n c C f G : c ∈ C -> covers n f G -> covers n (fun t => c * f t) (lscale C G).
+Proof.
+  intros Hc HG B. destruct (HG B) as (a & Ha & HE & HJ). unfold lscale. destruct (G B) as [E J]. cbn [fst snd] in *.
+  exists (multiples c a). split; [now apply (tower_multiples n c (a 0%nat))|]. split.
+  - intros t Ht. specialize (HE t Ht).
+    replace (c * f t - multiples c a 0%nat t) with (c * (f t - a 0%nat t)) by (unfold multiples; ring).
+    destruct E; simpl in *; [now apply mul_mem|]. rewrite HE. ring.
+  - intros t X HX. apply (around_scale n (at_ a t)); auto.
+Qed.
+
+Lemma covers_shift n s S f G : s ∈ S -> covers n f G -> covers n (fun t => f (t - s)) (lshift S G).
+Proof.
+  intros Hs HG B. destruct (HG (isub B S)) as (a & Ha & HE & HJ). unfold lshift.
+  destruct (G (isub B S)) as [E J]. cbn [fst snd] in *.
+  exists (shifted s a). split; [now apply (tower_shifted n s (a 0%nat))|]. split.
+  - intros t Ht. apply HE. now apply sub_mem.
+  - intros t X HX. apply (HJ (t - s)). now apply sub_mem.
+Qed.
+
+Lemma covers_mul n f g G H : (0 < n)%nat -> covers n f G -> covers n g H -> covers n (fun t => f t * g t) (lmul n G H).
+Proof.
+  intros Hn HG HH B. destruct (HG B) as (a & Ha & HD & HJ). destruct (HH B) as (b & Hb & HE & HK).
+  unfold lmul. destruct (G B) as [D J], (H B) as [E K]. cbn [fst snd] in *.
+  exists (products a b). split.
+  { apply (tower_ext n (fun t => a 0%nat t * b 0%nat t)); [|now apply tower_products].
+    intros t. unfold products, cauchy, at_. simpl. ring. }
+  split.
+  - intros t Ht. specialize (HD t Ht). specialize (HE t Ht).
+    pose proof (HJ t B Ht 0%nat Hn) as Va. pose proof (HK t B Ht 0%nat Hn) as Vb. unfold at_ in Va, Vb.
+    set (d := f t - a 0%nat t) in *. set (e := g t - b 0%nat t) in *.
+    replace (f t * g t - products a b 0%nat t) with (a 0%nat t * e + d * (e + b 0%nat t))
+      by (unfold products, cauchy, at_, d, e; simpl; ring).
+    pose proof (add_mem _ _ _ _ (mul_mem _ _ _ _ Va (wide_mem _ _ HE))
+      (mul_mem _ _ _ _ (wide_mem _ _ HD) (with_error_mem _ _ _ _ HE Vb))) as G0.
+    destruct D, E; try exact G0. simpl in *. rewrite HD, HE. ring.
+  - intros t X HX. apply (around_mul n (at_ a t) (at_ b t)); auto.
+Qed.
+
+(** psi (lambda |r|): the branch that the box is on, or that of r >= 0 with an error c x^p times one of [0, exp x]. *)
+Definition jpsi (n : nat) (q L X : interval) : jet :=
+  let V := [imul L X; L] in
+  let P := jadd [ofZ 1] (jadd V (jscale (imul q (I.sqr prec L)) [I.sqr prec X; imul (ofZ 2) X; ofZ 1])) in
+  match jmul n P (jexp n (jscale (ofZ (-1)) V)) with
+  | [] => []
+  | v :: l =>
+    (if negb (I.bounded X) && nonnegative (imul L X)
+     then imul (imul (ofZ 3) (I.exp prec (I.neg (idiv (imul L X) (ofZ 2))))) (I.join (ofZ 0) (ofZ 1)) else v) :: l
+  end.
+
+Definition lpsi (n p : nat) (q c L : interval) : local := fun B =>
+  if nonnegative B then (None, jpsi n q L)
+  else if nonnegative (I.neg B) then (None, jpsi n q (I.neg L))
+  else let X := imul L (I.neg B) in
+    (Some (imul (imul c (power p X)) (I.join o (I.exp prec X))), jpsi n q L).
+
+Lemma encloses_variable n : encloses n (fun t => t) (fun X => [X; ofZ 1]).
+Proof.
+  exists variable. split; [apply tower_variable|].
+  intros t X HX [|[|k]] _; unfold coefficient; cbn [nth at_ variable]; [easy|apply ofZ_mem|].
+  destruct k; apply zero_mem.
+Qed.
+
+Lemma encloses_jpsi n q q_ l L : 0 <= q <= 1 / 3 -> q ∈ q_ -> l ∈ L -> encloses n (fun r => psi q (l * r)) (jpsi n q_ L).
+Proof.
+  intros Hq Hq' Hl.
+  assert (HV : encloses n (fun r => l * r) (fun X => [imul L X; L])).
+  { exists (multiples l variable). split; [apply tower_multiples, tower_variable|].
+    intros t X HX [|[|k]] _; unfold coefficient, at_, multiples; cbn [nth variable]; [now apply mul_mem|now rewrite Rmult_1_r|].
+    rewrite Rmult_0_r. destruct k; apply zero_mem. }
+  assert (HN : encloses n (fun r => (1 + (l * r + q * (l * l) * (r * r))) * exp (-1 * (l * r)))
+    (fun X => jmul n (jadd [ofZ 1] (jadd [imul L X; L] (jscale (imul q_ (I.sqr prec L)) [I.sqr prec X; imul (ofZ 2) X; ofZ 1])))
+      (jexp n (jscale (ofZ (-1)) [imul L X; L])))).
+  { apply encloses_mul.
+    - apply encloses_add; [apply (encloses_constant n 1), ofZ_mem|]. apply encloses_add; [easy|].
+      apply encloses_scale; [|apply encloses_square]. apply mul_mem; [easy|now apply sqr_mem].
+    - apply encloses_exp, encloses_scale; [apply ofZ_mem|easy]. }
+  apply (encloses_ext n _ (fun r => psi q (l * r))) in HN; [|intros r; unfold psi; f_equal; [ring|f_equal; ring]].
+  destruct HN as (a & [A0 A] & HN). exists a. split; [now split|].
+  intros t X HX. specialize (HN t X HX). unfold jpsi. cbv zeta.
+  destruct (jmul n _ _) as [|v l0]; [easy|].
+  destruct (_ && nonnegative _) eqn:E; [|easy]. apply andb_prop in E as [_ E].
+  intros [|k] Hk; [|apply (HN (S k) Hk)]. clear HN. unfold coefficient, at_. cbn [nth]. rewrite A0.
+  assert (Y : l * t ∈ imul L X) by now apply mul_mem.
+  apply (nonnegative_mem _ _ E) in Y as Y0. pose proof (psi_decays q (l * t) Hq Y0) as D.
+  set (m := 3 * exp (- (l * t / 2))) in *. assert (M : 0 < m) by (unfold m; pose proof (exp_pos (- (l * t / 2))); lra).
+  replace (psi q (l * t)) with (m * (psi q (l * t) / m)) by (field; lra). apply mul_mem.
+  - unfold m. apply mul_mem; [apply ofZ_mem|]. apply exp_mem, neg_mem, div_mem; [easy|apply ofZ_mem].
+  - apply (between_mem 0 1); [apply join_l, ofZ_mem|apply join_r, ofZ_mem|].
+    rewrite Rmin_left, Rmax_right by lra. split; [apply Rcomplements.Rdiv_le_0_compat; lra|].
+    apply Rcomplements.Rle_div_l; lra.
+Qed.
+
+Lemma covers_lpsi n p q q_ c c_ l L :
+  0 <= q <= 1 / 3 -> q ∈ q_ -> c ∈ c_ -> 0 < l -> l ∈ L ->
+  (forall x, 0 <= x -> exists y, 0 <= y <= exp x /\ psi q x - psi q (- x) = c * x ^ p * y) ->
+  covers n (fun r => psi q (l * Rabs r)) (lpsi n p q_ c_ L).
+Proof.
+  intros Hq Hq' Hc Hl HL Hodd B. unfold lpsi.
+  assert (Plus : exists a, tower n (a 0%nat) a /\ (forall t, a 0%nat t = psi q (l * t)) /\
+      forall t X, t ∈ X -> around n (at_ a t) (jpsi n q_ L X)).
+  { destruct (encloses_jpsi n q q_ l L Hq Hq' HL) as (a & [A0 A] & HJ). exists a. split; [now split|]. now split. }
+  destruct (nonnegative B) eqn:E1; [|destruct (nonnegative (I.neg B)) eqn:E2].
+  - destruct Plus as (a & Ha & A0 & HJ). exists a. split; [easy|]. split; [|easy].
+    intros t Ht. apply (nonnegative_mem _ _ E1) in Ht. simpl. rewrite A0, Rabs_pos_eq by easy. ring.
+  - destruct (encloses_jpsi n q q_ (- l) (I.neg L) Hq Hq' (neg_mem _ _ HL)) as (a & [A0 A] & HJ).
+    exists a. split; [now split|]. split; [|easy].
+    intros t Ht. apply neg_mem, (nonnegative_mem _ _ E2) in Ht. simpl. rewrite A0, Rabs_left1 by lra.
+    replace (l * - t) with (- l * t) by ring. ring.
+  - destruct Plus as (a & Ha & A0 & HJ). exists a. split; [easy|]. split; [|easy].
+    intros t Ht. cbn [fst is_error]. rewrite A0.
+    set (x := l * - t). assert (Hx : x ∈ imul L (I.neg B)) by (apply mul_mem; [easy|now apply neg_mem]).
+    assert (exists y, (y ∈ I.join o (I.exp prec (imul L (I.neg B)))) /\ psi q (l * Rabs t) - psi q (l * t) = c * x ^ p * y)
+      as (y & Hy & ->).
+    { destruct (Rle_dec 0 t) as [T|T].
+      - exists 0. split; [apply join_l, zero_mem|]. rewrite Rabs_pos_eq by easy. ring.
+      - destruct (Hodd x) as (y & Hy & Ey); [unfold x; nra|]. exists y. split.
+        + apply (between_mem 0 (exp x)); [apply join_l, zero_mem|apply join_r; now apply exp_mem|].
+          rewrite Rmin_left, Rmax_right; [easy| |]; apply Rlt_le, exp_pos.
+        + rewrite Rabs_left1 by lra. rewrite <- Ey. unfold x. now replace (- (l * - t)) with (l * t) by ring. }
+    apply mul_mem; [|easy]. apply mul_mem; [easy|now apply power_mem].
 Qed.
 
 (** * Kernels *)
 
-(** The jets of kappa with n coefficients. What depends on hyperparameters alone is computed once. *)
-Fixpoint jet_of (n : nat) (k : kernel) : interval -> jet :=
+(** kappa with n coefficients. What depends on hyperparameters alone is computed once. *)
+Fixpoint local_of (n : nat) (k : kernel) : local :=
   match k with
   | SquaredExponential s l =>
     let s2 := I.sqr prec (ofQ s) in
     let c := idiv (ofZ (-1)) (imul (ofZ 2) (I.sqr prec (ofQ l))) in
-    fun X => jscale s2 (jexp n (jscale c [I.sqr prec X; imul (ofZ 2) X; ofZ 1]))
+    smooth_everywhere (fun X => jscale s2 (jexp n (jscale c [I.sqr prec X; imul (ofZ 2) X; ofZ 1])))
   | Periodic s l p =>
     let s2 := I.sqr prec (ofQ s) in
     let c := idiv (ofZ 1) (I.sqr prec (ofQ l)) in
     let w := idiv (imul (ofZ 2) (I.pi prec)) (ofQ p) in
     let one := [ofZ (-1)] in
-    fun X => jscale s2 (jexp n (jscale c (jadd (jcos n w X) one)))
-  | Matern32 _ _ | Matern52 _ _ => fun _ => []
-  | Sum a b => let J := jet_of n a in let K := jet_of n b in fun X => jadd (J X) (K X)
-  | Product a b => let J := jet_of n a in let K := jet_of n b in fun X => jmul n (J X) (K X)
+    smooth_everywhere (fun X => jscale s2 (jexp n (jscale c (jadd (jcos n w X) one))))
+  | Matern32 s l =>
+    let L := idiv (I.sqrt prec (ofZ 3)) (ofQ l) in
+    lscale (I.sqr prec (ofQ s)) (lpsi n 3 o (ofQ (2 # 3)) L)
+  | Matern52 s l =>
+    let L := idiv (I.sqrt prec (ofZ 5)) (ofQ l) in
+    lscale (I.sqr prec (ofQ s)) (lpsi n 5 (ofQ (1 # 3)) (ofQ (-2 # 45)) L)
+  | Sum a b => let G := local_of n a in let H := local_of n b in ladd G H
+  | Product a b => let G := local_of n a in let H := local_of n b in lmul n G H
   end.
 
-(** Whether kappa has n coefficients. *)
-Fixpoint smooth (n : nat) (k : kernel) : bool :=
+(** Whether length scales are positive where that is needed. *)
+Fixpoint proper (k : kernel) : bool :=
   match k with
   | SquaredExponential _ _ | Periodic _ _ _ => true
-  | Matern32 _ _ | Matern52 _ _ => false
-  | Sum a b | Product a b => smooth n a && smooth n b
+  | Matern32 _ l | Matern52 _ l => negb (Qle_bool l 0)
+  | Sum a b | Product a b => proper a && proper b
   end.
 
-Lemma jet_of_sound n k : smooth n k = true -> encloses n (kappa k) (jet_of n k).
+Lemma sqrt_mem x X : 0 <= x -> x ∈ X -> sqrt x ∈ I.sqrt prec X.
 Proof.
-  induction k as [s l|s l p|s l|s l|a IHa b IHb|a IHa b IHb]; cbn [smooth jet_of kappa]; try easy.
-  - intros _. apply (encloses_ext n (fun r => (s * s) * exp (-1 / (2 * (l * l)) * (r * r)))).
+  intros Hx HX. pose proof (I.sqrt_correct prec X (Xreal x) HX) as H. unfold mem. simpl in H.
+  unfold Xsqrt' in H. destruct (is_negative_spec x); [lra|easy].
+Qed.
+
+Lemma proper_positive l : negb (Qle_bool l 0) = true -> 0 < Q2R l.
+Proof.
+  intros H. rewrite <- Q2R_0. apply Qlt_Rlt, Qnot_le_lt. intros L. apply Qle_bool_iff in L. now rewrite L in H.
+Qed.
+
+Lemma local_of_sound n k : (0 < n)%nat -> proper k = true -> covers n (kappa k) (local_of n k).
+Proof.
+  intros Hn. induction k as [s l|s l p|s l|s l|a IHa b IHb|a IHa b IHb]; cbn [proper local_of kappa].
+  - intros _. apply covers_smooth, (encloses_ext n (fun r => (s * s) * exp (-1 / (2 * (l * l)) * (r * r)))).
     { intros r. simpl. rewrite !Rmult_1_r. do 2 f_equal. unfold Rdiv. ring. }
     apply encloses_scale; [apply sqr_mem, ofQ_mem|]. apply encloses_exp, encloses_scale; [|apply encloses_square].
     apply div_mem; [apply ofZ_mem|]. apply mul_mem; [apply ofZ_mem|]. apply sqr_mem, ofQ_mem.
-  - intros _. apply (encloses_ext n (fun r => (s * s) * exp (1 / (l * l) * (cos (2 * PI / p * r) + -1)))).
+  - intros _. apply covers_smooth, (encloses_ext n (fun r => (s * s) * exp (1 / (l * l) * (cos (2 * PI / p * r) + -1)))).
     { intros r. simpl. rewrite !Rmult_1_r. do 2 f_equal.
       replace (2 * PI / p * r) with (2 * (PI * r / p)) by (unfold Rdiv; ring).
       rewrite cos_2a_sin. unfold Rdiv. ring. }
@@ -503,32 +704,57 @@ Proof.
     + apply div_mem; [apply ofZ_mem|]. apply sqr_mem, ofQ_mem.
     + apply encloses_add; [|apply encloses_constant, ofZ_mem]. apply encloses_cos.
       apply div_mem; [|apply ofQ_mem]. apply mul_mem; [apply ofZ_mem|]. apply I.pi_correct.
-  - intros [Ha Hb]%andb_prop. apply encloses_add; auto.
-  - intros [Ha Hb]%andb_prop. apply encloses_mul; auto.
+  - intros Hl%proper_positive. apply (covers_ext n (fun r => (s * s) * psi 0 (sqrt 3 / l * Rabs r))).
+    { intros r. unfold psi. replace (sqrt 3 / l * Rabs r) with (sqrt 3 * Rabs r / l) by (unfold Rdiv; ring). simpl. ring. }
+    apply covers_scale; [apply sqr_mem, ofQ_mem|]. apply (covers_lpsi n 3 0 _ (2 # 3)%Q); auto using zero_mem, ofQ_mem.
+    + lra.
+    + apply Rdiv_lt_0_compat; [apply sqrt_lt_R0; lra|easy].
+    + apply div_mem; [|apply ofQ_mem]. apply sqrt_mem; [lra|apply ofZ_mem].
+    + intros x Hx. pose proof (odd_part_3 x Hx) as H. replace (Q2R (2 # 3)) with (2 / 3) by (unfold Q2R; simpl; field).
+      destruct (Rle_lt_or_eq_dec 0 x Hx) as [P|<-].
+      * assert (0 < x ^ 3) by now apply pow_lt. exists ((psi 0 x - psi 0 (- x)) / (2 / 3 * x ^ 3)). split; [|field; lra].
+        split; [apply Rcomplements.Rdiv_le_0_compat; lra|]. apply Rcomplements.Rle_div_l; lra.
+      * exists 0. rewrite exp_0, Ropp_0. split; [lra|ring].
+  - intros Hl%proper_positive. apply (covers_ext n (fun r => (s * s) * psi (1 / 3) (sqrt 5 / l * Rabs r))).
+    { intros r. unfold psi. replace (sqrt 5 / l * Rabs r) with (sqrt 5 * Rabs r / l) by (unfold Rdiv; ring). simpl.
+      rewrite !Rmult_1_r. do 2 f_equal. f_equal. unfold Rdiv. ring. }
+    apply covers_scale; [apply sqr_mem, ofQ_mem|]. apply (covers_lpsi n 5 (1 / 3) _ (-2 # 45)%Q); auto using ofQ_mem.
+    + lra.
+    + replace (1 / 3) with (Q2R (1 # 3)) by (unfold Q2R; simpl; field). apply ofQ_mem.
+    + apply Rdiv_lt_0_compat; [apply sqrt_lt_R0; lra|easy].
+    + apply div_mem; [|apply ofQ_mem]. apply sqrt_mem; [lra|apply ofZ_mem].
+    + intros x Hx. pose proof (odd_part_5 x Hx) as H. replace (Q2R (-2 # 45)) with (- (2 / 45)) by (unfold Q2R; simpl; field).
+      destruct (Rle_lt_or_eq_dec 0 x Hx) as [P|<-].
+      * assert (0 < x ^ 5) by now apply pow_lt. exists ((psi (1 / 3) (- x) - psi (1 / 3) x) / (2 / 45 * x ^ 5)).
+        split; [|field; lra].
+        split; [apply Rcomplements.Rdiv_le_0_compat; lra|]. apply Rcomplements.Rle_div_l; lra.
+      * exists 0. rewrite exp_0, Ropp_0. split; [lra|ring].
+  - intros [Ha Hb]%andb_prop. apply covers_add; auto.
+  - intros [Ha Hb]%andb_prop. apply covers_mul; auto.
 Qed.
 
 (** * Signals: deviations e from their means *)
 
-Fixpoint jet_of_terms (K : interval -> jet) (l : list (interval * interval)) (X : interval) : jet :=
+Fixpoint local_of_terms (K : local) (l : list (interval * interval)) : local :=
   match l with
-  | [] => []
-  | (w, c) :: l' => jadd (jscale w (K (isub X c))) (jet_of_terms K l' X)
+  | [] => smooth_everywhere (fun _ => [])
+  | (w, c) :: l' => let G := local_of_terms K l' in ladd (lscale w (lshift c K)) G
   end.
 
-Definition jet_of_signal (n : nat) (z : signal) : interval -> jet :=
-  let K := jet_of n (prior z) in
+Definition local_of_signal (n : nat) (z : signal) : local :=
+  let K := local_of n (prior z) in
   let l := map (fun i => (ofQ (weight i), ofQ (centre i))) (terms z) in
-  jet_of_terms K l.
+  local_of_terms K l.
 
-Lemma jet_of_signal_sound n z :
-  smooth n (prior z) = true -> encloses n (deviation_of z) (jet_of_signal n z).
+Lemma local_of_signal_sound n z :
+  (0 < n)%nat -> proper (prior z) = true -> covers n (deviation_of z) (local_of_signal n z).
 Proof.
-  intros Hs. apply jet_of_sound in Hs. unfold deviation_of, jet_of_signal.
-  induction (terms z) as [|i l IH]; cbn [deviation map jet_of_terms].
-  - exists (constants 0). split; [apply tower_constants|].
+  intros Hn Hs. apply (local_of_sound n _ Hn) in Hs. unfold deviation_of, local_of_signal.
+  induction (terms z) as [|i l IH]; cbn [deviation map local_of_terms].
+  - apply covers_smooth. exists (constants 0). split; [apply tower_constants|].
     intros t X _ k _. rewrite coefficient_nil. unfold at_, constants. destruct k; apply zero_mem.
-  - apply encloses_add; [|exact IH]. apply encloses_scale; [apply ofQ_mem|].
-    apply encloses_shift; [apply ofQ_mem|easy].
+  - apply covers_add; [|exact IH]. apply covers_scale; [apply ofQ_mem|].
+    apply (covers_shift n _ _ (kappa (prior z))); [apply ofQ_mem|easy].
 Qed.
 
 (** * Rows: trajectories with their numbers as intervals *)
@@ -546,47 +772,43 @@ Variables (n : nat) (T : Q).
 Let T_ := ofQ T.
 
 (** Values without any expansion: at a single time, or at all times from some time on. *)
-Fixpoint plain_shifts (W : list interval) (J : interval -> jet) (X : interval) : interval :=
+Fixpoint plain_shifts (W : list interval) (G : local) (X : interval) : interval :=
   match W with
   | [] => o
-  | w :: W' => iadd (imul w (coefficient (J X) 0)) (plain_shifts W' J (iadd X T_))
+  | w :: W' =>
+    let (E, J) := G X in
+    iadd (imul w (with_error E (coefficient (J X) 0))) (plain_shifts W' G (iadd X T_))
   end.
 
-Fixpoint plain_sum (Ws : list (list interval)) (Js : list (interval -> jet)) (X : interval) : interval :=
-  match Ws, Js with
-  | W :: Ws', J :: Js' => iadd (plain_shifts W J X) (plain_sum Ws' Js' X)
+Fixpoint plain_sum (Ws : list (list interval)) (Gs : list local) (X : interval) : interval :=
+  match Ws, Gs with
+  | W :: Ws', G :: Gs' => iadd (plain_shifts W G X) (plain_sum Ws' Gs' X)
   | _, _ => o
   end.
 
-Definition plain (Js : list (interval -> jet)) (X : interval) (p : prepared) : interval :=
-  iadd (rest_ p) (plain_sum (weights_ p) Js X).
+Definition plain (Gs : list local) (X : interval) (p : prepared) : interval :=
+  iadd (rest_ p) (plain_sum (weights_ p) Gs X).
 
-Definition jets_of (zs : list signal) (Js : list (interval -> jet)) : Prop :=
-  Forall2 (fun z J => encloses (S (S n)) (deviation_of z) J) zs Js.
+Definition cover_signals (zs : list signal) (Gs : list local) : Prop :=
+  Forall2 (fun z G => covers (S (S n)) (deviation_of z) G) zs Gs.
 
-Lemma plain_mem zs Js f t X :
-  jets_of zs Js -> t ∈ X -> trajectory_at T zs f t ∈ plain Js X (prepare (S n) T zs f).
+Lemma plain_mem zs Gs f t X :
+  cover_signals zs Gs -> t ∈ X -> trajectory_at T zs f t ∈ plain Gs X (prepare (S n) T zs f).
 Proof.
-  intros HJ HX. rewrite at_rest. unfold plain, prepare. cbn [rest_ weights_].
+  intros HG HX. rewrite at_rest. unfold plain, prepare. cbn [rest_ weights_].
   apply add_mem; [apply ofQ_mem|]. generalize (weights f). intros ws. revert ws.
-  induction HJ as [|z J zs Js (a & [A0 A] & HJ) _ IH]; intros [|w ws]; cbn [map plain_sum sum_of_deviations];
+  induction HG as [|z G zs Gs HG _ IH]; intros [|w ws]; cbn [map plain_sum sum_of_deviations];
     try apply zero_mem.
   apply add_mem; [|apply IH].
   clear IH. revert t X HX. induction w as [|b w IH]; intros t X HX; cbn [map plain_shifts shifts]; [apply zero_mem|].
+  destruct (HG X) as (a & _ & HE & HJ). destruct (G X) as [E J]. cbn [fst snd] in *.
   apply add_mem; [|apply IH; now apply add_mem, ofQ_mem].
-  apply mul_mem; [apply ofQ_mem|]. rewrite <- A0. apply (HJ t X HX 0%nat). lia.
+  apply mul_mem; [apply ofQ_mem|].
+  replace (deviation_of z t) with (deviation_of z t - a 0%nat t + a 0%nat t) by ring.
+  apply with_error_mem; [now apply HE|]. apply (HJ t X HX 0%nat). lia.
 Qed.
 
 (** * Boxes *)
-
-Fixpoint power (k : nat) (X : interval) : interval :=
-  match k with
-  | O => ofZ 1
-  | S k' => imul X (power k' X)
-  end.
-
-Lemma power_mem k t X : t ∈ X -> t ^ k ∈ power k X.
-Proof. intros H. induction k; simpl; [apply ofZ_mem|now apply mul_mem]. Qed.
 
 (** t, t + T, ... for k shifts *)
 Fixpoint hull (k : nat) (X : interval) : interval :=
@@ -612,74 +834,79 @@ Proof.
   apply IH; [lia|]. now apply add_mem, ofQ_mem.
 Qed.
 
-Fixpoint remainder (W : list interval) (C Y : interval) : interval :=
+Fixpoint remainder (W : list interval) (E : error) (C Y : interval) : interval :=
   match W with
   | [] => o
-  | w :: W' => iadd (imul w (imul C (power (S n) Y))) (remainder W' C (iadd Y T_))
+  | w :: W' => iadd (imul w (with_error E (imul C (power (S n) Y)))) (remainder W' E C (iadd Y T_))
   end.
 
-Lemma remainder_mem f a m box C w h (d : R) D :
-  tower (S (S n)) f a -> m ∈ box -> (forall y, y ∈ box -> a (S n) y ∈ C) ->
-  along w (fun y => y ∈ box) (m + (d + h)) -> d + h ∈ D ->
-  exists r, r ∈ remainder (map ofQ w) C D /\
+Lemma remainder_mem (f : R -> R) a m box E C w h (d : R) D :
+  tower (S (S n)) (a 0%nat) a -> m ∈ box -> (forall y, y ∈ box -> is_error E (f y - a 0%nat y)) ->
+  (forall y, y ∈ box -> a (S n) y ∈ C) -> along w (fun y => y ∈ box) (m + (d + h)) -> d + h ∈ D ->
+  exists r, r ∈ remainder (map ofQ w) E C D /\
     shifts T w f (m + (d + h)) = shifts T w (fun y => horner (at_point a m (S n)) (y + h)) d + r.
 Proof.
-  intros Ha Hm HC. revert d D; induction w as [|b w IH]; intros d D Hw HD; cbn [shifts map remainder along] in *.
+  intros Ha Hm HE HC. revert d D; induction w as [|b w IH]; intros d D Hw HD; cbn [shifts map remainder along] in *.
   - exists 0. split; [apply zero_mem|ring].
   - destruct Hw as [H0 Hw].
     replace (m + (d + h) + T) with (m + (d + T + h)) in * by ring.
-    destruct (IH (d + T) (iadd D T_) Hw) as (r & Hr & E).
+    destruct (IH (d + T) (iadd D T_) Hw) as (r & Hr & Er).
     { replace (d + T + h) with (d + h + T) by ring. now apply add_mem, ofQ_mem. }
-    destruct (taylor n f a m (d + h) Ha) as (y & Hy & Ey).
-    exists (b * (a (S n) y * (d + h) ^ S n) + r). split.
-    + apply add_mem; [|easy]. apply mul_mem; [apply ofQ_mem|]. apply mul_mem; [|now apply power_mem].
-      apply HC. now apply (between_mem m (m + (d + h))).
-    + rewrite E, Ey. ring.
+    destruct (taylor n _ a m (d + h) Ha) as (y & Hy & Ey).
+    exists (b * (f (m + (d + h)) - a 0%nat (m + (d + h)) + a (S n) y * (d + h) ^ S n) + r). split.
+    + apply add_mem; [|easy]. apply mul_mem; [apply ofQ_mem|]. apply with_error_mem; [now apply HE|].
+      apply mul_mem; [|now apply power_mem]. apply HC. now apply (between_mem m (m + (d + h))).
+    + rewrite Er, Ey. ring.
 Qed.
 
-(** A signal on a box: its Taylor polynomial at d + h as a polynomial in d and h, and its next coefficient. *)
-Definition model := (list (list interval) * interval)%type.
-Definition model_of (mid box : interval) (J : interval -> jet) : model :=
+(** A signal on a box: its Taylor polynomial at d + h as a polynomial in d and h, its error, its next coefficient. *)
+Record model := { taylor_ : list (list interval); error_ : error; next_ : interval }.
+Definition model_of (mid box : interval) (G : local) : model :=
+  let (E, J) := G box in
   let P := J mid in
-  (two_variables o iadd (map (coefficient P) (seq 0 (S n))), coefficient (J box) (S n)).
+  {| taylor_ := two_variables o iadd (map (coefficient P) (seq 0 (S n)));
+     error_ := E; next_ := coefficient (J box) (S n) |}.
 
 Fixpoint sum_of_models (H : interval) (Ws Ms : list (list interval)) (ms : list model) : list interval :=
   match Ws, Ms, ms with
-  | W :: Ws', M :: Ms', (B, C) :: ms' =>
-    longest iadd (longest iadd [remainder W C H] (contract iadd imul M B)) (sum_of_models H Ws' Ms' ms')
+  | W :: Ws', M :: Ms', m :: ms' =>
+    longest iadd (longest iadd [remainder W (error_ m) (next_ m) H] (contract iadd imul M (taylor_ m)))
+      (sum_of_models H Ws' Ms' ms')
   | _, _, _ => []
   end.
 
 Definition row_polynomial (H : interval) (ms : list model) (p : prepared) : list interval :=
   longest iadd [rest_ p] (sum_of_models H (weights_ p) (moments_ p) ms).
 
-Definition short (k : nat) (f : trajectory) : bool := forallb (fun w => Nat.leb (length w) k) (weights f).
-
-Lemma row_polynomial_mem zs Js f k t X mid m :
-  jets_of zs Js -> short k f = true -> t ∈ X -> m ∈ mid ->
+Lemma row_polynomial_mem zs Gs f k t X mid m :
+  cover_signals zs Gs -> short k f = true -> t ∈ X -> m ∈ mid ->
   let box := I.join mid (hull k X) in
-  exists q, q ⊂ row_polynomial (isub X mid) (map (model_of mid box) Js) (prepare (S n) T zs f) /\
+  exists q, q ⊂ row_polynomial (isub X mid) (map (model_of mid box) Gs) (prepare (S n) T zs f) /\
     horner q (t - m) = trajectory_at T zs f t.
 Proof.
   intros HJ Hk HX Hm box. rewrite at_rest. unfold row_polynomial, prepare, short in *. cbn [rest_ weights_ moments_].
   set (H := isub X mid). set (h := t - m).
   assert (Hh : h ∈ H) by now apply sub_mem.
   enough (exists q, q ⊂ sum_of_models H (map (map ofQ) (weights f)) (map (fun w => map ofQ (moments (S n) T 0 w)) (weights f))
-      (map (model_of mid box) Js) /\ horner q h = sum_of_deviations T (weights f) zs t) as (q & Hq & E).
+      (map (model_of mid box) Gs) /\ horner q h = sum_of_deviations T (weights f) zs t) as (q & Hq & E).
   { exists (longest Rplus [Q2R (rest zs f)] q). split.
     - apply longest_mem; [|easy]. repeat constructor. apply ofQ_mem.
     - rewrite horner_longest, E. simpl. ring. }
   revert Hk. generalize (weights f). intros ws. revert ws.
-  induction HJ as [|z J zs Js (a & Ha & HJ) _ IH]; intros [|w ws] Hk; cbn [map sum_of_models sum_of_deviations forallb] in *;
+  induction HJ as [|z G zs Gs HG _ IH]; intros [|w ws] Hk; cbn [map sum_of_models sum_of_deviations forallb] in *;
     try (exists []; split; [constructor|easy]).
   apply andb_prop in Hk as [Hw Hk]. apply Nat.leb_le in Hw.
-  destruct (IH ws Hk) as (q & Hq & E). clear IH. unfold model_of at 1.
+  destruct (IH ws Hk) as (q & Hq & E). clear IH.
+  assert (model_of mid box G = {| taylor_ := two_variables o iadd (map (coefficient (snd (G box) mid)) (seq 0 (S n)));
+    error_ := fst (G box); next_ := coefficient (snd (G box) box) (S n) |}) as ->
+    by (unfold model_of; now destruct (G box)).
+  destruct (HG box) as (a & Ha & HE & HJ). destruct (G box) as [e J]. cbn [fst snd taylor_ error_ next_] in *.
   set (p := at_point a m (S n)).
   assert (Hp : p ⊂ map (coefficient (J mid)) (seq 0 (S n))).
   { unfold p, at_point. assert (L : forall i, In i (seq 0 (S n)) -> a i m ∈ coefficient (J mid) i).
     { intros i Hi. apply in_seq in Hi. apply (HJ m mid Hm). lia. }
     induction (seq 0 (S n)) as [|i l IHl]; simpl; constructor; [apply L; now left|]. apply IHl. intros; apply L. now right. }
-  destruct (remainder_mem (deviation_of z) a m box (coefficient (J box) (S n)) w h 0 H) as (r & Hr & Er); trivial.
+  destruct (remainder_mem (deviation_of z) a m box e (coefficient (J box) (S n)) w h 0 H) as (r & Hr & Er); trivial.
   - now apply join_l.
   - intros y Hy. apply (HJ y box Hy). lia.
   - rewrite Rplus_0_l. unfold h. replace (m + (t - m)) with t by ring.
@@ -687,31 +914,31 @@ Proof.
   - now rewrite Rplus_0_l.
   - exists (longest Rplus (longest Rplus [r] (contract Rplus Rmult (map Q2R (moments (S n) T 0 w)) (two_variables 0 Rplus p))) q).
     split.
-    + apply longest_mem; [|easy]. apply longest_mem; [repeat constructor; easy|].
+    + apply longest_mem; [|easy]. apply longest_mem; [now repeat constructor|].
       apply contract_mem; [apply ofQ_list|]. now apply two_variables_mem.
     + rewrite !horner_longest, E, horner_moments, Q2R_0 by (unfold p, at_point; now rewrite map_length, seq_length).
       rewrite Rplus_0_l in Er. unfold h in Er at 1. replace (m + (t - m)) with t in Er by ring.
       rewrite Er. simpl. fold p. ring.
 Qed.
 
-Definition accepts (depth k : nat) (Js : list (interval -> jet)) (X : interval) : prepared -> bool :=
+Definition accepts (depth k : nat) (Gs : list local) (X : interval) : prepared -> bool :=
   let mid := middle X in
   let H := isub X mid in
-  let ms := map (model_of mid (I.join mid (hull k X))) Js in
+  let ms := map (model_of mid (I.join mid (hull k X))) Gs in
   fun p => polynomial_nonnegative depth (row_polynomial H ms p) H.
 
-Lemma accepts_sound depth k zs Js X t f :
-  jets_of zs Js -> short k f = true -> t ∈ X ->
-  accepts depth k Js X (prepare (S n) T zs f) = true -> 0 <= trajectory_at T zs f t.
+Lemma accepts_sound depth k zs Gs X t f :
+  cover_signals zs Gs -> short k f = true -> t ∈ X ->
+  accepts depth k Gs X (prepare (S n) T zs f) = true -> 0 <= trajectory_at T zs f t.
 Proof.
   intros HJ Hk HX. destruct (middle_mem X) as [m Hm].
-  destruct (row_polynomial_mem zs Js f k t X (middle X) m HJ Hk HX Hm) as (q & Hq & <-).
+  destruct (row_polynomial_mem zs Gs f k t X (middle X) m HJ Hk HX Hm) as (q & Hq & <-).
   now apply (polynomial_nonnegative_sound _ _ _ _ _ Hq (sub_mem _ _ _ _ HX Hm)).
 Qed.
 
 (** Whether all rows are nowhere negative at the times of X: rows that fail are tried again on both halves. *)
-Fixpoint boxes_nonnegative (fuel depth k : nat) (Js : list (interval -> jet)) (X : interval) (ps : list prepared) : bool :=
-  let good := accepts depth k Js X in
+Fixpoint boxes_nonnegative (fuel depth k : nat) (Gs : list local) (X : interval) (ps : list prepared) : bool :=
+  let good := accepts depth k Gs X in
   match filter (fun p => negb (good p)) ps with
   | [] => true
   | failing =>
@@ -719,22 +946,22 @@ Fixpoint boxes_nonnegative (fuel depth k : nat) (Js : list (interval -> jet)) (X
     | O => false
     | S fuel' =>
       let (L, R) := I.bisect X in
-      if boxes_nonnegative fuel' depth k Js L failing then boxes_nonnegative fuel' depth k Js R failing else false
+      if boxes_nonnegative fuel' depth k Gs L failing then boxes_nonnegative fuel' depth k Gs R failing else false
     end
   end.
 
-Lemma boxes_nonnegative_sound fuel depth k zs Js X ps t f :
-  jets_of zs Js -> short k f = true -> t ∈ X -> In (prepare (S n) T zs f) ps ->
-  boxes_nonnegative fuel depth k Js X ps = true -> 0 <= trajectory_at T zs f t.
+Lemma boxes_nonnegative_sound fuel depth k zs Gs X ps t f :
+  cover_signals zs Gs -> short k f = true -> t ∈ X -> In (prepare (S n) T zs f) ps ->
+  boxes_nonnegative fuel depth k Gs X ps = true -> 0 <= trajectory_at T zs f t.
 Proof.
   intros HJ Hk. revert X ps; induction fuel as [|fuel IH]; intros X ps HX Hf; cbn [boxes_nonnegative];
-    (destruct (accepts depth k Js X (prepare (S n) T zs f)) eqn:E;
-      [intros _; now apply (accepts_sound depth k zs Js X)|]);
-    assert (Hin : In (prepare (S n) T zs f) (filter (fun p => negb (accepts depth k Js X p)) ps))
+    (destruct (accepts depth k Gs X (prepare (S n) T zs f)) eqn:E;
+      [intros _; now apply (accepts_sound depth k zs Gs X)|]);
+    assert (Hin : In (prepare (S n) T zs f) (filter (fun p => negb (accepts depth k Gs X p)) ps))
       by (apply filter_In; split; [easy|now rewrite E]);
     destruct (filter _ ps) as [|p l]; try easy.
   pose proof (I.bisect_correct X (Xreal t) HX) as B. destruct (I.bisect X) as [L R]. cbn [fst snd] in B.
-  destruct (boxes_nonnegative fuel depth k Js L (p :: l)) eqn:HL; [intros HR|easy].
+  destruct (boxes_nonnegative fuel depth k Gs L (p :: l)) eqn:HL; [intros HR|easy].
   destruct B as [B|B]; eauto.
 Qed.
 
@@ -761,20 +988,15 @@ Fixpoint has_period (p : Q) (k : kernel) : bool :=
 
 Definition starts (from : Q) : list Q := map (fun i => (from * (1 + (Z.of_nat i # 8)))%Q) (seq 0 33).
 
-Definition check (c : certificate) (how : proof) : bool :=
+(** Whether the rows [fs], with up to [k] shifts of signals, are nowhere negative at the times of a claim. *)
+Definition proves (how : proof) (T : Q) (zs : list signal) (k : nat) (fs : list trajectory) (times : claim) : bool :=
   let n := degree how in
-  let T := sampling_time c in
-  let zs := signals c in
-  let fs := rows c in
-  let k := fold_right Nat.max 0%nat (map (@length Q) (flat_map weights fs)) in
-  if solves (states c) (inputs c) (system c) (states c) && forallb (fun z => smooth (S (S n)) (prior z)) zs &&
-    forallb (short k) fs
-  then
-    let Js := map (jet_of_signal (S (S n))) zs in
+  if forallb (fun z => proper (prior z)) zs && forallb (short k) fs then
+    let Gs := map (local_of_signal (S (S n))) zs in
     let ps := map (prepare (S n) T zs) fs in
-    let boxes a b := boxes_nonnegative n T (halvings how) (cuts how) k Js (I.join (ofQ a) (ofQ b)) ps in
-    let at_all X := forallb (fun p => nonnegative (plain T Js X p)) ps in
-    match times c, by_ how with
+    let boxes a b := boxes_nonnegative n T (halvings how) (cuts how) k Gs (I.join (ofQ a) (ofQ b)) ps in
+    let at_all X := forallb (fun p => nonnegative (plain T Gs X p)) ps in
+    match times, by_ how with
     | AllTimes, Tail from =>
       match find (fun q => at_all (I.upper_extent (ofQ q))) (starts from) with
       | Some from' => boxes 0%Q from'
@@ -788,6 +1010,25 @@ Definition check (c : certificate) (how : proof) : bool :=
       forallb (fun j => at_all (imul (ofnat j) (ofQ T))) (seq 0 (S last))
     | _, _ => false
     end
+  else false.
+
+Fixpoint has_kink (k : kernel) : bool :=
+  match k with
+  | SquaredExponential _ _ | Periodic _ _ _ => false
+  | Matern32 _ _ | Matern52 _ _ => true
+  | Sum a b | Product a b => has_kink a || has_kink b
+  end.
+
+(** Shifts are taken together, so that their sums cancel; or one by one, where kinks would be between them. *)
+Definition check (c : certificate) (how : proof) : bool :=
+  let T := sampling_time c in
+  let zs := signals c in
+  let fs := rows c in
+  let k := fold_right Nat.max 0%nat (map (@length Q) (flat_map weights fs)) in
+  if solves (states c) (inputs c) (system c) (states c) && forallb (short k) fs then
+    if existsb (fun z => has_kink (prior z)) zs
+    then proves how T (copied T k zs) 1 (map (single k) fs) (times c)
+    else proves how T zs k fs (times c)
   else false.
 
 Lemma kappa_period p k r : 0 < Q2R p -> has_period p k = true -> kappa k (r + p) = kappa k r.
@@ -820,31 +1061,29 @@ Proof.
   - destruct (Z.abs_spec z) as [[_ ->]|[_ ->]]; [left|right]; rewrite ?opp_IZR; ring.
 Qed.
 
-Theorem rows_sound c how t f :
-  check c how = true -> claimed (times c) (sampling_time c) t -> In f (rows c) ->
-  0 <= trajectory_at (sampling_time c) (signals c) f t.
+Lemma proves_sound how T zs k fs times t f :
+  proves how T zs k fs times = true -> claimed times T t -> In f fs -> 0 <= trajectory_at T zs f t.
 Proof.
-  unfold check. set (n := degree how). set (k := fold_right Nat.max 0%nat _).
-  destruct (_ && forallb (short k) (rows c)) eqn:E; [|easy].
-  apply andb_prop in E as [E Hk]. apply andb_prop in E as [_ Hs].
-  set (Js := map (jet_of_signal (S (S n))) (signals c)).
-  intros H Ht Hf. set (T := sampling_time c) in *. set (zs := signals c) in *.
-  assert (HJ : jets_of n zs Js).
-  { unfold jets_of, Js. clear - Hs. induction zs as [|z l IH]; simpl in Hs |- *; constructor.
-    - apply jet_of_signal_sound. now apply andb_prop in Hs.
+  unfold proves. set (n := degree how).
+  destruct (_ && forallb (short k) fs) eqn:E; [|easy]. apply andb_prop in E as [Hs Hk].
+  set (Gs := map (local_of_signal (S (S n))) zs).
+  intros H Ht Hf.
+  assert (HJ : cover_signals n zs Gs).
+  { unfold cover_signals, Gs. clear - Hs. induction zs as [|z l IH]; simpl in Hs |- *; constructor.
+    - apply local_of_signal_sound; [lia|]. now apply andb_prop in Hs.
     - apply IH. now apply andb_prop in Hs. }
   rewrite forallb_forall in Hk. specialize (Hk f Hf).
   pose proof (in_map (prepare (S n) T zs) _ _ Hf) as Hp.
-  assert (Boxes : forall (a b : Q) t, a <= t <= b -> boxes_nonnegative n T (halvings how) (cuts how) k Js
-    (I.join (ofQ a) (ofQ b)) (map (prepare (S n) T zs) (rows c)) = true -> 0 <= trajectory_at T zs f t).
-  { intros a b s Hab B. refine (boxes_nonnegative_sound n T _ _ _ zs Js _ _ s f HJ Hk _ Hp B).
+  assert (Boxes : forall (a b : Q) t, a <= t <= b -> boxes_nonnegative n T (halvings how) (cuts how) k Gs
+    (I.join (ofQ a) (ofQ b)) (map (prepare (S n) T zs) fs) = true -> 0 <= trajectory_at T zs f t).
+  { intros a b s Hab B. refine (boxes_nonnegative_sound n T _ _ _ zs Gs _ _ s f HJ Hk _ Hp B).
     apply (between_mem a b); [apply join_l, ofQ_mem|apply join_r, ofQ_mem|].
     unfold Rmin, Rmax. destruct (Rle_dec a b); lra. }
-  assert (All : forall t X, t ∈ X -> forallb (fun p => nonnegative (plain T Js X p)) (map (prepare (S n) T zs) (rows c)) = true ->
+  assert (All : forall t X, t ∈ X -> forallb (fun p => nonnegative (plain T Gs X p)) (map (prepare (S n) T zs) fs) = true ->
     0 <= trajectory_at T zs f t).
   { intros s X HX A. rewrite forallb_forall in A. specialize (A _ Hp).
     apply (nonnegative_mem _ _ A). now apply (plain_mem n). }
-  destruct (times c) as [| |a b|]; destruct (by_ how) as [from|p| |last]; try easy; cbn [claimed] in Ht.
+  destruct times as [| |a b|]; destruct (by_ how) as [from|p| |last]; try easy; cbn [claimed] in Ht.
   - destruct (find _ _) as [from'|] eqn:A in H; [|easy]. apply find_some in A as [_ A]. clear from. rename from' into from.
     destruct (Rle_dec t from) as [L|L].
     + apply (Boxes 0%Q from); [rewrite Q2R_0; lra|easy].
@@ -863,7 +1102,7 @@ Proof.
     apply (Boxes 0%Q p); [now rewrite Q2R_0|easy].
   - now apply (Boxes a b).
   - apply andb_prop in H as [H B]. apply andb_prop in H as [H0 A]. destruct Ht as [j ->].
-    apply Qle_bool_iff, Qle_Rle in H0. rewrite Q2R_0 in H0. fold T in H0.
+    apply Qle_bool_iff, Qle_Rle in H0. rewrite Q2R_0 in H0.
     destruct (Nat.le_gt_cases j last) as [L|L].
     + rewrite forallb_forall in B. apply (All _ (imul (ofnat j) (ofQ T))); [apply mul_mem; auto using ofnat_mem, ofQ_mem|].
       apply B. apply in_seq. lia.
@@ -873,10 +1112,16 @@ Qed.
 
 Theorem check_sound c how : check c how = true -> holds c.
 Proof.
-  intros H. split.
-  - intros t. apply solves_sound. unfold check in H. destruct (_ && _) eqn:E in H; [|easy].
-    apply andb_prop in E as [E _]. now apply andb_prop in E as [E _].
-  - intros t Ht. split; intros b Hb; apply distances_sound; intros f Hf; apply (rows_sound c how); trivial;
+  unfold check. set (k := fold_right Nat.max 0%nat _). intros H.
+  destruct (_ && _) eqn:E in H; [|easy]. apply andb_prop in E as [E Hk]. split.
+  - intros t. now apply solves_sound.
+  - intros t Ht.
+    assert (R : forall f, In f (rows c) -> 0 <= trajectory_at (sampling_time c) (signals c) f t).
+    { intros f Hf. destruct (existsb _ _) in H; [|now apply (proves_sound _ _ _ _ _ _ t f H)].
+      rewrite <- (at_single _ k).
+      - apply (proves_sound _ _ _ _ _ _ t _ H Ht). now apply in_map.
+      - rewrite forallb_forall in Hk. now apply Hk. }
+    split; intros b Hb; apply distances_sound; intros f Hf; apply R;
       apply in_or_app; [left|right]; apply in_flat_map; eauto.
 Qed.
 
@@ -885,23 +1130,23 @@ Qed.
 Definition refute (c : certificate) (t : Q) (step : N) : bool :=
   let T := sampling_time c in
   let zs := signals c in
-  let Js := map (jet_of_signal 2) zs in
-  forallb (fun z => smooth 2 (prior z)) zs &&
+  let Gs := map (local_of_signal 2) zs in
+  forallb (fun z => proper (prior z)) zs &&
   match times c with
   | AllTimes => Qle_bool 0 t
   | AllPhases => true
   | Window a b => Qle_bool a t && Qle_bool t b
   | Instants => Qeq_bool t (inject_Z (Z.of_N step) * T)
   end &&
-  existsb (fun f => negative (plain T Js (ofQ t) (prepare 1 T zs f))) (rows c).
+  existsb (fun f => negative (plain T Gs (ofQ t) (prepare 1 T zs f))) (rows c).
 
 Theorem refute_sound c t step : refute c t step = true -> ~ holds c.
 Proof.
   unfold refute. set (T := sampling_time c). set (zs := signals c).
   intros [H N]%andb_prop [_ C]. apply andb_prop in H as [Hs Ht]. apply existsb_exists in N as (f & Hf & N).
-  assert (HJ : jets_of 0 zs (map (jet_of_signal 2) zs)).
-  { unfold jets_of. clear - Hs. induction zs as [|z l IH]; simpl in Hs |- *; constructor.
-    - apply jet_of_signal_sound. now apply andb_prop in Hs.
+  assert (HJ : cover_signals 0 zs (map (local_of_signal 2) zs)).
+  { unfold cover_signals. clear - Hs. induction zs as [|z l IH]; simpl in Hs |- *; constructor.
+    - apply local_of_signal_sound; [lia|]. now apply andb_prop in Hs.
     - apply IH. now apply andb_prop in Hs. }
   pose proof (negative_mem _ _ N (plain_mem 0 T zs _ f t _ HJ (ofQ_mem t))) as L.
   enough (0 <= trajectory_at T zs f t) by lra.

@@ -1,6 +1,6 @@
 (** Trajectories as data: their sums and multiples, one step later, and whether one of them is 0, in rational numbers. *)
 
-From Coq Require Import QArith Qreals Reals List Lra.
+From Coq Require Import Arith QArith Qreals Reals List Lra.
 From Trackable Require Import Statement Jets Polynomials.
 Import ListNotations.
 Open Scope R_scope.
@@ -175,4 +175,59 @@ Proof.
   generalize (weights f). intros ws; revert zs. induction ws as [|w ws IH]; intros [|z zs];
     cbn [sum_of_signals sum_at_rest sum_of_deviations]; rewrite ?Q2R_0; try ring.
   rewrite S, IH, Q2R_plus, Q2R_times. ring.
+Qed.
+
+(** * Each shift of a signal as a signal of its own: z(t + d) has its centres earlier by d *)
+
+Definition earlier (d : Q) (z : signal) : signal :=
+  {| prior := prior z; mean := mean z;
+     terms := map (fun i => {| weight := weight i; centre := plus_exactly (centre i) (- d) |}) (terms z) |}.
+
+Fixpoint copies (T d : Q) (k : nat) (z : signal) : list signal :=
+  match k with
+  | O => []
+  | S k' => earlier d z :: copies T (plus_exactly d T) k' z
+  end.
+
+Fixpoint singles (k : nat) (w : list Q) : list (list Q) :=
+  match k, w with
+  | O, _ => []
+  | S k', [] => [] :: singles k' []
+  | S k', a :: w' => [a] :: singles k' w'
+  end.
+
+Definition copied (T : Q) (k : nat) (zs : list signal) : list signal := flat_map (copies T 0 k) zs.
+Definition single (k : nat) (f : trajectory) : trajectory :=
+  {| offset := offset f; weights := flat_map (singles k) (weights f) |}.
+
+Definition short (k : nat) (f : trajectory) : bool := forallb (fun w => Nat.leb (length w) k) (weights f).
+
+Lemma at_earlier d z t : signal_at (earlier d z) t = signal_at z (t + d).
+Proof.
+  unfold signal_at, earlier. cbn [mean prior terms]. f_equal.
+  induction (terms z) as [|i l IH]; cbn [map deviation weight centre]; [easy|].
+  rewrite IH, Q2R_plus, Q2R_opp. do 3 f_equal. ring.
+Qed.
+
+Lemma sum_of_copies (T : Q) k z w d ws zs t :
+  (length w <= k)%nat ->
+  sum_of_signals T (singles k w ++ ws) (copies T d k z ++ zs) t =
+  shifts T w (signal_at z) (t + d) + sum_of_signals T ws zs t.
+Proof.
+  revert w d; induction k as [|k IH]; intros w d Hw.
+  - destruct w; [simpl; ring|simpl in Hw; inversion Hw].
+  - destruct w as [|a w]; cbn [singles copies app sum_of_signals shifts].
+    + rewrite IH by (simpl; apply Nat.le_0_l). simpl. ring.
+    + rewrite IH by (simpl in Hw; now apply le_S_n). rewrite at_earlier, Q2R_plus.
+      replace (t + d + T) with (t + (d + T)) by ring. ring.
+Qed.
+
+Lemma at_single (T : Q) k zs f t :
+  short k f = true -> trajectory_at T (copied T k zs) (single k f) t = trajectory_at T zs f t.
+Proof.
+  unfold trajectory_at, short, single, copied. cbn [offset weights]. intros H. f_equal.
+  revert zs H. induction (weights f) as [|w ws IH]; intros [|z zs] H; try easy.
+  - cbn [flat_map]. now destruct (singles k w ++ _).
+  - cbn [forallb flat_map] in *. apply andb_prop in H as [Hw H]. apply PeanoNat.Nat.leb_le in Hw.
+    rewrite sum_of_copies, IH by easy. cbn [sum_of_signals]. rewrite Q2R_0. now rewrite Rplus_0_r.
 Qed.

@@ -306,3 +306,82 @@ Proof.
   - rewrite Rmult_0_r. apply (is_derive_const (K := R_AbsRing) (V := R_NormedModule)).
   - rewrite Rmult_0_r. apply (is_derive_const (K := R_AbsRing) (V := R_NormedModule)).
 Qed.
+
+(** * Matern kernels: kappa(r) = psi(lambda |r|), a smooth function for each sign of r *)
+
+Definition psi (q y : R) : R := (1 + y + q * (y * y)) * exp (- y).
+
+Lemma grows_from_zero (f df : R -> R) x :
+  f 0 = 0 -> (forall t, is_derive f t (df t)) -> (forall t, 0 <= t -> 0 <= df t) -> 0 <= x -> 0 <= f x.
+Proof.
+  intros F0 D P Hx. destruct (MVT_gen f 0 x df) as (c & Hc & E).
+  - intros t _. apply D.
+  - intros t _. apply derivable_continuous_pt. exists (df t). apply is_derive_Reals, D.
+  - rewrite Rmin_left, Rmax_right in Hc by easy. rewrite F0 in E.
+    assert (0 <= df c) by now apply P. nra.
+Qed.
+
+(** psi(x) - psi(-x), where the two signs differ, is of third or fifth order. *)
+Lemma odd_part_3 x : 0 <= x -> 0 <= psi 0 x - psi 0 (- x) <= 2 / 3 * x ^ 3 * exp x.
+Proof.
+  intros Hx.
+  assert (X : forall t, 0 <= t -> 0 <= exp t - exp (- t)).
+  { intros t Ht. destruct (Rle_lt_or_eq_dec 0 t Ht) as [L|<-]; [|rewrite ?Ropp_0; lra].
+    pose proof (exp_increasing (- t) t). lra. }
+  split.
+  - apply (grows_from_zero (fun x => psi 0 x - psi 0 (- x)) (fun x => x * (exp x - exp (- x)))); trivial.
+    + rewrite ?Ropp_0. ring.
+    + intros t. unfold psi. auto_derive; [easy|]. rewrite Ropp_involutive. ring.
+    + intros t Ht. apply Rmult_le_pos; auto.
+  - enough (0 <= 2 / 3 * x ^ 3 * exp x - (psi 0 x - psi 0 (- x))) by lra.
+    apply (grows_from_zero (fun x => 2 / 3 * x ^ 3 * exp x - (psi 0 x - psi 0 (- x)))
+      (fun x => x * ((2 * x + 2 / 3 * x ^ 2 - 1) * exp x + exp (- x)))); trivial.
+    + unfold psi. rewrite ?Ropp_0. ring.
+    + intros t. unfold psi. auto_derive; [easy|]. rewrite Ropp_involutive. simpl. field.
+    + intros t Ht. apply Rmult_le_pos; [easy|].
+      apply (grows_from_zero (fun x => (2 * x + 2 / 3 * x ^ 2 - 1) * exp x + exp (- x))
+        (fun x => (10 / 3 * x + 2 / 3 * x ^ 2) * exp x + (exp x - exp (- x)))); trivial.
+      * rewrite ?Ropp_0, exp_0. ring.
+      * intros s. auto_derive; [easy|]. simpl. field.
+      * intros s Hs. pose proof (exp_pos s). pose proof (X s Hs).
+        assert (0 <= 10 / 3 * s + 2 / 3 * s ^ 2) by (simpl; nra). nra.
+Qed.
+
+Lemma odd_part_5 x : 0 <= x -> 0 <= psi (1 / 3) (- x) - psi (1 / 3) x <= 2 / 45 * x ^ 5 * exp x.
+Proof.
+  intros Hx.
+  assert (D : forall t, is_derive (fun x => psi (1 / 3) (- x) - psi (1 / 3) x) t (t / 3 * (psi 0 t - psi 0 (- t)))).
+  { intros t. unfold psi. auto_derive; [easy|]. rewrite Ropp_involutive. field. }
+  split.
+  - apply (grows_from_zero _ _ x) with (2 := D); trivial.
+    + rewrite ?Ropp_0. ring.
+    + intros t Ht. apply Rmult_le_pos; [lra|]. now apply odd_part_3.
+  - enough (0 <= 2 / 45 * x ^ 5 * exp x - (psi (1 / 3) (- x) - psi (1 / 3) x)) by lra.
+    apply (grows_from_zero (fun x => 2 / 45 * x ^ 5 * exp x - (psi (1 / 3) (- x) - psi (1 / 3) x))
+      (fun t => 2 / 9 * t ^ 4 * exp t + 2 / 45 * t ^ 5 * exp t - t / 3 * (psi 0 t - psi 0 (- t)))); trivial.
+    + rewrite ?Ropp_0. ring.
+    + intros t. apply (is_derive_minus (fun x => 2 / 45 * x ^ 5 * exp x)); [|apply D].
+      auto_derive; [easy|]. simpl. field.
+    + intros t Ht. pose proof (odd_part_3 t Ht) as [_ O]. pose proof (exp_pos t).
+      assert (0 <= t ^ 5) by now apply pow_le.
+      assert (t / 3 * (psi 0 t - psi 0 (- t)) <= t / 3 * (2 / 3 * t ^ 3 * exp t)) by (apply Rmult_le_compat_l; lra).
+      replace (t / 3 * (2 / 3 * t ^ 3 * exp t)) with (2 / 9 * t ^ 4 * exp t) in * by (simpl; field). nra.
+Qed.
+
+Lemma psi_decays q y : 0 <= q <= 1 / 3 -> 0 <= y -> 0 <= psi q y <= 3 * exp (- (y / 2)).
+Proof.
+  intros Hq Hy. unfold psi. pose proof (exp_pos (- y)). pose proof (exp_pos (- (y / 2))). pose proof (exp_pos (y / 2)).
+  assert (S : 0 <= y * y) by nra. assert (S' : 0 <= q * (y * y)) by (apply Rmult_le_pos; lra).
+  assert (S2 : q * (y * y) <= 1 / 3 * (y * y)) by (apply Rmult_le_compat_r; lra). split; [nra|].
+  assert (B : 1 + y + q * (y * y) <= 3 * exp (y / 2)).
+  { enough (0 <= exp (y / 2) - (1 + y / 2 + y * y / 8)) by lra.
+    apply (grows_from_zero (fun y => exp (y / 2) - (1 + y / 2 + y * y / 8)) (fun y => (exp (y / 2) - (1 + y / 2)) / 2)); trivial.
+    - unfold Rdiv. rewrite ?Rmult_0_l, exp_0. ring.
+    - intros t. auto_derive; [easy|]. unfold Rdiv. field.
+    - intros t _. pose proof (exp_ineq1_le (t / 2)). lra. }
+  replace (- y) with (- (y / 2) + - (y / 2)) by field. rewrite exp_plus.
+  replace (3 * exp (- (y / 2))) with (3 * exp (y / 2) * (exp (- (y / 2)) * exp (- (y / 2)))).
+  - apply Rmult_le_compat_r; nra.
+  - rewrite <- (Rmult_1_r (3 * exp (- (y / 2)))), <- exp_0.
+    replace 0 with (y / 2 + - (y / 2)) at 1 by ring. rewrite exp_plus. ring.
+Qed.

@@ -18,7 +18,7 @@ from trackable.checker.subject import Functional, LinearSystem, Row, Signal
 from trackable.checking import read
 from trackable.errors import InputError
 
-KERNELS = ("SquaredExponential", "Periodic", "Sum", "Product")
+KERNELS = ("SquaredExponential", "Periodic", "Matern32", "Matern52", "Sum", "Product")
 """Kernels that `theorem/Checker.v` encloses: the names of the classes are those of Coq's constructors."""
 
 _FILE = """(* {name}: a theorem about its numbers. Signals and system have the SHA-256
