@@ -63,19 +63,26 @@ def refused(answer) -> bool:
 mp.dps = 50
 
 
+def kappa(kernel, r):
+    """Return κ(r) in 50 digits, by its formula."""
+    kind = kernel["type"]
+    if kind in ("sum", "product"):
+        left, right = kappa(kernel["left"], r), kappa(kernel["right"], r)
+        return left + right if kind == "sum" else left * right
+    s, length = mpf(kernel["signal_std"]), mpf(kernel["lengthscale"])
+    if kind == "periodic":
+        return s**2 * mp.exp(-2 * mp.sin(mp.pi * r / mpf(kernel["period"])) ** 2 / length**2)
+    if kind == "squared_exponential":
+        return s**2 * mp.exp(-(r**2) / (2 * length**2))
+    x = mp.sqrt({"matern32": 3, "matern52": 5}[kind]) * abs(r) / length
+    return s**2 * (1 + x + (x**2 / 3 if kind == "matern52" else 0)) * mp.exp(-x)
+
+
 def signal(content, t):
     """Return z(t) in 50 digits, of the only signal."""
     (z,) = content["reference"]["signals"]
-    kernel = {name: mpf(value) for name, value in z["kernel"].items() if name != "type"}
-
-    def kappa(r):
-        if z["kernel"]["type"] == "periodic":
-            exponent = -2 * mp.sin(mp.pi * r / kernel["period"]) ** 2 / kernel["lengthscale"] ** 2
-        else:
-            exponent = -(r**2) / (2 * kernel["lengthscale"] ** 2)
-        return kernel["signal_std"] ** 2 * mp.exp(exponent)
-
-    return sum((mpf(c) * kappa(t - mpf(at)) for c, at in zip(z["weights"], z["centres"], strict=True)), mpf(z["mean"]))
+    terms = zip(z["weights"], z["centres"], strict=True)
+    return sum((mpf(c) * kappa(z["kernel"], t - mpf(at)) for c, at in terms), mpf(z["mean"]))
 
 
 def value(content, of, t):
@@ -136,7 +143,54 @@ def tail_that_starts_too_early():
     return content, "states", at, 0.05
 
 
-FAULTS = (weight_changed, state_bound_drawn_in, input_bound_drawn_in, tail_that_starts_too_early)
+def elementary(kind, **more):
+    return {"type": kind, "signal_std": 0.7, "lengthscale": 0.3, **more}
+
+
+PERIODIC = elementary("periodic", period=1.7)
+KERNELS = {
+    "squared exponential": elementary("squared_exponential"),
+    "periodic": PERIODIC,
+    "Matérn 3/2": elementary("matern32"),
+    "Matérn 5/2": elementary("matern52"),
+    "a sum": {"type": "sum", "left": elementary("matern52"), "right": elementary("squared_exponential")},
+    "a product": {"type": "product", "left": PERIODIC, "right": elementary("matern32")},
+}
+
+
+def with_kernel(kernel, margin):
+    """Return a certificate with this kernel whose bound is this far above the largest state, and where that is."""
+    content = certificate("example1/joint")
+    (z,) = content["reference"]["signals"]
+    z.update(kernel=kernel, mean=0.25, centres=[0.0, 0.15, 0.4, 0.5], weights=[0.3, -1.1, 1.2, 0.4])
+    plant = content["reference"]["plant"]
+    plant["input_set"].update(lower=[-9.0], upper=[9.0])
+    if kernel is PERIODIC:
+        content["claim"] = {
+            "kind": "all_phases",
+            "period": 1.7,
+            **{k: content["claim"][k] for k in ("covers", "terms")},
+        }
+    at = highest(content, "states", 1.7)
+    plant["state_set"]["upper"] = [float(value(content, "states", at) + mpf(margin))]
+    return content, "states", at, plant["state_set"]["upper"][0]
+
+
+def kernel_fault(name):
+    def fault():
+        return with_kernel(KERNELS[name], "-1e-6")
+
+    fault.__name__ = name
+    return fault
+
+
+FAULTS = (
+    weight_changed,
+    state_bound_drawn_in,
+    input_bound_drawn_in,
+    tail_that_starts_too_early,
+    *map(kernel_fault, KERNELS),
+)
 
 
 @pytest.mark.parametrize("name", ["example1/joint", "example1/hyperparameters", "example1/sound", "example2/exact"])
@@ -186,11 +240,9 @@ def test_coq_refuses_trajectories_that_do_not_solve_the_system(coq):
     assert refused(coq(content))
 
 
-def test_coq_proves_what_is_true_by_a_millionth(coq):
-    content = certificate("example1/joint")
-    at = highest(content, "states", 1.2)
-    content["reference"]["plant"]["state_set"]["upper"] = [float(value(content, "states", at) + mpf("1e-6"))]
-    answer = coq(content)
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_coq_proves_what_is_true_by_a_millionth(coq, kernel):
+    answer = coq(with_kernel(KERNELS[kernel], "1e-6")[0])
     assert answer.returncode == 0, answer.stderr
 
 
