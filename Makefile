@@ -92,7 +92,7 @@ theorem-of-%: theorem/Checker.vo .venv/installed
 	@set -e; for file in data/results/$*/certificates/*.json; do \
 		name=.theorem/$*/$$(basename $$file .json | tr . _).v; \
 		python -m trackable theorem $$file --output $$name > /dev/null || continue; \
-		$(COQC) $$name; echo "$$file: $$(sed -n 's/^Theorem \(.*\)\.$$/\1/p' $$name), proved by Coq"; \
+		$(COQC) $$name; sed -n "s|^Theorem \(.*\)\.|$$file: \1, proved by Coq|p" $$name; \
 	done
 
 theorem/assumptions: theorem/Assumptions.v theorem/assumptions.txt theorem/Checker.vo
@@ -101,7 +101,8 @@ theorem/assumptions: theorem/Assumptions.v theorem/assumptions.txt theorem/Check
 
 theorem/Polynomials.vo: theorem/Statement.vo theorem/Jets.vo
 theorem/Forms.vo: theorem/Polynomials.vo
-theorem/Checker.vo: theorem/Forms.vo
+theorem/Disturbance.vo: theorem/Statement.vo
+theorem/Checker.vo: theorem/Forms.vo theorem/Disturbance.vo
 theorem/%.vo: theorem/%.v | coq
 	$(COQC) $<
 

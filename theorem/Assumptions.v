@@ -3,7 +3,7 @@
 
 From Trackable Require Import Checker.
 
-Definition native := (Native.check_sound, Native.refute_sound).
-Definition emulated := (Emulated.check_sound, Emulated.refute_sound).
+Definition native := (Native.check_sound, Native.check_tube_sound, Native.refute_sound).
+Definition emulated := (Emulated.check_sound, Emulated.check_tube_sound, Emulated.refute_sound).
 Print Assumptions native.
 Print Assumptions emulated.

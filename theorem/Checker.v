@@ -6,7 +6,7 @@
 
 From Coq Require Import ZArith QArith Qreals Reals List Bool Lra Lia.
 From Interval Require Import Real.Xreal Float.Basic Float.Sig Interval.Interval Interval.Float Interval.Float_full.
-From Trackable Require Import Statement Jets Polynomials Forms.
+From Trackable Require Import Statement Jets Polynomials Forms Disturbance.
 Import ListNotations.
 Open Scope R_scope.
 
@@ -82,8 +82,8 @@ Proof.
   apply (H _ Hx).
 Qed.
 
-Definition middle (X : interval) : interval := I.singleton (I.midpoint X).
-Lemma middle_mem X : exists m, m ∈ middle X.
+Definition midpoint (X : interval) : interval := I.singleton (I.midpoint X).
+Lemma midpoint_mem X : exists m, m ∈ midpoint X.
 Proof. eexists. apply I.singleton_correct. Qed.
 
 Lemma between_mem x y z X : x ∈ X -> y ∈ X -> Rmin x y <= z <= Rmax x y -> z ∈ X.
@@ -182,7 +182,7 @@ Fixpoint polynomial_nonnegative (fuel : nat) (p : list interval) (H : interval) 
   | O => false
   | S fuel' =>
     let (L, R) := I.bisect H in
-    let half X := let m := middle X in polynomial_nonnegative fuel' (recentred iadd imul m p) (isub X m) in
+    let half X := let m := midpoint X in polynomial_nonnegative fuel' (recentred iadd imul m p) (isub X m) in
     if half L then half R else false
   end.
 
@@ -193,10 +193,10 @@ Proof.
   all: destruct (nonnegative _) eqn:E; [intros _; apply (nonnegative_mem _ _ E); auto using range_mem, sqr_mem|].
   - easy.
   - pose proof (I.bisect_correct H (Xreal h) Hh) as B. destruct (I.bisect H) as [L R]. cbn [fst snd] in B.
-    cbv zeta. destruct (polynomial_nonnegative fuel (recentred iadd imul (middle L) P) _) eqn:HL; [intros HR|easy].
+    cbv zeta. destruct (polynomial_nonnegative fuel (recentred iadd imul (midpoint L) P) _) eqn:HL; [intros HR|easy].
     assert (G : forall X, h ∈ X ->
-      polynomial_nonnegative fuel (recentred iadd imul (middle X) P) (isub X (middle X)) = true -> 0 <= horner p h).
-    { intros X HX C. destruct (middle_mem X) as [m Hm].
+      polynomial_nonnegative fuel (recentred iadd imul (midpoint X) P) (isub X (midpoint X)) = true -> 0 <= horner p h).
+    { intros X HX C. destruct (midpoint_mem X) as [m Hm].
       replace h with (m + (h - m)) by ring. rewrite <- horner_recentred.
       apply (IH _ _ _ _ (recentred_mem _ _ _ _ Hm Hp) (sub_mem _ _ _ _ HX Hm) C). }
     destruct B as [B|B]; eauto.
@@ -922,7 +922,7 @@ Proof.
 Qed.
 
 Definition accepts (depth k : nat) (Gs : list local) (X : interval) : prepared -> bool :=
-  let mid := middle X in
+  let mid := midpoint X in
   let H := isub X mid in
   let ms := map (model_of mid (I.join mid (hull k X))) Gs in
   fun p => polynomial_nonnegative depth (row_polynomial H ms p) H.
@@ -931,8 +931,8 @@ Lemma accepts_sound depth k zs Gs X t f :
   cover_signals zs Gs -> short k f = true -> t ∈ X ->
   accepts depth k Gs X (prepare (S n) T zs f) = true -> 0 <= trajectory_at T zs f t.
 Proof.
-  intros HJ Hk HX. destruct (middle_mem X) as [m Hm].
-  destruct (row_polynomial_mem zs Gs f k t X (middle X) m HJ Hk HX Hm) as (q & Hq & <-).
+  intros HJ Hk HX. destruct (midpoint_mem X) as [m Hm].
+  destruct (row_polynomial_mem zs Gs f k t X (midpoint X) m HJ Hk HX Hm) as (q & Hq & <-).
   now apply (polynomial_nonnegative_sound _ _ _ _ _ Hq (sub_mem _ _ _ _ HX Hm)).
 Qed.
 
@@ -1162,6 +1162,258 @@ Proof.
   - exact (proj2 (distances_sound T zs (states c) b t) (CX b Hb) f Hf).
   - exact (proj2 (distances_sound T zs (inputs c) b t) (CU b Hb) f Hf).
 Qed.
+
+(** * Disturbances *)
+
+Fixpoint iproduct (n : nat) (R V : list interval) : interval :=
+  match n with
+  | O => o
+  | S n' => iadd (imul (hd o R) (hd o V)) (iproduct n' (tl R) (tl V))
+  end.
+
+Fixpoint ithrough (n : nat) (R : list interval) (M : list (list interval)) : list interval :=
+  match n with
+  | O => []
+  | S n' => jadd (jscale (hd o R) (hd [] M)) (ithrough n' (tl R) (tl M))
+  end.
+
+Lemma iproduct_mem n r R v V : around n r R -> around n v V -> product n r v ∈ iproduct n R V.
+Proof.
+  unfold product. revert r R v V; induction n as [|n IH]; intros r R v V HR HV; [apply zero_mem|].
+  apply around_tl in HR as [HR0 HR]. apply around_tl in HV as [HV0 HV].
+  cbn [sum iproduct]. apply add_mem; [now apply mul_mem|]. now apply (IH (tail r) _ (tail v)).
+Qed.
+
+Lemma ithrough_mem n N r R (A : matrix) M :
+  around n r R -> (forall i, (i < n)%nat -> around N (A i) (nth i M [])) ->
+  around N (through n r A) (ithrough n R M).
+Proof.
+  revert r R A M; induction n as [|n IH]; intros r R A M HR HM.
+  - intros k _. rewrite coefficient_nil. apply zero_mem.
+  - apply around_tl in HR as [HR0 HR]. cbn [ithrough].
+    apply (around_add N (fun j => r 0%nat * A 0%nat j) (through n (tail r) (tail A))).
+    + apply around_scale; [easy|]. replace (hd [] M) with (nth 0 M []) by now destruct M. apply HM. lia.
+    + apply IH; [easy|]. intros i Hi. replace (nth i (tl M) []) with (nth (S i) M []) by (destruct M; [now destruct i|easy]).
+      apply HM. lia.
+Qed.
+
+Definition ivec : list Q -> list interval := map ofQ.
+
+Lemma ivec_mem n l : around n (vec l) (ivec l).
+Proof.
+  intros k _. unfold vec, ivec, coefficient. revert k; induction l as [|q l IH]; intros [|k]; simpl; auto using ofQ_mem.
+  all: unfold Q2R; simpl; rewrite Rmult_0_l; apply zero_mem.
+Qed.
+
+Lemma abs_mem x X : x ∈ X -> Rabs x ∈ I.abs X.
+Proof. exact (I.abs_correct X (Xreal x)). Qed.
+
+Lemma around_abs n r R : around n r R -> around n (fun j => Rabs (r j)) (map I.abs R).
+Proof.
+  revert r R; induction n as [|n IH]; intros r [|X R] HR; try (intros k Hk; lia).
+  - intros k Hk. rewrite (around_nil _ _ HR k Hk), Rabs_R0. rewrite coefficient_nil. apply zero_mem.
+  - apply around_tail in HR as [HX HR]. apply around_cons; [now apply abs_mem|]. now apply (IH (tail r)).
+Qed.
+
+Lemma nth_map_seq {A} (f : nat -> A) n i a : (i < n)%nat -> nth i (map f (seq 0 n)) a = f i.
+Proof.
+  intros H. rewrite (nth_indep _ a (f 0%nat)) by now rewrite map_length, seq_length.
+  now rewrite map_nth, seq_nth.
+Qed.
+
+(** [head] powers of F one by one, [more] + 1 for the rest: F^(more + 1) maps the box |x_i| <= [box]_i into
+    [contraction] times itself. *)
+Record tube : Set := { head : nat; more : nat; contraction : Q; box : list Q }.
+
+Section Tube.
+
+Variables (c : certificate) (d : disturbance) (b : tube).
+Let n := length (states c).
+Let m := length (inputs c).
+Definition ifeedback := map ivec (feedback d).
+Definition irow (of_ : equation -> list Q) (i : nat) : list interval := ivec (of_ (nth i (system c) no_equation)).
+Definition iF : list (list interval) :=
+  map (fun i => jadd (irow of_states i) (ithrough m (irow of_inputs i) ifeedback)) (seq 0 n).
+Definition ivectors (Z : zonotope) : list (list interval) := map ivec (middle Z :: generators Z).
+Definition iY : list (list interval) :=
+  ivectors (pushes d) ++ ivectors (noise d) ++
+  map (fun y => map (fun i => iproduct n (irow of_states i) y) (seq 0 n)) (ivectors (noise d)).
+
+Definition isize (Y : list (list interval)) (R : list interval) : interval :=
+  fold_right (fun y => iadd (I.abs (iproduct n R y))) o Y.
+Definition iextent (i : nat) : interval := fold_right (fun y => iadd (I.abs (coefficient y i))) o iY.
+Definition ireach (R : list interval) : interval := iproduct n (map I.abs R) (ivec (box b)).
+
+Fixpoint isum (M : list (list interval)) (f : list interval -> interval) (k : nat) (R : list interval) : interval :=
+  match k with
+  | O => o
+  | S k' => iadd (f R) (isum M f k' (ithrough n R M))
+  end.
+Fixpoint iiterated (M : list (list interval)) (k : nat) (R : list interval) : list interval :=
+  match k with
+  | O => R
+  | S k' => iiterated M k' (ithrough n R M)
+  end.
+
+Definition ilimit (M Y : list (list interval)) (R : list interval) : interval :=
+  iadd (isum M (isize Y) (head b) R)
+    (idiv (isum M ireach (S (more b)) (iiterated M (head b) R)) (isub (ofZ 1) (ofQ (contraction b)))).
+
+Definition contracts (M : list (list interval)) : bool :=
+  forallb (Qle_bool 0) (box b) && negb (Qle_bool 1 (contraction b)) &&
+  forallb (fun i => let p := ofQ (nth i (box b) 0%Q) in
+    nonnegative (isub p (iextent i)) &&
+    nonnegative (isub (imul (ofQ (contraction b)) p) (ireach (iiterated M (more b) (nth i M []))))) (seq 0 n).
+
+Let F := F_ c d.
+Let Y := Y_ c d.
+Let p := vec (box b).
+
+Lemma iF_mem i : (i < n)%nat -> around n (F i) (nth i iF []).
+Proof.
+  intros Hi. unfold iF. rewrite nth_map_seq by easy. apply around_add; [apply ivec_mem|].
+  apply ithrough_mem; [apply ivec_mem|]. intros j _. unfold ifeedback, K_, mat.
+  change (@nil interval) with (ivec []). rewrite map_nth. apply ivec_mem.
+Qed.
+
+Lemma ivectors_mem Z : Forall2 (around n) (vectors Z) (ivectors Z).
+Proof. unfold vectors, ivectors. induction (middle Z :: generators Z); simpl; constructor; auto using ivec_mem. Qed.
+
+Lemma iY_mem : Forall2 (around n) Y iY.
+Proof.
+  apply Forall2_app; [apply ivectors_mem|]. apply Forall2_app; [apply ivectors_mem|].
+  induction (ivectors_mem (noise d)); simpl; constructor; auto.
+  intros k Hk. unfold coefficient. rewrite nth_map_seq by easy. apply iproduct_mem; [apply ivec_mem|easy].
+Qed.
+
+Lemma isize_mem V W r R : Forall2 (around n) V W -> around n r R -> size n V r ∈ isize W R.
+Proof.
+  intros HV HR. induction HV; simpl; [apply zero_mem|]. apply add_mem; [|easy]. now apply abs_mem, iproduct_mem.
+Qed.
+
+Lemma iextent_mem i : (i < n)%nat -> extent Y i ∈ iextent i.
+Proof.
+  intros Hi. unfold iextent. induction iY_mem as [|y W ys Ws HW _ IH]; simpl; [apply zero_mem|].
+  apply add_mem; [|easy]. apply abs_mem. now apply HW.
+Qed.
+
+Lemma ireach_mem r R : around n r R -> reach n p r ∈ ireach R.
+Proof. intros HR. apply (iproduct_mem n (fun j => Rabs (r j)) _ p); [now apply around_abs|apply ivec_mem]. Qed.
+
+Lemma ithrough_F r R : around n r R -> around n (through n r F) (ithrough n R iF).
+Proof. intros HR. apply ithrough_mem; [easy|apply iF_mem]. Qed.
+
+Lemma isum_mem (f : vector -> R) g k r R :
+  (forall r R, around n r R -> f r ∈ g R) -> around n r R ->
+  sum k (fun i => f (iterated n F i r)) ∈ isum iF g k R.
+Proof.
+  intros H. revert r R; induction k as [|k IH]; intros r R HR; cbn [sum isum]; [apply zero_mem|].
+  apply add_mem; [now apply H|]. apply (IH (through n r F)). now apply ithrough_F.
+Qed.
+
+Lemma iiterated_mem k r R : around n r R -> around n (iterated n F k r) (iiterated iF k R).
+Proof. revert r R; induction k as [|k IH]; intros r R HR; [easy|]. apply IH. now apply ithrough_F. Qed.
+
+Definition limit (r : vector) : R :=
+  sum (head b) (fun i => size n Y (iterated n F i r)) +
+  sum (S (more b)) (fun i => reach n p (iterated n F i (iterated n F (head b) r))) / (1 - Q2R (contraction b)).
+
+Lemma ilimit_mem r R : around n r R -> limit r ∈ ilimit iF iY R.
+Proof.
+  intros HR. apply add_mem.
+  - apply (isum_mem (size n Y)); [|easy]. intros; apply isize_mem; [apply iY_mem|easy].
+  - apply div_mem; [|apply sub_mem; [apply ofZ_mem|apply ofQ_mem]].
+    apply (isum_mem (reach n p)); [apply ireach_mem|]. now apply iiterated_mem.
+Qed.
+
+Lemma contracts_sound k r :
+  contracts iF = true -> sum k (fun i => size n Y (iterated n F i r)) <= limit r.
+Proof.
+  intros [[Hp Ha]%andb_prop H]%andb_prop. rewrite forallb_forall in Hp, H.
+  assert (P : forall j, 0 <= p j).
+  { intros j. unfold p, vec. destruct (nth_in_or_default j (box b) 0%Q) as [I| ->]; [|rewrite Q2R_0; lra].
+    specialize (Hp _ I). apply Qle_bool_iff, Qle_Rle in Hp. now rewrite Q2R_0 in Hp. }
+  assert (A1 : Q2R (contraction b) < 1).
+  { replace 1 with (Q2R 1) by (unfold Q2R; simpl; field). apply Qlt_Rlt, Qnot_le_lt. intros L.
+    apply Qle_bool_iff in L. now rewrite L in Ha. }
+  assert (C : forall i, (i < n)%nat -> extent Y i <= p i /\
+      reach n p (iterated n F (more b) (F i)) <= Q2R (contraction b) * p i).
+  { intros i Hi. specialize (H i ltac:(apply in_seq; lia)). apply andb_prop in H as [H1 H2]. split.
+    - pose proof (nonnegative_mem _ _ H1 (sub_mem _ _ _ _ (ofQ_mem (nth i (box b) 0%Q)) (iextent_mem i Hi))) as L.
+      unfold p, vec. lra.
+    - pose proof (nonnegative_mem _ _ H2 (sub_mem _ _ _ _ (mul_mem _ _ _ _ (ofQ_mem (contraction b)) (ofQ_mem (nth i (box b) 0%Q)))
+        (ireach_mem _ _ (iiterated_mem (more b) _ _ (iF_mem i Hi))))) as L.
+      unfold p at 2, vec. lra. }
+  apply (sum_of_sizes n F p); trivial.
+  - intros q. split; [apply size_nonneg|]. apply size_reach. intros; now apply C.
+  - apply reach_contracts; [easy|]. intros; now apply C.
+Qed.
+
+Fixpoint same (r s : list Q) : bool :=
+  match r, s with
+  | [], [] => true
+  | x :: r', y :: s' => Qeq_bool x y && same r' s'
+  | _, _ => false
+  end.
+
+Lemma same_sound r s v : same r s = true -> dot r v = dot s v.
+Proof.
+  revert s v; induction r as [|x r IH]; intros [|y s] v H; try easy. simpl in H. apply andb_prop in H as [E H].
+  destruct v as [|z v]; [easy|]. simpl. rewrite (IH s) by easy. apply Qeq_bool_eq, Qeq_eqR in E. now rewrite E.
+Qed.
+
+(** Whether the bound [a] follows from one of those that are [kept], with room for L. *)
+Definition has_room (kept : list bound) (length_ : nat) (L : interval) (a : bound) : bool :=
+  Nat.leb (length (row a)) length_ &&
+  existsb (fun k => same (row a) (row k) &&
+    match upper a, upper k with
+    | None, _ => true
+    | Some _, None => false
+    | Some h, Some h' => nonnegative (isub (ofQ (h - h')) L)
+    end &&
+    match lower a, lower k with
+    | None, _ => true
+    | Some _, None => false
+    | Some l, Some l' => nonnegative (isub (ofQ (l' - l)) L)
+    end) kept.
+
+Lemma has_room_sound kept length_ L l a x y :
+  has_room kept length_ L a = true -> l ∈ L -> (forall k, In k kept -> within k y) ->
+  Rabs (dot (row a) x - dot (row a) y) <= l -> within a x.
+Proof.
+  intros [_ H]%andb_prop Hl Hk Hd. apply existsb_exists in H as (k & Ik & H).
+  apply andb_prop in H as [[E U]%andb_prop W]. specialize (Hk k Ik) as [Kl Ku].
+  rewrite <- (same_sound _ _ y E) in Kl, Ku. apply Rcomplements.Rabs_le_between in Hd. split.
+  - destruct (lower a) as [q|], (lower k) as [q'|]; try easy.
+    pose proof (nonnegative_mem _ _ W (sub_mem _ _ _ _ (ofQ_mem (q' - q)) Hl)) as G. rewrite Q2R_minus in G. lra.
+  - destruct (upper a) as [q|], (upper k) as [q'|]; try easy.
+    pose proof (nonnegative_mem _ _ U (sub_mem _ _ _ _ (ofQ_mem (q - q')) Hl)) as G. rewrite Q2R_minus in G. lra.
+Qed.
+
+Definition check_tube : bool :=
+  let M := iF in
+  let W := iY in
+  let V := ivectors (noise d) in
+  fits c d && contracts M &&
+  forallb (fun a => has_room (state_set c) n (iadd (ilimit M W (ivec (row a))) (isize V (ivec (row a)))) a) (all_states d) &&
+  forallb (fun a => has_room (input_set c) m (ilimit M W (ithrough m (ivec (row a)) ifeedback)) a) (all_inputs d).
+
+Theorem check_tube_sound : holds c -> check_tube = true -> withstands c d.
+Proof.
+  intros Hc [[[Hf Ht]%andb_prop HX]%andb_prop HU]%andb_prop t0 xs us w v Hr Hw Hv k Hk.
+  rewrite forallb_forall in HX, HU.
+  destruct (run_bounds c d t0 xs us w v limit Hf Hc Hr Hw Hv (fun k r => contracts_sound k r Ht) k) as [BX BU].
+  destruct Hc as [_ Hc]. destruct (Hc _ Hk) as [CX CU]. split; intros a Ha.
+  - specialize (HX a Ha). refine (has_room_sound _ _ _ _ a _ _ HX _ CX (BX (row a) _)).
+    + apply add_mem; [apply ilimit_mem, ivec_mem|]. apply isize_mem; [apply ivectors_mem|apply ivec_mem].
+    + now apply Nat.leb_le; apply andb_prop in HX as [HX _].
+  - specialize (HU a Ha). refine (has_room_sound _ _ _ _ a _ _ HU _ CU (BU (row a) _)).
+    + apply ilimit_mem. apply ithrough_mem; [apply ivec_mem|]. intros j _. unfold ifeedback, K_, mat.
+      change (@nil interval) with (ivec []). rewrite map_nth. apply ivec_mem.
+    + now apply Nat.leb_le; apply andb_prop in HU as [HU _].
+Qed.
+
+End Tube.
 
 End Checker.
 

@@ -119,3 +119,41 @@ Definition holds (c : certificate) : Prop :=
   (forall t : R, claimed (times c) (sampling_time c) t ->
      (forall b, In b (state_set c) -> within b (x c t)) /\
      (forall b, In b (input_set c) -> within b (u c t))).
+
+(** * Disturbed systems *)
+
+(** All middle + s_0 g_0 + s_1 g_1 + ... with each |s_j| <= 1, for generators g_j; what is missing in a vector is 0. *)
+Record zonotope : Set := { middle : list Q; generators : list (list Q) }.
+
+Fixpoint mixture (s : nat -> R) (gs : list (list Q)) (i : nat) : R :=
+  match gs with
+  | [] => 0
+  | g :: gs' => s 0%nat * nth i g 0%Q + mixture (fun j => s (S j)) gs' i
+  end.
+
+Definition in_zonotope (Z : zonotope) (w : nat -> R) : Prop :=
+  exists s, (forall j, -1 <= s j <= 1) /\ forall i, w i = nth i (middle Z) 0%Q + mixture s (generators Z) i.
+
+Record disturbance : Set := {
+  feedback : list (list Q);
+  pushes : zonotope;
+  noise : zonotope;
+  all_states : list bound;
+  all_inputs : list bound }.
+
+(** x(k + 1) = A x(k) + B u(k) + c + w(k), where the state is measured as y(k) = x(k) + v(k), the input is
+    u(k) = u_r + K (y(k) - x_r) with the certificate's x_r and u_r at t0 + k T, and y(0) = x_r at t0. *)
+Definition runs (c : certificate) (d : disturbance) (t0 : R) (xs us : nat -> list R) (w v : nat -> nat -> R) : Prop :=
+  let t k := t0 + INR k * sampling_time c in
+  let off k i := nth i (xs k) 0 + v k i - nth i (x c (t k)) 0 in
+  (forall i, off 0%nat i = 0) /\
+  (forall k i, nth i (us k) 0 =
+     nth i (u c (t k)) 0 + dot (nth i (feedback d) []) (map (off k) (seq 0 (length (states c))))) /\
+  (forall k i, nth i (xs (S k)) 0 = nth i (successor (system c) (xs k) (us k)) 0 + w k i).
+
+(** Whatever disturbances and noise do, the bounds of [all_states] and [all_inputs] are kept at the times of the claim. *)
+Definition withstands (c : certificate) (d : disturbance) : Prop :=
+  forall t0 xs us w v,
+    runs c d t0 xs us w v -> (forall k, in_zonotope (pushes d) (w k)) -> (forall k, in_zonotope (noise d) (v k)) ->
+    forall k, claimed (times c) (sampling_time c) (t0 + INR k * sampling_time c) ->
+      (forall b, In b (all_states d) -> within b (xs k)) /\ (forall b, In b (all_inputs d) -> within b (us k)).

@@ -14,6 +14,7 @@ from trackable.checker.kernels.base import Kernel
 from trackable.checker.reading.certificates import read_certificate
 from trackable.checker.reading.counterexamples import read_counterexample
 from trackable.checker.reading.values import UnreadableError
+from trackable.checker.robust import Robust, Zonotope
 from trackable.checker.subject import Functional, LinearSystem, Row, Signal
 from trackable.checking import read
 from trackable.errors import InputError
@@ -45,11 +46,31 @@ Proof.
 Qed.
 """
 
+_DISTURBED = """
+Definition disturbed : disturbance := {{|
+  feedback := {feedback};
+  pushes := {pushes};
+  noise := {noise};
+  all_states := {state_set};
+  all_inputs := {input_set} |}}.
+
+Theorem trackable_though_disturbed : withstands reference disturbed.
+Proof.
+  apply ({0}.check_tube_sound _ _
+    {{| {0}.head := {head}; {0}.more := {more}; {0}.contraction := {contraction}; {0}.box := {box} |}} trackable).
+  vm_cast_no_check (eq_refl true).
+Qed.
+"""
+
+_ROUNDING = 1 + Fraction(1, 2**30)
+"""What Coq's intervals round is made up for: the box and its contraction are this much larger, and more powers of
+A + B K are taken one by one, which makes errors smaller than those of the certificate."""
+
 _COVER = "check_sound _ {{| {0}.degree := 7; {0}.halvings := 40; {0}.cuts := 14; {0}.by_ := {0}.{1} |}}"
 """Polynomials of degree 7 about the middle of each box; the numbers of halvings are far beyond what boxes need."""
 
-SILENT = """It says nothing about evaluation in float64, nor about disturbances: the sets are those of the certificate,
-drawn in where it is robust. That its numbers are those of the certificate is not proved, but can be read."""
+SILENT = """It says nothing about evaluation in float64, nor about disturbances from the hull of given points. That its
+numbers are those of the certificate is not proved, but can be read."""
 
 
 def theorem(file: Path, emulated: bool = False) -> str:
@@ -86,7 +107,7 @@ def _written(name: str, about: Certificate | Counterexample, arithmetic: str) ->
     else:
         times, proof = _counterexample(about)
         statement = "not_trackable : ~ holds reference"
-    return _FILE.format(
+    written = _FILE.format(
         name=name,
         fingerprint=subject.fingerprint,
         signals=_list(map(_signal, subject.signals)),
@@ -101,6 +122,29 @@ def _written(name: str, about: Certificate | Counterexample, arithmetic: str) ->
         arithmetic=arithmetic,
         proof=proof,
     )
+    robust = about.robust if isinstance(about, Certificate) else None
+    return written + _disturbed(robust, arithmetic) if robust else written
+
+
+def _disturbed(robust: Robust, arithmetic: str) -> str:
+    if not isinstance(robust.disturbance, Zonotope):
+        return ""
+    return _DISTURBED.format(
+        arithmetic,
+        feedback=_list(map(_numbers, robust.feedback)),
+        pushes=_zonotope(robust.disturbance),
+        noise=_zonotope(robust.noise or Zonotope((), ())),
+        state_set=_list(map(_bound, robust.state_set.rows)),
+        input_set=_list(map(_bound, robust.input_set.rows)),
+        head=2 * robust.head + 8,
+        more=robust.terms - 1,
+        contraction=_number(Fraction(robust.contraction) * _ROUNDING),
+        box=_numbers(Fraction(size) * _ROUNDING for size in robust.box),
+    )
+
+
+def _zonotope(zonotope: Zonotope) -> str:
+    return f"{{| middle := {_numbers(zonotope.centre)}; generators := {_list(map(_numbers, zonotope.generators))} |}}"
 
 
 def _claim(certificate: Certificate) -> tuple[str, str]:

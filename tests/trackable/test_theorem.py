@@ -17,7 +17,7 @@ from trackable.__main__ import main
 from trackable.errors import InputError
 from trackable.theorem import theorem
 
-THEORY = ("Statement", "Jets", "Polynomials", "Forms", "Checker")
+THEORY = ("Statement", "Jets", "Polynomials", "Forms", "Disturbance", "Checker")
 RESULTS = ROOT / "data" / "results"
 
 
@@ -244,6 +244,28 @@ def test_coq_refuses_trajectories_that_do_not_solve_the_system(coq):
 def test_coq_proves_what_is_true_by_a_millionth(coq, kernel):
     answer = coq(with_kernel(KERNELS[kernel], "1e-6")[0])
     assert answer.returncode == 0, answer.stderr
+
+
+@pytest.mark.parametrize("name", ["example1/robust", "example2/robust"])
+def test_coq_proves_what_is_certified_of_disturbed_systems(coq, name):
+    answer = coq(certificate(name), more="Check trackable_though_disturbed : withstands reference disturbed.\n")
+    assert answer.returncode == 0, answer.stderr
+
+
+def test_coq_refuses_disturbances_that_break_a_bound(coq):
+    content = certificate("example1/robust")
+    disturbance, system = content["disturbance"], content["reference"]["plant"]["system"]
+    disturbance["set"]["generators"] = [["1/39"]]
+    T, A, B = mpf(system["sampling_time"]), mpf(system["A"][0][0]), mpf(system["B"][0][0])
+    start, K = mpf(highest(content, "states", 1.2)) - 3 * T, mpf(disturbance["feedback"][0][0])
+    assert A + B * K > 0  # pushes in one direction add up
+    x = value(content, "states", start)
+    for k in range(3):
+        t = start + k * T
+        u = value(content, "inputs", t) + K * (x - value(content, "states", t))
+        x = A * x + B * u + mpf(1) / 39
+    assert x > mpf(disturbance["state_set"]["upper"][0])
+    assert refused(coq(content))
 
 
 def names_of(printed: str) -> list[set[str]]:
