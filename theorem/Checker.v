@@ -578,13 +578,6 @@ Definition lpsi (n p : nat) (q c L : interval) : local := fun B =>
   else let X := imul L (I.neg B) in
     (Some (imul (imul c (power p X)) (I.join o (I.exp prec X))), jpsi n q L).
 
-Lemma encloses_variable n : encloses n (fun t => t) (fun X => [X; ofZ 1]).
-Proof.
-  exists variable. split; [apply tower_variable|].
-  intros t X HX [|[|k]] _; unfold coefficient; cbn [nth at_ variable]; [easy|apply ofZ_mem|].
-  destruct k; apply zero_mem.
-Qed.
-
 Lemma encloses_jpsi n q q_ l L : 0 <= q <= 1 / 3 -> q ∈ q_ -> l ∈ L -> encloses n (fun r => psi q (l * r)) (jpsi n q_ L).
 Proof.
   intros Hq Hq' Hl.

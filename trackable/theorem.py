@@ -22,7 +22,7 @@ from trackable.errors import InputError
 KERNELS = ("SquaredExponential", "Periodic", "Matern32", "Matern52", "Sum", "Product")
 """Kernels that `theorem/Checker.v` encloses: the names of the classes are those of Coq's constructors."""
 
-_FILE = """(* {name}: a theorem about its numbers. Signals and system have the SHA-256
+_FILE = """(* {name}: a theorem about its numbers. What a check of it names as its reference has the SHA-256
    {fingerprint}. *)
 From Coq Require Import QArith List.
 From Trackable Require Import Statement Checker.
