@@ -23,6 +23,7 @@ _LONGEST = (
     "test_stages_periodic.py",
     "test_stages_tracking.py",
     "test_soundness.py",
+    "test_theorem.py",
     "test_tampering.py",
     "test_stages.py",
     "test_learn_many.py",

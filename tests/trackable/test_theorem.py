@@ -78,22 +78,26 @@ def kappa(kernel, r):
     return s**2 * (1 + x + (x**2 / 3 if kind == "matern52" else 0)) * mp.exp(-x)
 
 
-def signal(content, t):
-    """Return z(t) in 50 digits, of the only signal."""
-    (z,) = content["reference"]["signals"]
+def signal(z, t):
+    """Return z(t) in 50 digits."""
     terms = zip(z["weights"], z["centres"], strict=True)
     return sum((mpf(c) * kappa(z["kernel"], t - mpf(at)) for c, at in terms), mpf(z["mean"]))
 
 
-def value(content, of, t):
-    """Return x(t) or u(t) in 50 digits, of a scalar system."""
-    (row,) = content["trajectories"][of]
-    (weights,), T = row["weights"], mpf(content["reference"]["plant"]["system"]["sampling_time"])
-    terms = [
-        mpf(f.numerator) / f.denominator * signal(content, t + j * T) for j, f in enumerate(map(Fraction, weights))
-    ]
-    offset = Fraction(row["offset"])
-    return sum(terms, mpf(offset.numerator) / offset.denominator)
+def exactly(fraction):
+    return mpf(fraction.numerator) / fraction.denominator
+
+
+def value(content, of, t, row=(1,)):
+    """Return this row of x(t) or u(t) in 50 digits."""
+    T, total = mpf(content["reference"]["plant"]["system"]["sampling_time"]), mpf(0)
+    for factor, one in zip(row, content["trajectories"][of], strict=True):
+        total += factor * exactly(Fraction(one["offset"]))
+        for z, weights in zip(content["reference"]["signals"], one["weights"], strict=True):
+            for j, weight in enumerate(map(Fraction, weights)):
+                if weight:
+                    total += factor * exactly(weight) * signal(z, t + j * T)
+    return total
 
 
 def highest(content, of, until):
@@ -193,7 +197,9 @@ FAULTS = (
 )
 
 
-@pytest.mark.parametrize("name", ["example1/joint", "example1/hyperparameters", "example1/sound", "example2/exact"])
+@pytest.mark.parametrize(
+    "name", ["example1/joint", "example1/hyperparameters", "example1/sound", "example2/exact", "vehicle/joint"]
+)
 def test_coq_proves_what_is_certified(coq, name):
     answer = coq(certificate(name))
     assert answer.returncode == 0, answer.stderr
@@ -219,11 +225,24 @@ def test_coq_refuses_what_is_false(coq, fault):
 @pytest.mark.parametrize("fault", FAULTS)
 def test_coq_proves_that_what_is_false_does_not_hold(coq, fault):
     content, of, at, _ = fault()
-    claim = {"kind": content["claim"]["kind"]}
+    answer = coq(as_counterexample(content, {"states": "state", "inputs": "input"}[of], at))
+    assert answer.returncode == 0, answer.stderr
+
+
+def as_counterexample(content, quantity, at):
+    header = {"format": "trackable counterexample", "version": 1, "claim": {"kind": content["claim"]["kind"]}}
     said = {name: content[name] for name in ("reference", "trajectories")}
-    header = {"format": "trackable counterexample", "version": 1, "claim": claim}
-    quantity = {"states": "state", "inputs": "input"}[of]
-    answer = coq({**header, **said, "quantity": quantity, "at": {"time": at}, "violation": 1e-9})
+    return {**header, **said, "quantity": quantity, "at": {"time": at}, "violation": 1e-9}
+
+
+def test_coq_refuses_and_refutes_a_false_bound_of_an_acceleration(coq):
+    content = certificate("vehicle/joint")
+    rows = content["reference"]["plant"]["input_set"]
+    assert rows["rows"][0] == [1.0, 1.0]
+    at = max(np.linspace(0.0, 10.0, 81), key=lambda t: value(content, "inputs", mpf(t), (1, 1)))
+    rows["upper"][0] = float(value(content, "inputs", mpf(at), (1, 1)) - mpf("1e-6"))
+    assert refused(coq(content))
+    answer = coq(as_counterexample(content, "ax+ay", float(at)))
     assert answer.returncode == 0, answer.stderr
 
 
@@ -246,7 +265,7 @@ def test_coq_proves_what_is_true_by_a_millionth(coq, kernel):
     assert answer.returncode == 0, answer.stderr
 
 
-@pytest.mark.parametrize("name", ["example1/robust", "example2/robust"])
+@pytest.mark.parametrize("name", ["example1/robust", "example2/robust", "vehicle/robust"])
 def test_coq_proves_what_is_certified_of_disturbed_systems(coq, name):
     answer = coq(certificate(name), more="Check trackable_though_disturbed : withstands reference disturbed.\n")
     assert answer.returncode == 0, answer.stderr
