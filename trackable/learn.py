@@ -48,7 +48,8 @@ from trackable.systems.constrained import ConstrainedSystem
 from trackable.systems.disturbance.sets import DisturbanceSet
 from trackable.waypoints import Waypoints, waypoints
 
-Found = tuple[Certified, tuple[Condensation, ...]]
+Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
+"""What is learned, what it costs that it has fewer centres than samples, and the length scales that left the search."""
 
 _SAME_VALUE = 1e-6  # of 1 + |J|: more than searches from different starts differ by at one minimum
 _FIRST = 200  # samples: likely hyperparameters are found from them in a second
@@ -214,18 +215,19 @@ def learn_reference(
                 lambda of: found_or_raise(first.best(partial(certified, of))),
                 lambda found: found.solution.posterior.prior.as_known(),
             )
-            return _beside_likeliest(found, first), cost
+            sought = SearchSpace.around(measured.signals, first.with_noise or first.prior, starts).bounds
+            limited = tuple(
+                name for name, interval in sought.items() if interval != found.space.bounds.get(name, interval)
+            )
+            return _beside(None if limited else first.likeliest, found), cost, limited
 
         quick = () if budget is None or not first.prior.learned else _quick(first, measured, starts, learner, learn)
         with _in_time(budget, end):
-            (certified, cost), is_whole = _best_of(chain(quick, [partial(learn, first, learner)]))
+            (certified, cost, limited), is_whole = _best_of(chain(quick, [partial(learn, first, learner)]))
         pinned = tuple(at.found(certified.reference) for at in pinned)
         proofs = found_or_raise(prove_pinned(certified.reference, pinned))
-        solution, searched = certified.solution, certified.space.bounds
-        assert solution.unconstrained, "it is beside the likeliest"
-        sought = SearchSpace.around(measured.signals, first.with_noise or first.prior, starts).bounds
-        limited = tuple(name for name, interval in sought.items() if interval != searched.get(name, interval))
-        ended = None if is_whole else budget
+        solution, ended = certified.solution, None if is_whole else budget
+        assert solution.unconstrained, "it is beside the one without bounds"
         fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended)
     certificate = replace(certified.certificate, robust=robust_of(tightening))
     learned = TrackableReference(fit, certificate, proofs, tightening)
@@ -333,10 +335,10 @@ def _without_bounds(prior: JointPrior, measured: Measurements, starts: int) -> C
     return ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts))
 
 
-def _beside_likeliest(certified: Certified, first: Beforehand) -> Certified:
-    """Return the same with the solution of the problem without bounds, which most learners know already."""
+def _beside(likeliest: JointPosterior | None, certified: Certified) -> Certified:
+    """Return the same with the solution of the problem without bounds: the `likeliest`, or that of the same search."""
     solution = certified.solution
-    least = first.likeliest or solution.unconstrained
+    least = likeliest or solution.unconstrained
     if least is None:
         learned = solution.posterior
         free = best_solution(ConstrainedProblem(learned.samples, learned.prior, certified.space))
