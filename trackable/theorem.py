@@ -66,8 +66,8 @@ _ROUNDING = 1 + Fraction(1, 2**30)
 """What Coq's intervals round is made up for: the box and its contraction are this much larger, and more powers of
 A + B K are taken one by one, which makes errors smaller than those of the certificate."""
 
-_COVER = "check_sound _ {{| {0}.degree := 7; {0}.halvings := 40; {0}.cuts := 14; {0}.by_ := {0}.{1} |}}"
-"""Polynomials of degree 7 about the middle of each box; the numbers of halvings are far beyond what boxes need."""
+_COVER = "check_sound _ {{| {0}.degree := 10; {0}.halvings := 40; {0}.cuts := 14; {0}.by_ := {0}.{1} |}}"
+"""Polynomials of degree 10 about the middle of each box; the numbers of halvings are far beyond what boxes need."""
 
 SILENT = """It says nothing about evaluation in float64, nor about disturbances from the hull of given points. That its
 numbers are those of the certificate is not proved, but can be read."""
