@@ -61,7 +61,7 @@ def test_who_asked_for_function_and_hyperparameters_is_not_told_to(monkeypatch):
     low = ConstrainedSystem(example1.SYSTEM.system, Polytope.box([-2.0], [0.001]), example1.SYSTEM.input_set)
     monkeypatch.setitem(_LEARNERS, "joint", HYPERPARAMETERS)
     with pytest.warns(IgnoresSamplesWarning) as caught:
-        found = learn_reference(example1.SAMPLES, low, SquaredExponential(), "all_times", noise_std=0.01)
+        found = learn_reference(example1.SAMPLES, low, SquaredExponential(), "all_times", noise_std=0.01, mean=0.0)
     assert found.method == "hyperparameters"
     for said in (str(caught[0].message), found.explanation):
         assert "wider bounds or another prior mean may help" in said
