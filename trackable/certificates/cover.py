@@ -16,7 +16,7 @@ from trackable.systems.quantities import Quantities
 from trackable.systems.reference import Reference
 
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
-_MOST_HALVINGS, _EXACT_FROM, _MOST_EXACT = 60, 12, 16
+_MOST_HALVINGS, _NARROW_ENOUGH, _EXACT_FROM, _MOST_EXACT = 60, 4, 12, 16
 _WIDTH, _NARROW = 2.0, 0.7  # correlation times: in wider boxes with a centre nearby most proofs fail; and hardly any
 _RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0])
 
@@ -67,7 +67,9 @@ def cover(
         middles = starts + (ends - starts) / 2
         hopeless = missing & (margins.margins(middles) <= errors[:, None])
         hopeless |= missing & ~((starts < middles) & (middles < ends))
-        if np.any(hopeless) or len(starts) > most or halvings == _MOST_HALVINGS - 1:
+        # Where narrow boxes are refused nearly everywhere, rounding takes what there is of margins: halves do not help.
+        is_in_vain = halvings >= _NARROW_ENOUGH and len(starts) > max(_MOST_EXACT, 0.875 * wanted.shape[1])
+        if np.any(hopeless) or is_in_vain or len(starts) > most or halvings == _MOST_HALVINGS - 1:
             q, b = np.argwhere(hopeless if np.any(hopeless) else missing)[0]
             name = draft.quantities[q].name
             reason = reasons.get((name, float(starts[b])), "") or "no enclosure found in this box is narrow enough"
