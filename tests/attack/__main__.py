@@ -12,7 +12,7 @@ from tests.attack.bases import bases
 from tests.attack.counts import Counts, table
 from tests.attack.fingerprints import attack_fingerprint, attack_table
 from tests.attack.fleets import attack_fleet
-from tests.attack.references import attack_reference
+from tests.attack.references import attack_by_liar, attack_reference
 from tests.attack.tampering import attack_certificate
 
 _ROUNDS = 100
@@ -47,6 +47,7 @@ def _attack(counts: dict[str, Counts], tamperings: int, references: int, seed: i
                 attack_table(counts, seed, number)
         for number in range(i * references // _ROUNDS, (i + 1) * references // _ROUNDS):
             attack_reference(counts, seed, number)
+            attack_by_liar(counts, seed, number)
             if number % 20 == 0:
                 attack_fleet(counts, seed, number)
         if sys.stderr.isatty():

@@ -4,11 +4,13 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+import pytest
 from mpmath import mp
 
 from tests.attack.counts import Counts
 from tests.trackable.certificates import naive
 from tests.trackable.certificates.instances import Case, case, compact_kernel, general_case
+from tests.trackable.certificates.liars import LIES, plant
 from tests.trackable.checker.test_soundness import smallest_margin
 from trackable.certificates.certificate import Certificate
 from trackable.certificates.claim import AllPhases, AtInstants
@@ -38,6 +40,16 @@ def attack_reference(counts: dict[str, Counts], seed: int, number: int) -> None:
     name = names[number % len(names)]
     chosen, window = _FAMILIES[name](s)
     _attack(counts.setdefault(name, Counts()), chosen, _ask(number // len(names), chosen, window), s)
+
+
+def attack_by_liar(counts: dict[str, Counts], seed: int, number: int) -> None:
+    """Ask for the same while some function of the proposer lies: what is said all the same has to be true."""
+    s, names, lies = 10**6 * (seed + 1) + number, list(_FAMILIES), list(LIES)
+    chosen, window = _FAMILIES[names[number % len(names)]](s)
+    with pytest.MonkeyPatch.context() as planted:
+        plant(lies[number % len(lies)], s, planted.setattr)
+        found = _ask(number // len(names), chosen, window)
+    _attack(counts.setdefault("liars", Counts()), chosen, found, s)
 
 
 def _before_zero(s: int) -> tuple[Case, tuple[float, float]]:

@@ -16,7 +16,8 @@ from trackable.systems.quantities import Quantities
 from trackable.systems.reference import Reference
 
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
-_MOST_HALVINGS, _NARROW_ENOUGH, _EXACT_FROM, _MOST_EXACT = 60, 4, 12, 16
+_MOST_HALVINGS, _NARROW_ENOUGH = 60, 4  # so often boxes are halved; so often until most of them have to be accepted
+_EXACT_FROM, _MOST_EXACT = 12, 16  # halvings after which the checker is asked exactly, about so many boxes at most
 _WIDTH, _NARROW = 2.0, 0.7  # correlation times: in wider boxes with a centre nearby most proofs fail; and hardly any
 _RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0])
 
