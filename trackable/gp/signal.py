@@ -26,7 +26,8 @@ class KernelSum:
     """m⁺(t) = m + Σ_i c_i κ(t − t_i) with `mean` m, `centres` t_i [s] and `weights` c_i (shape (n,) both).
 
     This is all that a reference is made of: how the weights were found does not matter to any later claim about it.
-    Nor does it matter which hyperparameters were learned: all are plain numbers here.
+    Nor does it matter which hyperparameters were learned: all are plain numbers here. The arrays are copied, and cannot
+    be written to: no reference changes once it is proved.
     """
 
     kernel: Kernel
@@ -37,6 +38,10 @@ class KernelSum:
     def __post_init__(self) -> None:
         if any(isinstance(value, Learned) for value in self.kernel.hyperparameters.values()):
             object.__setattr__(self, "kernel", self.kernel.as_known())
+        for name, given in (("centres", self.centres), ("weights", self.weights)):
+            array = np.array(given, dtype=float)
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
 
     @classmethod
     def of_terms(cls, kernel: Kernel, mean: float, centres: Array, weights: Array) -> Self:

@@ -29,8 +29,11 @@ class ProvedReference(Conventions, ABC):
     pin_certificates: tuple[Certificate, ...] = ()
 
     def __post_init__(self) -> None:
+        """Raise NotTrackableError where the checker refuses a certificate, ValueError for one of another reference."""
         for certificate in (self.certificate, *self.pin_certificates):
             found_or_raise(judged(certificate))
+            if certificate.reference is not self.reference and _fingerprint(certificate.reference) != self.fingerprint:
+                raise ValueError("certificate: expected one about this reference, got one about another reference")
 
     @property
     @abstractmethod
@@ -66,7 +69,7 @@ class ProvedReference(Conventions, ABC):
     @property
     def fingerprint(self) -> str:
         """SHA-256 of what defines states and inputs, as the checker prints it for certificates about this reference."""
-        return subject_of(encode_subject(self.reference)).fingerprint
+        return _fingerprint(self.reference)
 
     @property
     def identity(self) -> str:
@@ -96,3 +99,7 @@ class ProvedReference(Conventions, ABC):
 
     def _times(self, k: Array | int) -> Array:
         return np.asarray(self.reference.instants(numbers("steps", k)), dtype=float)
+
+
+def _fingerprint(reference: Reference) -> str:
+    return subject_of(encode_subject(reference)).fingerprint

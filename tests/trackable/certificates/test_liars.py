@@ -2,8 +2,10 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
@@ -30,6 +32,8 @@ from trackable import (
 )
 from trackable.certificates.judge import accepted_file
 from trackable.checker import Failed, Proved, check
+from trackable.given.certified import CertifiedReference
+from trackable.gp.signal import KernelSum
 from trackable.reference import TrackableReference
 from trackable.streams.reference import StreamReference
 
@@ -118,3 +122,24 @@ def test_every_public_name_that_may_claim_something_is_asked():
     public = {name for name in trackable.__all__ if name.startswith(("learn", "certify", "repair", "check"))}
     public |= {name for name in trackable.__all__ if hasattr(getattr(trackable, name), "load")} | {"Relearner"}
     assert public == asked
+
+
+def test_the_certificate_of_another_reference_is_refused():
+    one, other = certified("example1"), certified("example2")
+    with pytest.raises(ValueError, match="another reference"):
+        CertifiedReference(one.reference, other.certificate)
+    assert CertifiedReference(replace(one.reference), one.certificate).certificate is one.certificate
+
+
+def test_what_was_accepted_cannot_be_written_to():
+    centres, weights = np.array([0.0, 1.0]), np.array([1.0, -1.0])
+    of = KernelSum(SquaredExponential(1.0, 1.0), 0.0, centres, weights)
+    weights[0] = 1e9
+    assert of.weights.tolist() == [1.0, -1.0]
+    for array in (
+        of.centres,
+        of.weights,
+        *(array for z in certified("example1").reference.kernel_sums for array in (z.centres, z.weights)),
+    ):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1e9

@@ -20,9 +20,12 @@ from trackable.checker.arithmetic.intervals import ONE, ZERO, Many, Real, exactl
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-_MOST_SUMMED, _NONE = 16, np.zeros(())
+_MOST_SUMMED = 16
 _OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1000
 """The last one is far more than products and functions lose by underflow; sums lose nothing."""
+
+_LEAST = np.full((), _TINY)
+"""How far from a number it may be said to be: no error of it that underflows is multiplied by a large factor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +73,7 @@ class Floats(Many):
     def _around(self) -> tuple[Array, Array, Array, Array, Array]:
         """Return a number m, |m|, how far r these may be from m, how large they may be, and r + 2⁻⁴⁸ of that."""
         middle = self.low if self.low is self.high else self.low / 2 + self.high / 2
-        radius = _NONE
+        radius = _LEAST
         if self.low is not self.high:
             radius = np.maximum(self.high - middle, middle - self.low) * (1 + _OPERATION) + _TINY
         largest = ((size := np.abs(middle)) + radius) * (1 + _OPERATION)
@@ -222,8 +225,8 @@ def _outwards(low: Array, high: Array, part: float = _OPERATION, tiny: float = _
 
 
 def _within(value: Array, off: Array) -> Floats:
-    """Return what is `off` from a sum of products at most, with what rounding adds (`Floats.dot`)."""
-    off = off * (1 + 2.0**-45) + _TINY
+    """Return what is `off` from a sum of products at most, with what rounding adds (`Floats.dot`); NaN for overflow."""
+    off = off * (1 + 2.0**-45) + (_TINY + 0 * value)
     return Floats(value - off, value + off)
 
 

@@ -38,6 +38,10 @@ class InvariantSet:
     contraction: float
     box: Array
 
+    def __post_init__(self) -> None:
+        for array in (self.feedback, self.box):
+            array.flags.writeable = False
+
     def support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_Z(row) = max {row · e : e ∈ Z}, exactly."""
         q, closed = self._closed_loop

@@ -138,6 +138,47 @@ def test_what_is_not_known_is_never_certain():
     assert not np.any(are_positive(Floats.exact(np.full((4, 3), np.nan))))
 
 
+def extreme(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
+    """Numbers, narrow and wide intervals whose sizes are all those of float64, also numbers that are subnormal."""
+    low = np.ldexp(rng.uniform(1, 2, shape) * rng.choice([-1, 1], shape), rng.integers(-1074, 1024, shape))
+    width = np.abs(low) * rng.choice([0.0, 2.0**-52, 2.0**-20], shape)
+    return Floats.exact(low) if rng.integers(2) else Floats(low, np.where(np.isfinite(low + width), low + width, low))
+
+
+def exact_dot(x: Floats, y: Floats, j: int, ends: tuple[str, str]) -> Fraction:
+    columns = (getattr(of, end)[:, j].tolist() for of, end in zip((x, y), ends, strict=True))
+    return sum((Fraction(a) * Fraction(b) for a, b in zip(*columns, strict=True)), Fraction(0))
+
+
+def is_inside(number: Fraction, low: float, high: float) -> bool:
+    """An end that is NaN bounds nothing, and neither does one at infinity on the side where nothing is beyond it."""
+    above = np.isnan(low) or low == -np.inf or (low < np.inf and Fraction(low) <= number)
+    return bool(above and (np.isnan(high) or high == np.inf or (high > -np.inf and number <= Fraction(high))))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_sums_of_products_of_any_sizes_are_contained(seed):
+    rng = np.random.default_rng(seed)
+    for count in (1, 2, 3, 16, 17):
+        x, y = extreme(rng, (count, 60)), extreme(rng, (count, 60))
+        with np.errstate(all="ignore"):
+            found = Floats.dot([x.at(k) for k in range(count)], [y.at(k) for k in range(count)])
+            product = [Floats(x.low[:, [j]].T, x.high[:, [j]].T) @ y.at((slice(None), [j])) for j in range(60)]
+        for j in range(60):
+            for ends in (("low", "low"), ("low", "high"), ("high", "high")):
+                exact = exact_dot(x, y, j, ends)
+                assert is_inside(exact, found.low[j], found.high[j])
+                assert is_inside(exact, product[j].low[0, 0], product[j].high[0, 0])
+
+
+def test_a_sum_of_products_that_overflows_is_not_positive():
+    huge, signs = Floats.exact(np.full((4, 1), 1.7e308)), Floats.exact(np.array([[1.0], [1.0], [-1.0], [-1.0]]))
+    with np.errstate(all="ignore"):  # the sum is 0
+        each = Floats.dot([huge.at(k) for k in range(4)], [signs.at(k) for k in range(4)])
+        assert not np.any(each > 0)
+        assert not np.any(Floats(signs.low.T, signs.high.T) @ huge > 0)
+
+
 def wrongly_positive(seed: int = 0) -> int:
     """How many polynomials that are negative somewhere, by a hair, are called positive."""
     return int(np.sum(are_positive(_touching(-1e-9, seed))))
