@@ -41,8 +41,9 @@ class Table:
             raise ValueError(f"table: expected a row for each step, got states of shape {x.shape}, inputs {u.shape}")
         if not (np.all(np.isfinite(x)) and np.all(np.isfinite(u))):
             raise ValueError("table: states and inputs must be finite")
-        object.__setattr__(self, "states", x)
-        object.__setattr__(self, "inputs", u)
+        for name, array in (("states", x), ("inputs", u)):
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
 
     @property
     def last_step(self) -> int:

@@ -136,10 +136,8 @@ def test_what_was_accepted_cannot_be_written_to():
     of = KernelSum(SquaredExponential(1.0, 1.0), 0.0, centres, weights)
     weights[0] = 1e9
     assert of.weights.tolist() == [1.0, -1.0]
-    for array in (
-        of.centres,
-        of.weights,
-        *(array for z in certified("example1").reference.kernel_sums for array in (z.centres, z.weights)),
-    ):
+    signals = (of, *certified("example1").reference.kernel_sums)
+    arrays = [array for signal in signals for array in (signal.centres, signal.weights)]
+    for array in (*arrays, TABLE.states, TABLE.inputs):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1e9

@@ -94,14 +94,19 @@ def test_formulas_that_may_not_be_defined():
     assert "divides by something" in found.explanation
 
 
+def moved(table: Table, by: float) -> Table:
+    states = table.states.copy()
+    states[11, 0] += by
+    return replace(table, states=states)
+
+
 ROBOT = ConstrainedSystem(robot(), Polytope.box([-3, -3, -7], [3, 3, 7]), Polytope.box([-1, -3], [2, 3]))
 
 
 @pytest.mark.parametrize("broken", [False, True])
 def test_a_flat_form_is_not_repeated_as_nothing_is_verified_of_it(broken, tmp_path):
     """Once the statement had whatever form the file gave: "x" = 1e9 z1[0], and up to whole turns of nobody."""
-    table = followed(ROBOT)
-    table.states[11, 0] += 1e-3 * broken
+    table = moved(followed(ROBOT), 1e-3 * broken)
     found, path = certify_table(table, ROBOT, 1e-6), tmp_path / "table.json"
     data = json.loads((found.save_counterexample(path) if broken else found.save_certificate(path)).read_text())
     verdict = check(data)
@@ -156,8 +161,7 @@ def test_what_is_changed_is_refused(part, value, reason, tmp_path):
 )
 @pytest.mark.parametrize("plant", [AXIS, TANK], ids=["axis", "tank"])
 def test_what_is_changed_refutes_nothing(plant, part, value, reason, tmp_path):
-    table = followed(plant)
-    table.states[11, 0] += 1e-3
+    table = moved(followed(plant), 1e-3)
     found = certify_table(table, plant, 1e-6)
     data = json.loads(found.save_counterexample(tmp_path / "no.json").read_text())
     assert isinstance(check(data), Refuted)
