@@ -71,8 +71,8 @@ def test_the_standard_deviation_is_that_of_the_inputs_that_are_left():
         PLANT.state_set,
         Polytope.box([-2.0], [2.0]),
     )
-    single = replace(found, fit=replace(found.fit, reference=Reference(found.reference.signals, alone)))
-    np.testing.assert_allclose(std[at_bound, 0], single.input_std(k[at_bound])[:, 0], rtol=1e-9)
+    single = found.fit.std_of(alone.flatness.inputs, found.reference.instants(k[at_bound].astype(float)))
+    np.testing.assert_allclose(std[at_bound, 0], single[:, 0], rtol=1e-9)
 
 
 def test_a_scalar_input_needs_no_set_of_its_own():
