@@ -45,7 +45,7 @@ types: .venv/installed
 
 # Other options need a cache of their own: in a common one each run would throw away what the other keeps.
 user-types: .venv/installed
-	mypy --config-file= --strict --cache-dir .mypy_cache/user tests/trackable/user.py
+	mypy --config-file= --strict --cache-dir .mypy_cache/user tests/trackably/user.py
 
 force: .venv/installed
 	dvc repro --force
@@ -54,7 +54,7 @@ status: .venv/installed
 	@dvc status --quiet || { dvc status; echo "results and code do not belong together: run 'dvc repro' and commit" >&2; exit 1; }
 
 checker: .venv/installed
-	python -m trackable.checker.bundle checker.pyz
+	python -m trackably.checker.bundle checker.pyz
 
 attack: TAMPERINGS ?= 20000
 attack: REFERENCES ?= 2000
@@ -83,7 +83,7 @@ study: .venv/installed
 	python -m benchmarks.rivals page
 
 # Each file is compiled by itself: `coqc` would otherwise be the only program that knows what depends on what.
-COQC := coqc -q -Q theorem Trackable
+COQC := coqc -q -Q theorem Trackably
 
 theorem: theorem/assumptions $(if $(NAME),theorem-of-$(NAME))
 
@@ -91,7 +91,7 @@ theorem-of-%: theorem/Checker.vo .venv/installed
 	@mkdir -p .theorem/$*
 	@set -e; for file in data/results/$*/certificates/*.json; do \
 		name=.theorem/$*/$$(basename $$file .json | tr . _).v; \
-		python -m trackable theorem $$file --output $$name > /dev/null || continue; \
+		python -m trackably theorem $$file --output $$name > /dev/null || continue; \
 		$(COQC) $$name; sed -n "s|^Theorem \(.*\)\.|$$file: \1, proved by Coq|p" $$name; \
 	done
 

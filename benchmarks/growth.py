@@ -15,15 +15,15 @@ import numpy as np
 from benchmarks.duel import Row, agree, duel
 from benchmarks.loops.windows import integrator
 from benchmarks.problems import PRIOR, example, irregular, likelihood, regular
-from trackable.gp.kernels.matern import Matern52
-from trackable.gp.kernels.squared_exponential import SquaredExponential
-from trackable.gp.samples import Samples
-from trackable.learn import learn_reference
-from trackable.learning.problem import Solution
-from trackable.learning.published.scalar import scalar
-from trackable.learning.search import best_solution
-from trackable.learning.space import SearchSpace
-from trackable.systems.sets.interval import Interval
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.samples import Samples
+from trackably.learn import learn_reference
+from trackably.learning.problem import Solution
+from trackably.learning.published.scalar import scalar
+from trackably.learning.search import best_solution
+from trackably.learning.space import SearchSpace
+from trackably.systems.sets.interval import Interval
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
 _SPAN = 2.0  # seconds

@@ -17,7 +17,7 @@ _MEASURED = "import time; begin = time.process_time(); {}; print(time.process_ti
 def rows() -> Iterator[Row]:
     """Time each in new interpreters; NumPy alone stands beside it."""
     numpy = _seconds("import numpy")
-    for statement, limit in (("import trackable", 0.05), ("from trackable import learn_reference", 0.4)):
+    for statement, limit in (("import trackably", 0.05), ("from trackably import learn_reference", 0.4)):
         taken = _seconds(statement)
         parts = [second / limit for second in taken]
         found = (median(taken), limit, median(parts), min(parts), max(parts))

@@ -12,18 +12,18 @@ from benchmarks.learned import Task, misfit, task
 from benchmarks.machine import ROOT
 from benchmarks.problems import NOISE, irregular
 from pipeline.published.ground_truth import GroundTruth, docking_y, draw, setpoint_change
-from trackable.certificates.certified import Certified
-from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.squared_exponential import SquaredExponential
-from trackable.gp.prior import Prior
-from trackable.gp.samples import Samples
-from trackable.learning.learner import HYPERPARAMETERS, JOINT
-from trackable.learning.prior import prior_for
-from trackable.recordings import Column, CsvLayout, read_csv
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import LinearSystem
-from trackable.systems.sampling import sampled_signals
-from trackable.systems.sets.polytope import Polytope
+from trackably.certificates.certified import Certified
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning.learner import HYPERPARAMETERS, JOINT
+from trackably.learning.prior import prior_for
+from trackably.recordings import Column, CsvLayout, read_csv
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.sampling import sampled_signals
+from trackably.systems.sets.polytope import Polytope
 
 ALONE = "θ alone"
 _TIME, _MISFIT, _ERROR = (f"learned jointly: {what}" for what in ("time with proof", "misfit", "error"))

@@ -7,14 +7,14 @@ import numpy as np
 from benchmarks.machine import ROOT
 from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
-from trackable.certificates.certified import Certified, learn_certified
-from trackable.certificates.goal import Claim, goal_for
-from trackable.gp.joint import JointPrior
-from trackable.gp.samples import Samples
-from trackable.learning.learner import Learner
-from trackable.learning.space import SearchSpace
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.sets.polytope import Polytope
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.goal import Claim, goal_for
+from trackably.gp.joint import JointPrior
+from trackably.gp.samples import Samples
+from trackably.learning.learner import Learner
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.sets.polytope import Polytope
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from scipy.linalg import lapack
 
 from benchmarks.duel import Row, agree, duel
 from benchmarks.problems import NOISE, PRIOR, free, irregular, likelihood, regular
-from trackable.gp.factorise import unstructured
-from trackable.gp.posterior import Posterior
-from trackable.gp.samples import Samples
-from trackable.learning.problem import Solution
-from trackable.learning.search import best_solution
+from trackably.gp.factorise import unstructured
+from trackably.gp.posterior import Posterior
+from trackably.gp.samples import Samples
+from trackably.learning.problem import Solution
+from trackably.learning.search import best_solution
 
 _SIZES = (30, 100, 300, 1000, 2000, 3000)
 _STRUCTURED = 300  # samples, from which on the covariance matrix is taken for the band that it is

@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 
 from benchmarks.duel import Row, agree, duel
-from trackable.arrays import Array
-from trackable.control.controller import Controller
-from trackable.control.references import TrackedReference
-from trackable.control.step.result import Plan, Status
-from trackable.control.tube.controller import TubeController
-from trackable.gp.kernels.squared_exponential import SquaredExponential
-from trackable.gp.signal import KernelSum
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.disturbance.tightening import tightening
-from trackable.systems.disturbance.zonotope import Zonotope
-from trackable.systems.linear import LinearSystem
-from trackable.systems.reference import Reference
-from trackable.systems.sets.polytope import Polytope
+from trackably.arrays import Array
+from trackably.control.controller import Controller
+from trackably.control.references import TrackedReference
+from trackably.control.step.result import Plan, Status
+from trackably.control.tube.controller import TubeController
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import tightening
+from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
 
 _STARTS, _DRAWS = 40, 400
 

@@ -8,17 +8,17 @@ import numpy as np
 from benchmarks.machine import ROOT
 from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
-from trackable.arrays import Array
-from trackable.gp.joint import JointPosterior, JointPrior
-from trackable.gp.kernels.squared_exponential import SquaredExponential
-from trackable.gp.prior import Prior
-from trackable.gp.samples import Samples
-from trackable.learning.constraint import Constraint
-from trackable.learning.index_set import Steps
-from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.published.scalar import state_and_input
-from trackable.learning.space import SearchSpace
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning.constraint import Constraint
+from trackably.learning.index_set import Steps
+from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.published.scalar import state_and_input
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
 
 NOISE = 0.1
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from benchmarks.duel import Row
-from trackable.plots.style import BLUE, FAINT, INK, ORANGE, PAGE, PALE, save, styled
+from trackably.plots.style import BLUE, FAINT, INK, ORANGE, PAGE, PALE, save, styled
 
 FOLDER = Path(__file__).parent
 RESULTS, TABLE, FIGURE = FOLDER / "results.json", FOLDER / "README.md", FOLDER / "figures" / "ratios.svg"

@@ -19,9 +19,9 @@ from pipeline.site.command import report
 from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
 from pipeline.viewer.command import view
-from trackable.codec import CodecError
-from trackable.errors import InputError, NoReferenceError
-from trackable.files import unwritable
+from trackably.codec import CodecError
+from trackably.errors import InputError, NoReferenceError
+from trackably.files import unwritable
 
 _NOTHING_FOUND, _UNUSABLE, _INTERRUPTED = 1, 2, 130
 

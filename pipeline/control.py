@@ -16,17 +16,17 @@ from pipeline.relearn import relearn
 from pipeline.storage.archive import Fitted
 from pipeline.storage.loops import ClosedLoops, write_loops
 from pipeline.storage.results import Results
-from trackable.control.closed_loop import ClosedLoop
-from trackable.control.controller import Controller
-from trackable.control.feasible_over_time import feasible_over_time
-from trackable.control.initial_states import ON, initial_states
-from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.control.metrics import first_untrackable_step, loop_metrics
-from trackable.control.references import InterpolatedReference, TrackedReference
-from trackable.control.scaling import scaled_controller
-from trackable.control.simulation import apply_fallback_for, simulate
-from trackable.errors import InputError
-from trackable.files import read_json, write_json
+from trackably.control.closed_loop import ClosedLoop
+from trackably.control.controller import Controller
+from trackably.control.feasible_over_time import feasible_over_time
+from trackably.control.initial_states import ON, initial_states
+from trackably.control.loop_trajectory import LoopTrajectory
+from trackably.control.metrics import first_untrackable_step, loop_metrics
+from trackably.control.references import InterpolatedReference, TrackedReference
+from trackably.control.scaling import scaled_controller
+from trackably.control.simulation import apply_fallback_for, simulate
+from trackably.errors import InputError
+from trackably.files import read_json, write_json
 
 INTERPOLATED = "interpolated"
 

@@ -6,7 +6,7 @@ from pipeline.drawings import drawings
 from pipeline.experiments import Experiment
 from pipeline.layouts.write import write_scene
 from pipeline.storage.results import Results
-from trackable import plots
+from trackably import plots
 
 
 def figures(experiment: Experiment, results: Results) -> None:

@@ -14,14 +14,14 @@ from pipeline.storage.archive import Fitted, read_samples, write_fit
 from pipeline.storage.results import Results
 from pipeline.storage.tables import to_csv
 from pipeline.studies import study
-from trackable.arrays import Array
-from trackable.errors import DoubtfulInputWarning, NoReferenceError
-from trackable.explanation import IgnoresSamplesWarning, ignored, outlying
-from trackable.files import write_json, write_text
-from trackable.fit.fit import Fit as TrackableFit
-from trackable.learning.learned import LearnedReference
-from trackable.progress.bar import progress_bar
-from trackable.systems.reference import Reference
+from trackably.arrays import Array
+from trackably.errors import DoubtfulInputWarning, NoReferenceError
+from trackably.explanation import IgnoresSamplesWarning, ignored, outlying
+from trackably.files import write_json, write_text
+from trackably.fit.fit import Fit as TrackableFit
+from trackably.learning.learned import LearnedReference
+from trackably.progress.bar import progress_bar
+from trackably.systems.reference import Reference
 
 _INSTANTS_PER_STEP = 2
 _INTERVALS = 1000  # of a curve: a viewer shows no more, and every instant can be computed from what is logged

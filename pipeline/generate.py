@@ -11,13 +11,13 @@ from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import write_samples
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
-from trackable.condensed.asked import MANY, condensed_by_name
-from trackable.doubts import doubts
-from trackable.errors import DoubtfulInputWarning, InputError
-from trackable.gp.samples import Samples
-from trackable.learning.problem import ConstrainedProblem
-from trackable.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
-from trackable.systems.sampling import kinds_by_name, sampled_signals
+from trackably.condensed.asked import MANY, condensed_by_name
+from trackably.doubts import doubts
+from trackably.errors import DoubtfulInputWarning, InputError
+from trackably.gp.samples import Samples
+from trackably.learning.problem import ConstrainedProblem
+from trackably.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
+from trackably.systems.sampling import kinds_by_name, sampled_signals
 
 _SIGNAL = "signal"
 _ROUNDING = 1e-9  # of the end of an excerpt

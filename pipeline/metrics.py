@@ -7,15 +7,15 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.storage.sampled import Sampled
-from trackable.arrays import Array
-from trackable.certificates.prove import reference_period
-from trackable.learning.learned import LearnedReference
-from trackable.learning.problem import ActiveBound
-from trackable.learning.published.scalar import is_scalar, state_and_input
-from trackable.learning.published.tail import tail
-from trackable.systems.defect import smallest_defect
-from trackable.systems.margins import MarginProfile, margin_profile
-from trackable.systems.reference import Reference
+from trackably.arrays import Array
+from trackably.certificates.prove import reference_period
+from trackably.learning.learned import LearnedReference
+from trackably.learning.problem import ActiveBound
+from trackably.learning.published.scalar import is_scalar, state_and_input
+from trackably.learning.published.tail import tail
+from trackably.systems.defect import smallest_defect
+from trackably.systems.margins import MarginProfile, margin_profile
+from trackably.systems.reference import Reference
 
 _PERIODS = 100
 _ROWS = 300  # a plot shows no more

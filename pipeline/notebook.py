@@ -12,8 +12,8 @@ from nbclient.exceptions import CellExecutionError
 from PIL import Image
 from traitlets.config import Config
 
-from trackable.errors import InputError
-from trackable.files import write_text
+from trackably.errors import InputError
+from trackably.files import write_text
 
 NOTEBOOKS = Path("notebooks")
 TEMPLATE = NOTEBOOKS / "template.ipynb"

@@ -9,16 +9,16 @@ from pipeline.experiments.control import Relearning
 from pipeline.experiments.means import with_learned_means
 from pipeline.published.ground_truth import draw
 from pipeline.storage.sampled import Sampled
-from trackable.arrays import Array
-from trackable.certificates.certified import Certified, learn_certified
-from trackable.control.closed_loop import ClosedLoop
-from trackable.control.controller import Controller
-from trackable.control.online import ReferenceUpdate, holds_for_all_times, simulate_online
-from trackable.control.windows import LearningResult, receding_window
-from trackable.errors import InputError, NoReferenceError
-from trackable.gp.samples import Samples
-from trackable.learning.learner import JOINT
-from trackable.systems.sampling import sampled_signals
+from trackably.arrays import Array
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.control.closed_loop import ClosedLoop
+from trackably.control.controller import Controller
+from trackably.control.online import ReferenceUpdate, holds_for_all_times, simulate_online
+from trackably.control.windows import LearningResult, receding_window
+from trackably.errors import InputError, NoReferenceError
+from trackably.gp.samples import Samples
+from trackably.learning.learner import JOINT
+from trackably.systems.sampling import sampled_signals
 
 _AFTERWARDS = 50
 

@@ -14,15 +14,15 @@ from pipeline.storage.archive import write_margins
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
 from pipeline.storage.tables import to_csv
-from trackable.certificates.certificate import Certificate
-from trackable.certificates.judge import accepted_file, judged
-from trackable.certificates.outcome import Counterexample
-from trackable.certificates.prove import Outcome
-from trackable.certificates.robust import robust_of
-from trackable.errors import NoReferenceError
-from trackable.files import write_atomically, write_json, write_text
-from trackable.systems.margins import MarginProfile, margin_profile
-from trackable.systems.reference import Reference
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.judge import accepted_file, judged
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.prove import Outcome
+from trackably.certificates.robust import robust_of
+from trackably.errors import NoReferenceError
+from trackably.files import write_atomically, write_json, write_text
+from trackably.systems.margins import MarginProfile, margin_profile
+from trackably.systems.reference import Reference
 
 
 def verify(experiment: Experiment, results: Results) -> None:

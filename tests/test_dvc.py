@@ -23,12 +23,12 @@ MODULES = {
 }
 PIN = "pipeline.environment.pin"  # imported before any stage
 GUIDES = {"guide", "trajectories"}  # notebooks of no experiment
-IN_ALL = {"trackable", "pipeline", "pipeline.__main__"}  # public names and command line: no result depends on them
+IN_ALL = {"trackably", "pipeline", "pipeline.__main__"}  # public names and command line: no result depends on them
 
 
 @cache
 def graph() -> grimp.ImportGraph:
-    return grimp.build_graph("trackable", "pipeline", cache_dir=None)
+    return grimp.build_graph("trackably", "pipeline", cache_dir=None)
 
 
 def used_by(module: str) -> set[str]:
@@ -62,7 +62,7 @@ def modules_of(dependency: str) -> set[str]:
 
 
 def code_of(stage: str) -> list[str]:
-    return [dependency for dependency in STAGES[stage]["deps"] if dependency.split("/")[0] in {"trackable", "pipeline"}]
+    return [dependency for dependency in STAGES[stage]["deps"] if dependency.split("/")[0] in {"trackably", "pipeline"}]
 
 
 @pytest.mark.parametrize("stage", STAGES)

@@ -35,7 +35,7 @@ def required(requirements: list[str]) -> set[str]:
 
 
 def used_by(package: str) -> set[str]:
-    found = roots(imported(ROOT / package)) - {*sys.stdlib_module_names, "trackable", "pipeline", COMPUTED}
+    found = roots(imported(ROOT / package)) - {*sys.stdlib_module_names, "trackably", "pipeline", COMPUTED}
     return {CALLED.get(name, PARTS.get(name, name)) for name in found}
 
 
@@ -56,16 +56,16 @@ def metadata(wheel: ZipFile) -> Message:
 
 def test_the_wheel_holds_the_library_and_nothing_else(wheel: ZipFile) -> None:
     shipped = {name for name in wheel.namelist() if ".dist-info/" not in name}
-    tracked = {path.relative_to(ROOT).as_posix() for path in (ROOT / "trackable").rglob("*.py")}
+    tracked = {path.relative_to(ROOT).as_posix() for path in (ROOT / "trackably").rglob("*.py")}
     assert {name for name in shipped if name.endswith(".py")} == tracked
-    assert all(Path(name).parts[0] == "trackable" for name in shipped)
-    assert "trackable/plots/trackable.mplstyle" in shipped
+    assert all(Path(name).parts[0] == "trackably" for name in shipped)
+    assert "trackably/plots/trackably.mplstyle" in shipped
 
 
 def test_without_an_extra_it_requires_what_the_library_imports(metadata: Message) -> None:
     every = metadata.get_all("Requires-Dist", [])
     plain = required([requirement for requirement in every if "extra ==" not in requirement])
-    assert plain == (used_by("trackable") - OF_EXTRAS.keys()) | {"clarabel"} == required(PROJECT["dependencies"])
+    assert plain == (used_by("trackably") - OF_EXTRAS.keys()) | {"clarabel"} == required(PROJECT["dependencies"])
     assert not plain & {"dvc", "jupyter", "pydantic", "click", "nbclient", "nbformat"}
     assert {*metadata.get_all("Provides-Extra", [])} == {"pipeline", *OF_EXTRAS.values()}
     for package, extra in OF_EXTRAS.items():

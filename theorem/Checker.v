@@ -6,7 +6,7 @@
 
 From Coq Require Import ZArith QArith Qreals Reals List Bool Lra Lia.
 From Interval Require Import Real.Xreal Float.Basic Float.Sig Interval.Interval Interval.Float Interval.Float_full.
-From Trackable Require Import Statement Jets Polynomials Forms Disturbance.
+From Trackably Require Import Statement Jets Polynomials Forms Disturbance.
 Import ListNotations.
 Open Scope R_scope.
 

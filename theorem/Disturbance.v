@@ -3,7 +3,7 @@
     Vectors and matrices are functions of indices, of which the first n count. *)
 
 From Coq Require Import QArith Qreals Reals List Lra Lia.
-From Trackable Require Import Statement.
+From Trackably Require Import Statement.
 Import ListNotations.
 Open Scope R_scope.
 

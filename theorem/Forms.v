@@ -1,7 +1,7 @@
 (** Trajectories as data: their sums and multiples, one step later, and whether one of them is 0, in rational numbers. *)
 
 From Coq Require Import Arith QArith Qreals Reals List Lra.
-From Trackable Require Import Statement Jets Polynomials.
+From Trackably Require Import Statement Jets Polynomials.
 Import ListNotations.
 Open Scope R_scope.
 

@@ -1,7 +1,7 @@
 (** Polynomials as lists of coefficients, of any numbers: real ones for proofs, intervals for computing. *)
 
 From Coq Require Import QArith Qreals Reals List Lra Lia.
-From Trackable Require Import Statement Jets.
+From Trackably Require Import Statement Jets.
 Import ListNotations.
 Open Scope R_scope.
 

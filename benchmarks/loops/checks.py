@@ -6,17 +6,17 @@ import numpy as np
 
 from benchmarks.duel import Row, agree, duel
 from benchmarks.loops.windows import integrator
-from trackable.arrays import Array
-from trackable.certificates.certificate import Certificate
-from trackable.certificates.form import encode_certificate
-from trackable.certificates.prove import prove_on_window
-from trackable.checker import Proved, check
-from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.matern import Matern52
-from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.squared_exponential import SquaredExponential
-from trackable.gp.signal import KernelSum
-from trackable.systems.reference import Reference
+from trackably.arrays import Array
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.prove import prove_on_window
+from trackably.checker import Proved, check
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.reference import Reference
 
 _NOISE = 0.1
 _MARGIN = 1.02

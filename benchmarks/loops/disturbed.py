@@ -14,11 +14,11 @@ from benchmarks.duel import Row
 from benchmarks.loops.tube import HORIZON, RANDOM, TARGET, edge, seconds
 from pipeline.disturbed.cases import Case, experiments, random_systems
 from pipeline.disturbed.runs import disturbances
-from trackable.arrays import Array
-from trackable.control.controller import Controller
-from trackable.control.scaling import scaled_controller
-from trackable.control.step.result import Plan
-from trackable.control.tube.controller import TubeController
+from trackably.arrays import Array
+from trackably.control.controller import Controller
+from trackably.control.scaling import scaled_controller
+from trackably.control.step.result import Plan
+from trackably.control.tube.controller import TubeController
 
 _FIRST, _STEPS, _RUNS = 10, 40, 2
 _FARTHEST, _NEARER = 20.0, 0.7

@@ -10,12 +10,12 @@ import numpy as np
 
 from benchmarks.duel import Row
 from pipeline.disturbed.cases import Case, experiments, random_systems
-from trackable.arrays import Array
-from trackable.control.controller import Controller
-from trackable.control.references import TabulatedReference, TrackedReference
-from trackable.control.scaling import scaled_controller
-from trackable.control.step.result import Plan, Status
-from trackable.control.tube.controller import TubeController
+from trackably.arrays import Array
+from trackably.control.controller import Controller
+from trackably.control.references import TabulatedReference, TrackedReference
+from trackably.control.scaling import scaled_controller
+from trackably.control.step.result import Plan, Status
+from trackably.control.tube.controller import TubeController
 
 HORIZON, _FIRST = 20, 30
 RANDOM, _STATES = 8, 12

@@ -6,20 +6,20 @@ from time import process_time
 import numpy as np
 
 from benchmarks.duel import Row
-from trackable.arrays import Array
-from trackable.certificates.certified import Certified, learn_certified
-from trackable.control.windows import WindowLearner
-from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.squared_exponential import SquaredExponential
-from trackable.gp.prior import Prior
-from trackable.gp.samples import Samples
-from trackable.learning.learner import JOINT
-from trackable.learning.published.scalar import scalar
-from trackable.learning.space import SearchSpace
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import LinearSystem
-from trackable.systems.sets.interval import Interval
-from trackable.systems.sets.polytope import Polytope
+from trackably.arrays import Array
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.control.windows import WindowLearner
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning.learner import JOINT
+from trackably.learning.published.scalar import scalar
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.sets.interval import Interval
+from trackably.systems.sets.polytope import Polytope
 
 _TOPIC = "windows learned again"
 _WINDOWS, _COUNT = 100, 30

@@ -11,23 +11,23 @@ from benchmarks.duel import Row
 from benchmarks.learned import Task, held_out, misfit, task
 from benchmarks.machine import ROOT
 from benchmarks.recordings.cycle import drive_cycle
-from trackable.arrays import Array
-from trackable.certificates.certified import Certified
-from trackable.gp.joint import JointPrior
-from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.matern import Matern52
-from trackable.gp.kernels.squared_exponential import SquaredExponential
-from trackable.gp.prior import Prior
-from trackable.gp.samples import Samples
-from trackable.learning.learner import HYPERPARAMETERS, JOINT
-from trackable.learning.methods import unconstrained
-from trackable.learning.problem import Solution
-from trackable.learning.space import SearchSpace
-from trackable.recordings import CsvLayout, read_csv
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import LinearSystem
-from trackable.systems.sets.interval import Interval
-from trackable.systems.sets.polytope import Polytope
+from trackably.arrays import Array
+from trackably.certificates.certified import Certified
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning.learner import HYPERPARAMETERS, JOINT
+from trackably.learning.methods import unconstrained
+from trackably.learning.problem import Solution
+from trackably.learning.space import SearchSpace
+from trackably.recordings import CsvLayout, read_csv
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.sets.interval import Interval
+from trackably.systems.sets.polytope import Polytope
 
 _TOPIC = "recordings under bounds"
 _PROGRAM = "quadratic program on a fine grid"

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from trackable.arrays import Array
-from trackable.gp.samples import Samples
+from trackably.arrays import Array
+from trackably.gp.samples import Samples
 
 NOISE = 0.1  # m/s
 _FINE, _SMOOTH = 0.05, 3.0  # s

@@ -27,7 +27,7 @@ from benchmarks.duel import FAILURES, Row
 from benchmarks.machine import ROOT
 from benchmarks.rivals.problems import experiment
 from pipeline.generate import sampled_by
-from trackable import (
+from trackably import (
     ConstrainedSystem,
     CsvLayout,
     LinearSystem,
@@ -40,10 +40,10 @@ from trackable import (
     learn_reference,
     read_csv,
 )
-from trackable.arrays import Array
-from trackable.certificates.goal import Claim
-from trackable.gp.kernels.base import Kernel
-from trackable.systems.sets.interval import Interval
+from trackably.arrays import Array
+from trackably.certificates.goal import Claim
+from trackably.gp.kernels.base import Kernel
+from trackably.systems.sets.interval import Interval
 
 Chosen = npt.NDArray[np.bool_]
 

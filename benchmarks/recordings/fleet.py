@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.duel import Disagreement, Row
 from benchmarks.loops.windows import integrator
-from trackable import Fleet, Samples, SquaredExponential, learn_many
+from trackably import Fleet, Samples, SquaredExponential, learn_many
 
 _COUNT, _KILLED_AT = 200, 100  # recordings
 _RATE, _SPAN, _NOISE = 10.0, 6.0, 0.05  # samples a second, seconds, unit of the position

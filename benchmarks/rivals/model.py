@@ -10,10 +10,10 @@ from pipeline.generate import sampled_by
 from pipeline.methods.model import Task
 from pipeline.published.ground_truth import GroundTruth
 from pipeline.storage.sampled import Sampled
-from trackable.arrays import Array
-from trackable.gp.joint import JointPrior
-from trackable.learning.problem import ConstrainedProblem, NoSolution, Solution
-from trackable.learning.search import best_solution
+from trackably.arrays import Array
+from trackably.gp.joint import JointPrior
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackably.learning.search import best_solution
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ import numpy as np
 
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Found, Problem
-from trackable.gp.joint import JointPosterior
+from trackably.gp.joint import JointPosterior
 
 
 def objective_of(problem: Problem, found: Found) -> float | None:

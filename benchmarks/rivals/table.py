@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.rivals.model import Curve, Found, NotFound, Problem, Rival, Violation
 from benchmarks.rivals.objective import objective_of
-from trackable.arrays import Array
+from trackably.arrays import Array
 
 HEAD = (
     "| | rival | answer | its objective | J | misfit | held out | error | time | asked at | largest violation | time |",

@@ -75,7 +75,7 @@ def _certificate(path: Path) -> dict[object, object] | None:
         return None
     try:
         match read_json(path.read_bytes()):
-            case {"format": "trackable certificate", **rest}:
+            case {"format": "trackably certificate", **rest}:
                 return rest
     except UnreadableError:
         pass

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, NonNegativeFloat, model_validator
 from pipeline.compare.model import Found
 from pipeline.published.paper import printed_numbers
 from pipeline.storage.yaml_file import Fields, read_yaml, validated
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 CLAIMS = Path("claims.yaml")
 

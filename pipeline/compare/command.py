@@ -51,7 +51,7 @@ def compare(
     from pipeline.compare.reports.wording import everything, remarkable  # noqa: PLC0415
     from pipeline.compare.sources import laid_out  # noqa: PLC0415
     from pipeline.compare.tolerances import load_tolerances  # noqa: PLC0415
-    from trackable.files import write_atomically, write_text  # noqa: PLC0415
+    from trackably.files import write_atomically, write_text  # noqa: PLC0415
 
     rules, claimed = load_tolerances(tolerances), load_claims(claims)
     with ExitStack() as stack:

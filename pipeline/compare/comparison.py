@@ -9,7 +9,7 @@ from pipeline.compare.model import Comparison
 from pipeline.compare.tolerances import Tolerances
 from pipeline.compare.verdicts import judge_claim
 from pipeline.compare.versions import versions
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 
 def compare(

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 from pipeline.compare.artifacts import NOTEBOOKS, RESULTS
 from pipeline.compare.versions import LOCK
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 _WANTED = (RESULTS.as_posix(), NOTEBOOKS.as_posix(), LOCK)
 

@@ -8,8 +8,8 @@ from packaging.requirements import InvalidRequirement, Requirement
 from pipeline.compare.model import Version
 from pipeline.environment.record import NAMES, PACKAGES, environment
 from pipeline.storage.results import ENVIRONMENT
-from trackable.errors import InputError
-from trackable.files import from_json
+from trackably.errors import InputError
+from trackably.files import from_json
 
 LOCK = "requirements.lock"
 

@@ -12,19 +12,19 @@ from pipeline.experiments import load_experiments
 from pipeline.methods import JOINT, ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
-from trackable.certificates.certificate import Certificate
-from trackable.certificates.prove import prove_on_window
-from trackable.control.controller import Controller, shortest_horizon
-from trackable.control.scaling import scaled_controller
-from trackable.control.tube.controller import TubeController
-from trackable.gp.kernels.squared_exponential import SquaredExponential
-from trackable.gp.signal import KernelSum
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.disturbance.tightening import Tightening, tightening
-from trackable.systems.disturbance.zonotope import Zonotope
-from trackable.systems.linear import LinearSystem
-from trackable.systems.reference import Reference
-from trackable.systems.sets.polytope import Polytope
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.prove import prove_on_window
+from trackably.control.controller import Controller, shortest_horizon
+from trackably.control.scaling import scaled_controller
+from trackably.control.tube.controller import TubeController
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import Tightening, tightening
+from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
 
 _HORIZON, _PART = 15, 0.95
 

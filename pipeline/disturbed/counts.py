@@ -8,13 +8,13 @@ import numpy as np
 
 from pipeline.disturbed import runs
 from pipeline.disturbed.cases import Case
-from trackable.arrays import Array
-from trackable.control.closed_loop import ClosedLoop
-from trackable.control.simulation import simulate
-from trackable.control.step.result import Plan
-from trackable.control.stepping import Disturbances
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.reference import Reference
+from trackably.arrays import Array
+from trackably.control.closed_loop import ClosedLoop
+from trackably.control.simulation import simulate
+from trackably.control.step.result import Plan
+from trackably.control.stepping import Disturbances
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Reference
 
 _NOMINAL_EVERY = 20
 _OFF_EVERY = 20

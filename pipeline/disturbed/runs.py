@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from trackable.arrays import Array
-from trackable.control.stepping import Disturbances
-from trackable.control.tube.disturbances import Constant, Drawn, Greedy
-from trackable.control.tube.runs import Runs
-from trackable.systems.disturbance.invariant import InvariantSet
-from trackable.systems.disturbance.tightening import Tightening
-from trackable.systems.reference import Window
+from trackably.arrays import Array
+from trackably.control.stepping import Disturbances
+from trackably.control.tube.disturbances import Constant, Drawn, Greedy
+from trackably.control.tube.runs import Runs
+from trackably.systems.disturbance.invariant import InvariantSet
+from trackably.systems.disturbance.tightening import Tightening
+from trackably.systems.reference import Window
 
 COUNT, KEPT = 300, 9
 _WARM_UP = 60

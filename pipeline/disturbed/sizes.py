@@ -10,12 +10,12 @@ from pipeline.experiments import Experiment
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted
 from pipeline.storage.sampled import Sampled
-from trackable.arrays import Array
-from trackable.certificates.certified import Certified, learn_certified
-from trackable.learning import learner
-from trackable.learning.joint.learn import learn_from
-from trackable.systems.disturbance.tightening import Tightening, tightening
-from trackable.systems.reference import Reference
+from trackably.arrays import Array
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.learning import learner
+from trackably.learning.joint.learn import learn_from
+from trackably.systems.disturbance.tightening import Tightening, tightening
+from trackably.systems.reference import Reference
 
 Columns = dict[str, list[float] | float]
 

@@ -8,16 +8,16 @@ from pipeline.disturbed.runs import COUNT, disturbances, many_runs, noise
 from pipeline.experiments import Experiment
 from pipeline.methods import ROBUST
 from pipeline.storage.disturbed import Disturbed
-from trackable.control.closed_loop import ClosedLoop
-from trackable.control.controller import Controller
-from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.control.references import TrackedReference
-from trackable.control.scaling import scaled_controller
-from trackable.control.simulation import apply_fallback_for, simulate
-from trackable.control.stepping import SteppedController
-from trackable.control.tube.controller import TubeController
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.disturbance.tightening import Tightening
+from trackably.control.closed_loop import ClosedLoop
+from trackably.control.controller import Controller
+from trackably.control.loop_trajectory import LoopTrajectory
+from trackably.control.references import TrackedReference
+from trackably.control.scaling import scaled_controller
+from trackably.control.simulation import apply_fallback_for, simulate
+from trackably.control.stepping import SteppedController
+from trackably.control.tube.controller import TubeController
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import Tightening
 
 KINDS = ("drawn", "greedy", "constant")
 _MOST_STEPS, _PATIENCE = 300, 30

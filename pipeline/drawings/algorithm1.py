@@ -10,14 +10,14 @@ from pipeline.experiments import Experiment
 from pipeline.methods import AS_PUBLISHED, HYPERPARAMETERS, JOINT, SOUND, methods_in_figures
 from pipeline.storage.archive import Fitted
 from pipeline.storage.tables import read_columns
-from trackable import plots
-from trackable.gp.joint import JointPrior
-from trackable.learning.landscape import Landscape, landscape
-from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.published.algorithm1 import SOUND as SOUND_READING
-from trackable.learning.published.scalar import interval_sets
-from trackable.learning.space import SearchSpace
-from trackable.systems.reference import Reference
+from trackably import plots
+from trackably.gp.joint import JointPrior
+from trackably.learning.landscape import Landscape, landscape
+from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.published.algorithm1 import SOUND as SOUND_READING
+from trackably.learning.published.scalar import interval_sets
+from trackably.learning.space import SearchSpace
+from trackably.systems.reference import Reference
 
 _STEPS_OF_TUBE = 12
 _GRID_POINTS = 56

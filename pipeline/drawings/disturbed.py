@@ -12,10 +12,10 @@ from pipeline.storage.archive import Fitted
 from pipeline.storage.disturbed import Disturbed
 from pipeline.storage.loops import read_loop_metrics, read_loops
 from pipeline.storage.results import Results
-from trackable import plots
-from trackable.arrays import Array
-from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.systems.disturbance.tightening import Tightening
+from trackably import plots
+from trackably.arrays import Array
+from trackably.control.loop_trajectory import LoopTrajectory
+from trackably.systems.disturbance.tightening import Tightening
 
 _PAIRS = ((JOINT.name, "nominal"), (ROBUST.name, "nominal"), (JOINT.name, "tube"), (ROBUST.name, "tube"))
 

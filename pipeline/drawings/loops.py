@@ -8,8 +8,8 @@ from pipeline.experiments import Experiment
 from pipeline.methods import JOINT, UNCONSTRAINED
 from pipeline.storage.loops import read_loops
 from pipeline.storage.results import Results
-from trackable import plots
-from trackable.control.initial_states import ON
+from trackably import plots
+from trackably.control.initial_states import ON
 
 
 def drawings(experiment: Experiment, results: Results) -> dict[str, Callable[[], Figure]]:

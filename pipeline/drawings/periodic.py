@@ -9,8 +9,8 @@ from pipeline.experiments import Experiment
 from pipeline.methods import EXACT, HYPERPARAMETERS, INTERVALS, JOINT, UNCONSTRAINED, methods_in_figures
 from pipeline.storage.archive import Fitted
 from pipeline.storage.tables import read_columns
-from trackable import plots
-from trackable.learning.published.growth import interval_growth_rates
+from trackably import plots
+from trackably.learning.published.growth import interval_growth_rates
 
 _FIRST_STEPS = 50
 _POINTS = 1001

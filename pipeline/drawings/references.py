@@ -10,8 +10,8 @@ from pipeline.experiments import Experiment
 from pipeline.methods import JOINT, UNCONSTRAINED, methods_in_figures
 from pipeline.storage.archive import Fitted, read_margins
 from pipeline.storage.results import Results
-from trackable import plots
-from trackable.certificates.prove import reference_period
+from trackably import plots
+from trackably.certificates.prove import reference_period
 
 _POINTS = 1501
 

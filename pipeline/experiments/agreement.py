@@ -5,9 +5,9 @@ from pathlib import Path
 
 from pipeline.experiments.fields import NoiseFields, PriorFields
 from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Source
-from trackable.gp.hyperparameter import Learned
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.sampling import kinds_by_name
+from trackably.gp.hyperparameter import Learned
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.sampling import kinds_by_name
 
 
 def mistakes_of_priors(plant: ConstrainedSystem, prior: Mapping[str, PriorFields | NoiseFields]) -> Iterator[str]:

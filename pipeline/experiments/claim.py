@@ -5,8 +5,8 @@ from typing import Annotated
 
 from pydantic import BeforeValidator
 
-from trackable.arguments import is_number
-from trackable.certificates.goal import Claim
+from trackably.arguments import is_number
+from trackably.certificates.goal import Claim
 
 
 def parse_claim(written: object) -> Claim:

@@ -9,11 +9,11 @@ from pydantic import BeforeValidator, PositiveFloat, model_validator
 from pipeline.experiments.fields import as_tuple
 from pipeline.experiments.plants import Matrix, ModelField, SetFields, Vector
 from pipeline.storage.yaml_file import Fields
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.disturbance.hull import ConvexHull
-from trackable.systems.disturbance.sets import DisturbanceSet
-from trackable.systems.disturbance.tightening import Tightening, tightening
-from trackable.systems.disturbance.zonotope import Zonotope
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.hull import ConvexHull
+from trackably.systems.disturbance.sets import DisturbanceSet
+from trackably.systems.disturbance.tightening import Tightening, tightening
+from trackably.systems.disturbance.zonotope import Zonotope
 
 _FORMS = (("lower", "upper"), ("H", "h"), ("vertices",), ("centre", "generators"))
 

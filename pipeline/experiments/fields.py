@@ -20,14 +20,14 @@ from pydantic import (
 from pipeline.experiments.kernel_choice import parse_hyperparameter, parse_kernel
 from pipeline.published.ground_truth import GROUND_TRUTHS
 from pipeline.storage.yaml_file import Fields
-from trackable.arguments import is_number
-from trackable.arrays import Array
-from trackable.condensed.asked import Centres
-from trackable.condensed.bins import NODES
-from trackable.gp.hyperparameter import hyperparameter
-from trackable.gp.kernels.base import Kernel
-from trackable.gp.prior import Prior
-from trackable.learning.space import MOST_STARTS
+from trackably.arguments import is_number
+from trackably.arrays import Array
+from trackably.condensed.asked import Centres
+from trackably.condensed.bins import NODES
+from trackably.gp.hyperparameter import hyperparameter
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.prior import Prior
+from trackably.learning.space import MOST_STARTS
 
 
 def as_tuple(written: object) -> object:

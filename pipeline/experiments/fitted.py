@@ -5,8 +5,8 @@ import math
 from pipeline.experiments.model import Experiment
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.results import Results
-from trackable.codec import encode
-from trackable.errors import InputError
+from trackably.codec import encode
+from trackably.errors import InputError
 
 _ROUNDING = 1e-6  # relative: sampled systems and drawn-in bounds are rounded in other ways on other machines
 

@@ -2,10 +2,10 @@
 
 import dataclasses
 
-from trackable.gp.hyperparameter import hyperparameter
-from trackable.gp.kernels.base import Kernel
-from trackable.gp.kernels.elementary import Elementary
-from trackable.gp.kernels.registry import KERNELS
+from trackably.gp.hyperparameter import hyperparameter
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.elementary import Elementary
+from trackably.gp.kernels.registry import KERNELS
 
 
 def parse_kernel(written: object) -> Kernel:

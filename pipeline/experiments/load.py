@@ -6,7 +6,7 @@ from typing import Any
 from pipeline.experiments.model import Experiment
 from pipeline.experiments.names import refused_names
 from pipeline.storage.yaml_file import read_yaml, validated
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 PARAMS = Path("params.yaml")
 

@@ -4,9 +4,9 @@ import warnings
 
 from pipeline.experiments.fields import PriorFields
 from pipeline.experiments.model import Experiment
-from trackable.beforehand import Beforehand, learned_beforehand, levels
-from trackable.errors import DoubtfulInputWarning, NoReferenceError
-from trackable.gp.samples import Samples
+from trackably.beforehand import Beforehand, learned_beforehand, levels
+from trackably.errors import DoubtfulInputWarning, NoReferenceError
+from trackably.gp.samples import Samples
 
 
 def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> Experiment:

@@ -37,14 +37,14 @@ from pipeline.experiments.sources import Drawn, Source, SourceField
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.storage.yaml_file import Fields, raise_all
-from trackable.certificates.goal import Goal, goal_for, refusal
-from trackable.gp.joint import JointPrior
-from trackable.gp.samples import Samples
-from trackable.learning.prior import prior_for
-from trackable.learning.space import SearchSpace
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.disturbance.tightening import Tightening
-from trackable.systems.sampling import kinds_by_name, relative_to_first
+from trackably.certificates.goal import Goal, goal_for, refusal
+from trackably.gp.joint import JointPrior
+from trackably.gp.samples import Samples
+from trackably.learning.prior import prior_for
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import Tightening
+from trackably.systems.sampling import kinds_by_name, relative_to_first
 
 _ROUNDING = 1e-9  # steps: the ends of a window are rounded
 

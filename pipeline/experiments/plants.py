@@ -6,11 +6,11 @@ import numpy as np
 from pydantic import BeforeValidator, Field, PositiveFloat, model_validator
 
 from pipeline.storage.yaml_file import Fields
-from trackable.arguments import is_number
-from trackable.systems.constrained import System
-from trackable.systems.library import model_of
-from trackable.systems.linear import LinearSystem
-from trackable.systems.sets.polytope import Polytope
+from trackably.arguments import is_number
+from trackably.systems.constrained import System
+from trackably.systems.library import model_of
+from trackably.systems.linear import LinearSystem
+from trackably.systems.sets.polytope import Polytope
 
 
 def _matrix(written: object) -> object:

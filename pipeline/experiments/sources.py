@@ -7,9 +7,9 @@ from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, Positive
 
 from pipeline.experiments.fields import GroundTruthName, ProjectPath, Steps, as_tuple
 from pipeline.storage.yaml_file import Fields
-from trackable.errors import InputError
-from trackable.recordings import CLOCKS, LOG_TIME, PUBLISH_TIME, REPAIRS, DateTimes, MessageTime, Stamp
-from trackable.recordings.csv_files.table import MISSING
+from trackably.errors import InputError
+from trackably.recordings import CLOCKS, LOG_TIME, PUBLISH_TIME, REPAIRS, DateTimes, MessageTime, Stamp
+from trackably.recordings.csv_files.table import MISSING
 
 STEPS = "steps"
 """The time unit of stamps that count sampling steps."""
@@ -98,7 +98,7 @@ Repairs = Annotated[tuple[str, ...], BeforeValidator(_known_repairs)]
 
 
 class CsvColumn(Fields):
-    """A column of a CSV file over its time column; see trackable.recordings.read_csv. `repairs` follow their order.
+    """A column of a CSV file over its time column; see trackably.recordings.read_csv. `repairs` follow their order.
 
     `time_unit` is a unit, `steps` where stamps count sampling steps, or the `date_format` (and `zone`) of the stamps.
     A `time_column` of null counts rows from 0, and `columns` name those of a file without a header. The lines `skip`
@@ -128,7 +128,7 @@ class CsvColumn(Fields):
 
 
 class McapField(Fields):
-    """A field of the messages on a topic of an MCAP file, over their `time`; see trackable.recordings.read_mcap."""
+    """A field of the messages on a topic of an MCAP file, over their `time`; see trackably.recordings.read_mcap."""
 
     mcap: ProjectPath
     topic: str

@@ -10,7 +10,7 @@ from pipeline.layouts.topics import OBSERVED, Topics, fields_of, lines_of, obser
 from pipeline.scene.colors import COLORS, GREY
 from pipeline.scene.schemas import LOG
 from pipeline.storage.topics import Topic
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.systems.constrained import ConstrainedSystem
 
 _FLAGS = "keeps_"
 _SIZE = 10.0  # of a scene, where its states are free

@@ -17,9 +17,9 @@ from pipeline.storage.documents import Documents
 from pipeline.storage.loops import ClosedLoops, read_loops
 from pipeline.storage.results import Results
 from pipeline.storage.topics import topics_of
-from trackable.arrays import Array
-from trackable.control.initial_states import ON
-from trackable.files import read_json, to_json, write_json
+from trackably.arrays import Array
+from trackably.control.initial_states import ON
+from trackably.files import read_json, to_json, write_json
 
 STAGE = "scene"
 _POINTS = 401

@@ -4,12 +4,12 @@ from collections.abc import Callable
 from functools import partial
 
 from pipeline.methods.model import Failed, Fit, Task
-from trackable.gp.joint import JointPrior
-from trackable.learning.learned import Trace
-from trackable.learning.problem import Solution
-from trackable.learning.published.algorithm1 import Reading, algorithm1
-from trackable.learning.published.scalar import state_and_input
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.gp.joint import JointPrior
+from trackably.learning.learned import Trace
+from trackably.learning.problem import Solution
+from trackably.learning.published.algorithm1 import Reading, algorithm1
+from trackably.learning.published.scalar import state_and_input
+from trackably.systems.constrained import ConstrainedSystem
 
 _TABLE = ("k_bar", "mean_bound", "growth_lower", "growth_upper", "derivative_bound")
 

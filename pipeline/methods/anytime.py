@@ -6,11 +6,11 @@ from functools import partial
 import numpy as np
 
 from pipeline.methods.model import Failed, Fit, Task
-from trackable.arrays import Array
-from trackable.certificates.certified import Attempt, Certified, learn_certified
-from trackable.learning import methods
-from trackable.learning.learner import Learner
-from trackable.learning.problem import Solution
+from trackably.arrays import Array
+from trackably.certificates.certified import Attempt, Certified, learn_certified
+from trackably.learning import methods
+from trackably.learning.learner import Learner
+from trackably.learning.problem import Solution
 
 
 def unconstrained(task: Task) -> Fit | Failed:

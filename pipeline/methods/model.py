@@ -5,17 +5,17 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from pipeline.methods.parameters import Parameters
-from trackable.arrays import Array
-from trackable.certificates.goal import Goal
-from trackable.certificates.prove import Outcome, prove_at_instants
-from trackable.gp.joint import JointPrior
-from trackable.gp.samples import Samples
-from trackable.learning.learned import Trace
-from trackable.learning.problem import Solution
-from trackable.learning.space import SearchSpace
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.disturbance.tightening import Tightening
-from trackable.systems.reference import Reference
+from trackably.arrays import Array
+from trackably.certificates.goal import Goal
+from trackably.certificates.prove import Outcome, prove_at_instants
+from trackably.gp.joint import JointPrior
+from trackably.gp.samples import Samples
+from trackably.learning.learned import Trace
+from trackably.learning.problem import Solution
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import Tightening
+from trackably.systems.reference import Reference
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,15 @@ import numpy as np
 
 from pipeline.methods.model import Failed, Fit, Task
 from pipeline.methods.parameters import Periodic
-from trackable.arrays import Array
-from trackable.gp.joint import JointPrior
-from trackable.gp.period import period_of
-from trackable.learning import methods
-from trackable.learning.problem import NoSolution, Solution
-from trackable.learning.published import periodic
-from trackable.learning.published.periodic import steps_of_period
-from trackable.learning.published.scalar import state_and_input
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.arrays import Array
+from trackably.gp.joint import JointPrior
+from trackably.gp.period import period_of
+from trackably.learning import methods
+from trackably.learning.problem import NoSolution, Solution
+from trackably.learning.published import periodic
+from trackably.learning.published.periodic import steps_of_period
+from trackably.learning.published.scalar import state_and_input
+from trackably.systems.constrained import ConstrainedSystem
 
 
 def check(plant: ConstrainedSystem, prior: JointPrior) -> None:

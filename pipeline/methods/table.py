@@ -5,9 +5,9 @@ from collections.abc import Collection
 from pipeline.methods import algorithm1, anytime, periodic
 from pipeline.methods.model import Claims, Method
 from pipeline.methods.robust import robustly
-from trackable.learning import learner
-from trackable.learning.published.algorithm1 import AS_PUBLISHED as PUBLISHED_READING
-from trackable.learning.published.algorithm1 import SOUND as SOUND_READING
+from trackably.learning import learner
+from trackably.learning.published.algorithm1 import AS_PUBLISHED as PUBLISHED_READING
+from trackably.learning.published.algorithm1 import SOUND as SOUND_READING
 
 UNCONSTRAINED = Method("unconstrained", anytime.unconstrained, Claims.NOTHING)
 HYPERPARAMETERS = Method(

@@ -5,12 +5,12 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import linprog
 
-from trackable.arrays import Array
-from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.signal import KernelSum
-from trackable.learning.published.scalar import scalar
-from trackable.systems.reference import Reference
-from trackable.systems.sets.interval import Interval
+from trackably.arrays import Array
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.signal import KernelSum
+from trackably.learning.published.scalar import scalar
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
 
 SYSTEM = scalar(3.0, 1.0, state_set=Interval(-1.0, 1.0), input_set=Interval(-1.0, 1.0), sampling_time=0.2726)
 EDGES = (0.0, 0.5, 1.0)

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trackable.arrays import Array
-from trackable.gp.samples import Samples
+from trackably.arrays import Array
+from trackably.gp.samples import Samples
 
 
 def setpoint_change(t: Array) -> Array:

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize_scalar
 
-from trackable.arrays import Array
-from trackable.learning.published.scalar import coefficients, interval_sets
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.arrays import Array
+from trackably.learning.published.scalar import coefficients, interval_sets
+from trackably.systems.constrained import ConstrainedSystem
 
 _PRINTED = Path("data/paper/printed_numbers.csv")
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.storage.logs import Log, Series, write_log
-from trackable.arrays import Array
-from trackable.files import to_json, write_text
+from trackably.arrays import Array
+from trackably.files import to_json, write_text
 
 RECORDINGS = Path("data/recordings")
 _AXIS_SEED, _BREATHING_SEED, _TANK_SEED = 3, 7, 11

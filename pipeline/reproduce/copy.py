@@ -4,7 +4,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 _RESULTS = "data/results"
 

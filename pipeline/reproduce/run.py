@@ -12,7 +12,7 @@ from queue import SimpleQueue
 
 from pipeline.reproduce.prepared import Prepared, arguments_of
 from pipeline.reproduce.stages import Plan, Stage
-from trackable.errors import NoReferenceError
+from trackably.errors import NoReferenceError
 
 
 def run(plan: Plan, folder: Path, jobs: int, told: Callable[[str], None]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from dvc.exceptions import DvcException
 from dvc.repo import Repo
 
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ import numpy as np
 
 from pipeline.scene.schemas import LOG, SCHEMAS, Json, time_of
 from pipeline.storage.documents import Documents
-from trackable.arrays import Array
-from trackable.control.loop_trajectory import LoopTrajectory
+from trackably.arrays import Array
+from trackably.control.loop_trajectory import LoopTrajectory
 
 _INFO, _WARNING, _ERROR = 2, 3, 4
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from trackable.arrays import Array
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.arrays import Array
+from trackably.systems.constrained import ConstrainedSystem
 
 Plane = tuple[str, str]
 

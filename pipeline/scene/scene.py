@@ -10,9 +10,9 @@ from pipeline.scene.geometry import Plane, allowed_region
 from pipeline.scene.schemas import FRAME, SCENE, SCHEMAS, VEHICLE, WORLD, Json, time_of
 from pipeline.scene.shapes import area, entity, line, vehicle
 from pipeline.storage.documents import Documents
-from trackable.arrays import Array
-from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.arrays import Array
+from trackably.control.loop_trajectory import LoopTrajectory
+from trackably.systems.constrained import ConstrainedSystem
 
 _POINTS = 400  # of a path
 _AT_REST = 1e-9  # of the size of the scene, for a step

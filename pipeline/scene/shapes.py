@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from pipeline.scene.schemas import VEHICLE, WORLD, Json, time_of
-from trackable.arrays import Array
+from trackably.arrays import Array
 
 _DIGITS = 6
 _STRIP, _LOOP = 0, 1

@@ -9,14 +9,14 @@ from sphinx.errors import SphinxError
 from sphinx.util.docutils import docutils_namespace, patch_docutils
 
 from pipeline.site.sources import write_sources
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 _HERE = Path(__file__).parent
 _SETTINGS = {
-    "project": "Trackable",
+    "project": "Trackably",
     "extensions": ["myst_nb", "pipeline.site.formulas"],
     "html_theme": "furo",
-    "html_title": "Trackable",
+    "html_title": "Trackably",
     "html_static_path": [str(_HERE / "static")],
     "html_css_files": ["report.css"],
     "html_math_renderer": "drawn",

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from trackable.files import read_json, to_json
+from trackably.files import read_json, to_json
 
 _ERRATA = "## Where the paper must be read with care"
 _OPENING = "Misprints and gaps, each with its evidence. The notebooks of the examples define the symbols."

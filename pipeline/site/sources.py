@@ -15,8 +15,8 @@ from pipeline.experiments import load_experiments
 from pipeline.site.notebooks import errata, folded
 from pipeline.site.pages import Page, page_of
 from pipeline.storage.results import Results
-from trackable.errors import InputError
-from trackable.files import write_atomically, write_text
+from trackably.errors import InputError
+from trackably.files import write_atomically, write_text
 
 _HERE = Path(__file__).parent
 _FLOAT_DIGITS = 6

@@ -9,18 +9,18 @@ import numpy as np
 from pipeline.storage.logs import Documents, Log, LogError, Series, read_log, write_log
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
-from trackable.arrays import Array
-from trackable.certificates.certificate import Certificate
-from trackable.certificates.form import encode_certificate
-from trackable.codec import dumps, loads
-from trackable.errors import InputError
-from trackable.files import to_json
-from trackable.gp.joint import JointPosterior
-from trackable.learning.learned import LearnedReference, Trace
-from trackable.learning.published.scalar import is_scalar, reachable_tube
-from trackable.learning.published.study import Study
-from trackable.systems.flat.functional import Functional
-from trackable.systems.margins import MarginProfile
+from trackably.arrays import Array
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate
+from trackably.codec import dumps, loads
+from trackably.errors import InputError
+from trackably.files import to_json
+from trackably.gp.joint import JointPosterior
+from trackably.learning.learned import LearnedReference, Trace
+from trackably.learning.published.scalar import is_scalar, reachable_tube
+from trackably.learning.published.study import Study
+from trackably.systems.flat.functional import Functional
+from trackably.systems.margins import MarginProfile
 
 _SAMPLES = "samples.json"
 _STUDY = "study.json"

@@ -7,10 +7,10 @@ import numpy as np
 
 from pipeline.storage.logs import Series
 from pipeline.storage.loop_series import loop_of, loop_series, steps_of
-from trackable.arrays import Array
-from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.control.tube.runs import Runs
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.arrays import Array
+from trackably.control.loop_trajectory import LoopTrajectory
+from trackably.control.tube.runs import Runs
+from trackably.systems.constrained import ConstrainedSystem
 
 Loops = Mapping[str, Mapping[str, Mapping[str, LoopTrajectory]]]
 """By reference, controller and kind of disturbance."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from trackable.files import to_json
+from trackably.files import to_json
 
 KNOWN = "foxglove."
 """What the names of such schemas begin with."""

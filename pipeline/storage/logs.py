@@ -9,7 +9,7 @@ from zstandard import ZstdError
 from pipeline.storage.documents import Documents
 from pipeline.storage.mcap_format import compression_of, decode, encode
 from pipeline.storage.series import TIME, Log, Series
-from trackable.files import write_atomically
+from trackably.files import write_atomically
 
 __all__ = ["DAMAGES", "TIME", "Documents", "Log", "LogError", "Series", "read_log", "write_log"]
 

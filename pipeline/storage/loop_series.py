@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.storage.logs import Series
-from trackable.arrays import Array
-from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.arrays import Array
+from trackably.control.loop_trajectory import LoopTrajectory
+from trackably.systems.constrained import ConstrainedSystem
 
 _SCALARS = ("cost", "stage_cost", "slack")
 

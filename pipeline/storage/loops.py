@@ -11,10 +11,10 @@ from pipeline.storage.logs import Series
 from pipeline.storage.loop_series import loop_of, loop_series, steps_of
 from pipeline.storage.results import Results
 from pipeline.storage.tables import Table
-from trackable.arrays import Array
-from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.files import from_json, read_json, to_json
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.arrays import Array
+from trackably.control.loop_trajectory import LoopTrajectory
+from trackably.files import from_json, read_json, to_json
+from trackably.systems.constrained import ConstrainedSystem
 
 STAGE = "control"
 _ROUNDING = 1e-12

@@ -17,7 +17,7 @@ from zstandard import frame_content_size
 
 from pipeline.storage.documents import KNOWN, Documents
 from pipeline.storage.series import LIBRARY, TIME, Log, Series
-from trackable.files import from_json
+from trackably.files import from_json
 
 _FORMAT = "1"
 _JSON = "application/json"

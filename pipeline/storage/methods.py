@@ -5,9 +5,9 @@ from typing import Any
 
 from pipeline.storage.results import Results
 from pipeline.storage.tables import Table
-from trackable.files import read_json
-from trackable.learning.learned import LearnedReference
-from trackable.learning.problem import ActiveBound
+from trackably.files import read_json
+from trackably.learning.learned import LearnedReference
+from trackably.learning.problem import ActiveBound
 
 _COSTS = {"nlml": "l", "objective": "J", "price": "price"}
 _ERRORS = {"misfit": "misfit", "rmse": "error to the truth", "held_out": "error on held-out samples"}

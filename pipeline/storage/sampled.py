@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from trackable.arrays import Array
-from trackable.gp.samples import Samples
-from trackable.systems.signals.signal import Signal
+from trackably.arrays import Array
+from trackably.gp.samples import Samples
+from trackably.systems.signals.signal import Signal
 
 
 @dataclass(frozen=True)

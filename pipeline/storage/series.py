@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pipeline.storage.documents import Documents
-from trackable.arrays import Array
-from trackable.files import from_json
+from trackably.arrays import Array
+from trackably.files import from_json
 
-LIBRARY = "trackable"
+LIBRARY = "trackably"
 TIME = "t"
 LATEST = 2**63 / 1e9
 """The first time [s] whose nanoseconds do not fit into 64 signed bits, which is what most viewers have for them."""

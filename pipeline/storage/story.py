@@ -5,10 +5,10 @@ from typing import Any
 
 from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
-from trackable.files import read_json
-from trackable.fit.edges import edges_of
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.margins import MarginProfile
+from trackably.files import read_json
+from trackably.fit.edges import edges_of
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.margins import MarginProfile
 
 UNCONSTRAINED = "unconstrained"
 _ROUNDING = 1e-9  # of the largest cost

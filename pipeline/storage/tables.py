@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from trackable.arrays import Array
-from trackable.errors import InputError
-from trackable.files import unreadable
+from trackably.arrays import Array
+from trackably.errors import InputError
+from trackably.files import unreadable
 
 
 def read_columns(path: Path) -> dict[str, Array]:

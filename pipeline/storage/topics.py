@@ -8,8 +8,8 @@ from mcap.reader import make_reader
 
 from pipeline.storage.logs import DAMAGES, TIME, LogError
 from pipeline.storage.results import Results
-from trackable.errors import InputError
-from trackable.files import from_json
+from trackably.errors import InputError
+from trackably.files import from_json
 
 
 @dataclass(frozen=True)

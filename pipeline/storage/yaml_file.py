@@ -7,8 +7,8 @@ from typing import Any, NoReturn, Self, TypeVar
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from trackable.errors import InputError
-from trackable.files import from_yaml, read_bytes
+from trackably.errors import InputError
+from trackably.files import from_yaml, read_bytes
 
 
 class Fields(BaseModel):

@@ -6,14 +6,14 @@ from pipeline.experiments import Experiment
 from pipeline.experiments.sources import Drawn
 from pipeline.methods.periodic import at_all_phases, on_intervals
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
-from trackable.arrays import Array
-from trackable.errors import NoReferenceError
-from trackable.gp.joint import JointPosterior
-from trackable.gp.period import period_of
-from trackable.gp.samples import Samples
-from trackable.learning.methods import all_phases, unconstrained
-from trackable.learning.problem import NoSolution, Solution
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.arrays import Array
+from trackably.errors import NoReferenceError
+from trackably.gp.joint import JointPosterior
+from trackably.gp.period import period_of
+from trackably.gp.samples import Samples
+from trackably.learning.methods import all_phases, unconstrained
+from trackably.learning.problem import NoSolution, Solution
+from trackably.systems.constrained import ConstrainedSystem
 
 
 def interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: int) -> list[float]:

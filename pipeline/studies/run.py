@@ -13,9 +13,9 @@ from pipeline.methods import HYPERPARAMETERS, JOINT
 from pipeline.studies.periodic import draw_row, interval_row
 from pipeline.studies.pool import mapped
 from pipeline.studies.tightness import tightness_row
-from trackable.arrays import Array
-from trackable.gp.samples import Samples
-from trackable.learning.published.study import Conservatism, Draws, Study, Tightness
+from trackably.arrays import Array
+from trackably.gp.samples import Samples
+from trackably.learning.published.study import Conservatism, Draws, Study, Tightness
 
 _PROVED = (HYPERPARAMETERS.name, JOINT.name)
 Row = Sequence[float]

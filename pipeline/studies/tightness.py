@@ -4,8 +4,8 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.methods import METHODS, Failed
-from trackable.gp.samples import Samples
-from trackable.systems.reference import Reference
+from trackably.gp.samples import Samples
+from trackably.systems.reference import Reference
 
 
 def tightness_row(experiment: Experiment, samples: tuple[Samples, ...], method: str, upper: float) -> list[float]:

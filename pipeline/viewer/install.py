@@ -4,8 +4,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from trackable.errors import InputError
-from trackable.files import write_atomically
+from trackably.errors import InputError
+from trackably.files import write_atomically
 
 LOCKED = Path(__file__).parent
 FETCHED = Path(".viewer")

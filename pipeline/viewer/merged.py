@@ -21,7 +21,7 @@ def merged(paths: Sequence[Path]) -> bytes:
     """
     buffer = BytesIO()
     writer = Writer(buffer, chunk_size=_CHUNK, compression=CompressionType.NONE)
-    writer.start(library="trackable")
+    writer.start(library="trackably")
     channels: dict[tuple[Path, int], int] = {}
     for path, schema, channel, message in sorted(_messages(paths), key=lambda found: found[-1].log_time):
         key = path, channel.id

@@ -10,7 +10,7 @@ from pipeline.storage.results import Results
 from pipeline.storage.topics import logs_of, topics_of
 from pipeline.viewer.install import files_of
 from pipeline.viewer.merged import merged
-from trackable.files import to_json
+from trackably.files import to_json
 
 PAGE = Path(__file__).parent / "page"
 

@@ -5,13 +5,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tests.attack.truth import input_exists, is_broken, is_kept, is_kept_by_formulas
-from tests.trackable.certificates.nonlinear.instances import as_read, proved
-from tests.trackable.checker.edges.test_before_zero import SHORT, certificate
-from tests.trackable.checker.edges.test_counterexamples import by_claim
-from tests.trackable.checker.redundant import in_the_plane, learned
-from tests.trackable.checker.tight import VALID
-from trackable.certificates import cover, draft, prove
-from trackable.certificates.form import encode_certificate
+from tests.trackably.certificates.nonlinear.instances import as_read, proved
+from tests.trackably.checker.edges.test_before_zero import SHORT, certificate
+from tests.trackably.checker.edges.test_counterexamples import by_claim
+from tests.trackably.checker.redundant import in_the_plane, learned
+from tests.trackably.checker.tight import VALID
+from trackably.certificates import cover, draft, prove
+from trackably.certificates.form import encode_certificate
 
 
 @dataclass(frozen=True)

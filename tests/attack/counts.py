@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import process_time
 
-from trackable.checker import Proved, Refuted, Undecided, Verdict, check
+from trackably.checker import Proved, Refuted, Undecided, Verdict, check
 
 SECONDS = 20.0
 """That a check may take; one that is undecided by then is counted."""

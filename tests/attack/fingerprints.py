@@ -17,15 +17,15 @@ from tests.attack.bases import Base
 from tests.attack.counts import Counts
 from tests.attack.tampering import random_change
 from tests.splines.naive import value_of
-from tests.trackable.certificates import naive
-from tests.trackable.checker.pieces import instances as pieces
-from tests.trackable.given.test_table import AXIS, ROBOT, TANK, followed
-from trackable import CertifiedTable, RefutedTable, Table, certify_table
-from trackable.checker import Proved, Refuted
-from trackable.codec.converter import decode
-from trackable.codec.values import CodecError
-from trackable.systems.signals.pieces import PolynomialPieces
-from trackable.systems.signals.signal import Signal
+from tests.trackably.certificates import naive
+from tests.trackably.checker.pieces import instances as pieces
+from tests.trackably.given.test_table import AXIS, ROBOT, TANK, followed
+from trackably import CertifiedTable, RefutedTable, Table, certify_table
+from trackably.checker import Proved, Refuted
+from trackably.codec.converter import decode
+from trackably.codec.values import CodecError
+from trackably.systems.signals.pieces import PolynomialPieces
+from trackably.systems.signals.signal import Signal
 
 _DIGITS = 30
 """In which two functions are the same where they agree at some times."""

@@ -11,12 +11,12 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from tests.attack.counts import Counts
-from tests.trackable.fleet.recordings import PLANT, motion
-from tests.trackable.fleet.test_folder import PIECES, folder_of
-from trackable import Fleet, SquaredExponential, learn_many, learn_reference
-from trackable.checker import Proved
-from trackable.errors import InputError
-from trackable.files import read_json
+from tests.trackably.fleet.recordings import PLANT, motion
+from tests.trackably.fleet.test_folder import PIECES, folder_of
+from trackably import Fleet, SquaredExponential, learn_many, learn_reference
+from trackably.checker import Proved
+from trackably.errors import InputError
+from trackably.files import read_json
 
 _GIVEN = {"noise_std": 0.01, "method": "hyperparameters"}
 _KERNEL = SquaredExponential(signal_std=1.0, lengthscale=0.3)

@@ -19,11 +19,11 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Message
 from mcap.writer import MCAP0_MAGIC
 
-from tests.trackable.checker.edges import hostile
-from tests.trackable.checker.instances import scalar_certificate
-from tests.trackable.checker.pieces.instances import certificate as of_pieces
-from tests.trackable.checker.robust.instances import noisy_data, robust_data
-from trackable.checker.reading.certificates import read_certificate
+from tests.trackably.checker.edges import hostile
+from tests.trackably.checker.instances import scalar_certificate
+from tests.trackably.checker.pieces.instances import certificate as of_pieces
+from tests.trackably.checker.robust.instances import noisy_data, robust_data
+from trackably.checker.reading.certificates import read_certificate
 
 Data = dict[str, Any]
 
@@ -45,7 +45,7 @@ class Took(NamedTuple):
     said: str
 
 
-def measured(path: Path, *options: str, command: tuple[str, ...] = ("-m", "trackable", "check")) -> Took:
+def measured(path: Path, *options: str, command: tuple[str, ...] = ("-m", "trackably", "check")) -> Took:
     """Check a file in a process of its own, or read it with another command."""
     asked = [sys.executable, *command, *options, str(path)]
     done = subprocess.run([sys.executable, "-c", _ALONE, *asked], capture_output=True, text=True, check=True)
@@ -70,7 +70,7 @@ def _linear(n: int, m: int, rows: int = 1, signals: int = 1, shifts: int = 1, we
     bounds = ["x0", *(f"x0 ({i})" for i in range(2, rows + 1))]
     signal = {"kernel": KERNEL, "mean": 0, "centres": [0], "weights": [1]}
     return {
-        "format": "trackable certificate",
+        "format": "trackably certificate",
         "version": 3,
         "claim": {
             "kind": "window",
@@ -235,7 +235,7 @@ def _fine_counterexample() -> Data:
     data = _pieces(3_000, [1] * 100, TINY, "rest", {"kind": "all_times"})
     (name, *_) = data.pop("evaluation")["errors"]
     return data | {
-        "format": "trackable counterexample",
+        "format": "trackably counterexample",
         "version": 1,
         "quantity": name,
         "at": {"time": 0.5},
@@ -396,7 +396,7 @@ def _gains() -> Data:
 
 def _table(rows: int, steps: int) -> Data:
     return {
-        "format": "trackable table",
+        "format": "trackably table",
         "version": 1,
         "table": {"first_step": 0, "states": [[0]] * steps, "inputs": [[0]] * steps},
         "plant": {
@@ -548,9 +548,9 @@ RECORDINGS: dict[str, Packed] = {
 READ = """
 import sys
 from pathlib import Path
-from trackable.errors import InputError
-from trackable.given.plant_file import read_plant
-from trackable.recordings import Field, Stamp, read_csv, read_mcap
+from trackably.errors import InputError
+from trackably.given.plant_file import read_plant
+from trackably.recordings import Field, Stamp, read_csv, read_mcap
 
 path = Path(sys.argv[1])
 try:

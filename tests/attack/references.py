@@ -8,24 +8,24 @@ import pytest
 from mpmath import mp
 
 from tests.attack.counts import Counts
-from tests.trackable.certificates import naive
-from tests.trackable.certificates.instances import Case, case, compact_kernel, general_case
-from tests.trackable.certificates.liars import LIES, plant
-from tests.trackable.checker.test_soundness import smallest_margin
-from trackable.certificates.certificate import Certificate
-from trackable.certificates.claim import AllPhases, AtInstants
-from trackable.certificates.draft import evaluation_errors
-from trackable.certificates.form import encode_certificate, encode_counterexample
-from trackable.certificates.outcome import Counterexample
-from trackable.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
-from trackable.checker import Proved, Refuted
-from trackable.gp.kernels.matern import Matern32, Matern52
-from trackable.gp.kernels.squared_exponential import SquaredExponential
-from trackable.gp.signal import KernelSum
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import LinearSystem
-from trackable.systems.reference import Reference
-from trackable.systems.sets.polytope import Polytope
+from tests.trackably.certificates import naive
+from tests.trackably.certificates.instances import Case, case, compact_kernel, general_case
+from tests.trackably.certificates.liars import LIES, plant
+from tests.trackably.checker.test_soundness import smallest_margin
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.claim import AllPhases, AtInstants
+from trackably.certificates.draft import evaluation_errors
+from trackably.certificates.form import encode_certificate, encode_counterexample
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
+from trackably.checker import Proved, Refuted
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
 
 _FEW = 16
 """Boxes and instants of a certificate that the checker looks at too."""

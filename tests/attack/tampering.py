@@ -10,10 +10,10 @@ import numpy as np
 from tests.attack.bases import Base
 from tests.attack.counts import Counts
 from tests.attack.huge import HUGE, MOST_MEMORY, MOST_SECONDS, READ, RECORDINGS, measured, write
-from tests.trackable.checker.changes import PLANT, changed, combined_changes, leaves, replacements, without
-from tests.trackable.checker.edges import hostile
-from tests.trackable.systems.test_naming import NAMES, NO_NAMES
-from trackable.checker import Proved, limits
+from tests.trackably.checker.changes import PLANT, changed, combined_changes, leaves, replacements, without
+from tests.trackably.checker.edges import hostile
+from tests.trackably.systems.test_naming import NAMES, NO_NAMES
+from trackably.checker import Proved, limits
 
 
 def attack_certificate(counts: dict[str, Counts], known: list[Base], seed: int, number: int) -> None:

@@ -2,11 +2,11 @@
 
 from tests.attack.__main__ import main
 from tests.attack.counts import Counts, table
-from tests.trackable.checker.instances import scalar_certificate
+from tests.trackably.checker.instances import scalar_certificate
 
 
 def test_a_short_attack_finds_nothing_false(capsys, monkeypatch) -> None:
-    from trackable.certificates import cover, draft, prove  # noqa: PLC0415
+    from trackably.certificates import cover, draft, prove  # noqa: PLC0415
 
     for module in (cover, draft, prove):
         monkeypatch.setattr(module, "TERMS", module.TERMS)  # it is set to a smaller number, for this test only

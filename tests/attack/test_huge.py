@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from tests.attack.huge import HUGE, MOST_MEMORY, MOST_SECONDS, READ, RECORDINGS, measured, write
-from trackable import check
-from trackable.checker import NotACertificate
-from trackable.checker.__main__ import UNUSABLE, main
-from trackable.errors import InputError
-from trackable.files import from_json, from_yaml, read_bytes
-from trackable.recordings import read_csv
+from trackably import check
+from trackably.checker import NotACertificate
+from trackably.checker.__main__ import UNUSABLE, main
+from trackably.errors import InputError
+from trackably.files import from_json, from_yaml, read_bytes
+from trackably.recordings import read_csv
 
 SLOW_ONCE = (
     "many rows of many weights",
@@ -31,9 +31,9 @@ SLOW_ONCE = (
     "100 angles",
 )
 ENTRIES = {
-    "library": (("-m", "trackable", "check"), ()),
-    "checker": (("-m", "trackable.checker"), ()),
-    "exact": (("-m", "trackable", "check"), ("--exact",)),
+    "library": (("-m", "trackably", "check"), ()),
+    "checker": (("-m", "trackably.checker"), ()),
+    "exact": (("-m", "trackably", "check"), ("--exact",)),
 }
 
 
@@ -87,4 +87,4 @@ def test_a_list_that_holds_itself_is_no_yaml_and_no_certificate() -> None:
         from_yaml(b"a: &a [*a]")
     inner: dict[str, object] = {"type": "sum"}
     inner |= {"left": inner, "right": inner}
-    assert isinstance(check({"format": "trackable certificate", "version": 3, "reference": inner}), NotACertificate)
+    assert isinstance(check({"format": "trackably certificate", "version": 3, "reference": inner}), NotACertificate)

@@ -4,11 +4,11 @@ import numpy as np
 import scipy
 from mpmath import mp
 
-from tests.trackable.certificates import naive
-from tests.trackable.certificates.decoded import decode_certificate
-from tests.trackable.checker.truth import as_stored, is_true, statement
-from trackable.codec.converter import decode
-from trackable.systems.reference import Reference
+from tests.trackably.certificates import naive
+from tests.trackably.certificates.decoded import decode_certificate
+from tests.trackably.checker.truth import as_stored, is_true, statement
+from trackably.codec.converter import decode
+from trackably.systems.reference import Reference
 
 _TOLERANCE = 1e-9
 

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from tests.figures.texts import collisions, texts
 from tests.project import ROOT
-from trackable.plots import svg
-from trackable.plots.style import styled
+from trackably.plots import svg
+from trackably.plots.style import styled
 
 FIGURES = sorted(
     path

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.local_search.reachability import Sine
-from trackable.control.controller import Controller
-from trackable.control.step.result import Plan, StepResult
-from trackable.gp.kernels.squared_exponential import SquaredExponential
-from trackable.gp.signal import KernelSum
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.nonlinear import NonlinearSystem
-from trackable.systems.reference import Reference
-from trackable.systems.sets.polytope import Polytope
+from trackably.control.controller import Controller
+from trackably.control.step.result import Plan, StepResult
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
 
 ALPHAS = tuple(i / 10 for i in range(1, 9))
 HORIZONS = (3, 10)

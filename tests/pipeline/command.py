@@ -12,7 +12,7 @@ from unittest import mock
 from pipeline import __main__ as command_line
 from pipeline.studies.pool import Row, Task
 from tests.project import ROOT
-from trackable.learning import search
+from trackably.learning import search
 
 Done = subprocess.CompletedProcess[str]
 few_periods = mock.patch.object(search, "_FEWEST_BASINS", 6)

@@ -1,5 +1,5 @@
 """References that the control stage's tests follow: those of the controller's tests."""
 
-from tests.trackable.control.conftest import example, example1, example2
+from tests.trackably.control.conftest import example, example1, example2
 
 __all__ = ["example", "example1", "example2"]

@@ -18,7 +18,7 @@ from pipeline.storage.results import Results
 from tests.pipeline.command import Done, call, few_periods, studies_here
 from tests.pipeline.params import written_to
 from tests.project import ROOT
-from trackable.plots import style, svg
+from trackably.plots import style, svg
 
 STAGES = ("generate", "fit", "verify", "control", "figures")
 _AGREE = {Status.IDENTICAL, Status.WITHIN}

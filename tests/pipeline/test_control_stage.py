@@ -14,12 +14,12 @@ from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
 from tests.pipeline.params import undisturbed
 from tests.pipeline.stages import call, sketched, written
-from trackable.control.initial_states import initial_states
-from trackable.control.scaling import scaled_controller
-from trackable.learning.learned import LearnedReference
-from trackable.learning.problem import ConstrainedProblem
-from trackable.learning.search import best_solution
-from trackable.plots import svg
+from trackably.control.initial_states import initial_states
+from trackably.control.scaling import scaled_controller
+from trackably.learning.learned import LearnedReference
+from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.search import best_solution
+from trackably.plots import svg
 
 SHORT = (
     undisturbed("example1")

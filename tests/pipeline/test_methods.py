@@ -6,9 +6,9 @@ from pipeline.experiments import Experiment, load_experiments
 from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED, Claims, Failed, Fit, methods_in_figures
 from pipeline.methods.parameters import Parameters
 from tests.project import ROOT
-from trackable.certificates.certificate import Certificate
-from trackable.gp.samples import Samples
-from trackable.systems.reference import Reference
+from trackably.certificates.certificate import Certificate
+from trackably.gp.samples import Samples
+from trackably.systems.reference import Reference
 
 EXPERIMENTS = load_experiments(ROOT / "params.yaml")
 

@@ -7,8 +7,8 @@ import pytest
 
 from pipeline.published.paper import period_of_curve, reach_in_intervals, states_behind
 from tests.project import ROOT
-from trackable.learning.published.scalar import growth_rates, scalar
-from trackable.systems.sets.interval import Interval
+from trackably.learning.published.scalar import growth_rates, scalar
+from trackably.systems.sets.interval import Interval
 
 TIMES = np.linspace(0, 4, 401)
 
@@ -37,7 +37,7 @@ def test_reach_in_intervals():
 
 def test_equations_have_the_numbers_that_they_have_in_the_paper() -> None:
     """Counted in its source: the learning problem is (4), the periodic program (8), and no theorem is in it."""
-    files = [*ROOT.glob("trackable/**/*.py"), *ROOT.glob("pipeline/**/*.py"), *ROOT.glob("notebooks/*.ipynb")]
+    files = [*ROOT.glob("trackably/**/*.py"), *ROOT.glob("pipeline/**/*.py"), *ROOT.glob("notebooks/*.ipynb")]
     texts = [path.read_text(encoding="utf-8") for path in (*files, ROOT / "claims.yaml")]
     named = {name.lower() for text in texts for name in re.findall(r"[Pp]ro(?:blem|gram) \(\d+\)", text)}
     assert named == {"problem (4)", "program (8)"}

@@ -16,7 +16,7 @@ from tests.pipeline.stages import STAGES, is_shown, moved, refusal_of_fit, run_a
 from tests.pipeline.stages import run_all as run_all_stages
 from tests.pipeline.stages import run_here as run_stage_here
 from tests.project import ROOT
-from trackable.codec import dumps
+from trackably.codec import dumps
 
 run_all, run_here = (partial(f, experiment="example2") for f in (run_all_stages, run_stage_here))
 METHODS = ("unconstrained", "grid", "intervals", "exact")

@@ -18,11 +18,11 @@ from pipeline.storage.results import Results
 from tests.pipeline.params import PARAMS, changed, undisturbed
 from tests.pipeline.stages import run_all_here
 from tests.project import ROOT
-from trackable.checker import Proved, check
-from trackable.errors import InputError
-from trackable.plots import svg, tracking
-from trackable.systems.margins import margin_profile
-from trackable.systems.reference import Reference
+from trackably.checker import Proved, check
+from trackably.errors import InputError
+from trackably.plots import svg, tracking
+from trackably.systems.margins import margin_profile
+from trackably.systems.reference import Reference
 
 # Short loops: `make repro` runs them for as long as they are committed.
 SHORT = (

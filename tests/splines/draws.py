@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator, BSpline, CubicSpline, PchipInterpolator, PPoly, make_interp_spline
 
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import LinearSystem
-from trackable.systems.reference import Reference
-from trackable.systems.sets.polytope import Polytope
-from trackable.systems.signals.pieces import Beyond, PolynomialPieces
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
+from trackably.systems.signals.pieces import Beyond, PolynomialPieces
 
 FAMILIES = ("cubic", "pchip", "akima", "quintic", "linear", "steps", "b-spline")
 

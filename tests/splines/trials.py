@@ -10,13 +10,13 @@ from flint import arb
 
 from tests.splines.draws import Drawn, drawn
 from tests.splines.naive import extremes
-from trackable.certificates.certificate import Certificate
-from trackable.certificates.form import encode_certificate, encode_counterexample
-from trackable.certificates.outcome import Counterexample
-from trackable.certificates.prove import prove, prove_on_window
-from trackable.checker import Proved, Refuted, check
-from trackable.systems.reference import Reference
-from trackable.systems.sets.polytope import Polytope
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate, encode_counterexample
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.prove import prove, prove_on_window
+from trackably.checker import Proved, Refuted, check
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
 
 MARGINS = (1e-15, 1e-13, 1e-11, 1e-9, 1e-7, 1e-4)
 """Of the distance between the extremes."""

@@ -6,7 +6,7 @@ import clarabel
 import numpy as np
 import scipy
 
-from trackable.arrays import Array
+from trackably.arrays import Array
 
 _SOLVED = ("Solved", "AlmostSolved")
 _INFEASIBLE = ("PrimalInfeasible", "AlmostPrimalInfeasible")

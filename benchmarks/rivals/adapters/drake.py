@@ -6,8 +6,8 @@ import numpy as np
 
 from benchmarks.rivals.judge.moving import interpolated, is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from trackable.arrays import Array
-from trackable.systems.constrained import LinearConstraint
+from trackably.arrays import Array
+from trackably.systems.constrained import LinearConstraint
 
 _ORDER = 6
 _FEWEST, _MOST = 24, 60

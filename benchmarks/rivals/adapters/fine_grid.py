@@ -11,9 +11,9 @@ from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.adapters.rows import POINTS, Grid
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from trackable.gp.bounded.root import root
-from trackable.gp.row_posterior import RowPosterior
-from trackable.systems.reference import Reference
+from trackably.gp.bounded.root import root
+from trackably.gp.row_posterior import RowPosterior
+from trackably.systems.reference import Reference
 
 
 def solve(problem: Problem, points: int = POINTS) -> Answer:

@@ -7,8 +7,8 @@ import numpy as np
 from benchmarks.rivals.adapters.rows import POINTS
 from benchmarks.rivals.judge.moving import interpolated, is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from trackable.arrays import Array
-from trackable.systems.reference import Reference
+from trackably.arrays import Array
+from trackably.systems.reference import Reference
 
 _PIECES, _DEGREE = 8, 5
 _TIMES = 60  # at which constraints are asked for: with 200 its optimiser needs minutes

@@ -12,11 +12,11 @@ import scipy
 
 from benchmarks.rivals.judge.steps import StepCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from trackable.arrays import Array
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import LinearSystem
-from trackable.systems.reference import Reference
-from trackable.systems.sets.polytope import Polytope
+from trackably.arrays import Array
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
 
 _AHEAD = 300  # steps at most
 _SETTLED = 1e-12  # of an error: later steps bound the command alone

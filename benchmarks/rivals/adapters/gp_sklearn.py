@@ -11,16 +11,16 @@ import numpy as np
 
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, Problem, Promise, Rival
-from trackable.arrays import Array
-from trackable.gp.joint import JointPosterior
-from trackable.gp.kernels.base import Kernel, Product
-from trackable.gp.kernels.matern import Matern52
-from trackable.gp.kernels.periodic import Periodic
-from trackable.gp.kernels.squared_exponential import SquaredExponential
-from trackable.gp.prior import NOISE, Prior
-from trackable.gp.samples import Samples
-from trackable.learning.space import SearchSpace
-from trackable.systems.reference import Reference
+from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior
+from trackably.gp.kernels.base import Kernel, Product
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import NOISE, Prior
+from trackably.gp.samples import Samples
+from trackably.learning.space import SearchSpace
+from trackably.systems.reference import Reference
 
 Bounds = tuple[float, float]
 

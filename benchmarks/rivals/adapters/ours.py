@@ -6,13 +6,13 @@ from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from pipeline.methods import AS_PUBLISHED
 from pipeline.methods.model import Failed
-from trackable.certificates.certificate import Certificate
-from trackable.certificates.certified import Certified, learn_certified
-from trackable.certificates.prove import Failure
-from trackable.learning import learner
-from trackable.learning.learner import Learner
-from trackable.learning.problem import NoSolution
-from trackable.systems.reference import Reference
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.prove import Failure
+from trackably.learning import learner
+from trackably.learning.learner import Learner
+from trackably.learning.problem import NoSolution
+from trackably.systems.reference import Reference
 
 Learned = Certified | NoSolution | Failure
 

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.rivals.model import Problem
-from trackable.arrays import Array
-from trackable.gp.joint import JointPosterior
-from trackable.gp.row_kernel import row_kernel
-from trackable.gp.rows import Rows, Terms
-from trackable.systems.flat.functional import Functional
+from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior
+from trackably.gp.row_kernel import row_kernel
+from trackably.gp.rows import Rows, Terms
+from trackably.systems.flat.functional import Functional
 
 POINTS = 200
 """Times of the grid, if nothing else is said: as many as the published study of (c) begins with."""

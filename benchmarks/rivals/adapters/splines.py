@@ -11,8 +11,8 @@ from benchmarks.rivals.adapters.rows import POINTS
 from benchmarks.rivals.judge.curves import of_flat_outputs
 from benchmarks.rivals.judge.polynomials import Pieces
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from trackable.arrays import Array
-from trackable.gp.samples import Samples
+from trackably.arrays import Array
+from trackably.gp.samples import Samples
 
 _DEGREE = 3
 _PIECES = 120

@@ -15,14 +15,14 @@ from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.adapters.rows import POINTS, Grid, prior_covariance, rows_of, sample_rows
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from trackable.arrays import Array
-from trackable.gp.bounded.root import root
-from trackable.gp.joint import JointPosterior
-from trackable.gp.row_kernel import row_kernel
-from trackable.gp.rows import Rows, Terms
-from trackable.gp.signal import KernelSum
-from trackable.systems.flat.functional import Functional
-from trackable.systems.reference import Reference
+from trackably.arrays import Array
+from trackably.gp.bounded.root import root
+from trackably.gp.joint import JointPosterior
+from trackably.gp.row_kernel import row_kernel
+from trackably.gp.rows import Rows, Terms
+from trackably.gp.signal import KernelSum
+from trackably.systems.flat.functional import Functional
+from trackably.systems.reference import Reference
 
 _LAGS = 16  # in which the supremum is sought; it is at the longest one where covariances fall with the distance
 

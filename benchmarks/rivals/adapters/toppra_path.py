@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.rivals.judge.moving import interpolated, is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from trackable.arrays import Array
+from trackably.arrays import Array
 
 _DEGREE = 6  # a cubic path of a quadratic parameter
 _TIMES = 1000  # grid points: it is fast

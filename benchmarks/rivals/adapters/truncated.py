@@ -19,11 +19,11 @@ from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.judge.curves import of_flat_outputs
 from benchmarks.rivals.judge.polynomials import Pieces
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from trackable.arrays import Array
-from trackable.gp.bounded.normal import BoundedNormal, NoRoom
-from trackable.gp.bounded.root import root
-from trackable.gp.kernels.base import Kernel
-from trackable.gp.samples import Samples
+from trackably.arrays import Array
+from trackably.gp.bounded.normal import BoundedNormal, NoRoom
+from trackably.gp.bounded.root import root
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.samples import Samples
 
 _DRAWS, _SEED = 2000, 0
 _MOST_KNOTS = 700

@@ -9,11 +9,11 @@ import numpy as np
 
 from benchmarks.rivals.judge.polynomials import Combination, Pieces, largest
 from benchmarks.rivals.model import Curve, Violation
-from trackable.arrays import Array
-from trackable.gp.stencil import POINT, Stencil
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.quantity import Quantity
-from trackable.systems.sets.interval import Interval
+from trackably.arrays import Array
+from trackably.gp.stencil import POINT, Stencil
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.quantity import Quantity
+from trackably.systems.sets.interval import Interval
 
 _TOLERANCE = Fraction(1, 10**9)  # of the bound's width
 

@@ -5,17 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.rivals.model import Curve, Violation
-from trackable.arrays import Array
-from trackable.certificates.certificate import Certificate
-from trackable.certificates.draft import Draft
-from trackable.certificates.outcome import Counterexample
-from trackable.certificates.prove import prove_on_window
-from trackable.certificates.sketch import sketches
-from trackable.checker.arithmetic.intervals import exactly
-from trackable.gp.samples import Samples
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.reference import Reference
-from trackable.systems.sets.polytope import Polytope
+from trackably.arrays import Array
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.draft import Draft
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.prove import prove_on_window
+from trackably.certificates.sketch import sketches
+from trackably.checker.arithmetic.intervals import exactly
+from trackably.gp.samples import Samples
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
 
 _WIDER = (1e-9, 1e-6, 1e-3, 1e-1)  # of the violation, and of the width a thousandth of it
 _SEARCHES = 4

@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.rivals.judge.curves import PolynomialCurve
 from benchmarks.rivals.judge.polynomials import Combination, Pieces
 from benchmarks.rivals.model import Problem
-from trackable.arrays import Array
+from trackably.arrays import Array
 
 
 def is_driven_by_accelerations(problem: Problem) -> bool:

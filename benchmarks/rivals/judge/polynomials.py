@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 from scipy.interpolate import PPoly
 
-from trackable.arrays import Array
+from trackably.arrays import Array
 
 Polynomial = tuple[Fraction, ...]
 """Coefficients of 1, τ, τ², … with τ the time since the piece began."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.rivals.model import Curve, Violation
-from trackable.arrays import Array
-from trackable.systems.constrained import ConstrainedSystem
+from trackably.arrays import Array
+from trackably.systems.constrained import ConstrainedSystem
 
 
 @dataclass(frozen=True, eq=False)

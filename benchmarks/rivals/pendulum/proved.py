@@ -14,7 +14,7 @@ from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.judge.polynomials import Pieces, Polynomial, bernstein, halved
 from benchmarks.rivals.pendulum.spline import CARDINAL, DEGREE, Spline, exactly
 from benchmarks.rivals.pendulum.statement import EFFORT, LEAST_SPEED, MOST_W, REWARD
-from trackable.arrays import Array
+from trackably.arrays import Array
 
 _HALVINGS = 2  # of each interval, so that Bernstein coefficients lie close to their polynomial
 _KEPT_FREE = 1e-5  # of either bound, for the equations that are met exactly afterwards

@@ -17,7 +17,7 @@ import scipy
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.judge.polynomials import Pieces
 from benchmarks.rivals.pendulum.statement import EFFORT, LEAST_SPEED, MOST_W, REWARD, A, B, Facts, facts
-from trackable.arrays import Array
+from trackably.arrays import Array
 
 _INITIAL, _CONTROLLED = 1.0, 100.0  # weights of both parts of the kernel
 _TERMS = 12  # of Taylor's series between two grid points

@@ -10,13 +10,13 @@ from functools import lru_cache
 from benchmarks.rivals.adapters import fine_grid
 from benchmarks.rivals.adapters.ours import Learned, answer, learned
 from benchmarks.rivals.model import Answer, Found, Problem
-from trackable.certificates.certified import Certified
-from trackable.gp.joint import JointPrior
-from trackable.learning.exchange import Exchange
-from trackable.learning.joint import learn as joint
-from trackable.learning.learner import HYPERPARAMETERS, JOINT, Learner
-from trackable.learning.problem import ConstrainedProblem, Contradiction, NoSolution, Solution
-from trackable.learning.screening import can_screen
+from trackably.certificates.certified import Certified
+from trackably.gp.joint import JointPrior
+from trackably.learning.exchange import Exchange
+from trackably.learning.joint import learn as joint
+from trackably.learning.learner import HYPERPARAMETERS, JOINT, Learner
+from trackably.learning.problem import ConstrainedProblem, Contradiction, NoSolution, Solution
+from trackably.learning.screening import can_screen
 
 _POINTS = 50  # enough to see that nothing is admissible
 

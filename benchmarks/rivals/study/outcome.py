@@ -11,7 +11,7 @@ from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, Problem
 from benchmarks.rivals.study import learners
 from benchmarks.rivals.study.draws import Run
-from trackable.systems.reference import Reference
+from trackably.systems.reference import Reference
 
 _POINTS = 100
 _SOLVED = 1e-9  # violations below are a solver's tolerance

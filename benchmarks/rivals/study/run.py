@@ -9,7 +9,7 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from benchmarks.rivals.study.outcome import Outcome, outcomes
-from trackable.files import write_atomically
+from trackably.files import write_atomically
 
 Measure = Callable[[int], list[Outcome]]
 

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from trackable.arrays import Array
+from trackably.arrays import Array
 
 _TOKEN = re.compile(r"[A-Za-z]|[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _POINTS = {"M": 1, "L": 1, "Q": 2, "C": 3, "z": 0, "Z": 0}

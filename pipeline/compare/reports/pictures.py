@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 from pipeline.compare.artifacts import artifacts
 from pipeline.compare.model import Comparison, Row, Status
 from pipeline.compare.reports.wording import differing_text, extent
-from trackable.files import write_text
+from trackably.files import write_text
 
 _MEDIA = {".svg": "image/svg+xml", ".png": "image/png"}
 _WIDTH, _HEADING, _GAP = 480.0, 24.0, 12.0

@@ -4,7 +4,7 @@ from typing import Any
 
 from pipeline.compare.model import ABSENT, Comparison, Difference, Found, JudgedClaim, Row, Verdict
 from pipeline.compare.reports.wording import closing
-from trackable.files import to_json
+from trackably.files import to_json
 
 
 def to_record(comparison: Comparison) -> bytes:

@@ -1,7 +1,7 @@
 // Opens the log that this server has beside the page, with the layout that was made for it. Nothing is kept between two
 // visits: changes of the layout last as long as the page.
 (async () => {
-  const ID = "trackable";
+  const ID = "trackably";
   const about = await (await fetch("about.json")).json();
   document.title = about.name;
 

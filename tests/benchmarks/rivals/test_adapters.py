@@ -11,11 +11,11 @@ from benchmarks.rivals.adapters.truncated import Bounds, Truncated, hats
 from benchmarks.rivals.judge.moving import interpolated
 from benchmarks.rivals.model import Found
 from benchmarks.rivals.problems import problem
-from trackable import certify
-from trackable.certificates.outcome import Counterexample
-from trackable.given.certified import CertifiedReference
-from trackable.gp.bounded.least_norm import least_norm
-from trackable.gp.kernels.matern import Matern52
+from trackably import certify
+from trackably.certificates.outcome import Counterexample
+from trackably.given.certified import CertifiedReference
+from trackably.gp.bounded.least_norm import least_norm
+from trackably.gp.kernels.matern import Matern52
 
 
 @cache

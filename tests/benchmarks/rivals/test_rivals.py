@@ -12,9 +12,9 @@ from benchmarks.rivals.model import Found, NotFound, Promise, Rival
 from benchmarks.rivals.objective import objective_of
 from benchmarks.rivals.problems import problem, problems
 from benchmarks.rivals.study import summary as study
-from trackable.gp.row_posterior import RowPosterior
-from trackable.learning.joint.dual import solve_dual
-from trackable.systems.reference import Reference
+from trackably.gp.row_posterior import RowPosterior
+from trackably.learning.joint.dual import solve_dual
+from trackably.systems.reference import Reference
 
 
 @cache

@@ -11,8 +11,8 @@ from benchmarks.rivals.study.draws import CASES, COMBINATIONS, LEVELS, Run
 from benchmarks.rivals.study.outcome import Outcome, outcomes
 from benchmarks.rivals.study.run import collected, run
 from benchmarks.rivals.study.summary import _band, page, read, runs_in, summary
-from trackable.certificates.certified import learn_certified
-from trackable.learning.learner import HYPERPARAMETERS, JOINT
+from trackably.certificates.certified import learn_certified
+from trackably.learning.learner import HYPERPARAMETERS, JOINT
 
 
 def fake(index):

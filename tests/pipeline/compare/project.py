@@ -81,7 +81,7 @@ SETS = {
 }
 REFERENCE = {"signals": [SIGNAL], "plant": {"system": SYSTEM, **SETS}}
 CERTIFICATE = {
-    "format": "trackable certificate",
+    "format": "trackably certificate",
     "version": 3,
     "claim": {"kind": "all_times", "covers": {"x": {"ends": [0.0, 1.0], "radii": [0.5]}}},
     "reference": REFERENCE,

@@ -8,7 +8,7 @@ import pytest
 from pipeline.compare.versions import locked, recorded, versions
 from pipeline.environment.record import NAMES, environment
 from tests.project import ROOT
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 
 def record(results: Path, experiment: str, text: str) -> None:

@@ -15,11 +15,11 @@ from pipeline.storage.loops import read_loops
 from pipeline.storage.results import Results
 from tests.pipeline.params import EXAMPLE1, changed, written_to
 from tests.pipeline.stages import run_all_here
-from trackable.checker import Proved, check
-from trackable.control.scaling import scaled_controller
-from trackable.control.simulation import simulate
-from trackable.control.tube.controller import TubeController
-from trackable.errors import InputError
+from trackably.checker import Proved, check
+from trackably.control.scaling import scaled_controller
+from trackably.control.simulation import simulate
+from trackably.control.tube.controller import TubeController
+from trackably.errors import InputError
 
 ROBUST = ("robust", "robust_hyperparameters")
 W = """disturbance:  # w of x(k+1) = A x(k) + B u(k) + w(k), and v of the measured state x(k) + v(k)

@@ -12,11 +12,11 @@ from pipeline.metrics import metrics_of
 from pipeline.storage.archive import read_samples
 from pipeline.storage.results import Results
 from tests.pipeline.params import changed, written_to
-from trackable import DoubtfulInputWarning, Samples
-from trackable.condensed.condense import condensed, condensed_enough
-from trackable.learning.learned import LearnedReference
-from trackable.learning.problem import ConstrainedProblem, Solution
-from trackable.learning.search import best_solution
+from trackably import DoubtfulInputWarning, Samples
+from trackably.condensed.condense import condensed, condensed_enough
+from trackably.learning.learned import LearnedReference
+from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.search import best_solution
 
 TIMES = np.arange(2400.0)
 LEVELS = np.random.default_rng(1).normal(1.0, 0.1, TIMES.size)

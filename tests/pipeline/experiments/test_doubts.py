@@ -14,9 +14,9 @@ from pipeline.generate import generate, sampled_by
 from pipeline.methods import Fit
 from pipeline.storage.results import Results
 from tests.pipeline.params import changed, written_to
-from trackable import DoubtfulInputWarning, IgnoresSamplesWarning
-from trackable.learning.problem import ConstrainedProblem, Solution
-from trackable.learning.search import best_solution
+from trackably import DoubtfulInputWarning, IgnoresSamplesWarning
+from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.search import best_solution
 
 TIMES = np.arange(60.0) * 4
 LEVELS = 1.0 + 0.1 * np.sin(TIMES / 30) + 0.01 * np.random.default_rng(1).standard_normal(TIMES.size)

@@ -10,10 +10,10 @@ from pipeline.generate import sampled_by
 from pipeline.methods import METHODS, ROBUST
 from tests.pipeline.params import PARAMS as WRITTEN
 from tests.pipeline.params import changed, written_to
-from trackable.errors import InputError
-from trackable.gp.kernels.base import Product
-from trackable.gp.kernels.registry import KERNELS
-from trackable.gp.prior import NOISE
+from trackably.errors import InputError
+from trackably.gp.kernels.base import Product
+from trackably.gp.kernels.registry import KERNELS
+from trackably.gp.prior import NOISE
 
 
 def test_every_entry_is_an_experiment() -> None:

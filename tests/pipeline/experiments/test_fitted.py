@@ -16,7 +16,7 @@ from pipeline.storage.results import Results
 from pipeline.verify import verify
 from tests.pipeline.params import changed, written_to
 from tests.project import ROOT
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 COMMITTED = ROOT / "data" / "results"
 

@@ -12,12 +12,12 @@ from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
 from pipeline.published.ground_truth import docking_y, draw, setpoint_change
 from tests.project import ROOT
-from trackable import Column, ConstrainedSystem, CsvLayout, LinearSystem, Polytope, SquaredExponential, read_csv
-from trackable.certificates.certified import Certified, learn_certified
-from trackable.gp.samples import Samples
-from trackable.learn import learn_reference
-from trackable.learning.learner import JOINT
-from trackable.learning.space import SearchSpace
+from trackably import Column, ConstrainedSystem, CsvLayout, LinearSystem, Polytope, SquaredExponential, read_csv
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.gp.samples import Samples
+from trackably.learn import learn_reference
+from trackably.learning.learner import JOINT
+from trackably.learning.space import SearchSpace
 
 
 def _learned(name: str, upper: float | None = None, samples: Samples | None = None) -> Certified:

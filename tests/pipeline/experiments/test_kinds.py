@@ -11,10 +11,10 @@ from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
 from tests.pipeline.params import written_to
 from tests.pipeline.stages import run_all_here
-from trackable import SquaredExponential, learn_reference
-from trackable.checker import Proved, check
-from trackable.errors import InputError
-from trackable.gp.samples import Samples
+from trackably import SquaredExponential, learn_reference
+from trackably.checker import Proved, check
+from trackably.errors import InputError
+from trackably.gp.samples import Samples
 
 _TIMES = np.arange(0, 3.01, 0.5)
 _BETWEEN = _TIMES[:-1] + 0.25

@@ -11,10 +11,10 @@ from pipeline.storage.loops import read_loops
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
 from tests.pipeline.params import changed, undisturbed, written_to
-from trackable.errors import InputError
-from trackable.learning.learned import LearnedReference
-from trackable.learning.problem import ConstrainedProblem, Solution
-from trackable.learning.search import best_solution
+from trackably.errors import InputError
+from trackably.learning.learned import LearnedReference
+from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.search import best_solution
 
 CONTROL = """    control:
       steps: 10000

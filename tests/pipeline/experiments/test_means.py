@@ -8,11 +8,11 @@ from pipeline.experiments import load_experiment
 from pipeline.experiments.means import with_learned_means
 from pipeline.generate import sampled_by
 from tests.pipeline.params import changed, written_to
-from trackable import DoubtfulInputWarning
-from trackable.errors import InputError
-from trackable.gp.samples import Samples
-from trackable.learning.problem import ConstrainedProblem, Solution
-from trackable.learning.search import best_solution
+from trackably import DoubtfulInputWarning
+from trackably.errors import InputError
+from trackably.gp.samples import Samples
+from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.search import best_solution
 
 
 def tank(folder: Path, mean: str):

@@ -11,10 +11,10 @@ from pipeline.experiments import load_experiment
 from pipeline.generate import generate, sampled_by
 from pipeline.storage.results import Results
 from tests.pipeline.params import changed, written_to
-from tests.trackable.recordings.mcap_files.writers import START, TOPIC, write_plain
-from trackable import DoubtfulInputWarning
-from trackable.doubts import doubts
-from trackable.errors import InputError
+from tests.trackably.recordings.mcap_files.writers import START, TOPIC, write_plain
+from trackably import DoubtfulInputWarning
+from trackably.doubts import doubts
+from trackably.errors import InputError
 
 LEVEL = """mcap: data/recordings/tank.mcap
         topic: /tank/level

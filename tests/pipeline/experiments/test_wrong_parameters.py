@@ -7,7 +7,7 @@ import pytest
 
 from pipeline.experiments import load_experiment
 from tests.pipeline.params import changed, written_to
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 NOISE = "kernel: {type: squared_exponential}, noise_std: 0.01"
 QUASI = "{type: product, left: {type: periodic}, right: {type: squared_exponential, signal_std: 1}}"

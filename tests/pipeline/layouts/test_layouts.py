@@ -16,10 +16,10 @@ from pipeline.storage.topics import Topic, topics_of
 from tests.pipeline.layouts.paths import leaves, levels, panels, paths, topics
 from tests.pipeline.layouts.schema import LAYOUT
 from tests.project import ROOT
-from trackable.files import from_json, to_json
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import LinearSystem
-from trackable.systems.sets.polytope import Polytope
+from trackably.files import from_json, to_json
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.sets.polytope import Polytope
 
 EXPERIMENTS = sorted(path.name for path in (ROOT / "data" / "results").iterdir() if [*path.glob("*.mcap")])
 

@@ -11,7 +11,7 @@ from pipeline.reproduce.prepared import Prepared, arguments_of
 from pipeline.reproduce.run import run
 from pipeline.reproduce.stages import Plan, Stage
 from tests.project import ROOT
-from trackable.errors import NoReferenceError
+from trackably.errors import NoReferenceError
 
 PIPELINE = """
 import os, sys
@@ -87,7 +87,7 @@ def test_a_stage_that_fails_in_a_fork_names_itself(project: Path) -> None:
         ("python -m pipeline fit 'a b'", None),
         ("python -m pipeline fit example1 && true", None),
         ("python -m pipeline fit $NAME", None),
-        ("python -m trackable check a.json", None),
+        ("python -m trackably check a.json", None),
         ("touch a", None),
     ],
 )

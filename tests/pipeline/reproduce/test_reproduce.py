@@ -9,7 +9,7 @@ from pipeline.reproduce.copy import copy_without_results
 from pipeline.reproduce.run import run
 from pipeline.reproduce.stages import Plan, Stage, plan_of
 from tests.project import ROOT
-from trackable.errors import InputError, NoReferenceError
+from trackably.errors import InputError, NoReferenceError
 
 
 def stage(name: str, *needs: str, command: str = "") -> Stage:

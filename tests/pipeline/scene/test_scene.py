@@ -19,11 +19,11 @@ from pipeline.storage.logs import Log, read_log, write_log
 from pipeline.storage.results import Results
 from pipeline.storage.topics import topics_of
 from tests.project import ROOT
-from trackable.control.loop_trajectory import LoopTrajectory
-from trackable.files import from_json
-from trackable.systems.constrained import ConstrainedSystem
-from trackable.systems.linear import LinearSystem
-from trackable.systems.sets.polytope import Polytope
+from trackably.control.loop_trajectory import LoopTrajectory
+from trackably.files import from_json
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.sets.polytope import Polytope
 
 NAN = float("nan")
 MADE = sorted(path.parent.name for path in (ROOT / "data" / "results").glob("*/scene.mcap"))

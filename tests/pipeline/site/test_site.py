@@ -17,7 +17,7 @@ from pipeline.site.sources import write_sources
 from tests.pipeline.site.conftest import NAME
 from tests.pipeline.viewer.browser import opened
 from tests.project import ROOT
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 Built = tuple[Path, list[str]]
 

@@ -47,7 +47,7 @@ SCHEMA = b'{"type": "object", "properties": {"t": {"type": "number"}, "x": {"typ
 
 def foreign(
     *,
-    library: str = "trackable",
+    library: str = "trackably",
     version: str = "1",
     compression: CompressionType = CompressionType.NONE,
     encoding: str = "json",
@@ -59,7 +59,7 @@ def foreign(
     buffer = BytesIO()
     writer = Writer(buffer, compression=compression, enable_data_crcs=True)
     writer.start(library=library)
-    writer.add_metadata("trackable", {"format": version})
+    writer.add_metadata("trackably", {"format": version})
     writer.add_attachment(0, 0, "a", "application/json", b"0")
     schema_id = writer.register_schema("x", schema_encoding, schema) if schema_encoding else 0
     writer.add_message(writer.register_channel("/x", encoding, schema_id), 0, message, 0)

@@ -91,7 +91,7 @@ def test_viewers_find_valid_messages_in_the_order_of_time(path: Path, data: byte
     assert found == {series.topic: len(series.times) for series in LOG.series if len(series.times)}
     assert {a.name: a.data for a in reader.iter_attachments()} == LOG.attachments
     assert {a.media_type for a in reader.iter_attachments()} == {"application/json"}
-    assert {m.name: m.metadata for m in reader.iter_metadata()} == {"trackable": {"format": "1"}, **LOG.metadata}
+    assert {m.name: m.metadata for m in reader.iter_metadata()} == {"trackably": {"format": "1"}, **LOG.metadata}
 
 
 def test_schemas_are_flat_and_tell_units(data: bytes) -> None:
@@ -136,7 +136,7 @@ T = np.array([0.0, 1.0])
         (lambda: Series("a", T, {}), "topic"),
         (lambda: Series("/", T, {}), "topic"),
         (lambda: Log((Series("/a", T, {}),) * 2, {}, {"a": b"0"}), "several of /a"),
-        (lambda: Log((), {"trackable": {}}, {"a": b"0"}), "written by the log itself"),
+        (lambda: Log((), {"trackably": {}}, {"a": b"0"}), "written by the log itself"),
         (lambda: Log((), {}, {}), "at least one attachment"),
         (lambda: Log((), {}, {"a": b"NaN"}), "attachment 'a' must be JSON: NaN"),
     ],

@@ -9,7 +9,7 @@ from pipeline.experiments import load_experiment
 from pipeline.storage.archive import read_stage, write_margins
 from pipeline.storage.results import Results
 from tests.project import ROOT
-from trackable.systems.margins import MarginProfile
+from trackably.systems.margins import MarginProfile
 
 QUANTITY = load_experiment("example1", ROOT / "params.yaml").plant.quantities[0]
 

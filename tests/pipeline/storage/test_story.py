@@ -23,9 +23,9 @@ from pipeline.storage.story import (
     told_of_unconstrained,
 )
 from tests.project import ROOT
-from trackable.gp.hyperparameter import Learned
-from trackable.systems.margins import MarginProfile
-from trackable.systems.quantity import Quantity
+from trackably.gp.hyperparameter import Learned
+from trackably.systems.margins import MarginProfile
+from trackably.systems.quantity import Quantity
 
 EXPERIMENTS = load_experiments(ROOT / "params.yaml")
 COMMITTED = ROOT / "data" / "results"

@@ -14,7 +14,7 @@ from PIL import Image
 
 from pipeline.viewer.install import fetched
 from tests.project import ROOT
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 REQUIRED = "BROWSER_TESTS"
 """Environment variable: where it says `required`, a missing browser or viewer is a failure and not a reason to skip."""

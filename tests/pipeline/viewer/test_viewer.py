@@ -13,7 +13,7 @@ from pipeline.storage.logs import Log, LogError, Series, write_log
 from pipeline.viewer import install
 from pipeline.viewer.merged import merged
 from tests.project import ROOT
-from trackable.errors import InputError
+from trackably.errors import InputError
 
 LOCK = json.loads((install.LOCKED / "package-lock.json").read_text(encoding="utf-8"))
 PACKAGES = {name: about for name, about in LOCK["packages"].items() if name}

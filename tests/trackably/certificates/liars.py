@@ -1,0 +1,92 @@
+"""What proposes proofs, replaced by what lies: each function of the proposer has its own lie."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from trackably.certificates import cover, prove, tail
+from trackably.certificates.certificate import Cover
+from trackably.certificates.draft import Draft
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.sketch import Sketch
+
+Lie = Callable[[np.random.Generator, Any], Any]
+"""Returns what takes the place of a function, given the honest one."""
+
+
+def _always(value: Any) -> Lie:
+    return lambda rng, honest: lambda *a, **k: value
+
+
+def _after(change: Callable[[np.random.Generator, Any], Any]) -> Lie:
+    """Change what the honest function returns, where it returns something."""
+    return lambda rng, honest: lambda *a, **k: None if (found := honest(*a, **k)) is None else change(rng, found)
+
+
+def _with_smaller_errors(rng: np.random.Generator, honest: Any) -> Any:
+    def of(reference: Any, until: float, times: Any) -> Draft:
+        found = honest(reference, until, times)
+        return replace(found, errors={name: e * 10 ** rng.uniform(-6, 0.1) for name, e in found.errors.items()})
+
+    return of
+
+
+def _refuses_nothing(rng: np.random.Generator, honest: Any) -> Any:
+    return lambda draft, boxes, wanted, exactly: (wanted & (rng.uniform(size=wanted.shape) < 0.02), {})
+
+
+def _loses_a_box(rng: np.random.Generator, found: Cover) -> Cover:
+    i = int(rng.integers(len(found.radii)))
+    return Cover((*found.ends[: i + 1], *found.ends[i + 2 :]), (*found.radii[:i], *found.radii[i + 1 :]))
+
+
+def _moves_an_end(rng: np.random.Generator, found: Cover) -> Cover:
+    ends = np.array(found.ends)
+    ends[int(rng.integers(len(ends)))] *= 1 + 10 ** rng.uniform(-15, -1)
+    return Cover(tuple(ends.tolist()), found.radii)
+
+
+def _exaggerates(rng: np.random.Generator, found: Any) -> Any:
+    if not isinstance(found, Counterexample):
+        return found
+    return replace(found, violation=found.violation * 10 ** rng.uniform(0, 3), time=found.time * rng.uniform(0.5, 2))
+
+
+def _breaks_any_bound(rng: np.random.Generator, honest: Any) -> Any:
+    def failure_at(self: Any, quantity: Any, time: float, step: int | None = None) -> Any:
+        if rng.uniform() < 0.5:
+            return honest(self, quantity, time, step)
+        by = quantity.bounds.width * 10 ** rng.uniform(-9, 0)
+        return Counterexample(quantity.name, quantity.bounds, time, by, self.reference, self.span, step)
+
+    return failure_at
+
+
+LIES: dict[str, tuple[Any, str, Lie]] = {
+    "every box holds": (cover, "_refused", _refuses_nothing),
+    "any radius will do": (cover, "_radii", _after(lambda rng, r: r * 10 ** rng.uniform(-3, 3, r.shape))),
+    "a box is lost": (cover, "_joined", _after(_loses_a_box)),
+    "an end is moved": (cover, "_joined", _after(_moves_an_end)),
+    "boxes are as wide as the window": (cover, "_first_edges", _after(lambda rng, e: e[[0, -1]])),
+    "the cover ends too early": (cover, "_joined", _after(lambda _, c: Cover(c.ends[:-1], c.radii[:-1]))),
+    "the tail starts at any time": (tail, "_earliest", _after(lambda rng, t: t * rng.uniform(0.05, 1))),
+    "every tail is settled": (Draft, "is_settled", _always(True)),
+    "errors are smaller": (prove.Draft, "of", _with_smaller_errors),
+    "every kernel repeats": (prove, "reference_period", _always(1.0)),
+    "nothing is broken": (prove._ProofProblem, "_broken", _always(None)),
+    "the worst is elsewhere": (
+        Sketch,
+        "worst_time",
+        lambda rng, honest: property(lambda s: float(rng.choice(s.times))),
+    ),
+    "violations are larger": (prove._ProofProblem, "_failure_at", _after(_exaggerates)),
+    "bounds are broken anywhere": (prove._ProofProblem, "_failure_at", _breaks_any_bound),
+}
+
+
+def plant(lie: str, seed: int, put: Callable[[Any, str, Any], None]) -> None:
+    """Put a lie in the place of what is honest, as `monkeypatch.setattr` does it."""
+    owner, name, lying = LIES[lie]
+    put(owner, name, lying(np.random.default_rng(seed), getattr(owner, name)))

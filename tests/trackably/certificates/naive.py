@@ -1,0 +1,174 @@
+"""A reference's quantities written out a second time: with mpmath at one instant, in extended precision on grids."""
+
+from fractions import Fraction
+
+import numpy as np
+from mpmath import mp
+
+from tests.trackably.gp.instances import formula
+from trackably.gp.kernels.base import Kernel, Product, Sum
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
+from trackably.gp.kernels.rational_quadratic import RationalQuadratic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.learning.published.scalar import is_scalar
+from trackably.systems.flat.functional import Functional
+from trackably.systems.reference import Reference
+
+DIGITS = 60
+_EXACTLY = 3
+_PI = np.longdouble("3.14159265358979323846264338327950288")
+
+
+def exactly(reference: Reference, name: str, t):
+    """x_r(t) or u_r(t) to many digits; t a float or an mpf."""
+    with mp.workdps(DIGITS):
+        return _quantity(reference, name, [mean_of(signal) for signal in reference.signals], mp.mpf(t), mp.mpf)
+
+
+def mean_of(signal: KernelSum):
+    """z as a function of an mpf."""
+    kappa = formula(signal.kernel)
+    pairs = [(mp.mpf(c), mp.mpf(t_i)) for c, t_i in zip(signal.weights, signal.centres, strict=True)]
+    return lambda s: mp.mpf(signal.mean) + mp.fsum(c * kappa(s - t_i) for c, t_i in pairs)
+
+
+def _quantity(reference: Reference, name: str, means, t, number):
+    """Of a scalar system by its own formulas, of others as what it says it looks at; in any arithmetic."""
+    plant = reference.plant
+    if is_scalar(plant) and plant.flatness.states[0].weights == ((1,),):
+        if name == reference.quantities[0].name:
+            return means[0](t)
+        a, b, c = (number(v) for v in (plant.system.A.item(), plant.system.B.item(), plant.system.c.item()))
+        return (means[0](t + number(plant.sampling_time)) - a * means[0](t) - c) / b
+    functional = reference.quantity(name).functional
+
+    def ratio(fraction):
+        return number(fraction.numerator) / number(fraction.denominator)
+
+    total = ratio(functional.offset) + 0 * t
+    for mean, weights in zip(means, functional.weights, strict=True):
+        for j, w in enumerate(weights):
+            if w:
+                total = total + ratio(w) * mean(t + j * number(plant.sampling_time))
+    return total
+
+
+def follows_exactly(reference: Reference) -> bool:
+    """Whether x(t + T_s) = A x(t) + B u(t) + c whatever the signals are, by what it looks at; in fractions."""
+    system, flat = reference.plant.system, reference.plant.flatness
+    A, B, c = ([[Fraction(v) for v in row] for row in M.tolist()] for M in (system.A, system.B, system.c[:, None]))
+    states, inputs = range(len(A)), range(len(B[0]))
+    x, u = [q.offset for q in flat.states], [q.offset for q in flat.inputs]
+    for i in states:
+        if x[i] != sum(A[i][k] * x[k] for k in states) + sum(B[i][k] * u[k] for k in inputs) + c[i][0]:
+            return False
+
+    def look(functional: Functional, s: int, j: int) -> Fraction:
+        weights = functional.weights[s]
+        return weights[j] if 0 <= j < len(weights) else Fraction(0)
+
+    for s in range(len(reference.signals)):
+        for j in range(max(len(q.weights[s]) for q in (*flat.states, *flat.inputs)) + 1):
+            for i in states:
+                led = sum(A[i][k] * look(flat.states[k], s, j) for k in states)
+                pushed = sum(B[i][k] * look(flat.inputs[k], s, j) for k in inputs)
+                if look(flat.states[i], s, j - 1) != led + pushed:
+                    return False
+    return True
+
+
+def instant(reference: Reference, k: int):
+    """k T_s, to many digits."""
+    with mp.workdps(DIGITS):
+        return k * mp.mpf(reference.plant.sampling_time)
+
+
+def margin(reference: Reference, name: str, t):
+    """Distance to the nearer bound, negative outside, to many digits."""
+    with mp.workdps(DIGITS):
+        q, wanted = exactly(reference, name, t), reference.quantity(name).bounds
+        return min(q - mp.mpf(wanted.lower), mp.mpf(wanted.upper) - q)
+
+
+def smallest(reference: Reference, name: str, times: list[float]):
+    """The smallest margin at any of some times, to many digits: those of the times that look worst in extended
+    precision."""
+    values, wanted = extended(reference, name, np.array(times)), reference.quantity(name).bounds
+    margins = np.minimum(values - np.longdouble(wanted.lower), np.longdouble(wanted.upper) - values)
+    return min(margin(reference, name, times[i]) for i in np.argsort(margins)[:_EXACTLY])
+
+
+def extended(reference: Reference, name: str, t: np.ndarray) -> np.ndarray:
+    """A bounded quantity at times t, in the longest floats that NumPy has."""
+    means = [_extended_mean(signal) for signal in reference.signals]
+    return _quantity(reference, name, means, np.asarray(t, dtype=np.longdouble), _longest)
+
+
+def _longest(number) -> np.longdouble:
+    """Of whole numbers with many digits too."""
+    return np.longdouble(str(number) if isinstance(number, int) else number)
+
+
+def _extended_mean(signal: KernelSum):
+    centres, weights = signal.centres.astype(np.longdouble), signal.weights.astype(np.longdouble)
+    return lambda s: np.longdouble(signal.mean) + _kappa(signal.kernel, s[:, None] - centres) @ weights
+
+
+def _kappa(kernel: Kernel, r: np.ndarray) -> np.ndarray:
+    if isinstance(kernel, Sum | Product):
+        left, right = _kappa(kernel.left, r), _kappa(kernel.right, r)
+        return left + right if isinstance(kernel, Sum) else left * right
+    std, length, *rest = (np.longdouble(v) for v in kernel.hyperparameters.values())
+    return std**2 * _CORRELATIONS[type(kernel)](np.abs(r), length, *rest)
+
+
+def _matern(nu: int):
+    def correlation(r, length):
+        x = np.sqrt(np.longdouble(nu)) * r / length
+        return (1 + x + (x**2 / 3 if nu == 5 else 0)) * np.exp(-x)
+
+    return correlation
+
+
+def _compact(y, power: int, coefficients: tuple[int, ...]):
+    """In powers of y = 1 − s."""
+    return y**power * sum(c * y**k for k, c in enumerate(coefficients))
+
+
+_CORRELATIONS = {
+    SquaredExponential: lambda r, length: np.exp(-((r / length) ** 2) / 2),
+    Matern32: _matern(3),
+    Matern52: _matern(5),
+    RationalQuadratic: lambda r, length, alpha: np.exp(-alpha * np.log1p((r / length) ** 2 / (2 * alpha))),
+    PiecewisePolynomial2: lambda r, length: _compact(np.maximum(1 - r / length, 0), 5, (14, -21, 8)),
+    PiecewisePolynomial3: lambda r, length: _compact(np.maximum(1 - r / length, 0), 7, (48, -108, 82, -21)),
+    Periodic: lambda r, length, period: np.exp(-2 * (np.sin(_PI * r / period) / length) ** 2),
+}
+
+
+def extremes(reference: Reference, name: str, start: float, end: float, looks: int = 1500) -> list[float]:
+    """Float times in [start, end] at which the quantity is, after refinement, largest and smallest: some of each."""
+    centres = np.concatenate([signal.centres for signal in reference.signals])
+    looks_ahead = range(max(reference.plant.flatness.orders) + 1)
+    spots = [np.linspace(start, end, looks)]
+    spots += [centres - j * reference.plant.sampling_time for j in looks_ahead]
+    spread = np.geomspace(1e-9, 1, 60) * (end - start)
+    spots += [centre + sign * spread for centre in centres for sign in (-1, 1)]
+    times = np.unique(np.concatenate(spots))
+    times = times[(times >= start) & (times <= end)]
+    values = extended(reference, name, times)
+    padded = [np.concatenate([[-np.inf], sign * values, [-np.inf]]) for sign in (1, -1)]
+    peaks = [np.flatnonzero((v[1:-1] >= v[:-2]) & (v[1:-1] >= v[2:])) for v in padded]
+    highest = [found[np.argsort(v[1:-1][found])[-3:]] for v, found in zip(padded, peaks, strict=True)]
+    signs = np.repeat([1, -1], [len(found) for found in highest])[:, None]
+    chosen = np.concatenate(highest)
+    low, high = times[np.maximum(chosen - 1, 0)], times[np.minimum(chosen + 1, times.size - 1)]
+    rows = np.arange(chosen.size)
+    for _ in range(9):  # all peaks at once, each in its own row
+        near = np.linspace(low, high, 17, axis=1)
+        best = np.argmax(signs * extended(reference, name, near.ravel()).reshape(near.shape), axis=1)
+        low, high = near[rows, np.maximum(best - 1, 0)], near[rows, np.minimum(best + 1, 16)]
+    return near[rows, best].tolist()

@@ -1,0 +1,128 @@
+"""Learning with a proof: the same optimum as Algorithm 1's sound reading, and a stronger claim."""
+
+from dataclasses import replace
+
+import pytest
+
+from tests.trackably.certificates.references import PROBLEMS, certified
+from tests.trackably.learning.published import example1
+from tests.trackably.systems.instances import bounded
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.gp.samples import Samples
+from trackably.learning.learner import HYPERPARAMETERS, JOINT
+from trackably.learning.problem import NothingFactored, NothingFeasible, Pin
+from trackably.systems.sets.interval import Interval
+
+
+def test_example1_has_the_sound_optimum():
+    found = certified("example1")
+    theta = found.solution.posterior.prior.hyperparameters
+    assert theta["signal_std"] == pytest.approx(0.701178, abs=3e-5)
+    assert theta["lengthscale"] == pytest.approx(0.219672, abs=3e-6)
+    assert found.solution.objective == pytest.approx(-3.716033, abs=1e-5)
+
+
+@pytest.mark.parametrize("example", PROBLEMS)
+def test_the_back_off_is_small_and_its_cost_is_told(example):
+    found = certified(example)
+    assert found.backoff <= 1e-6
+    assert abs(found.cost) < 1e-3
+    assert f"{found.backoff:.1g}" in found.explanation
+    assert found.attempts < 10
+
+
+def test_a_problem_without_solution_has_none():
+    samples, prior, plant, space = PROBLEMS["example1"]
+    impossible = bounded(plant, state_set=Interval(0.5, 1.0))
+    assert isinstance(learn_certified(samples, prior, impossible, space), NothingFeasible | Counterexample | Unproved)
+
+
+def test_a_late_violation_makes_the_window_grow():
+    """With the samples' last third cut off, the mean swings on for long after the last sample."""
+    samples, prior, plant, space = PROBLEMS["example1"]
+    (whole,) = samples
+    short = Samples(whole.times[:3], whole.values[:3])
+    found = learn_certified((short,), prior, plant, space)
+    assert not isinstance(found, Counterexample), found.explanation
+    assert plant is example1.SYSTEM
+
+
+def test_programs_of_all_attempts_are_counted():
+    """The first solution has no constraints, so that there is a second one."""
+    counted = []
+
+    def counting(solve):
+        def solved(*arguments):
+            found = solve(*arguments)
+            counted.append(found.fits)
+            return found
+
+        return solved
+
+    samples, prior, plant, space = PROBLEMS["example1"]
+    free = counting(lambda problem: HYPERPARAMETERS.solve(replace(problem, constraints=())))
+    learner = replace(HYPERPARAMETERS, solve=free, continued=counting(HYPERPARAMETERS.continued))
+    found = learn_certified(samples, prior, plant, space, learner=learner)
+    assert found.attempts == len(counted) > 1
+    assert found.solution.fits == sum(counted) > counted[-1]
+
+
+def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():
+    samples, prior, plant, space = PROBLEMS["example1"]
+    lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))
+    found = learn_certified(samples, prior, plant, space, learner=lost)
+    assert isinstance(found, Certified)
+    assert found.solution.method == "hyperparameters"
+    assert found.solution.objective == certified("example1").solution.objective
+
+
+@pytest.mark.parametrize("missing", [(0.1, 1.0), (1.0, 0.1)])
+def test_of_two_failures_that_is_told_in_which_less_is_missing(missing):
+    samples, prior, plant, space = PROBLEMS["example1"]
+
+    def failing(by: float):
+        return lambda problem: NothingFeasible(
+            problem.posterior(prior.log_hyperparameters), plant.quantities[0], 0.5, by, ()
+        )
+
+    first, second = (replace(JOINT, solve=failing(by), second_choice=None) for by in missing)
+    found = learn_certified(samples, prior, plant, space, learner=replace(first, second_choice=second))
+    assert isinstance(found, NothingFeasible)
+    assert found.violation == min(missing)
+
+
+def test_given_values_have_no_second_choice():
+    samples, prior, plant, space = PROBLEMS["example1"]
+    lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))
+    pin = Pin("state", plant.quantities[0].trajectory, 0.0, -0.5, 1e-3)
+    assert isinstance(learn_certified(samples, prior, plant, space, learner=lost, pins=(pin,)), NothingFactored)
+
+
+@pytest.mark.parametrize(("by", "kept"), [(10.0, "hyperparameters"), (-10.0, "joint")])
+def test_a_function_that_a_back_off_made_worse_than_hyperparameters_alone_is_not_the_answer(by, kept):
+    """As if it had been found with J larger or smaller by ten, and hyperparameters alone with twenty less."""
+    samples, prior, plant, space = PROBLEMS["example1"]
+
+    def moved(problem):
+        found = JOINT.solve(problem)
+        return replace(found, objective=found.objective + by, alone=found.objective + by - 20)
+
+    found = learn_certified(samples, prior, plant, space, learner=replace(JOINT, solve=moved))
+    assert isinstance(found, Certified)
+    assert found.solution.method == kept
+    assert found.solution.objective <= certified("example1").solution.objective
+
+
+def test_hyperparameters_alone_that_a_back_off_made_worse_are_not_the_answer():
+    """As where no function is found: bounds are drawn in by more than hyperparameters alone would need."""
+    samples, prior, plant, space = PROBLEMS["example1"]
+
+    def without_function(problem):
+        found = HYPERPARAMETERS.solve(problem)
+        return replace(found, alone=found.objective)
+
+    lost = replace(JOINT, solve=without_function, first_backoff=1e-3)
+    found = learn_certified(samples, prior, plant, space, learner=lost)
+    assert isinstance(found, Certified)
+    assert found.solution.objective == certified("example1").solution.objective

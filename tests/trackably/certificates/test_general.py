@@ -1,0 +1,245 @@
+"""Certified references of systems with several states and inputs: learned, proved, checked, and kept for ever."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.trackably.certificates import naive
+from tests.trackably.certificates.decoded import decode_certificate
+from tests.trackably.checker.changes import PLANT, changed
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.claim import AllPhases, AllTimes
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.prove import prove
+from trackably.checker import Failed, Proved, check
+from trackably.errors import DoubtfulInputWarning
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learn import learn_reference
+from trackably.learning.constraint import Constraint
+from trackably.learning.index_set import Window
+from trackably.learning.problem import ConstrainedProblem, NoSolution
+from trackably.learning.search import best_solution
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
+
+STEPS = np.arange(5000)
+
+AXIS = ConstrainedSystem(
+    LinearSystem.discretised(
+        np.array([[0.0, 1.0], [0.0, 0.0]]),
+        np.array([[0.0], [1.0]]),
+        0.01,
+        states=("position", "velocity"),
+        inputs=("acceleration",),
+    ),
+    Polytope.box(np.array([-1.0, -2.0]), np.array([1.2, 2.0])),
+    Polytope.box(np.array([-4.0]), np.array([4.0])),
+)
+PLANE = ConstrainedSystem(
+    LinearSystem.discretised(
+        np.kron(np.eye(2), np.array([[0.0, 1.0], [0.0, -0.5]])),
+        np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [0.0, 2.0]]),
+        0.05,
+        np.array([0.0, 0.1, 0.0, 0.0]),
+        states=("x", "vx", "y", "vy"),
+        inputs=("fx", "fy"),
+    ),
+    Polytope.halfspaces(
+        np.array([[1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, -1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, -1.0]]),
+        np.array([1.2, 1.0, 1.5, 1.5]),
+    ),
+    Polytope(np.array([[1.0, 1.0], [1.0, -1.0]]), np.array([-6.0, -5.0]), np.array([6.0, 5.0])),
+)
+
+
+def axis_samples(course, count: int, end: float) -> tuple[Samples, ...]:
+    """Of the position, with noise."""
+    times = np.linspace(0, end, count)
+    values = course(times) + 0.05 * np.random.default_rng(1).standard_normal(count)
+    return (Samples(times, values, stencil=AXIS.flatness.states[0].stencil[1]),)
+
+
+def plane_samples(count: int, end: float) -> tuple[Samples, ...]:
+    """Of both positions, at times of their own."""
+    rng, found = np.random.default_rng(2), []
+    for i, course in ((0, np.cos), (2, np.sin)):
+        times = np.sort(rng.uniform(0, end, count))
+        signal, stencil = PLANE.flatness.states[i].stencil
+        assert signal == i // 2
+        values = course(3 * times) * np.exp(-0.3 * times) + 0.05 * rng.standard_normal(count)
+        found.append(Samples(times, values, stencil=stencil))
+    return tuple(found)
+
+
+def stopping(t):
+    return np.where(t < 1, 0.9 * np.cos(np.pi * t), -0.9)
+
+
+def swinging(t):
+    return np.sin(2 * t) + 0.3 * np.sin(4 * t + 1)
+
+
+REMEMBERING = SquaredExponential(lengthscale=(0.2, 2.0))
+PROBLEMS = {
+    "axis_stops": (AXIS, axis_samples(stopping, 20, 3.0), (REMEMBERING,), frozenset()),
+    "axis_repeats": (AXIS, axis_samples(swinging, 24, 7.0), (Periodic(lengthscale=(0.2, 2.0)),), frozenset()),
+    "plane": (PLANE, plane_samples(9, 3.0), (REMEMBERING, Matern52(lengthscale=(0.2, 2.0))), frozenset()),
+    "plane_shares": (
+        PLANE,
+        plane_samples(9, 3.0),
+        (REMEMBERING, REMEMBERING),
+        frozenset({"lengthscale"}),
+    ),
+}
+
+
+def prior_of(kernels: tuple[Kernel, ...], shared: frozenset[str]) -> JointPrior:
+    return JointPrior(tuple(Prior(k, 0.05) for k in kernels), ("x", "y")[: len(kernels)], shared)
+
+
+@cache
+def certified(name: str) -> Certified:
+    plant, samples, kernels, shared = PROBLEMS[name]
+    prior = prior_of(kernels, shared)
+    found = learn_certified(samples, prior, plant, SearchSpace.around(samples, prior, starts=2))
+    assert isinstance(found, Certified), found.explanation
+    return found
+
+
+def assert_kept_for_thousands_of_steps(reference: Reference) -> None:
+    """And without feedback for some of them: the inputs lead where the states say."""
+    plant, x, u = reference.plant, reference.state(STEPS), reference.input(STEPS)
+    assert np.min(plant.state_set.margin(x)) >= 0
+    assert np.min(plant.input_set.margin(u)) >= 0
+    landed = plant.system.successor(x[:-1], u[:-1])
+    np.testing.assert_allclose(landed, x[1:], rtol=0, atol=1e-9 * np.max(np.abs(x)))
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_references_are_certified_and_checked(name):
+    found = certified(name)
+    assert isinstance(found.certificate.claim, AllPhases if name == "axis_repeats" else AllTimes)
+    verdict = check(encode_certificate(found.certificate))
+    assert isinstance(verdict, Proved), verdict
+    plant = found.reference.plant
+    for names, bounds in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
+        bounded = np.any(bounds.rows, axis=0)
+        assert all(name in verdict.statement for name, is_bounded in zip(names, bounded, strict=True) if is_bounded)
+    assert found.backoff <= 1e-3
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_certified_references_are_kept_for_thousands_of_steps(name):
+    assert_kept_for_thousands_of_steps(certified(name).reference)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_the_bounds_matter(name):
+    """Without them the same samples would be followed more closely, and some bound is met."""
+    found = certified(name)
+    t = np.linspace(0, 7, 5001)
+    margins = [np.min(q.margin(found.reference.signals, t)) / q.bounds.width for q in found.reference.quantities]
+    assert 0 <= min(margins) < 1e-3
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_certificates_return_from_their_file(name):
+    data = encode_certificate(certified(name).certificate)
+    assert encode_certificate(decode_certificate(data)) == data
+
+
+def test_what_is_shared_is_learned_as_one():
+    theta = certified("plane_shares").solution.posterior.prior
+    assert theta.learned == ("x.signal_std", "lengthscale", "y.signal_std")
+    assert theta.parts[0].kernel.lengthscale == theta.parts[1].kernel.lengthscale
+
+
+def test_a_broken_velocity_bound_has_a_counterexample():
+    """The position alone would be fine: it is moved too fast."""
+    (samples,) = axis_samples(stopping, 20, 3.0)
+    quick = Posterior(Prior(SquaredExponential(0.9, 0.35).as_learned(), 0.05), samples).signal
+    wide = Polytope.box(np.array([-2.0, -2.0]), np.array([2.0, 2.0]))
+    inputs = Polytope.box(np.array([-99.0]), np.array([99.0]))
+    reference = Reference((quick,), replace(AXIS, state_set=wide, input_set=inputs))
+    found = prove(reference)
+    assert isinstance(found, Counterexample)
+    assert found.quantity == "velocity"
+    assert naive.margin(reference, "velocity", found.time) <= -found.violation < -0.1
+    assert abs(reference.state_at(np.array(found.time))[1]) > 2.1
+    kept = Polytope.box(np.array([-2.0, -9.0]), np.array([2.0, 9.0]))
+    assert isinstance(prove(Reference((quick,), replace(reference.plant, state_set=kept))), Certificate)
+
+
+def test_bounds_drawn_in_across_the_reference_are_refused():
+    """By a thousandth of the width, more than the back-off, wherever the reference comes as near as that."""
+    found = certified("axis_stops")
+    data, t = encode_certificate(found.certificate), np.linspace(0, 7, 5001)
+    met = 0
+    sides = [
+        (side, i) for side in ("state_set", "input_set") for i in range(len(data["reference"]["plant"][side]["rows"]))
+    ]
+    for (side, i), quantity in zip(sides, found.reference.quantities, strict=True):
+        by, narrow = 1e-3 * quantity.bounds.width, data
+        for end, value in (("lower", quantity.bounds.lower + by), ("upper", quantity.bounds.upper - by)):
+            narrow = changed(narrow, (*PLANT, side, end, i), value)
+        verdict = check(narrow)
+        if np.min(quantity.margin(found.reference.signals, t)) < 0.9 * by:
+            assert isinstance(verdict, Failed), quantity.name
+            assert verdict.reason.startswith(
+                (f"box: the {quantity.name}", f"tail: the envelope of the {quantity.name}")
+            )
+            met += 1
+    assert met >= 1
+
+
+def test_a_prior_mean_that_is_no_admissible_equilibrium_is_explained():
+    samples = axis_samples(stopping, 20, 3.0)
+    prior = JointPrior((Prior(SquaredExponential(lengthscale=(0.2, 2.0)), 0.05, mean=5.0),))
+    space = SearchSpace.around(samples, prior, starts=2)
+    later = tuple(Constraint(q, Window(0.0, 30.0)) for q in AXIS.quantities)
+    found = best_solution(ConstrainedProblem(samples, prior, space, later))
+    assert isinstance(found, NoSolution)
+    assert found.explanation.startswith(
+        "the prior mean 5 is no admissible equilibrium (its position 5 does not lie inside [-1, 1.2])"
+    )
+
+
+def test_before_it_is_said_that_there_is_none_the_whole_search_space_is_looked_at():
+    """Both starts end where the velocity is broken; where it is kept, they do not see."""
+    rng = np.random.default_rng(5)
+    times = np.cumsum(rng.uniform(0.03, 0.07, 80))
+    times -= times[0]
+    part = np.clip((times - 0.3) / 2.4, 0, 1)
+    values = 0.5 * (10 * part**3 - 15 * part**4 + 6 * part**5) + 0.003 * rng.standard_normal(80)
+    kept = np.delete(np.arange(80), [12, 33, 34, 50])
+    cart = ConstrainedSystem(
+        LinearSystem.discretised([[0, 1], [0, -0.75]], [[0], [0.5]], 0.04, states=("position", "velocity")),
+        Polytope.box([-0.05, -0.35], [0.55, 0.35]),
+        Polytope.box([-2.0], [2.0]),
+    )
+    with pytest.warns(DoubtfulInputWarning, match="noise_std: that of position is 0.0043 as it is learned with the b"):
+        found = learn_reference(
+            Samples(times[kept], values[kept]),
+            cart,
+            SquaredExponential((0.05, 5.0), (0.2, 3.0)),
+            "all_times",
+            noise_std=(0.002, 0.05),
+            mean=0.5,
+            starts=2,
+            progress=False,
+        )
+    assert found.objective < -357

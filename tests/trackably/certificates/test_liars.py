@@ -1,0 +1,143 @@
+"""The liar's law: whatever proposes proofs, nothing false is handed out. And nothing is that the checker refuses."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+import trackably
+from tests.trackably.certificates.instances import case, general_case
+from tests.trackably.certificates.liars import LIES, plant
+from tests.trackably.certificates.references import certified
+from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
+from tests.trackably.plants import AXIS, KERNEL, SAMPLES
+from trackably import (
+    Counterexample,
+    NotTrackableError,
+    Relearner,
+    SquaredExponential,
+    Table,
+    Unproved,
+    certify,
+    certify_table,
+    checker,
+    learn_many,
+    learn_reference,
+    learn_stream,
+    repair,
+)
+from trackably.certificates.judge import accepted_file
+from trackably.checker import Failed, Proved, check
+from trackably.given.certified import CertifiedReference
+from trackably.gp.signal import KernelSum
+from trackably.reference import TrackableReference
+from trackably.streams.reference import StreamReference
+
+CURVE = CubicSpline([0.0, 1.0, 2.0], [-0.9, -0.4, -0.3], bc_type="clamped")
+BROKEN = CubicSpline([0.0, 1.0, 2.0], [-0.9, 0.9, -0.3], bc_type="clamped")
+TABLE = Table([[0.0, 0.0], [0.0, 0.0]], [[0.0]])
+BROKEN_TABLE = Table([[0.0, 0.0], [9.0, 0.0]], [[0.0]])
+QUIET: dict[str, Any] = {"noise_std": 0.02, "progress": False}
+
+
+@pytest.mark.parametrize("lie", LIES)
+@pytest.mark.parametrize("make", [case, general_case])
+def test_nothing_false_is_handed_out_whatever_lies(lie, make, monkeypatch):
+    cases = {seed: make(seed) for seed in range(9600, 9612)}
+    plant(lie, 7, monkeypatch.setattr)
+    assert_nothing_false_is_claimed(cases)
+
+
+@pytest.mark.parametrize("example", ["example1", "example2"])
+def test_what_is_saved_is_what_the_checker_accepted(example):
+    assert isinstance(check(json.loads(accepted_file(certified(example).certificate))), Proved)
+
+
+def learned() -> TrackableReference:
+    return learn_reference(SAMPLES, AXIS, KERNEL, "all_times", starts=1, **QUIET)
+
+
+def streamed() -> StreamReference:
+    return learn_stream(SAMPLES, AXIS, SquaredExponential(0.5, 0.5), "all_times", window=3.0, **QUIET)
+
+
+CLAIMING: dict[str, Callable[[Any, TrackableReference], Any]] = {
+    "learn_reference": lambda folder, _: learned(),
+    "learn_stream": lambda folder, _: streamed(),
+    "learn_many": lambda folder, _: learn_many(
+        {"one": SAMPLES}, AXIS, KERNEL, "all_times", folder=folder / "fleet", **QUIET
+    ),
+    "certify": lambda folder, _: certify(CURVE, AXIS),
+    "certify, refuted": lambda folder, _: certify(BROKEN, AXIS),
+    "repair": lambda folder, _: repair(BROKEN, AXIS),
+    "certify_table": lambda folder, _: certify_table(TABLE, AXIS, 1e-9),
+    "certify_table, refuted": lambda folder, _: certify_table(BROKEN_TABLE, AXIS, 1e-9),
+    "Relearner": lambda folder, reference: Relearner(reference)(SAMPLES),
+    "TrackableReference": lambda folder, _: TrackableReference.load(folder / "reference.json"),
+    "StreamReference": lambda folder, _: StreamReference.load(folder / "stream.json"),
+}
+
+
+@pytest.fixture(scope="module")
+def honest(tmp_path_factory) -> tuple[Any, TrackableReference]:
+    folder, reference = tmp_path_factory.mktemp("honest"), learned()
+    reference.save(folder / "reference.json")
+    streamed().save(folder / "stream.json")
+    return folder, reference
+
+
+def claims_something(found: Any) -> bool:
+    """Whether an answer says that something is proved, or refuted."""
+    if isinstance(found, trackably.Fleet):
+        return any(row.outcome in ("proved", "refuted") for row in found.rows)
+    tables = trackably.CertifiedTable, trackably.RefutedTable
+    return isinstance(
+        found, (*tables, Counterexample, trackably.CertifiedReference, TrackableReference, StreamReference)
+    )
+
+
+def answer_of(name: str, honest: Any, tmp_path: Any) -> Any:
+    folder, reference = honest
+    try:
+        return CLAIMING[name](tmp_path if name == "learn_many" else folder, reference)
+    except NotTrackableError as error:
+        return error.outcome
+
+
+@pytest.mark.parametrize("name", CLAIMING)
+def test_what_the_checker_refuses_is_not_handed_out(name, honest, tmp_path, monkeypatch):
+    assert claims_something(answer_of(name, honest, tmp_path / "before"))
+    monkeypatch.setattr(checker, "check", lambda *_, **__: Failed("it refuses everything"))
+    found = answer_of(name, honest, tmp_path / "after")
+    assert not claims_something(found)
+    assert isinstance(found, Unproved | trackably.Fleet)
+
+
+def test_every_public_name_that_may_claim_something_is_asked():
+    asked = {name.partition(",")[0] for name in CLAIMING} | {"check"}  # the checker itself
+    public = {name for name in trackably.__all__ if name.startswith(("learn", "certify", "repair", "check"))}
+    public |= {name for name in trackably.__all__ if hasattr(getattr(trackably, name), "load")} | {"Relearner"}
+    assert public == asked
+
+
+def test_the_certificate_of_another_reference_is_refused():
+    one, other = certified("example1"), certified("example2")
+    with pytest.raises(ValueError, match="another reference"):
+        CertifiedReference(one.reference, other.certificate)
+    assert CertifiedReference(replace(one.reference), one.certificate).certificate is one.certificate
+
+
+def test_what_was_accepted_cannot_be_written_to():
+    centres, weights = np.array([0.0, 1.0]), np.array([1.0, -1.0])
+    of = KernelSum(SquaredExponential(1.0, 1.0), 0.0, centres, weights)
+    weights[0] = 1e9
+    assert of.weights.tolist() == [1.0, -1.0]
+    signals = (of, *certified("example1").reference.kernel_sums)
+    arrays = [array for signal in signals for array in (signal.centres, signal.weights)]
+    for array in (*arrays, TABLE.states, TABLE.inputs):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1e9

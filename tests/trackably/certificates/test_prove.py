@@ -1,0 +1,193 @@
+"""Proofs for both examples, and honest answers where there is none."""
+
+import json
+from time import perf_counter
+
+import numpy as np
+import pytest
+
+from tests.trackably.certificates import naive
+from tests.trackably.certificates.references import certified, unconstrained
+from tests.trackably.learning.published import example1
+from tests.trackably.systems.instances import bounded
+from tests.trackably.systems.instances import unbounded as without_bounds
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.prove import prove, prove_at_instants, prove_for_all_phases, prove_on_window
+from trackably.checker import Proved, check
+from trackably.gp.kernels.base import Product, Sum
+from trackably.gp.kernels.matern import Matern32
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.learning.constraint import Constraint
+from trackably.learning.index_set import Steps
+from trackably.learning.published.scalar import scalar
+from trackably.learning.search import best_solution
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+
+WIDE = Interval(-2.0, 2.0)
+PLANT = scalar(0.9, 0.5, state_set=WIDE, input_set=WIDE, sampling_time=0.05)
+CENTRES, WEIGHTS = np.array([0.0, 0.4, 0.9]), np.array([0.5, -0.8, 0.3])
+
+
+def reference(kernel, plant=PLANT, mean=0.0) -> Reference:
+    return Reference((KernelSum(kernel, mean, CENTRES, WEIGHTS),), plant)
+
+
+@pytest.fixture(params=["example1", "example2"])
+def example(request) -> str:
+    return request.param
+
+
+def test_examples_are_proved_fast(example):
+    learned = certified(example).reference
+    times = []
+    for _ in range(3):
+        begin = perf_counter()
+        assert isinstance(prove(learned), Certificate)
+        times.append(perf_counter() - begin)
+    assert min(times) < 0.5
+
+
+def test_examples_are_checked_independently(example):
+    text = json.dumps(encode_certificate(certified(example).certificate), allow_nan=False)
+    assert len(text) < 100_000
+    verdict = check(json.loads(text))
+    assert isinstance(verdict, Proved), verdict
+    assert ("all real t ≥ 0" if example == "example1" else "all real t ") in verdict.statement
+
+
+def test_two_proofs_are_the_same(example):
+    assert encode_certificate(prove(certified(example).reference)) == encode_certificate(certified(example).certificate)
+
+
+def test_claims_are_the_strongest_that_the_kernel_allows():
+    assert isinstance(certified("example1").certificate.claim, AllTimes)
+    assert isinstance(certified("example2").certificate.claim, AllPhases)
+
+
+def test_unconstrained_references_are_refuted(example):
+    broken = unconstrained(example)
+    found = prove(broken)
+    assert isinstance(found, Counterexample)
+    true_margin = naive.margin(broken, found.quantity, found.time)
+    assert true_margin <= -found.violation < -1e-3
+    assert repr(found.time) in found.explanation
+    assert found.quantity in found.explanation
+
+
+def test_broken_instants_are_refuted_by_their_step():
+    found = prove_at_instants(unconstrained("example1"))
+    assert isinstance(found, Counterexample)
+    assert found.step == 77  # the first step at which the published unconstrained mean leaves X
+    assert "step 77" in found.explanation
+
+
+def test_instants_can_be_kept_by_a_reference_that_breaks_bounds_between_them():
+    plant = example1.SYSTEM
+    steps = [Constraint(q, Steps(0, 130, plant.sampling_time), 1e-9) for q in plant.quantities]
+    sampled = Reference(best_solution(example1.problem(*steps)).posterior.signals, plant)
+    assert isinstance(prove(sampled), Counterexample)
+    found = prove_at_instants(sampled)
+    assert isinstance(found, Certificate)
+    assert isinstance(found.claim, AtInstants)
+    assert isinstance(check(encode_certificate(found)), Proved)
+
+
+@pytest.mark.parametrize(
+    "kernel",
+    [
+        SquaredExponential(1.0, 0.3),
+        Matern32(1.0, 0.3),
+        Product(SquaredExponential(1.0, 1.5), Periodic(1.0, 0.8, 0.7)),
+        Sum(SquaredExponential(1.0, 0.3), Matern32(0.5, 0.2)),
+    ],
+)
+def test_decaying_kernels_are_proved_for_ever(kernel):
+    found = prove(reference(kernel))
+    assert isinstance(found, Certificate), found.explanation
+    assert isinstance(found.claim, AllTimes)
+    assert isinstance(check(encode_certificate(found)), Proved)
+
+
+def test_common_periods_are_proved_for_ever():
+    found = prove(reference(Product(Periodic(1.0, 0.8, 0.7), Sum(Periodic(0.5, 1.0, 0.7), Periodic(0.3, 2.0, 0.7)))))
+    assert isinstance(found.claim, AllPhases)
+    assert isinstance(check(encode_certificate(found)), Proved)
+
+
+def test_a_finite_window_is_proved_where_nothing_decays():
+    endless = reference(
+        Sum(SquaredExponential(0.2, 0.3), Periodic(1.0, 0.8, 0.7)),
+        bounded(PLANT, state_set=Interval(-0.8, 0.8), input_set=Interval(-1.1, 1.1)),
+    )
+    assert isinstance(prove(endless), Unproved)
+    found = prove_on_window(endless, -1.0, 3.0)
+    assert isinstance(found, Certificate), found.explanation
+    assert found.claim == OnWindow(-1.0, 3.0)
+    verdict = check(encode_certificate(found))
+    assert isinstance(verdict, Proved)
+    assert "from -1.0 s to 3.0 s" in verdict.statement
+
+
+def test_a_prior_mean_outside_is_refuted_far_out():
+    found = prove(reference(SquaredExponential(1.0, 0.3), mean=3.0))
+    assert isinstance(found, Counterexample)
+    assert found.time > 1e3
+
+
+def test_what_is_only_unproved_is_not_called_broken():
+    """The bound lies a little more than float64 evaluation can resolve above the largest value."""
+    learned = reference(SquaredExponential(1.0, 0.3))
+    top = max(float(naive.exactly(learned, "state", t)) for t in naive.extremes(learned, "state", 0.0, 2.0))
+    for above, kind in ((1e-15, Unproved), (1e-13, Certificate), (-1e-13, Counterexample)):
+        tight = Reference(learned.signals, bounded(PLANT, state_set=Interval(-2.0, top + above)))
+        found = prove(tight)
+        assert isinstance(found, kind), found.explanation
+        if kind is Unproved:
+            assert "float64 evaluation" in found.explanation
+            assert 0 < found.shortfall < 1e-13
+
+
+def test_stored_numbers_beyond_the_analysis_are_not_proved():
+    found = prove(reference(SquaredExponential(1e40, 0.3)))
+    assert isinstance(found, Unproved)
+    assert "rounding" in found.explanation
+
+
+def test_a_wrong_period_cannot_be_claimed():
+    with pytest.raises(ValueError, match="period"):
+        prove_for_all_phases(reference(Periodic(1.0, 0.8, 0.7)), np.nextafter(0.7, 1))
+
+
+def test_an_empty_window_cannot_be_claimed():
+    with pytest.raises(ValueError, match="start < end"):
+        prove_on_window(reference(Periodic(1.0, 0.8, 0.7)), 1.0, 1.0)
+
+
+def test_explanations_are_sentences(example):
+    certificate = certified(example).certificate
+    assert certificate.explanation.startswith("proved for all real t")
+    for quantity in certificate.reference.quantities:
+        assert f"{quantity.name} in {quantity.bounds}" in certificate.explanation
+
+
+def test_where_nothing_is_bounded_there_is_nothing_to_prove():
+    free = without_bounds(LinearSystem.scalar(0.9, 0.5, sampling_time=0.05))
+    with pytest.raises(ValueError, match="nothing is bounded, so there is nothing to prove"):
+        prove(reference(SquaredExponential(1.0, 1.0), free))
+
+
+@pytest.mark.parametrize("kernel", [SquaredExponential(1.0, 1.0), Matern32(1.0, 1.0), Periodic(1.0, 1.0, 2.0)])
+def test_a_constant_has_one_centre(kernel):
+    """Without centres one sentence says how to write it; with one, it is proved."""
+    empty, one = (KernelSum(kernel, 0.3, np.zeros(count), np.zeros(count)) for count in (0, 1))
+    for claimed in (prove, lambda r: prove_on_window(r, 0.0, 1.0)):
+        with pytest.raises(ValueError, match=r"z1 has no centres, so that it is the constant 0\.3: give it one"):
+            claimed(Reference((empty,), PLANT))
+        assert isinstance(claimed(Reference((one,), PLANT)), Certificate)

@@ -1,0 +1,123 @@
+"""Attack: formulas that nobody would write, references whose bounds are kept or broken by a hair."""
+
+import random
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+from tests.trackably.certificates.nonlinear.instances import as_read, bounded
+from tests.trackably.gp.instances import formula
+from tests.trackably.systems.formulas.random_expressions import many_digits
+from tests.trackably.systems.nonlinear_instances import T_S
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.prove import prove_on_window
+from trackably.checker import Proved, check
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.rational_quadratic import RationalQuadratic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.formulas.expression import (
+    BINARY,
+    FUNCTIONS,
+    Constant,
+    Expression,
+    Function,
+    Power,
+    Product,
+    Sum,
+    Variable,
+)
+from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
+
+X, U = Variable("x"), Variable("u")
+EXPONENTS = (-2.0, -1.0, 0.5, 1.5, 2.0, 3.0, -0.7, 5.0)
+SIZE = 12
+
+
+def grown(draw: random.Random, depth: int) -> Expression:
+    kind = draw.random()
+    if depth == 0 or kind < 0.2:
+        return X if draw.random() < 0.7 else Constant(round(draw.uniform(0.2, 2.0), 2))
+    if kind < 0.55:
+        return draw.choice(BINARY)(grown(draw, depth - 1), grown(draw, depth - 1))
+    if kind < 0.75:
+        return Power(grown(draw, depth - 1), draw.choice(EXPONENTS))
+    return Function(draw.choice(FUNCTIONS), grown(draw, depth - 1))
+
+
+@dataclass(frozen=True)
+class Case:
+    """x⁺ = x + T_s (drift + gain u)."""
+
+    reference: Reference
+    drift: Expression
+    gain: Expression
+
+    def exactly(self, name: str, t: float):
+        (signal,) = self.reference.signals
+        kappa, step, t = formula(signal.kernel), mp.mpf(T_S), mp.mpf(t)
+        pairs = [(mp.mpf(t_i), mp.mpf(c)) for t_i, c in zip(signal.centres, signal.weights, strict=True)]
+        now, later = (mp.mpf(signal.mean) + mp.fsum(c * kappa(s - t_i) for t_i, c in pairs) for s in (t, t + step))
+        if name == "x":
+            return now
+        drift, gain = (many_digits(part, {"x": now}) for part in (self.drift, self.gain))
+        return ((later - now) / step - drift) / gain
+
+
+def case(seed: int) -> Case | None:
+    """None where the input is not defined all the way, or out of all proportion."""
+    draw, rng = random.Random(seed), np.random.default_rng(seed)
+    drift, gain = grown(draw, 3), grown(draw, 2)
+    law = Sum(X, Product(Constant(T_S), Sum(drift, Product(gain, U))))
+    length = draw.uniform(0.2, 1.0)
+    kernels: tuple[Kernel, ...] = (
+        SquaredExponential(1, length),
+        Matern52(1, length),
+        RationalQuadratic(1, length, 1.5),
+    )
+    centres = np.sort(rng.uniform(0, 1, draw.randint(1, 4)))
+    signal = KernelSum(draw.choice(kernels), draw.choice([1.0, 0.6]), centres, rng.uniform(-0.3, 0.3, centres.size))
+    wide, times = Polytope.box([-1e6], [1e6]), np.linspace(0, 1, 4001)
+    loose = Reference((signal,), ConstrainedSystem(NonlinearSystem((law,), ("x",), ("u",), T_S), wide, wide))
+    values, at_rest = loose.input_at(times), loose.quantity("u").at_rest([signal.mean])
+    if not (np.all(np.isfinite([*values[:, 0], at_rest])) and 1e-6 < np.ptp(values) < 1e5):
+        return None
+    room = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-8, -2))
+    return Case(bounded(loose, times, room), drift, gain)
+
+
+@pytest.mark.parametrize("chunk", range(4))
+def test_nothing_false_is_ever_claimed(chunk):
+    said: Counter[type] = Counter()
+    for seed in range(SIZE * chunk, SIZE * (chunk + 1)):
+        if (chosen := case(seed)) is None:
+            continue
+        found = prove_on_window(chosen.reference, 0.0, 1.0)
+        said[type(found)] += 1
+        with mp.workdps(40):
+            if isinstance(found, Certificate):
+                assert seed % 3 or isinstance(check(as_read(found)), Proved), seed
+                for q in chosen.reference.quantities:
+                    _assert_kept(chosen, q, found.evaluation_error[q.name], seed)
+            elif isinstance(found, Counterexample):
+                value = chosen.exactly(found.quantity, found.time)
+                assert max(found.bounds.lower - value, value - found.bounds.upper) >= found.violation > 0, seed
+    assert said[Certificate] >= 2
+    assert said[Counterexample] >= 2
+
+
+def _assert_kept(chosen: Case, q, error: float, seed: int) -> None:
+    """Where float64 sees the smallest margin many digits see more than the error, and float64 is no further off."""
+    times = np.linspace(0, 1, 20_001)
+    for t in times[np.argsort(q.margin(chosen.reference.signals, times))[:2]]:
+        value = chosen.exactly(q.name, t)
+        assert min(value - mp.mpf(q.bounds.lower), mp.mpf(q.bounds.upper) - value) >= error, seed
+        assert abs(mp.mpf(float(q(chosen.reference.signals, t))) - value) <= error, seed

@@ -1,0 +1,46 @@
+"""Whatever learns uses one thread of BLAS, and leaves as many as there were."""
+
+import subprocess
+import sys
+
+import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
+
+from tests.trackably.certificates.references import PROBLEMS
+from trackably.certificates.certified import learn_certified
+from trackably.gp.factors.threads import one_blas_thread
+
+
+def blas_threads() -> set[int]:
+    return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+
+def test_one_inside_and_as_many_as_before_afterwards():
+    with threadpool_limits(limits=2, user_api="blas"):
+        before = blas_threads()
+        with one_blas_thread(), one_blas_thread():
+            assert blas_threads() == {1}
+        with pytest.raises(ZeroDivisionError), one_blas_thread():
+            raise ZeroDivisionError
+        assert blas_threads() == before
+
+
+def test_learning_uses_one():
+    seen = []
+    with threadpool_limits(limits=2, user_api="blas"):
+        before = blas_threads()
+        learn_certified(*PROBLEMS["example1"], on_attempt=lambda _: seen.append(blas_threads()))
+        assert blas_threads() == before
+    assert seen
+    assert all(threads == {1} for threads in seen)
+
+
+def test_every_library_is_known_even_if_nothing_has_been_loaded():
+    """A limit that is asked for first finds the libraries that learning loads later."""
+    code = (
+        "from trackably.gp.factors.threads import _libraries; known = len(_libraries().select(user_api='blas').info());"
+        "import trackably.learn; from threadpoolctl import threadpool_info;"
+        "print(known, len([x for x in threadpool_info() if x['user_api'] == 'blas']))"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert said[0] == said[1]

@@ -1,0 +1,66 @@
+"""The checker's intervals and kernels contain what they stand for."""
+
+import random
+
+import pytest
+from mpmath import mp
+from mpmath.ctx_iv import MPIntervalContext
+
+from tests.trackably.gp.instances import KERNELS, formula, over
+from trackably.checker.arithmetic import intervals
+from trackably.checker.arithmetic.intervals import iv
+from trackably.checker.reading.kernels import a_kernel
+from trackably.codec import encode
+
+
+def _holds(interval, number) -> bool:
+    return mp.mpf(interval.a._mpi_[0]) <= number <= mp.mpf(interval.b._mpi_[1])
+
+
+@pytest.mark.parametrize("name", ["exp", "cos", "sin", "log"])
+def test_elementary_functions_hold_the_true_value(name):
+    """At points and over intervals, small and large, against three times the digits."""
+    function, true, draw = getattr(intervals, name), getattr(mp, name), random.Random(name)
+    with mp.workprec(3 * iv.prec):
+        for _ in range(3000):
+            x = draw.choice([1, -1]) * 10 ** draw.uniform(-12, 4)
+            x = abs(x) if name == "log" else x
+            width = draw.choice([0.0, 1e-9, 0.1, 2.0]) * abs(x)
+            interval = function(iv.mpf([x, x + width]))
+            for part in (0.0, 1.0, draw.random()):
+                assert _holds(interval, true(mp.mpf(x) + part * (mp.mpf(x + width) - mp.mpf(x))))
+
+
+def test_cosines_over_intervals_hold_their_extremes():
+    draw = random.Random(0)
+    with mp.workprec(3 * iv.prec):
+        for k in range(-40, 40):
+            near = float(mp.pi * k) + draw.uniform(-1e-12, 1e-12)
+            interval = intervals.cos(iv.mpf([near - draw.uniform(1e-9, 1), near + draw.uniform(1e-9, 1)]))
+            assert _holds(interval, mp.mpf((-1) ** k))
+
+
+@pytest.mark.parametrize(
+    "number", [0, 1, -3, 10**60, True, 0.1, -0.0, 5e-324, -1.5e308, float("inf"), float("nan")], ids=repr
+)
+def test_remembered_numbers_are_those_of_mpmath(number):
+    """When they are met and when they are met again, beside others."""
+    own = MPIntervalContext()
+    own.prec = iv.prec
+    for _ in range(2):
+        assert iv.convert(number)._mpi_ == own.convert(number)._mpi_
+        assert iv.convert(number + 0.5)._mpi_ == own.convert(number + 0.5)._mpi_
+
+
+@over(KERNELS)
+def test_its_kernels_are_the_kernels(kernel):
+    draw, checked = random.Random(0), a_kernel(encode(kernel), "kernel")
+    with mp.workdps(60):
+        for _ in range(8):
+            r, h = draw.uniform(0.05, 4), draw.uniform(0.01, 0.1)
+            expected = mp.taylor(lambda x, r=r, h=h: formula(kernel)(mp.mpf(r) + mp.mpf(h) * x), 0, 4)
+            found = checked.taylor(iv.mpf(r), iv.mpf(h), 5)
+            for interval, number in zip(found, expected, strict=True):
+                middle = mp.mpf(interval.mid._mpi_[0])
+                assert abs(middle - number) <= mp.mpf(10) ** -10 * abs(expected[0]) + mp.mpf(10) ** -50
+            assert _holds(found[0] + iv.mpf([-1, 1]) * iv.mpf(10) ** -45, expected[0])

@@ -1,0 +1,79 @@
+"""Small files that take a checker long, or deep."""
+
+import copy
+from functools import cache
+
+from tests.trackably.certificates.nonlinear.instances import as_read, proved
+from tests.trackably.checker.instances import scalar_certificate
+
+
+@cache
+def tank() -> dict:
+    return as_read(proved("tank"))
+
+
+def with_law(law: object, data: dict | None = None) -> dict:
+    """A nonlinear certificate with another formula f."""
+    found = copy.deepcopy(data or tank())
+    found["reference"]["plant"]["system"]["f"] = [law]
+    return found
+
+
+def tower(powers: int) -> dict:
+    """level⁺ = level^64^64… · 1e-9 + inflow + level: few characters, many products of polynomials."""
+    term: object = "level"
+    for _ in range(powers):
+        term = ["^", ["*", 0.9, term], 64]
+    return with_law(["+", "level", ["*", 0.05, ["+", "inflow", ["*", 1e-30, term]]]])
+
+
+def instants(steps: int) -> dict:
+    """A scalar certificate of so many instants, one by one."""
+    data = copy.deepcopy(scalar_certificate())
+    data["claim"] = {"kind": "instants", "last_step": steps}
+    return data
+
+
+def deep(depth: int) -> dict:
+    term: object = "level"
+    for _ in range(depth):
+        term = ["+", term, 1e-9]
+    return with_law(["+", term, ["*", 0.05, "inflow"]])
+
+
+def long(parts: int) -> dict:
+    """A balanced sum, so that it is not deep."""
+    terms: list[object] = [["*", 1e-9, "level"]] * parts
+    while len(terms) > 1:
+        terms = [["+", *terms[i : i + 2]] if i + 1 < len(terms) else terms[i] for i in range(0, len(terms), 2)]
+    return with_law(["+", "level", ["+", ["*", 0.05, "inflow"], terms[0]]])
+
+
+def chain(states: int) -> dict:
+    """Each input is in all later equations too: solved one by one, written out they double with each state."""
+    data = copy.deepcopy(tank())
+    system, plant = data["reference"]["plant"]["system"], data["reference"]["plant"]
+    names = [f"x{i}" for i in range(states)]
+    inputs = [f"u{i}" for i in range(states)]
+    system |= {"states": names, "inputs": inputs}
+    system["f"] = [_law(names[i], inputs[: i + 1]) for i in range(states)]
+    data["reference"]["signals"] *= states
+    for side, of in (("state_set", names), ("input_set", inputs)):
+        row = plant[side]
+        plant[side] = {
+            "rows": [[float(i == k) for k in range(states)] for i in range(states)],
+            "lower": row["lower"] * states,
+            "upper": row["upper"] * states,
+            "dimension": states,
+        }
+        for held in (data["claim"]["covers"], data["evaluation"]["errors"]):
+            first = held.pop({"state_set": "level", "input_set": "inflow"}[side])
+            held.update(dict.fromkeys(of, first))
+    return data
+
+
+def _law(state: str, inputs: list[str]) -> object:
+    law: object = state
+    for name in inputs:
+        law = ["+", law, name]
+    return law

@@ -1,0 +1,73 @@
+"""Windows that reach before time zero: where t and the shift j T cancel, both were rounded all the same."""
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+from tests.trackably.certificates import naive
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.prove import prove_on_window
+from trackably.checker import Failed, Proved, check
+from trackably.gp.kernels.matern import Matern32
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
+
+STEP = 0.1
+SHORT = {
+    "squared exponential": SquaredExponential(1.0, 1e-5),
+    "Matérn": Matern32(1.0, 3e-5),
+    "sum": SquaredExponential(1.0, 1e-5) + Matern32(0.5, 1.0),
+}
+
+
+def chain(kernel) -> Reference:
+    """Three states in a row, so that the input looks three steps ahead; one kernel, at time zero."""
+    system = LinearSystem(np.eye(3, k=1), [[0.0], [0.0], [1.0]], sampling_time=STEP)
+    plant = ConstrainedSystem(system, Polytope.box([-2.0] * 3, [2.0] * 3), Polytope.box([-2.0], [2.0]))
+    return Reference((KernelSum(kernel, 0.0, np.array([0.0]), np.array([1.0])),), plant)
+
+
+def certificate(kernel, j: int) -> Certificate:
+    width = 4 * kernel.correlation_time
+    found = prove_on_window(chain(kernel), -j * STEP - width, -j * STEP + width)
+    assert isinstance(found, Certificate), found.explanation
+    return found
+
+
+def largest_error(reference: Reference, name: str, j: int) -> float:
+    """Of float64 evaluation at neighbours of −j T, and a little further off, where the kernel is steep."""
+    length, errors = reference.signals[0].kernel.correlation_time, []
+    times = [-j * STEP + k * np.spacing(j * STEP) for k in range(-3, 4)]
+    times += [-j * STEP + x * length for x in np.linspace(-2, 2, 41)]
+    for t in times:
+        with mp.workdps(naive.DIGITS):
+            exact = naive.exactly(reference, name, t)
+            value = reference.quantity(name)(reference.signals, np.array(t))
+            errors.append(float(abs(mp.mpf(float(value)) - exact)))
+    return max(errors)
+
+
+@pytest.mark.parametrize("kernel", SHORT.values(), ids=SHORT)
+def test_the_rounding_of_a_shift_that_cancels_is_counted(kernel) -> None:
+    """The one of x3 and of the input: 3 T is no float64."""
+    found = certificate(kernel, 3)
+    for name, error in found.evaluation_error.items():
+        assert largest_error(found.reference, name, 3) <= error
+    assert largest_error(found.reference, "input" if "input" in found.evaluation_error else "u1", 3) > 1e-13
+
+
+@pytest.mark.parametrize("kernel", SHORT.values(), ids=SHORT)
+def test_the_checker_counts_it_too(kernel) -> None:
+    """A stated error below what really occurs is refused."""
+    data = encode_certificate(certificate(kernel, 3))
+    assert isinstance(check(data), Proved)
+    occurs = largest_error(chain(kernel), "u1", 3)
+    data["evaluation"]["errors"]["u1"] = 0.9 * occurs
+    verdict = check(data)
+    assert isinstance(verdict, Failed)
+    assert verdict.reason.startswith("evaluation: ")

@@ -1,0 +1,108 @@
+"""The command line of the checker: answers of its own for what is undecided, refuted, too large, or interrupted."""
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.trackably.checker.edges import hostile
+from tests.trackably.checker.edges.test_counterexamples import by_claim
+from tests.trackably.checker.instances import scalar_certificate
+from trackably.checker import Undecided, progress
+from trackably.checker.__main__ import INTERRUPTED, PROVED, REFUTED, UNDECIDED, UNUSABLE, main
+from trackably.checker.limits import BYTES
+
+LONG = hostile.instants(100_000)
+SOON = "import runpy, sys\nfrom trackably.checker import progress\nprogress._PATIENCE = 0\n"
+COMMANDS = {
+    "checker": "from trackably.checker.__main__ import run\nrun()",
+    "library": "sys.argv[1:1] = ['check']\nrunpy.run_module('trackably', run_name='__main__')",
+}
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> dict[str, Path]:
+    contents = {"proved": scalar_certificate(), "refuted": by_claim()["all_times"], "long": LONG}
+    for name, data in contents.items():
+        (tmp_path / name).write_text(json.dumps(data))
+    (tmp_path / "huge").write_bytes(b" " * (BYTES + 1))
+    return {path.name: path for path in tmp_path.iterdir()}
+
+
+def test_answers_have_codes_of_their_own(files, capsys) -> None:
+    proved, refuted, long, huge = (str(files[name]) for name in ("proved", "refuted", "long", "huge"))
+    positive = "error: --seconds must be a positive number, got"
+    for arguments, code, out, err in (
+        ([proved], PROVED, "For all real t ≥ 0 the reference keeps", ""),
+        (["--seconds", "600", proved], PROVED, "For all", ""),
+        ([refuted], REFUTED, "NOT TRACKABLE: at t = ", ""),
+        (["--seconds", "1e-9", proved], UNDECIDED, "", f"undecided: {proved}: not decided within 1e-09 s"),
+        ([long, "--seconds", "0.2"], UNDECIDED, "", f"undecided: {long}: not decided within 0.2 s"),
+        ([huge], UNUSABLE, "", f"error: {huge}: is not a certificate: it has more than {BYTES} bytes"),
+        (["--seconds", "0", proved], UNUSABLE, "", f"{positive} '0'"),
+        (["--seconds", "soon", proved], UNUSABLE, "", f"{positive} 'soon'"),
+        (["--seconds", "nan", proved], UNUSABLE, "", positive),
+        ([], UNUSABLE, "", "usage: "),
+    ):
+        assert main(arguments) == code
+        said = capsys.readouterr()
+        assert said.out.startswith(out)
+        assert said.err.startswith(err)
+        assert bool(said.out) != bool(said.err)
+        assert said.err.count("\n") <= 1 or said.err.startswith("usage")
+
+
+def test_the_library_answers_with_the_same_codes(files) -> None:
+    for arguments, code in (
+        (["proved"], PROVED),
+        (["refuted"], REFUTED),
+        (["proved", "--seconds", "1e-9"], UNDECIDED),
+        (["huge"], UNUSABLE),
+        (["proved", "--seconds", "-1"], UNUSABLE),
+    ):
+        command = [sys.executable, "-m", "trackably", "check", str(files[arguments[0]]), *arguments[1:]]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == code, done.stderr
+        assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_an_interrupt_ends_it_at_once(files, command) -> None:
+    """As Ctrl-C does, while instants are checked; on a terminal, where a line says how far it is."""
+    leader, follower = pty.openpty()
+    with subprocess.Popen(
+        [sys.executable, "-c", SOON + COMMANDS[command], str(files["long"])], stdout=subprocess.PIPE, stderr=follower
+    ) as started:
+        os.close(follower)
+        said = b""
+        while b" of 100001" not in said:
+            said += os.read(leader, 1000)
+        started.send_signal(signal.SIGINT)
+        out, _ = started.communicate()
+    os.close(leader)
+    assert (started.returncode, out) == (INTERRUPTED, b"")
+    assert b"Traceback" not in said
+
+
+def test_no_line_is_written_where_there_is_no_terminal(monkeypatch, capsys) -> None:
+    monkeypatch.setattr(progress, "_PATIENCE", 0.0)
+    line = progress.ProgressLine()
+    line(1, 2)
+    line.clear()
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_file_name_that_is_no_text_is_printed_all_the_same(tmp_path) -> None:
+    path = os.fsencode(tmp_path) + b"/\xff\xfe.json"
+    done = subprocess.run([sys.executable, "-m", "trackably.checker", path], capture_output=True, check=False)
+    assert done.returncode == UNUSABLE
+    assert b"Traceback" not in done.stderr
+
+
+def test_undecided_is_an_answer() -> None:
+    assert Undecided("not decided within 1 s").reason

@@ -1,0 +1,188 @@
+"""Counterexamples as files: a time that is claimed, at which a bound is broken; the checker verifies both."""
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.trackably.certificates import naive
+from tests.trackably.certificates.instances import case, general_case
+from tests.trackably.certificates.nonlinear.instances import tight
+from tests.trackably.certificates.test_prove import reference
+from tests.trackably.checker.instances import changed
+from tests.trackably.checker.redundant import learned
+from trackably import NotTrackableError
+from trackably.certificates.form import encode_counterexample
+from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
+from trackably.checker import Failed, NotACertificate, Proved, Refuted, check
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+from trackably.systems.sets.polytope import Polytope
+
+
+def refuted(found: Outcome) -> dict:
+    """As it is read from a file."""
+    assert isinstance(found, Counterexample), found.explanation
+    return json.loads(json.dumps(encode_counterexample(found), allow_nan=False))
+
+
+def narrowed(given: Reference, **bounds: Polytope) -> Reference:
+    return Reference(given.signals, replace(given.plant, **bounds))
+
+
+@cache
+def by_claim() -> dict[str, dict]:
+    """One of each claim, of redundant inputs and of a nonlinear system."""
+    broken = narrowed(reference(SquaredExponential(1.0, 0.3)), state_set=Polytope.box([-0.3], [2.0]))
+    periodic = narrowed(reference(Periodic(1.0, 1.0, 0.73)), state_set=Polytope.box([-0.1], [2.0]))
+    few = narrowed(learned().reference, input_set=Polytope.box([-0.5, -0.1], [0.5, 0.1]))
+    found = {
+        "all_times": prove(broken),
+        "window": prove_on_window(broken, -0.3, 1.3),
+        "instants": prove_at_instants(broken),
+        "all_phases": prove(periodic),
+        "instants of a periodic kernel": prove_at_instants(periodic),
+        "redundant inputs": prove(few),
+        "nonlinear": prove(tight("tank", room=-1e-3)),
+    }
+    return {name: refuted(outcome) for name, outcome in found.items()}
+
+
+KINDS = (  # without `by_claim`, which takes a second
+    *("all_times", "window", "instants", "all_phases", "instants of a periodic kernel"),
+    *("redundant inputs", "nonlinear"),
+)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_checker_verifies_it(kind: str) -> None:
+    verdict = check(by_claim()[kind])
+    assert isinstance(verdict, Refuted), verdict
+    assert verdict.statement.startswith("NOT TRACKABLE: at t = ")
+    assert "SHA-256" in verdict.statement
+
+
+@pytest.mark.parametrize("kind", ["squared exponential", "periodic", "sum"])
+def test_a_counterexample_to_instants_is_at_an_instant(kind: str) -> None:
+    """Once it was far away, at a time between two instants, where the kernel never settles."""
+    kernels = {"squared exponential": SquaredExponential(1.0, 0.3), "periodic": Periodic(1.0, 1.0, 0.73)}
+    kernel = kernels.get(kind) or SquaredExponential(1.0, 0.3) + Periodic(1.0, 1.0, 0.73)
+    found = prove_at_instants(narrowed(reference(kernel), state_set=Polytope.box([-1e-3], [2.0])))
+    assert isinstance(found, Counterexample)
+    assert found.step is not None
+    t = naive.instant(found.reference, found.step)
+    assert naive.margin(found.reference, found.quantity, t) <= -found.violation < 0
+    assert isinstance(check(encode_counterexample(found)), Refuted)
+
+
+@pytest.mark.parametrize("make", [case, general_case])
+def test_all_that_are_found_for_random_references_are_verified(make) -> None:
+    examined = 0
+    for seed in range(20):
+        chosen = make(seed, margin=-1e-6)
+        for found in (
+            prove_on_window(chosen.reference, 0.0, chosen.end),
+            prove_at_instants(chosen.reference),
+            prove(chosen.reference),
+        ):
+            if isinstance(found, Counterexample):
+                start, end = found.span
+                assert start <= found.time <= end
+                verdict = check(encode_counterexample(found))
+                assert isinstance(verdict, Refuted), (seed, verdict)
+                examined += 1
+    assert examined >= 20
+
+
+TOO_MUCH = {
+    "a time before the claim": ("all_times", "at", {"time": -1e-300}),
+    "a time after the window": ("window", "at", {"time": float(np.nextafter(1.3, 2))}),
+    "a time before the window": ("window", "at", {"time": float(np.nextafter(-0.3, -1))}),
+    "a larger violation": ("all_times", "violation", 1.0),
+    "a violation that is hardly larger": ("instants", "violation", None),
+    "another bound": ("all_times", "quantity", "input"),
+    "no bound": ("all_times", "quantity", "output"),
+    "a time at which the bound is kept": ("all_times", "at", {"time": 100.0}),
+    "a step at which the bound is kept": ("instants", "at", {"step": 1000}),
+    "a wider bound": ("all_times", "reference.plant.state_set.lower.0", -3.0),
+    "another system": ("all_times", "reference.plant.system.A.0.0", 0.8),
+    "other trajectories": ("all_times", "trajectories.states.0.weights.0.0", "2"),
+    "attainable rows that nothing demands": ("redundant inputs", "attainable.0.row.0", "1/2"),
+    "a wider set of redundant inputs": ("redundant inputs", "reference.plant.input_set.upper", [0.9, 0.9]),
+}
+
+
+@pytest.mark.parametrize("what", TOO_MUCH)
+def test_what_it_does_not_show_is_refused(what: str) -> None:
+    kind, path, value = TOO_MUCH[what]
+    data = by_claim()[kind]
+    verdict = check(changed(data, path, 1.02 * data["violation"] if value is None else value))
+    assert isinstance(verdict, Failed), verdict
+    assert verdict.sentence.startswith("the counterexample does not refute what is claimed: ")
+
+
+def test_redundant_inputs_are_judged_by_what_the_set_demands_not_by_the_rows_of_the_file() -> None:
+    """Narrower rows prove nothing."""
+    data = by_claim()["redundant inputs"]
+    rows = [{**row, "lower": -1e-3, "upper": 1e-3} for row in data["attainable"]]
+    assert isinstance(check({**data, "attainable": rows}), Refuted)
+    wide = changed({**data, "attainable": rows}, "reference.plant.input_set.lower", [-9.0, -9.0])
+    assert isinstance(check(changed(wide, "reference.plant.input_set.upper", [9.0, 9.0])), Failed)
+
+
+NONE = {
+    "no time": ("all_times", "at", {}),
+    "a step where times are claimed": ("all_times", "at", {"step": 3}),
+    "a time where steps are claimed": ("instants", "at", {"time": 0.1}),
+    "both": ("instants", "at", {"step": 3, "time": 0.1}),
+    "half a step": ("instants", "at", {"step": 2.5}),
+    "a step before the first": ("instants", "at", {"step": -1}),
+    "no step at all": ("instants", "at", {"step": True}),
+    "a time without an end": ("all_times", "at", {"time": float("inf")}),
+    "no violation": ("all_times", "violation", 0.0),
+    "a claim of nothing": ("all_times", "claim", {"kind": "some_times"}),
+    "a claim with an end": ("all_times", "claim", {"kind": "all_times", "tail_start": 1.0}),
+    "another version": ("all_times", "version", 2),
+    "more": ("all_times", "more", 1),
+}
+
+
+@pytest.mark.parametrize("what", NONE)
+def test_damaged_ones_are_none(what: str) -> None:
+    kind, path, value = NONE[what]
+    assert isinstance(check(changed(by_claim()[kind], path, value)), NotACertificate)
+
+
+def test_neither_is_taken_for_the_other() -> None:
+    data = by_claim()["all_times"]
+    assert isinstance(check({**data, "format": "trackably certificate", "version": 3}), NotACertificate)
+    assert not isinstance(check(data), Proved)
+
+
+def test_a_reference_that_is_refused_with_a_counterexample_leaves_it_as_a_file(tmp_path) -> None:
+    few = narrowed(learned().reference, input_set=Polytope.box([-0.5, -0.1], [0.5, 0.1]))
+    error = NotTrackableError(prove(few))
+    error.save_counterexample(tmp_path / "why.json")
+    assert isinstance(check(json.loads((tmp_path / "why.json").read_text())), Refuted)
+    none = NotTrackableError(Unproved("state", Interval(0.0, 1.0), (0.0, 1.0), 0.1, "it is not known"))
+    with pytest.raises(ValueError, match=r"^save_counterexample: there is none: from t = 0 s to 1 s it is not proved"):
+        none.save_counterexample(tmp_path / "none.json")
+    assert not (tmp_path / "none.json").exists()
+
+
+def test_a_redundant_input_that_breaks_its_bound_alone_refutes_nothing() -> None:
+    """Another input of the same effect may be in U: also where the file holds no attainable rows."""
+    few = narrowed(learned().reference, input_set=Polytope.box([-9.0, -0.1], [9.0, 0.1]))
+    data = refuted(prove(narrowed(few, state_set=Polytope.box([-0.01], [0.01]))))
+    data = {**{key: value for key, value in data.items() if key != "attainable"}, "quantity": "u2"}
+    times, second = np.linspace(0, 8, 801), few.plant.flatness.inputs[1]
+    largest = float(times[np.argmax(second(few.signals, times))])
+    assert second(few.signals, np.array(largest)) > 0.12
+    verdict = check({**data, "at": {"time": largest}, "violation": 0.01})
+    assert isinstance(verdict, Failed), verdict
+    assert "do not demand" in verdict.reason or "not shown to be outside" in verdict.reason

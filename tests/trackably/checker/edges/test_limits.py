@@ -1,0 +1,127 @@
+"""Every check ends: what is too large is refused in a sentence, and a time that is given is kept."""
+
+import pytest
+
+from tests.trackably.checker.edges import hostile
+from tests.trackably.checker.instances import changed, scalar_certificate
+from tests.trackably.checker.tight import VALID
+from trackably import checker
+from trackably.certificates.form import encode_certificate
+from trackably.checker import Failed, NotACertificate, Proved, Undecided, check, limits
+from trackably.checker.arithmetic.intervals import exactly
+from trackably.checker.formulas.formula import Name, Number, Operation, evaluate, names, numbers, parts
+from trackably.checker.formulas.values import Intervals
+
+SIGNAL = {
+    "kernel": {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3},
+    "mean": 0.0,
+    "centres": [0.0],
+    "weights": [1.0],
+}
+KERNEL = SIGNAL["kernel"]
+
+
+def summed(kernels: list[dict]) -> dict:
+    """A balanced sum of kernels."""
+    while len(kernels) > 1:
+        pairs = [kernels[i : i + 2] for i in range(0, len(kernels), 2)]
+        kernels = [{"type": "sum", "left": p[0], "right": p[1]} if len(p) > 1 else p[0] for p in pairs]
+    return kernels[0]
+
+
+TOO_LARGE = {
+    "signals": ("reference.signals", [SIGNAL] * (limits.SIGNALS + 1)),
+    "centres": ("reference.signals.0.centres", [0.0] * (limits.CENTRES + 1)),
+    "weights": ("reference.signals.0.weights", [0.0] * (limits.CENTRES + 1)),
+    "kernels": ("reference.signals.0.kernel", summed([KERNEL] * (limits.KERNELS + 1))),
+    "states": ("reference.plant.system.states", ["x"] * (limits.COORDINATES + 1)),
+    "inputs": ("reference.plant.system.inputs", ["x"] * (limits.COORDINATES + 1)),
+    "rows of A": ("reference.plant.system.A", [[0.0]] * (limits.COORDINATES + 1)),
+    "columns of A": ("reference.plant.system.A", [[0.0] * (limits.COORDINATES + 1)]),
+    "rows of a set": ("reference.plant.state_set.rows", [[1.0]] * (limits.ROWS + 1)),
+    "dimension": ("reference.plant.state_set.dimension", limits.COORDINATES + 1),
+    "shifts": ("trajectories.states.0.weights.0", ["0"] * (limits.SHIFTS + 1)),
+    "digits": ("trajectories.states.0.offset", "1" * (limits.DIGITS + 1)),
+    "terms": ("claim.terms", limits.TERMS + 1),
+    "boxes": ("claim.covers.state.ends", [0.0] * (limits.BOXES + 2)),
+    "radii": ("claim.covers.state.radii", [1.0] * (limits.BOXES + 1)),
+    "instants": ("claim", {"kind": "instants", "last_step": limits.INSTANTS + 1}),
+}
+
+
+@pytest.mark.parametrize("what", TOO_LARGE)
+def test_what_is_too_large_is_refused_in_a_sentence(what: str) -> None:
+    path, value = TOO_LARGE[what]
+    verdict = check(changed(scalar_certificate(), path, value))
+    assert isinstance(verdict, NotACertificate)
+    assert "no more than" in verdict.reason or "at most" in verdict.reason
+    assert len(verdict.reason) < 200
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (hostile.deep(limits.DEPTH), "must not be nested more than 100 deep"),
+        (hostile.deep(900), "must not be nested more than 100 deep"),
+        (hostile.long(limits.PARTS), "must have no more than 30000 operations, names and numbers"),
+        (hostile.long(3 * limits.PARTS), "texts must have no more than 500000 characters together"),
+    ],
+)
+def test_formulas_are_short(data: dict, reason: str) -> None:
+    verdict = check(data)
+    assert isinstance(verdict, NotACertificate)
+    assert reason in verdict.reason
+
+
+def test_the_theorem_names_the_limits() -> None:
+    said = checker.__doc__
+    assert f"{limits.BYTES // 10**6} MB" in said
+    for number in (
+        limits.SIGNALS,
+        limits.ROWS,
+        limits.CENTRES,
+        limits.TERMS,
+        limits.DIGITS,
+        limits.TEXTS,
+        limits.WEIGHTS,
+        limits.CELLS,
+        limits.MEMORY // 10**6,
+        limits.BITS,
+        limits.BITS_TOGETHER,
+        limits.PARTS,
+        limits.DEPTH,
+    ):
+        assert f"{number:,}" in said or f" {number} " in said
+
+
+def test_a_formula_that_doubles_with_each_state_is_checked_in_the_size_it_has() -> None:
+    """Solved for its inputs, it has 2^40 parts if they are counted as often as they are written."""
+    verdict = check(hostile.chain(40))
+    assert isinstance(verdict, Failed | Undecided)
+    verdict = check(hostile.chain(3))
+    assert isinstance(verdict, Failed)
+    assert not verdict.reason.startswith("system")
+
+
+def test_formulas_may_share_parts_and_be_deep() -> None:
+    formula = Operation("+", Name("x"), Number(0.0))
+    for _ in range(5000):
+        formula = Operation("-", Operation("+", formula, formula), formula)
+    assert names(formula) == {"x"}
+    assert numbers(formula) == [0.0]
+    assert len(parts(formula)) == 10_003
+    assert evaluate(formula, {"x": exactly(3)}, Intervals()) == exactly(3)
+
+
+def test_a_time_that_is_given_is_kept() -> None:
+    for data in (hostile.tower(40), encode_certificate(VALID["window"]()), encode_certificate(VALID["instants"]())):
+        assert check(data, seconds=1e-9) == Undecided("not decided within 1e-09 s")
+    assert isinstance(check(hostile.tower(40), seconds=1), Undecided | Failed)
+    assert isinstance(check(encode_certificate(VALID["instants"]()), seconds=600), Proved)
+
+
+def test_progress_counts_boxes_and_instants() -> None:
+    for kind in ("window", "instants"):
+        told: list[tuple[int, int]] = []
+        assert isinstance(check(encode_certificate(VALID[kind]()), report=lambda *far: told.append(far)), Proved)  # noqa: B023
+        assert told == [(i, len(told)) for i in range(len(told))] != []

@@ -1,0 +1,49 @@
+"""What the checker remembers of one plant it says of no other one."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from tests.project import ROOT
+from trackably.checker.identities import flatness
+from trackably.checker.identities.flatness import why_not_flat
+from trackably.checker.kernels.combinations import Product, Sum
+from trackably.checker.kernels.matern import Matern32, Matern52
+from trackably.checker.kernels.squared_exponential import SquaredExponential
+from trackably.checker.reach import reach
+from trackably.checker.reading.certificates import read_certificate
+
+FILE = ROOT / "data/results/mobile-robot/certificates/joint.json"
+CHANGES = {
+    "f": lambda system, flat: (replace(system, f=(system.f[1], system.f[0], *system.f[2:])), flat),
+    "states": lambda system, flat: (system, replace(flat, states=(flat.states[1], flat.states[0], *flat.states[2:]))),
+    "inputs": lambda system, flat: (system, replace(flat, inputs=flat.inputs[::-1])),
+    "angles": lambda system, flat: (system, replace(flat, angles=())),
+    "names": lambda system, flat: (replace(system, states=system.states[1:] + system.states[:1]), flat),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_another_plant_is_looked_at_again(change):
+    data = json.loads(FILE.read_text())
+    for _ in range(2):
+        system = read_certificate(data).subject.system
+        assert why_not_flat(system, system.flat) is None
+        assert why_not_flat(*CHANGES[change](system, system.flat)) is not None
+
+
+def test_the_same_plant_is_not():
+    data, before = json.loads(FILE.read_text()), flatness._why_not.cache_info().misses
+    for _ in range(3):
+        system = read_certificate(data).subject.system
+        assert why_not_flat(system, system.flat) is None
+    assert flatness._why_not.cache_info().misses <= before + 1
+
+
+def test_other_kernels_reach_elsewhere():
+    each = [SquaredExponential(1.0, 2.0), Matern32(1.0, 2.0), Matern52(1.0, 2.0), Matern52(1.0, 2.5)]
+    kernels = [*each, Sum(each[0], each[1]), Product(each[0], each[1])]
+    found = [reach(kernel, 1e3, 2.0**-30) for kernel in kernels]
+    assert found == [reach.__wrapped__(kernel, 1e3, 2.0**-30) for kernel in kernels]
+    assert len({(decay.size.b, distance) for distance, decay in found}) == len(kernels)

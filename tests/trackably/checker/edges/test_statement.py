@@ -1,0 +1,216 @@
+"""The statement says of which reference: by a fingerprint, the span of its kernels, and its states at time zero."""
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from tests.trackably.certificates.nonlinear.instances import proved
+from tests.trackably.certificates.test_prove import reference
+from tests.trackably.checker.edges.test_counterexamples import by_claim
+from tests.trackably.checker.instances import changed, scalar_certificate
+from tests.trackably.checker.naive_fingerprint import fingerprint
+from tests.trackably.checker.pieces import instances as pieces
+from tests.trackably.checker.redundant import in_the_plane, learned
+from tests.trackably.checker.tight import VALID
+from tests.trackably.systems.forms.instances import certificate as of_flat_form
+from trackably import checker
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.prove import prove
+from trackably.checker import Proved, Refuted, check
+from trackably.checker.arithmetic.intervals import between, exactly
+from trackably.checker.formulas.formula import Number, Operation, Power, text
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+
+KINDS = {**VALID, "nonlinear": lambda: proved("tank"), "redundant inputs": in_the_plane}
+LINEAR = {
+    **{kind: lambda make=make: encode_certificate(make()) for kind, make in VALID.items()},
+    "redundant inputs": lambda: encode_certificate(in_the_plane()),
+    **{f"pieces, {beyond}": lambda beyond=beyond: pieces.certificate(beyond) for beyond in ("rest", "period", "end")},
+}
+
+
+def said(data: dict) -> str:
+    verdict = check(json.loads(json.dumps(data)))
+    assert isinstance(verdict, Proved), verdict
+    return verdict.statement
+
+
+def sha(statement: str) -> str:
+    return re.search(r"SHA-256 ([0-9a-f]{64})\b", statement)[1]
+
+
+def with_weights(data: dict, change: Callable[[Fraction], Fraction]) -> dict:
+    """The file with all weights of its trajectories changed, and bounds that are kept by far."""
+    data = json.loads(json.dumps(data))
+    for part in (*data["trajectories"]["states"], *data["trajectories"]["inputs"]):
+        part["weights"] = [[str(change(Fraction(w))) for w in of_signal] for of_signal in part["weights"]]
+    for side in () if "attainable" in data else ("state_set", "input_set"):
+        bounded = data["reference"]["plant"][side]
+        bounded["lower"], bounded["upper"] = ([end] * len(bounded["rows"]) for end in (-1e3, 1e3))
+    if "evaluation" in data:
+        data["evaluation"]["errors"] = dict.fromkeys(data["evaluation"]["errors"], 1e-6)
+    return data
+
+
+def rewritten(data: dict) -> dict:
+    """The same numbers, written in other ways."""
+    data = json.loads(json.dumps(data))
+    for side, shifts in (("states", 3), ("inputs", 1)):
+        for part in data["trajectories"][side]:
+            offset = Fraction(part["offset"])
+            part["offset"] = f"{7 * offset.numerator}/{7 * offset.denominator}" if offset else "-0"
+            part["weights"] = [
+                [f"{w}/01" if "/" not in w else w for w in ws] + ["0/9"] * shifts for ws in part["weights"]
+            ]
+    return data
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_prover_and_checker_find_the_same_fingerprint_and_start(kind: str) -> None:
+    certificate = KINDS[kind]()
+    statement = said(encode_certificate(certificate))
+    assert sha(statement) == fingerprint(certificate.reference)
+    system, start = certificate.reference.plant.system, certificate.reference.state_at(np.zeros(()))
+    for name, value in zip(system.states, start, strict=True):
+        printed = re.search(rf'"{re.escape(name)}" = (\S+?)(,| at t = 0 s)', statement)[1]
+        assert float(printed) == pytest.approx(value, rel=1e-5, abs=1e-9)
+    assert "by sums of products" in statement
+
+
+def test_a_learned_reference_shows_the_same() -> None:
+    found = learned()
+    statement = said(encode_certificate(found.certificate))
+    assert found.fingerprint == sha(statement)
+    assert found.identity in repr(found)
+    assert found.identity.replace("x1 =", '"x1" =').split(", ", 1)[1].startswith("25 kernels centred from 0 s to 8 s")
+    assert f"SHA-256 {found.fingerprint}, 25 kernels" in found.identity
+
+
+def test_digits_that_float64_does_not_determine_are_asked_of_mpmath(monkeypatch: pytest.MonkeyPatch) -> None:
+    data = scalar_certificate()
+    known = said(data)
+    for near in (None, between(-1, 1)):
+        quick = replace(checker.FIRST_PASS, at_zero=lambda *_, near=near: near)
+        monkeypatch.setattr(checker, "FIRST_PASS", quick)
+        assert said(data) == known
+    monkeypatch.setattr(checker, "FIRST_PASS", replace(checker.FIRST_PASS, at_zero=lambda *_: exactly(0.5)))
+    assert '"state" = 0.5 at t = 0 s' in said(data) != known
+
+
+def test_all_zero_weights_are_seen() -> None:
+    """Once the same sentence came for a reference that rests at its mean."""
+    data = scalar_certificate()
+    rests = changed(data, "reference.signals.0.weights", [0.0] * len(data["reference"]["signals"][0]["weights"]))
+    assert "no kernel at all" in said(rests)
+    assert f'"state" = {data["reference"]["signals"][0]["mean"]:.6g} at t = 0 s' in said(rests)
+    assert sha(said(rests)) != sha(said(data))
+
+
+def test_every_number_of_the_reference_counts_and_nothing_else_does() -> None:
+    data = scalar_certificate()
+    wider = changed(data, "reference.plant.state_set.upper.0", data["reference"]["plant"]["state_set"]["upper"][0] + 1)
+    assert sha(said(wider)) == sha(said(data))
+    reordered = json.loads(json.dumps(data, sort_keys=True))
+    assert sha(said(reordered)) == sha(said(data))
+    for path in ("signals.0.mean", "signals.0.weights.0", "signals.0.centres.0", "signals.0.kernel.lengthscale"):
+        *inner, last = (int(part) if part.isdigit() else part for part in path.split("."))
+        value = data["reference"]
+        for key in (*inner, last):
+            value = value[key]
+        moved = changed(data, f"reference.{path}", float(np.nextafter(value, np.inf)))
+        assert sha(said(moved)) != sha(said(data))
+
+
+def test_whole_numbers_and_floats_and_signs_of_zero_are_one() -> None:
+    found = prove(reference(SquaredExponential(1.0, 0.3)))
+    assert isinstance(found, Certificate)
+    data = encode_certificate(found)
+    for path, value in (("signals.0.kernel.signal_std", 1), ("signals.0.centres.0", -0.0), ("signals.0.centres.0", 0)):
+        assert sha(said(changed(data, f"reference.{path}", value))) == fingerprint(found.reference)
+
+
+@pytest.mark.parametrize("kind", LINEAR)
+def test_the_same_fingerprint_means_the_same_states_and_inputs(kind: str) -> None:
+    """Once all trajectories divided by ten had the same fingerprint, as weights are not unique."""
+    data = LINEAR[kind]()
+    errors = data["evaluation"]["errors"]
+    errors |= {name: 1.5 * error for name, error in errors.items()}  # for roundings of the zeros that are added
+    known = sha(said(data))
+    assert sha(said(rewritten(data))) == known
+    divided = with_weights(data, lambda w: w / 10)
+    assert sha(said(divided)) != known
+    assert sha(said(with_weights(divided, lambda w: w * 10))) == known
+
+
+@pytest.mark.parametrize("kind", [kind for kind in by_claim() if kind != "nonlinear"])
+def test_a_counterexample_of_other_states_has_another_fingerprint(kind: str) -> None:
+    data = by_claim()[kind]
+    doubled = with_weights(data, lambda w: 2 * w)
+    doubled["reference"] = data["reference"]  # with its bounds
+    verdicts = [check(one) for one in (data, rewritten(data), doubled)]
+    assert all(isinstance(verdict, Refuted) for verdict in verdicts)
+    known, same, other = (sha(verdict.statement) for verdict in verdicts)
+    assert known == same != other
+
+
+def test_a_certificate_and_a_counterexample_of_one_reference_have_one_fingerprint() -> None:
+    assert sha(check(by_claim()["all_times"]).statement) == sha(said(scalar_certificate()))
+
+
+@pytest.mark.parametrize("beyond", ["rest", "period", "end"])
+def test_prover_and_checker_find_the_same_fingerprint_of_pieces(beyond: str) -> None:
+    assert sha(said(pieces.certificate(beyond))) == fingerprint(pieces.reference(beyond))
+
+
+def test_every_formula_of_a_flat_form_counts() -> None:
+    data = of_flat_form()
+    positive = changed(data, "reference.plant.system.flat.positive", [2.0])
+    assert sha(said(positive)) != sha(said(data))
+
+
+def test_an_answer_says_which_arithmetic_it_trusted(monkeypatch: pytest.MonkeyPatch) -> None:
+    floats, exact = (
+        "trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan and arctan2.",
+        "This was checked in exact arithmetic:",
+    )
+    for data in (scalar_certificate(), by_claim()["all_times"]):
+        assert floats in check(data).statement
+        assert exact in check(data, exact=True).statement
+    assert exact in said(pieces.certificate("rest"))
+    monkeypatch.setattr(checker, "FIRST_PASS", checker.NO_FIRST_PASS)  # as without NumPy
+    assert exact in said(scalar_certificate())
+
+
+def test_float64_is_trusted_only_where_it_has_subnormal_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert checker.FIRST_PASS.is_sound()
+    monkeypatch.setattr(checker, "FIRST_PASS", replace(checker.FIRST_PASS, is_sound=lambda: False))
+    assert "This was checked in exact arithmetic:" in said(scalar_certificate())
+
+
+def test_times_are_printed_as_they_are() -> None:
+    """Once with six digits, which may be later than what is proved."""
+    data = changed(scalar_certificate(), "evaluation.until", 1234567.25)
+    assert "at times up to 1234567.25 s" in said(data)
+
+
+def test_a_negative_base_is_in_parentheses() -> None:
+    assert text(Power(Number(-2.0), 2.0)) == "((-2.0) ^ 2.0)"
+    assert text(Operation("+", Number(-2.0), Number(2.0))) == "((-2.0) + 2.0)"
+
+
+@pytest.mark.parametrize(("upper", "wanted"), [(1e3, checker.Failed), (1e-3, Refuted)])
+def test_what_a_counterexample_breaks_is_broken_by_as_much_as_it_says(upper: float, wanted: type) -> None:
+    """Once a row that is kept was said to be broken, where another row of the same inputs is."""
+    data = by_claim()["all_times"]
+    value = float(reference(SquaredExponential(1.0, 0.3)).input_at(np.asarray(data["at"]["time"]))[0])
+    assert value < -0.07
+    rows = {"rows": [[1.0], [-1.0]], "lower": [-0.01, -1e3], "upper": [9.0, upper], "dimension": 1}
+    data = changed(data, "reference.plant.input_set", rows)
+    verdict = check({**data, "quantity": "-input", "violation": 0.05})
+    assert isinstance(verdict, wanted), verdict

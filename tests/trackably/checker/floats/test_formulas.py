@@ -1,0 +1,164 @@
+"""Formulas of many Taylor models at once, in float64, hold every value; planted faults let values escape."""
+
+import random
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+from tests.trackably.checker.arithmetic import test_models as single
+from trackably.checker.arithmetic import models
+from trackably.checker.arithmetic.domains import UndefinedError
+from trackably.checker.arithmetic.intervals import ZERO, iv
+from trackably.checker.arithmetic.models import Model, Models
+from trackably.checker.floats import intervals
+from trackably.checker.floats.intervals import Floats, joined
+
+TERMS, COUNT = single.TERMS, 12
+MODELS = Models(TERMS)
+FORMED = {
+    "a product": (lambda a, b: a * b, lambda a, b: a * b),
+    "a quotient": (MODELS.over, lambda a, b: a / b),
+    "a reciprocal": (lambda _, b: MODELS.power(b, -1.0), lambda _, b: 1 / b),
+    "a power": (lambda _, b: MODELS.power(b, 1.7), lambda _, b: b ** mp.mpf(1.7)),
+    "an angle": (MODELS.angle, mp.atan2),
+    "the other angle": (lambda a, b: MODELS.angle(b, a), lambda a, b: mp.atan2(b, a)),
+    **{
+        name: (lambda _, b, name=name: MODELS.function(name, b), lambda _, b, name=name: getattr(mp, name)(b))
+        for name in ("sqrt", "exp", "log", "sin", "cos", "atan")
+    },
+}
+each = pytest.mark.parametrize("name", FORMED)
+
+
+def many(of: list[Model]) -> Model:
+    """The same models as one of arrays."""
+
+    def array(numbers: list) -> Floats:
+        return joined([Floats.of(number).at(None) for number in numbers])
+
+    rows = [array([model.coefficients[k] for model in of]) for k in range(TERMS)]
+    return Model(rows, array([model.missed for model in of]))
+
+
+def ends(number: object, box: int) -> tuple[mp.mpf, mp.mpf]:
+    found = Floats.of(number)
+    return tuple(mp.mpf(float(np.broadcast_to(end, COUNT)[box])) for end in (found.low, found.high))
+
+
+def escapes(name: str, seed: int = 0) -> int:
+    """How many values lie outside of the models."""
+    formed, true = FORMED[name]
+    draw, count = random.Random(seed), 0
+    with mp.workprec(2 * iv.prec), np.errstate(all="ignore"):
+        for part, missed in ((0.0, 0.0), (1e-3, 0.0), (0.3, 1e-9), (0.5, 1e-2)):
+            a = [single.drawn(draw, draw.uniform(-3, 3), 0.5, missed) for _ in range(COUNT)]
+            b = [single.drawn(draw, draw.uniform(0.5, 3), part, missed) for _ in range(COUNT)]
+            found = formed(many(a), many(b))
+            for box in range(COUNT):
+                known = [ends(c, box) for c in found.coefficients]
+                reach = ends(found.missed, box)[1] + sum(high - low for low, high in known)
+                for x in (-1.0, draw.uniform(-1, 1), 1.0):
+                    at = sum(low * mp.mpf(x) ** k for k, (low, _) in enumerate(known))
+                    value = true(single.value(a[box], x, draw), single.value(b[box], x, draw))
+                    count += not abs(value - at) <= reach
+    return count
+
+
+@each
+def test_they_hold_every_value(name):
+    assert sum(escapes(name, seed) for seed in range(4)) == 0
+
+
+@each
+def test_they_are_as_narrow_as_single_ones(name):
+    draw = random.Random(0)
+    a = [single.drawn(draw, draw.uniform(1, 3), 0.2, 1e-9) for _ in range(COUNT)]
+    b = [single.drawn(draw, draw.uniform(1, 3), 0.2, 1e-9) for _ in range(COUNT)]
+    formed = FORMED[name][0]
+    found = formed(many(a), many(b))
+    for box in range(COUNT):
+        assert ends(found.missed, box)[1] <= 1.5 * float(formed(a[box], b[box]).missed.b) + 1e-12
+
+
+def test_where_one_may_have_no_value_is_said():
+    with pytest.raises(UndefinedError) as caught:
+        MODELS.over(MODELS.number(ZERO + 1), Model([Floats.exact(np.array([1.0, 0.0, np.nan]))] * TERMS, ZERO))
+    assert not np.any(caught.value.where[1:])
+    for y, x in (([1e-4, 1e-2], [-1.0, -1.0]), ([0.0, 1.0], [0.0, 0.0])):
+        other = [Floats.exact(np.array([1e-3, 0.0])), *[ZERO] * (TERMS - 2)]
+        vector = [Model([Floats.exact(np.array(of)), *other], ZERO) for of in (y, x)]
+        with pytest.raises(UndefinedError) as caught:
+            MODELS.angle(*vector)
+        assert caught.value.where.tolist() == [False, True]
+
+
+def dots_that_escape(seed: int = 0) -> int:
+    """How many sums of products lie outside, of huge and tiny numbers too, of points and of intervals."""
+    rng, count = np.random.default_rng(seed), 0
+    for terms in (1, 2, 16, 40):
+        size = 10 ** rng.choice([0.0, 3.0, 145.0], 1) * rng.choice([-1, 1])
+        drawn = [size * rng.normal(size=(terms, 30)) * 10 ** rng.uniform(-9, 0, (terms, 30)) for _ in range(2)]
+        drawn[1] = drawn[1] * rng.choice([1.0, 1e-300 / abs(size[0])], 30)
+        widths = [np.abs(of) * rng.choice([0.0, 1e-16, 1e-3], (terms, 30)) for of in drawn]
+        xs, ys = (
+            [Floats(low, low + w) for low, w in zip(of, by, strict=True)] for of, by in zip(drawn, widths, strict=True)
+        )
+        found = Floats.dot(xs, ys)
+        for b in range(30):
+            for end in ("low", "high"):
+                true = sum(
+                    Fraction(float(getattr(x, end)[b])) * Fraction(float(y.low[b])) for x, y in zip(xs, ys, strict=True)
+                )
+                count += not found.low[b] <= true <= found.high[b]
+    return count
+
+
+def test_sums_of_products_hold_the_true_sums():
+    assert sum(map(dots_that_escape, range(6))) == 0
+    x = Floats.exact(np.array([np.nan, np.inf, 1e300]))
+    with np.errstate(all="ignore"):
+        found = Floats.dot([x], [x])
+    assert not np.any((found.low > -1e308) & (found.high < 1e308))
+
+
+FAULTS = {
+    "an angle that forgets its direction": (
+        "an angle",
+        lambda patch: patch.setattr(Floats, "direction", classmethod(lambda cls, y, _: cls.of(y) * 0.0)),
+    ),
+    "a quotient without its rest": (
+        "a quotient",
+        lambda patch: patch.setattr(models, "_within", lambda found, rest, _: found),
+    ),
+    "a wrong logarithm": ("a power", lambda patch: patch.setattr(Floats, "log", lambda x: x - 1)),
+    "a wrong arc tangent": ("atan", lambda patch: patch.setattr(Floats, "atan", lambda x: x)),
+    "a wrong square root": ("sqrt", lambda patch: patch.setattr(Floats, "sqrt", lambda x: x)),
+    "a product that misses nothing": (
+        "a product",
+        lambda patch: patch.setattr(Model, "size", property(lambda _: ZERO)),
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_planted_faults_let_values_escape(fault, monkeypatch):
+    name, plant = FAULTS[fault]
+    plant(monkeypatch)
+    try:
+        assert sum(escapes(name, seed) for seed in range(4)) > 0
+    except UndefinedError:
+        pytest.fail("the fault is not reached")
+
+
+def test_lost_radii_and_lost_rounding_of_sums_of_products_are_seen(monkeypatch):
+    right = intervals.Floats.__dict__["_around"].func
+    for lost in ((2, 4), (4,)):
+        with monkeypatch.context() as patch:
+            patch.setattr(
+                Floats,
+                "_around",
+                property(lambda x, lost=lost: tuple(p * (i not in lost) for i, p in enumerate(right(x)))),
+            )
+            assert sum(map(dots_that_escape, range(6))) > 0, lost

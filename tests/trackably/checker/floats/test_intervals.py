@@ -1,0 +1,215 @@
+"""Arrays of float64 intervals contain what they stand for, compared with rational numbers and with many digits."""
+
+from fractions import Fraction
+from operator import mul
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+from trackably.checker.arithmetic.intervals import exactly
+from trackably.checker.floats import intervals, polynomials
+from trackably.checker.floats.intervals import Floats, sums
+from trackably.checker.floats.polynomials import are_positive
+
+COUNT = 400
+OPERATIONS = {
+    "+": lambda x, y: x + y,
+    "-": lambda x, y: x - y,
+    "*": lambda x, y: x * y,
+    "/": lambda x, y: x / y,
+    "abs": lambda x, _: abs(x),
+    "square": lambda x, _: x**2,
+    "power": lambda x, _: x**5,
+    "number - x": lambda x, _: 1 - x,
+    "number / x": lambda x, _: 3 / x,
+}
+FUNCTIONS = ("exp", "log", "cos", "sin")
+
+
+def numbers(rng: np.random.Generator, low: float = -5, high: float = 5) -> np.ndarray:
+    return rng.choice([-1, 1], COUNT) * 10 ** rng.uniform(low, high, COUNT)
+
+
+def drawn(rng: np.random.Generator) -> Floats:
+    """Points, narrow and wide intervals, of any sign."""
+    low = numbers(rng)
+    return Floats(low, low + np.abs(low) * rng.choice([0.0, 1e-16, 1e-3, 3.0], COUNT))
+
+
+def inside(x: Floats, rng: np.random.Generator) -> np.ndarray:
+    part = rng.choice([0.0, 1.0, 0.5], COUNT)
+    return np.clip(x.low + part * (x.high - x.low), x.low, x.high)
+
+
+def escapes_operation(name: str, seed: int = 0) -> int:
+    rng = np.random.default_rng(seed)
+    x, y = drawn(rng), drawn(rng)
+    found, count = OPERATIONS[name](x, y), 0
+    for a, b, low, high in zip(inside(x, rng), inside(y, rng), found.low, found.high, strict=True):
+        true = OPERATIONS[name](Fraction(float(a)), Fraction(float(b)))
+        count += low > true or high < true  # of a NaN nothing is known
+    return count
+
+
+@pytest.mark.parametrize("name", OPERATIONS)
+def test_operations_hold_every_result(name):
+    assert escapes_operation(name) == 0
+    found = OPERATIONS[name](Floats.exact(numbers(np.random.default_rng(1))), Floats.exact(3.0))
+    assert np.all(found.high - found.low <= 1e-14 * np.abs(found.high))
+
+
+def escapes_function(name: str, seed: int = 0) -> int:
+    rng = np.random.default_rng(seed)
+    low = numbers(rng, -8, 2.5)
+    if name == "log":
+        low = np.abs(low)
+    x = Floats(low, low + rng.choice([0.0, 1e-9, 0.1, 2.0], COUNT))
+    found, count = getattr(x, name)(), 0
+    with mp.workdps(40):
+        for a, low_end, high_end in zip(inside(x, rng), found.low, found.high, strict=True):
+            true = getattr(mp, name)(mp.mpf(float(a)))
+            count += not low_end <= true <= high_end
+    return count
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_functions_hold_every_value(name):
+    assert escapes_function(name) == 0
+
+
+def test_cosines_of_intervals_hold_their_extremes():
+    rng = np.random.default_rng(0)
+    near = np.pi * np.arange(-300, 300) + rng.uniform(-1e-9, 1e-9, 600)
+    found = Floats(near - rng.uniform(1e-8, 7, 600), near + rng.uniform(1e-8, 7, 600)).cos()
+    extremes = (-1.0) ** np.arange(-300, 300)
+    assert np.all((found.low <= extremes) & (extremes <= found.high))
+
+
+def test_sums_of_runs_hold_the_true_sums():
+    rng = np.random.default_rng(0)
+    values, firsts = 10 ** rng.uniform(-8, 8, 3000) * rng.choice([-1, 1], 3000), np.array([0, 1, 40, 2000])
+    found = sums(Floats.exact(values), firsts, 1960)
+    for run, low, high in zip(np.split(values, firsts[1:]), found.low, found.high, strict=True):
+        true = sum(map(Fraction, run.tolist()))
+        assert low <= true <= high
+        assert high - low <= 1e-11 * np.sum(np.abs(run))
+
+
+def products_that_escape(seed: int = 0) -> int:
+    """How many elements of a matrix of intervals times columns do not hold those of a matrix inside."""
+    rng, count = np.random.default_rng(seed), 0
+    for n in (3, 20):
+        matrix, columns = (np.resize(numbers(rng, -3, 3), shape) for shape in ((n, n), (n, 7)))
+        wide = columns + np.abs(columns) * rng.choice([0.0, 1e-16, 1e-3], columns.shape)
+        found = Floats.exact(matrix) @ Floats(columns, wide)
+        for true in (columns, wide):
+            exact = [[sum(map(mul, row, column)) for column in _fractions(true.T)] for row in _fractions(matrix)]
+            count += np.sum((found.low > np.array(exact)) | (found.high < np.array(exact)))
+    return int(count)
+
+
+def _fractions(matrix: np.ndarray) -> list[list[Fraction]]:
+    return [list(map(Fraction, row)) for row in matrix.tolist()]
+
+
+def test_matrices_times_columns_hold_the_true_products(monkeypatch):
+    assert sum(map(products_that_escape, range(4))) == 0
+    monkeypatch.setattr(intervals, "_within", lambda value, _: Floats.exact(value))
+    assert sum(map(products_that_escape, range(4))) > 0
+
+
+def test_numbers_of_mpmath_mix_with_arrays_from_both_sides():
+    third, x = exactly(1) / 3, Floats.exact(np.array([1.0, -2.0]))
+    for found, true in ((third * x, (1, -2)), (x * third, (1, -2)), (third - x, (-2, 7)), (x - third, (2, -7))):
+        for low, high, number in zip(found.low, found.high, true, strict=True):
+            assert low < Fraction(number, 3) < high
+    assert np.array_equal(exactly(0) < x, [True, False])
+
+
+def test_what_is_not_known_is_never_certain():
+    with np.errstate(all="ignore"):
+        unknown = Floats.exact(np.array([np.nan, 1.0])) * Floats(np.array([1.0, -np.inf]), np.array([1.0, np.inf]))
+        overflown = Floats.exact(np.array([1e300])) * Floats.exact(1e300)
+        for x in (unknown, Floats.exact(-1.0).log(), 1 / Floats(np.array([-1.0]), np.array([1.0]))):
+            assert not np.any((x > -np.inf) & (x < np.inf))
+            assert not np.any((x * 0.0 > -np.inf) & (x * 0.0 < np.inf))
+    assert not overflown > 1e308
+    assert not np.any(are_positive(Floats.exact(np.full((4, 3), np.nan))))
+
+
+def extreme(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
+    """Numbers, narrow and wide intervals whose sizes are all those of float64, also numbers that are subnormal."""
+    low = np.ldexp(rng.uniform(1, 2, shape) * rng.choice([-1, 1], shape), rng.integers(-1074, 1024, shape))
+    width = np.abs(low) * rng.choice([0.0, 2.0**-52, 2.0**-20], shape)
+    return Floats.exact(low) if rng.integers(2) else Floats(low, np.where(np.isfinite(low + width), low + width, low))
+
+
+def exact_dot(x: Floats, y: Floats, j: int, ends: tuple[str, str]) -> Fraction:
+    columns = (getattr(of, end)[:, j].tolist() for of, end in zip((x, y), ends, strict=True))
+    return sum((Fraction(a) * Fraction(b) for a, b in zip(*columns, strict=True)), Fraction(0))
+
+
+def is_inside(number: Fraction, low: float, high: float) -> bool:
+    """An end that is NaN bounds nothing, and neither does one at infinity on the side where nothing is beyond it."""
+    above = np.isnan(low) or low == -np.inf or (low < np.inf and Fraction(low) <= number)
+    return bool(above and (np.isnan(high) or high == np.inf or (high > -np.inf and number <= Fraction(high))))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_sums_of_products_of_any_sizes_are_contained(seed):
+    rng = np.random.default_rng(seed)
+    for count in (1, 2, 3, 16, 17):
+        x, y = extreme(rng, (count, 60)), extreme(rng, (count, 60))
+        with np.errstate(all="ignore"):
+            found = Floats.dot([x.at(k) for k in range(count)], [y.at(k) for k in range(count)])
+            product = [Floats(x.low[:, [j]].T, x.high[:, [j]].T) @ y.at((slice(None), [j])) for j in range(60)]
+        for j in range(60):
+            for ends in (("low", "low"), ("low", "high"), ("high", "high")):
+                exact = exact_dot(x, y, j, ends)
+                assert is_inside(exact, found.low[j], found.high[j])
+                assert is_inside(exact, product[j].low[0, 0], product[j].high[0, 0])
+
+
+def test_a_sum_of_products_that_overflows_is_not_positive():
+    huge, signs = Floats.exact(np.full((4, 1), 1.7e308)), Floats.exact(np.array([[1.0], [1.0], [-1.0], [-1.0]]))
+    with np.errstate(all="ignore"):  # the sum is 0
+        each = Floats.dot([huge.at(k) for k in range(4)], [signs.at(k) for k in range(4)])
+        assert not np.any(each > 0)
+        assert not np.any(Floats(signs.low.T, signs.high.T) @ huge > 0)
+
+
+def wrongly_positive(seed: int = 0) -> int:
+    """How many polynomials that are negative somewhere, by a hair, are called positive."""
+    return int(np.sum(are_positive(_touching(-1e-9, seed))))
+
+
+def _touching(above: float, seed: int) -> Floats:
+    rng, x = np.random.default_rng(seed), np.linspace(-1, 1, 20_001)
+    moved = rng.normal(size=(12, 200)) * 0.7 ** np.arange(12)[:, None]
+    moved[0] += above - np.min(np.polynomial.polynomial.polyval(x, moved), axis=1)
+    return Floats.exact(moved)
+
+
+def test_positive_polynomials_are_found():
+    assert wrongly_positive() == 0
+    assert np.all(are_positive(_touching(1e-4, 0)))
+    assert np.mean(are_positive(_touching(1e-7, 0))) > 0.95
+
+
+def test_a_lost_outward_rounding_is_seen(monkeypatch):
+    monkeypatch.setattr(intervals, "_outwards", lambda low, high, *_, **__: Floats(low, high))
+    for name in ("+", "-", "*", "/", "square", "power"):
+        assert escapes_operation(name) > COUNT / 20, name
+    assert sum(map(escapes_function, FUNCTIONS)) > COUNT / 20
+
+
+def test_halves_that_leave_out_a_half_are_seen(monkeypatch):
+    right = polynomials._halves
+
+    def left_twice(b: Floats) -> Floats:
+        left = right(b).at((slice(None), slice(0, b.low.shape[1])))
+        return Floats(np.hstack([left.low, left.low]), np.hstack([left.high, left.high]))
+
+    monkeypatch.setattr(polynomials, "_halves", left_twice)
+    assert wrongly_positive() > 0

@@ -1,0 +1,29 @@
+"""Certificates to change, and how."""
+
+import copy
+from functools import cache
+
+from tests.trackably.certificates.test_prove import reference
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.prove import prove
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+
+
+@cache
+def scalar_certificate() -> dict:
+    """Of a scalar system, for all times."""
+    found = prove(reference(SquaredExponential(1.0, 0.3)))
+    assert isinstance(found, Certificate)
+    return encode_certificate(found)
+
+
+def changed(data: dict, path: str, value) -> dict:
+    """Return the certificate with one part put in the place of another, at a path such as claim.terms."""
+    copied = copy.deepcopy(data)
+    *inner, last = (int(name) if name.isdigit() else name for name in path.split("."))
+    at = copied
+    for name in inner:
+        at = at[name]
+    at[last] = value
+    return copied

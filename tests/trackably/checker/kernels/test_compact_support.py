@@ -1,0 +1,143 @@
+"""The checker's own enclosures of kernels with kinks at 0 and at θ₂, against 50 digits; and with planted faults."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+from tests.trackably.checker.kernels.boxes import DIGITS, KINKED, TERMS, Differences, boxes, exactly, kinks
+from tests.trackably.gp.instances import over
+from trackably.checker.arithmetic.intervals import SIGN, ZERO, Real, total
+from trackably.checker.arithmetic.intervals import exactly as interval
+from trackably.checker.kernels.piecewise_polynomial import PiecewisePolynomial
+from trackably.checker.reading.kernels import a_kernel
+from trackably.codec import encode
+from trackably.gp.kernels.base import Kernel, Sum
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
+
+PAIR = (PiecewisePolynomial2(1.0, 0.7), PiecewisePolynomial3(1.0, 0.7))
+
+
+def checked(kernel: Kernel):
+    return a_kernel(encode(kernel), "kernel")
+
+
+def contains(found: Real, number) -> bool:
+    slack = mp.mpf(10) ** -44
+    return mp.mpf(found.a._mpi_[0]) - slack <= number <= mp.mpf(found.b._mpi_[1]) + slack
+
+
+def escaped(kernel: Kernel, seed: int = 0, most: float = np.inf) -> Counter[str]:
+    """Count the points at which κ lies outside of its model, and boxes with some finite model.
+
+    Stop where more than `most` points do.
+    """
+    rng, counted, own = np.random.default_rng(seed), Counter[str](), checked(kernel)
+    for box in boxes(kernel, rng):
+        half = interval(box.half)
+        model = own.model(interval(box.middle), half, half * float(rng.choice([1.3, 2.0, 6.0, 30.0])), TERMS)
+        if counted["escaped"] > most:
+            break
+        counted["boxes"] += 1
+        counted["finite"] += bool(model.missed.b < 1e300)
+        with mp.workdps(DIGITS + 10):
+            for x in box.points(rng, kinks(kernel)):
+                value = total(c * interval(x) ** k for k, c in enumerate(model.coefficients)) + SIGN * model.missed
+                counted["escaped"] += not contains(value, exactly(kernel, box, x))
+    return counted
+
+
+@over(KINKED)
+def test_models_hold_the_kernel(kernel):
+    counted = escaped(kernel)
+    assert counted["escaped"] == 0
+    assert counted["boxes"] >= 50
+    assert counted["finite"] >= 0.8 * counted["boxes"]
+
+
+@over(KINKED)
+def test_values_at_the_kinks(kernel):
+    own = checked(kernel)
+    with mp.workdps(DIGITS):
+        for kink in kinks(kernel):
+            for r in (kink, np.nextafter(kink, -9), np.nextafter(kink, 9)):
+                for uncertain in (interval(r), interval(r) + SIGN * 2.0**-140, interval(r) / 3 * 3):
+                    value = own.value(uncertain)
+                    assert contains(value, exactly(kernel, Differences(r, 1.0), 0.0))
+                    assert value.b - value.a < 1e-38
+
+
+@pytest.mark.parametrize("kernel", PAIR, ids=str)
+def test_nothing_is_left_beyond_the_support(kernel):
+    own, length = checked(kernel), interval(kernel.lengthscale)
+    for distance in (length, length + 2.0**-150, 2 * length, interval(1e60)):
+        assert own.beyond(distance) == (ZERO, ZERO)
+    assert 0 < own.beyond(length + SIGN * 2.0**-100).size.b < 1e-100
+    assert own.beyond(length * (1 - 2.0**-20)).size > 0
+
+
+@pytest.mark.parametrize("kernel", PAIR, ids=str)
+def test_bounds_beyond_a_distance_and_sizes(kernel):
+    own, r = checked(kernel), np.linspace(0, 1.2, 20001) * kernel.lengthscale
+    value, slope = np.abs(kernel.jet(r, 1))
+    for distance in (0.0, 0.1, 0.2399, 0.24, 0.2759, 0.28, 0.6, 0.99):
+        later = r >= distance * kernel.lengthscale
+        size, rate = own.beyond(interval(distance * kernel.lengthscale))
+        assert np.max(value[later]) <= float(size.b) * (1 + 1e-14)
+        assert np.max(slope[later]) <= float(rate.b) * (1 + 1e-14)
+    sizes = own.sizes(interval(1e60))
+    for bound, found in zip(sizes, (value, slope, r * slope, r * value), strict=False):
+        assert np.max(found) <= float(bound.b) <= 3 * np.max(found)
+
+
+def test_a_box_with_both_kinks_and_a_middle_beyond_them_has_no_model():
+    own = checked(Sum(PiecewisePolynomial2(1.0, 0.5), Matern52(1.0, 0.5)))
+    for middle, finite in ((0.6, False), (0.51, False), (0.49, True), (0.1, True)):
+        model = own.model(interval(middle), interval(1.0), interval(2.0), TERMS)
+        assert bool(model.missed.b < 1e300) == finite
+
+
+def no_jump(monkeypatch):
+    monkeypatch.setattr(PiecewisePolynomial, "jump", lambda *_: ZERO)
+
+
+def half_a_jump(monkeypatch):
+    right = PiecewisePolynomial.jump
+    monkeypatch.setattr(PiecewisePolynomial, "jump", lambda *arguments: right(*arguments) / 2)
+
+
+def one_branch(monkeypatch):
+    """The polynomial is continued for ever, and nobody notices."""
+    monkeypatch.setattr(PiecewisePolynomial, "_is_over", lambda *_: False)
+    monkeypatch.setattr(PiecewisePolynomial, "jump", lambda *_: ZERO)
+
+
+def zero_too_early(monkeypatch):
+    monkeypatch.setattr(PiecewisePolynomial, "_is_over", lambda self, r: bool(abs(r) > self.length * 0.999))
+
+
+def jump_on_one_side(monkeypatch):
+    right = PiecewisePolynomial.jump
+    only = lambda self, r, h: ZERO if self._is_over(r) else right(self, r, h)  # noqa: E731
+    monkeypatch.setattr(PiecewisePolynomial, "jump", only)
+
+
+def smooth_at_zero(monkeypatch):
+    monkeypatch.setattr(PiecewisePolynomial, "has_kink", False)
+
+
+def wrong_power(monkeypatch):
+    for family in PiecewisePolynomial.__subclasses__():
+        monkeypatch.setattr(family, "p", family.p[1:])
+
+
+FAULTS = [no_jump, half_a_jump, one_branch, zero_too_early, jump_on_one_side, smooth_at_zero, wrong_power]
+
+
+@pytest.mark.parametrize("plant", FAULTS, ids=lambda plant: plant.__name__)
+@pytest.mark.parametrize("kernel", PAIR, ids=str)
+def test_planted_faults_are_seen(kernel, plant, monkeypatch):
+    plant(monkeypatch)
+    assert escaped(kernel, most=0)["escaped"] > 0

@@ -1,0 +1,39 @@
+"""Certificates of robust references: of a scalar system, of a pushed cart, of a hull of disturbances."""
+
+import json
+from dataclasses import replace
+from functools import cache
+
+from tests.trackably.control.tube.instances import LOOPS, STEPS
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.prove import prove_on_window
+from trackably.certificates.robust import robust_of
+from trackably.systems.disturbance.zonotope import Zonotope
+
+KINDS = ("example1", "pushed cart", "triangle", "three states")
+
+
+NOISE = Zonotope.box([-0.004, -0.01], [0.002, 0.01])
+
+
+@cache
+def noisy_data() -> dict:
+    """A file's content of a cart that is measured with noise."""
+    loop = replace(LOOPS["pushed cart"], part=0.9, noise=NOISE)
+    found = prove_on_window(loop.reference, 0.0, STEPS * loop.plant.sampling_time)
+    assert isinstance(found, Certificate)
+    return json.loads(json.dumps(encode_certificate(replace(found, robust=robust_of(loop.tightening)))))
+
+
+@cache
+def robust_certificate(kind: str) -> Certificate:
+    loop = replace(LOOPS[kind], part=0.9)  # between the steps too
+    found = prove_on_window(loop.reference, 0.0, STEPS * loop.plant.sampling_time)
+    assert isinstance(found, Certificate)
+    return replace(found, robust=robust_of(loop.tightening))
+
+
+def robust_data(kind: str) -> dict:
+    """A file's content of its own."""
+    return json.loads(json.dumps(encode_certificate(robust_certificate(kind))))

@@ -1,0 +1,30 @@
+"""A cart that two inputs push alike, under disturbance."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+
+from tests.trackably.systems.disturbance.instances import CART
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.prove import prove_on_window
+from trackably.certificates.robust import robust_of
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import tightening
+from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
+
+
+def two_pushers() -> dict:
+    system = LinearSystem(CART.system.A, np.hstack([CART.system.B, CART.system.B]), sampling_time=0.1)
+    plant = ConstrainedSystem(system, CART.state_set, Polytope.box([-1.0, -1.5], [1.0, 1.5]))
+    drawn = tightening(plant, Zonotope.box([0.0, -0.02], [0.0, 0.02]))
+    signal = KernelSum(SquaredExponential(1.0, 1.0), 0.0, np.array([0.0, 2.0]), np.array([0.2, -0.3]))
+    found = prove_on_window(Reference((signal,), drawn.plant), 0.0, 3.0)
+    assert isinstance(found, Certificate)
+    return json.loads(json.dumps(encode_certificate(replace(found, robust=robust_of(drawn)))))

@@ -1,0 +1,202 @@
+"""Certificates of disturbed systems: what is proved and said, and every tampered part is refused."""
+
+import math
+import re
+from fractions import Fraction
+
+import pytest
+
+from tests.trackably.certificates.decoded import decode_certificate
+from tests.trackably.certificates.nonlinear.instances import proved as nonlinear
+from tests.trackably.checker.changes import changed
+from tests.trackably.checker.instances import scalar_certificate
+from tests.trackably.checker.robust.instances import KINDS, robust_certificate, robust_data
+from tests.trackably.checker.robust.redundant import two_pushers
+from tests.trackably.systems.disturbance.naive import naive_support
+from trackably.certificates.form import encode_certificate
+from trackably.checker import Failed, NotACertificate, Proved, check
+from trackably.checker.reading.certificates import read_certificate
+from trackably.checker.steps import robust as step
+
+PUSHED = "pushed cart"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_robust_references_are_proved_and_the_answer_says_for_which_disturbances(kind):
+    verdict = check(robust_data(kind))
+    assert isinstance(verdict, Proved), verdict
+    assert "for every sequence of w in W and every start in x_r(t₀) ⊕ Z" in verdict.statement
+    K = robust_certificate(kind).robust.invariant.feedback.tolist()
+    assert f"K = {K!r}" in verdict.statement
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_of_steps_after_the_end_of_a_window_nothing_is_said(kind):
+    said = robust_certificate(kind).explanation
+    assert "from every start in x_r ⊕ Z at one of these times and for all later steps among them" in said
+    assert "at all later times t₀ + k T among these" in check(robust_data(kind)).statement
+
+
+def test_the_statement_names_set_bounds_and_invariant_set():
+    said = check(robust_data(PUSHED)).statement
+    assert 'keep x in -1.0 ≤ "position" ≤ 1.0, -1.0 ≤ "velocity" ≤ 1.0 and u in -2.0 ≤ "u1" ≤ 2.0' in said
+    assert "W is (0.0, 0.0) + Σ_j ξ_j g_j with all |ξ_j| ≤ 1 and g_j = (0.0, 0.05)" in said
+    assert (
+        "W is the convex hull of (0.01, 0.0), (-0.01, 0.02), (0.0, -0.03)" in check(robust_data("triangle")).statement
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_support_is_that_of_the_definition(kind):
+    """The checker's own arithmetic against powers of rational matrices, and against the library's."""
+    data, Z = robust_data(kind), robust_certificate(kind).robust.invariant
+    read = read_certificate(data)
+    errors = step._Errors.of(read.subject.system, read.robust)
+    n = len(Z.box)
+    for row in ([Fraction(1)] * n, [Fraction(-3, 7), Fraction(2), Fraction(1, 9)][:n]):
+        support = naive_support(Z, row)
+        assert support == Z.support(row)
+        assert errors.fits(row, support)
+        assert not errors.fits(row, support * (1 - Fraction(1, 10**30)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_certificates_come_back_as_they_were(kind):
+    assert encode_certificate(decode_certificate(robust_data(kind))) == robust_data(kind)
+
+
+def test_certificates_without_disturbance_are_as_before():
+    assert "disturbance" not in scalar_certificate()
+    assert "disturbance" not in check(scalar_certificate()).statement
+
+
+def block(*path):
+    return ("disturbance", *path)
+
+
+def up(value: float) -> float:
+    return math.nextafter(value, math.inf)
+
+
+def halved(value: int) -> int:
+    return value // 2
+
+
+# What is put in the place of each part, and what the checker says. One hair is enough, as bounds are drawn in exactly.
+REFUSED = {
+    "K": (block("feedback", 0, 0), lambda v: 0.5 * v, "leaves less room|does not contract"),
+    "K, unstable": (block("feedback", 0, 1), lambda v: -v, "does not contract"),
+    "W, a hair larger": (
+        block("set", "generators", 0, 1),
+        lambda v: str(Fraction(v) * (1 + Fraction(1, 2**50))),
+        "room",
+    ),
+    "W, doubled": (
+        block("set", "generators", 0, 1),
+        lambda v: str(2 * Fraction(v)),
+        "leaves less room|not inside of P",
+    ),
+    "W, tenfold": (block("set", "generators", 0, 1), lambda v: str(10 * Fraction(v)), "not inside of P"),
+    "W, moved": (block("set", "centre", 0), lambda v: "1/1000", "leaves less room"),
+    "W, another generator": (block("set", "generators"), lambda v: [*v, ["1/500", "0"]], "leaves less room"),
+    "s": (block("terms"), halved, "does not contract"),
+    "s, one": (block("terms"), lambda v: 1, "does not contract"),
+    "alpha, smaller": (block("contraction"), lambda v: 0.9 * v, "does not contract"),
+    "alpha, larger": (block("contraction"), lambda v: 0.9, "leaves less room"),
+    "alpha, one": (block("contraction"), lambda v: 1.0, "less than 1"),
+    "alpha, negative": (block("contraction"), lambda v: -0.1, "at least 0"),
+    "N": (block("head"), halved, "leaves less room"),
+    "N, one": (block("head"), lambda v: 1, "leaves less room"),
+    "P, smaller": (block("box", 1), lambda v: 1e-3 * v, "not inside of P|does not contract"),
+    "P, nothing": (block("box"), lambda v: [0.0, 0.0], "not inside of P"),
+    "P, negative": (block("box", 0), lambda v: -v, "sizes of at least 0"),
+    "X, a hair narrower": (block("state_set", "upper", 0), lambda v: v * (1 - 2.0**-52), "state_set: row 0"),
+    "X, below": (block("state_set", "lower", 1), lambda v: v * (1 - 2.0**-52), "state_set: row 1"),
+    "U, a hair narrower": (block("input_set", "upper", 0), lambda v: v * (1 - 2.0**-52), "input_set: row 0"),
+    "X, other rows": (block("state_set", "rows", 0, 0), up, "the same rows"),
+    "U, other rows": (block("input_set", "rows", 0, 0), lambda v: 2.0, "the same rows"),
+    "X, of one state": (block("state_set", "dimension"), lambda v: 1, "dimensions of state and input"),
+    "K, of one state": (block("feedback"), lambda v: [[1.0]], "a column for each state"),
+    "W, of one state": (block("set", "centre"), lambda v: ["0"], "an entry for each state"),
+    "A": (("reference", "plant", "system", "A", 0, 1), lambda v: 1.001 * v, "trajectories"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_tampered_part_is_refused(name):
+    path, other, words = REFUSED[name]
+    data = robust_data(PUSHED)
+    value = data
+    for key in path:
+        value = value[key]
+    verdict = check(changed(data, path, other(value)))
+    assert isinstance(verdict, Failed), verdict
+    assert re.search(words, verdict.reason), verdict.reason
+
+
+@pytest.mark.parametrize("side", ["state_set", "input_set"])
+def test_bounds_of_the_reference_that_are_the_given_ones_leave_no_room(side):
+    data = robust_data(PUSHED)
+    wide = changed(data, ("reference", "plant", side), data["disturbance"][side])
+    verdict = check(wide)
+    assert isinstance(verdict, Failed)
+    assert f"{side}: row 0 of the reference leaves less room than errors may take" in verdict.reason
+
+
+def test_more_room_is_proved_as_well():
+    """A smaller disturbance set, and wider bounds: nothing but the truth is refused."""
+    data = robust_data(PUSHED)
+    smaller = changed(data, block("set", "generators", 0, 1), "1/100")
+    wider = changed(data, block("state_set", "upper", 0), 1.5)
+    assert isinstance(check(smaller), Proved)
+    assert isinstance(check(wider), Proved)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        (block("feedback"), [[1.0], "x"], "disturbance.feedback"),
+        (block("head"), 0, "disturbance.head"),
+        (block("head"), 20_000, "disturbance.head"),
+        (block("set", "kind"), "ball", "one of zonotope, hull"),
+        (block("set", "centre", 0), 0.5, "rational number"),
+        (block("extra"), 1, "exactly the fields"),
+        (("disturbance",), None, "exactly the fields"),
+        (("disturbance",), [], "exactly the fields"),
+    ],
+)
+def test_what_cannot_be_read_is_no_certificate(path, value, words):
+    verdict = check(changed(robust_data(PUSHED), path, value))
+    assert isinstance(verdict, NotACertificate)
+    assert words in verdict.reason
+
+
+def test_nonlinear_systems_have_no_disturbances():
+    data = {**encode_certificate(nonlinear("tank")), "disturbance": robust_data(PUSHED)["disturbance"]}
+    verdict = check(data)
+    assert isinstance(verdict, NotACertificate)
+    assert "linear systems only" in verdict.reason
+
+
+def test_powers_that_would_take_hours_are_refused():
+    data = robust_data("example1")
+    for name in ("head", "terms"):
+        data = changed(data, block(name), 10_000)
+    data = changed(data, block("feedback", 0, 0), 2.0**-1000)
+    assert "too many powers" in check(data).reason
+
+
+def test_redundant_inputs_have_room_for_the_feedback_in_the_input_set():
+    """Two inputs that push alike: the choice among them keeps the tightened set, the feedback the given one."""
+    data = two_pushers()
+    assert isinstance(check(data), Proved)
+    narrow = changed(data, block("input_set", "upper", 0), data["disturbance"]["input_set"]["upper"][0] * 0.999)
+    assert isinstance(check(narrow), Failed)
+
+
+def test_a_set_that_leaves_its_box_on_one_side_is_refused():
+    data = robust_data("triangle")
+    assert data["disturbance"]["set"]["vertices"][2] == ["0", str(Fraction(-0.03))]
+    verdict = check(changed(data, block("set", "vertices", 2, 1), "-1"))
+    assert isinstance(verdict, Failed)
+    assert "W is not inside of P: coordinate 1" in verdict.reason

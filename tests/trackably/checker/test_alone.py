@@ -1,0 +1,126 @@
+"""The checker runs by itself: as one file on a bare Python, and as a folder beside mpmath."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import mpmath
+import pytest
+
+from tests.project import ROOT
+from tests.trackably.certificates.nonlinear.instances import proved
+from tests.trackably.checker.instances import changed, scalar_certificate
+from tests.trackably.checker.redundant import in_the_plane
+from tests.trackably.checker.robust.instances import robust_data
+from tests.trackably.checker.tight import VALID
+from trackably.certificates.form import encode_certificate
+from trackably.checker.bundle import write_bundle
+
+KINDS = {
+    "scalar": scalar_certificate,
+    **{kind: (lambda make=make: encode_certificate(make())) for kind, make in VALID.items() if kind != "all_times"},
+    "nonlinear": lambda: encode_certificate(proved("tank")),
+    "redundant inputs": lambda: encode_certificate(in_the_plane()),
+    "disturbed": lambda: robust_data("pushed cart"),
+}
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("alone") / "checker.pyz"
+    write_bundle(path)
+    return path
+
+
+def run(*arguments: str | Path, **options) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False, **options)
+
+
+def written(data: object, path: Path) -> Path:
+    path.write_text(json.dumps(data), encoding="utf-8")
+    return path
+
+
+# The checker's command line on one file after the other, and its exit codes: Python starts once for all of them.
+ONE_BY_ONE = """
+import runpy, sys
+bundle, *files = sys.argv[1:]
+for file in files:
+    sys.argv[1:] = [file]
+    try:
+        runpy.run_path(bundle, run_name="__main__")
+    except SystemExit as ended:
+        print("exit code", ended.code)
+"""
+
+
+def test_one_file_checks_every_kind_on_a_bare_python(bundle, tmp_path):
+    files = [written(make(), tmp_path / f"{kind}.json") for kind, make in KINDS.items()]
+    found = run("-I", "-S", "-c", ONE_BY_ONE, bundle, *files, cwd=tmp_path, env={})
+    assert (found.returncode, found.stderr) == (0, "")
+    said, codes = found.stdout.splitlines()[::2], found.stdout.splitlines()[1::2]
+    assert codes == ["exit code 0"] * len(KINDS)
+    assert all(line.startswith("For all ") for line in said)
+
+
+def test_exit_codes_and_words(bundle, tmp_path):
+    narrow = changed(scalar_certificate(), "reference.plant.state_set.upper.0", 0.1)
+    cases = {
+        "narrow": (json.dumps(narrow), 1, "failed: {}: the certificate does not prove its claim: box: the state"),
+        "none": ("{}", 2, "error: {}: is not a certificate: certificate.format must be"),
+        "old": (
+            json.dumps({"format": "trackably certificate", "version": 2}),
+            2,
+            "error: {}: is a certificate of version 2; this checker reads version 3",
+        ),
+        "text": ("no JSON", 2, "error: {}: is not a certificate: expected JSON, got 'no JSON' in line 1, column 1"),
+        "empty": ("", 2, "error: {}: is not a certificate: expected JSON, got the end of the file in line 1, column 1"),
+        "twice": ('{"a": 1, "a": 1}', 2, "error: {}: is not a certificate: key 'a' appears twice"),
+        "nan": ('{"a": NaN}', 2, "error: {}: is not a certificate: NaN is no JSON number"),
+        "deep": ("[" * 100_000, 2, "error: {}: is not a certificate: JSON nested too deeply"),
+        "bytes": (None, 2, "error: {}: is not a certificate: expected JSON, got bytes that are no text in UTF-8"),
+    }
+    for name, (text, _, _) in cases.items():
+        (tmp_path / name).write_bytes(b"\xff" if text is None else text.encode())
+    found = run("-I", "-S", "-c", ONE_BY_ONE, bundle, *(tmp_path / name for name in cases), tmp_path / "missing")
+    assert found.stdout.splitlines() == [*(f"exit code {code}" for _, code, _ in cases.values()), "exit code 2"]
+    for (name, (_, _, words)), said in zip(cases.items(), found.stderr.splitlines(), strict=False):
+        assert said.startswith(words.format(tmp_path / name))
+    first = run("-I", "-S", bundle, tmp_path / "narrow")
+    assert (first.returncode, first.stdout, first.stderr) == (1, "", found.stderr.splitlines(keepends=True)[0])
+    assert run("-I", "-S", bundle).returncode == 2
+
+
+def test_its_bytes_are_the_same_each_time_and_few(bundle, tmp_path):
+    write_bundle(tmp_path / "again.pyz")
+    assert (tmp_path / "again.pyz").read_bytes() == bundle.read_bytes()
+    assert bundle.stat().st_size < 1_000_000
+
+
+def test_its_folder_is_enough(tmp_path):
+    """Beside mpmath, with nothing else of the library and no other package."""
+    shutil.copytree(ROOT / "trackably/checker", tmp_path / "trackably/checker")
+    (tmp_path / "mpmath").symlink_to(Path(mpmath.__file__).parent)
+    file = written(scalar_certificate(), tmp_path / "certificate.json")
+    found = run("-S", "-m", "trackably.checker", file, cwd=tmp_path, env={"PYTHONPATH": str(tmp_path)})
+    assert (found.returncode, found.stderr) == (0, "")
+
+
+def test_the_library_says_the_same(tmp_path):
+    file = written(scalar_certificate(), tmp_path / "certificate.json")
+    alone, library = run("-m", "trackably.checker", file, cwd=ROOT), run("-m", "trackably", "check", file, cwd=ROOT)
+    assert (alone.returncode, alone.stdout) == (library.returncode, library.stdout)
+    narrow = written(changed(scalar_certificate(), "evaluation.errors.state", 1e-300), tmp_path / "narrow.json")
+    alone, library = run("-m", "trackably.checker", narrow, cwd=ROOT), run("-m", "trackably", "check", narrow, cwd=ROOT)
+    assert (alone.returncode, alone.stderr) == (library.returncode, library.stderr)
+    assert alone.returncode == 1
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path):
+    found = run("-m", "trackably.checker.bundle", tmp_path)
+    assert found.returncode == 1
+    assert found.stderr.startswith(f"error: {tmp_path}: cannot be written (")
+    assert "Traceback" not in found.stderr

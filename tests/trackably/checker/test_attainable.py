@@ -1,0 +1,117 @@
+"""Certificates of systems with redundant inputs are refused where a bound leaves too much."""
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
+
+from tests.trackably.checker.changes import changed
+from tests.trackably.checker.redundant import as_read, learned
+from tests.trackably.gp.instances import over
+from tests.trackably.systems.redundant_instances import CASES
+from trackably.checker import Failed, NotACertificate, check
+from trackably.checker.reading.certificates import read_certificate
+from trackably.checker.steps.redundancy import why_not_attainable
+from trackably.checker.subject import Row
+from trackably.systems.allocation import Allocation
+
+TAMPERED: dict[str, tuple[tuple[Any, ...], Any, str]] = {
+    "second input narrower": (("reference", "plant", "input_set", "upper", 1), 0.19, "input_set"),
+    "first input narrower": (("reference", "plant", "input_set", "lower", 0), -0.99, "input_set"),
+    "second input of another size": (("reference", "plant", "input_set", "rows", 1), [0.0, 1.5], "input_set"),
+    "a row more": (("reference", "plant", "input_set", "rows", 1), [1.0, 1.0], "input_set"),
+    "bounds exchanged": (("reference", "plant", "input_set", "lower", 1), 0.3, "input_set"),
+    "a row too long": (("reference", "plant", "input_set", "rows", 0), [1.0, 0.0, 0.0], "shapes"),
+    "bound wider": (("attainable", 0, "upper"), 1.21, "input_set"),
+    "bound on something else": (("attainable", 0, "row"), ["1", "2"], "names"),
+    "a row that is too short": (("attainable", 0, "row"), ["1"], "shapes"),
+    "no attainable rows": (("attainable",), [], "names"),
+    "other inputs": (("reference", "plant", "system", "B"), [[1.0, 1.5]], "trajectories"),
+}
+
+
+@over(TAMPERED, "change")
+def test_a_bound_that_leaves_too_much_is_refused(change):
+    place, value, step = change
+    verdict = check(changed(as_read(learned().certificate), place, value))
+    assert isinstance(verdict, Failed)
+    assert verdict.reason.startswith(step)
+
+
+def test_rows_that_are_left_out_are_missed():
+    """Without attainable rows the input set's own rows are bounds: those of other names."""
+    data = as_read(learned().certificate)
+    del data["attainable"]
+    verdict = check(data)
+    assert isinstance(verdict, Failed)
+    assert verdict.reason.startswith("names")
+
+
+@over({"float row": [1.0, 1.0], "decimal": ["0.5", "1"], "nan": [math.nan, 1.0]}, "row")
+def test_rows_of_redundant_inputs_are_exact(row):
+    assert isinstance(check(changed(as_read(learned().certificate), ("attainable", 0, "row"), row)), NotACertificate)
+
+
+def test_the_same_row_in_another_size_or_direction_says_the_same():
+    certificate = read_certificate(as_read(learned().certificate)).subject
+    rows, (bound,) = certificate.input_set.rows, certificate.attainable
+    for factor in (2, -1, -4):
+        lower, upper = sorted(factor * end for end in (bound.lower, bound.upper))
+        turned = Row(tuple(factor * r for r in bound.row), lower, upper)
+        assert why_not_attainable(certificate.system, rows, (turned,)) is None
+        for wider in (replace(turned, lower=lower - 1e-12), replace(turned, upper=upper + 1e-12)):
+            assert why_not_attainable(certificate.system, rows, (wider,)) is not None
+
+
+EMPTY = {
+    "nothing in between": [([0.0, 0.0], 1.0, 2.0)],
+    "apart": [([1.0, 0.0], 1.0, 2.0), ([1.0, 0.0], -5.0, -0.2)],
+    "apart in other units": [([1.0, 0.0], 1.0, 2.0), ([-3.0, 0.0], 1.0, 2.0)],
+    "apart beside another": [([1.0, 0.0], -0.1, 5.0), ([1.0, 0.0], -5.0, -0.2), ([0.0, 1.0], -9.0, 9.0)],
+}
+
+
+@over(EMPTY, "rows")
+def test_an_empty_set_holds_no_input(rows):
+    """Each has no inequality left that says anything of u; those that say nothing of it must hold."""
+    certificate = read_certificate(as_read(learned().certificate)).subject
+    sides = tuple(row_of(*row) for row in rows)
+    reason = why_not_attainable(certificate.system, sides, certificate.attainable)
+    assert reason is not None
+    assert reason.startswith("input_set: no input keeps its rows")
+    columns = zip(("rows", "lower", "upper"), map(list, zip(*rows, strict=True)), strict=True)
+    other = {**dict(columns), "dimension": 2}
+    assert isinstance(
+        check(changed(as_read(learned().certificate), ("reference", "plant", "input_set"), other)), Failed
+    )
+
+
+def test_a_set_turned_inside_out_holds_no_input():
+    certificate = read_certificate(as_read(learned().certificate)).subject
+    side, bound = row_of([0.0, 1.0], 0.2, -0.2), row_of([1.0, 1.0], -0.5, 0.5)
+    reason = why_not_attainable(certificate.system, (certificate.input_set.rows[0], side), (bound,))
+    assert reason == "input_set: every row needs a number for each input, and lower ≤ upper"
+
+
+def row_of(row, lower: float, upper: float) -> Row:
+    return Row(tuple(map(Fraction, row)), lower, upper)
+
+
+@over(CASES, "case")
+def test_both_implementations_find_the_same_rows(case):
+    """The checker wants every row that the prover bounds, to the last bit, and no more."""
+    system, wanted = case
+    attainable = tuple(row_of(r, b.lower, b.upper) for r, b in Allocation.of(system, wanted).attainable)
+    rows = tuple(row_of(r.tolist(), b.lower, b.upper) for r, b in wanted.intervals)
+    checked = SimpleNamespace(inputs=system.inputs, B=system.B.tolist())
+    assert why_not_attainable(checked, rows, attainable) is None
+    for i, bound in enumerate(attainable):
+        others = attainable[:i] + attainable[i + 1 :]
+        wider = (
+            replace(bound, upper=bound.upper * (1 + 1e-15) + 1e-15),
+            replace(bound, lower=bound.lower - 1e-12),
+        )
+        for one in wider:
+            assert why_not_attainable(checked, rows, (*others, one)) is not None
+        assert why_not_attainable(checked, rows, others) is not None

@@ -1,0 +1,152 @@
+"""What is no certificate, and what is read exactly."""
+
+from fractions import Fraction
+
+import pytest
+
+from tests.trackably.checker.instances import changed, scalar_certificate
+from trackably.checker import NotACertificate, check
+from trackably.checker.limits import DIGITS
+from trackably.checker.reading.values import rational_number
+
+
+@pytest.fixture
+def data() -> dict:
+    return scalar_certificate()
+
+
+@pytest.mark.parametrize(
+    "nothing",
+    [None, 1, "text", [], {}, {"format": "trackably certificate"}, float("nan"), [{}], {1: 2}],
+)
+def test_other_things_are_no_certificates(nothing):
+    assert isinstance(check(nothing), NotACertificate)
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("version", 4),
+        ("version", 2.0),
+        ("version", True),
+        ("format", "certificate"),
+        ("reference.signals.0.mean", "0"),
+        ("reference.signals.0.mean", float("nan")),
+        ("reference.signals.0.mean", float("inf")),
+        ("reference.signals.0.mean", 10**400),
+        ("reference.signals.0.mean", 2**53 + 1),
+        ("reference.signals.0.mean", True),
+        ("reference.signals.0.weights", []),
+        ("reference.signals.0.weights", [0.5, None, 0.3]),
+        ("reference.signals.0.weights", "abc"),
+        ("reference.signals.0.extra", 1.0),
+        ("reference.signals.0.kernel", {"type": "cosine", "signal_std": 1.0, "lengthscale": 1.0}),
+        ("reference.signals.0.kernel", {"type": "squared_exponential", "signal_std": 1.0}),
+        (
+            "reference.signals.0.kernel",
+            {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 1.0, "shape": 1.0},
+        ),
+        ("reference.signals.0.kernel", {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": -1.0}),
+        ("reference.signals.0.kernel", {"type": ["sum"], "left": {}, "right": {}}),
+        ("reference.signals.0.kernel", "squared_exponential"),
+        ("reference.signals", []),
+        ("reference.signals", {}),
+        ("reference.plant.system.sampling_time", 0.0),
+        ("reference.plant.system.A", [[]]),
+        ("reference.plant.system.A", [0.9]),
+        ("reference.plant.system.A.0.0", "0.9"),
+        ("reference.plant.system.A.0.0", float("inf")),
+        ("reference.plant.system.c.0", None),
+        ("reference.plant.system.states", [""]),
+        ("reference.plant.system.states", ["x" * 201]),
+        ("reference.plant.system.inputs", [1]),
+        ("reference.plant.system.D", [[0.0]]),
+        ("trajectories", {"states": []}),
+        ("trajectories.states", []),
+        ("trajectories.outputs", []),
+        ("trajectories.states.0.offset", 0),
+        ("trajectories.states.0.offset", "0.0"),
+        ("trajectories.states.0.offset", "1e3"),
+        ("trajectories.states.0.offset", " 0"),
+        ("trajectories.states.0.offset", "0\n"),
+        ("trajectories.states.0.offset", "+1"),
+        ("trajectories.states.0.offset", "1/0"),
+        ("trajectories.states.0.offset", "1/00"),
+        ("trajectories.states.0.offset", "1/-2"),
+        ("trajectories.states.0.offset", "½"),
+        ("trajectories.states.0.offset", "١"),
+        ("trajectories.states.0.offset", "1" * 20_001),
+        ("trajectories.states.0.weights.0.0", 1.0),
+        ("trajectories.states.0.weights.0", []),
+        ("trajectories.states.0.weights", []),
+        ("reference.plant.state_set", None),
+        ("reference.plant.state_set.rows", [[]]),
+        ("reference.plant.state_set.rows", []),
+        ("reference.plant.state_set.rows", [[float("nan")]]),
+        ("reference.plant.state_set.rows", [1.0]),
+        ("reference.plant.state_set.lower.0", "-2"),
+        ("reference.plant.state_set.lower", [-2.0, -2.0]),
+        ("reference.plant.state_set.upper.0", float("inf")),
+        ("reference.plant.state_set.upper", []),
+        ("reference.plant.state_set.middle", [0.0]),
+        ("reference.plant.state_set.dimension", 0),
+        ("reference.plant.state_set.dimension", 1.0),
+        ("reference.plant.bounds", []),
+        ("reference.plant.sampling_time", 0.1),
+        ("reference.samples", []),
+        ("bounds", []),
+        ("attainable", [{"row": [1.0], "lower": -1.0, "upper": 1.0}]),
+        ("claim", {"kind": "for_ever"}),
+        ("claim", {"kind": "all_times", "tail_start": 1.0}),
+        ("claim", {"kind": "instants", "last_step": 1.5}),
+        ("claim", {"kind": "instants", "last_step": -1}),
+        ("claim.terms", 0),
+        ("claim.terms", 16.0),
+        ("claim.covers.state.radii", None),
+        ("claim.covers.", {"ends": [0.0, 1.0], "radii": [1.0]}),
+        ("claim.covers.output", {"ends": [0.0, 1.0]}),
+        ("evaluation.errors.state", 0.0),
+        ("evaluation.errors.", 1.0),
+        ("evaluation.state", 1.0),
+    ],
+)
+def test_damaged_certificates_are_none(data, path, value):
+    assert isinstance(check(changed(data, path, value)), NotACertificate)
+
+
+@pytest.mark.parametrize("version", [1, 2, 4])
+def test_another_version_is_refused_with_a_sentence_that_says_so(data, version):
+    verdict = check({"format": data["format"], "version": version, "signals": []})
+    assert isinstance(verdict, NotACertificate)
+    assert verdict.reason == (
+        f"is a certificate of version {version}; this checker reads version 3: prove the reference again to get one"
+    )
+
+
+def test_a_kernel_nested_without_end_is_refused(data):
+    kernel = data["reference"]["signals"][0]["kernel"]
+    for _ in range(500):
+        kernel = {"type": "sum", "left": kernel, "right": kernel}
+    assert isinstance(check(changed(data, "reference.signals.0.kernel", kernel)), NotACertificate)
+
+
+def test_rationals_are_read_exactly():
+    """However many digits they have, and whether or not they are reduced."""
+    long = 3**8000
+    for text, value in (
+        ("-3/4", Fraction(-3, 4)),
+        ("12/8", Fraction(3, 2)),
+        ("007", Fraction(7)),
+        ("-0", Fraction(0)),
+        (f"-1/{'1' + '0' * 3000}", Fraction(-1, 10**3000)),
+        ("9" * DIGITS, Fraction(10**DIGITS - 1)),
+        (str(long), Fraction(long)),
+        (f"-{long}/7", Fraction(-long, 7)),
+    ):
+        assert rational_number(text, "here") == value
+
+
+def test_files_of_the_library_s_former_name_are_read(data: dict) -> None:
+    assert data["format"] == "trackably certificate"
+    assert check(data | {"format": "trackable certificate"}) == check(data)
+    assert isinstance(check(data | {"format": "traceable certificate"}), NotACertificate)

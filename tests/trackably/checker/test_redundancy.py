@@ -1,0 +1,136 @@
+"""Certificates of systems with redundant inputs: proved, read again, and refused where a bound leaves too much."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackably.certificates.decoded import decode_certificate
+from tests.trackably.checker.redundant import PLANE, PLANT, STEPS, as_read, in_the_plane, learned
+from tests.trackably.systems.instances import controllable
+from tests.trackably.systems.redundant_instances import excess
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.prove import prove
+from trackably.checker import Proved, check
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.reference import TrackableReference
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
+
+
+def test_what_the_smallest_input_of_all_could_not_do_is_followed_all_the_same():
+    found = learned()
+    least = np.stack([q(found.reference.signals, STEPS * 0.1) for q in PLANT.flatness.inputs], axis=-1)
+    assert np.min(PLANT.input_set.margin(least)) < -0.2
+    assert np.min(PLANT.input_set.margin(found.input(STEPS))) > -1e-14
+    landed = PLANT.system.successor(found.state(STEPS), found.input(STEPS))
+    np.testing.assert_allclose(landed, found.state(STEPS + 1), atol=1e-13)
+
+
+def test_the_checker_proves_that_inputs_exist():
+    for certificate in (learned().certificate, in_the_plane()):
+        verdict = check(as_read(certificate))
+        assert isinstance(verdict, Proved), verdict
+        assert "inputs that push alike" in verdict.statement
+    assert '-1.0 ≤ "u1" ≤ 1.0, -0.2 ≤ "u2" ≤ 0.2' in check(as_read(learned().certificate)).statement
+    assert "u1+u2 in [-1.2, 1.2]" in learned().explanation
+
+
+def test_in_the_plane_several_rows_are_needed():
+    assert len(as_read(in_the_plane())["attainable"]) == 4
+    reference = in_the_plane().reference
+    least = np.stack([q(reference.signals, STEPS * 0.1) for q in PLANE.flatness.inputs], axis=-1)
+    assert np.min(PLANE.input_set.margin(least)) < -0.01
+    assert np.min(PLANE.input_set.margin(reference.input(STEPS))) > -1e-14
+
+
+def test_a_certificate_is_read_as_it_was_written(tmp_path):
+    for certificate in (learned().certificate, in_the_plane()):
+        assert encode_certificate(decode_certificate(as_read(certificate))) == encode_certificate(certificate)
+    learned().save(tmp_path / "reference.json")
+    again = TrackableReference.load(tmp_path / "reference.json")
+    np.testing.assert_array_equal(again.input(STEPS[:100]), learned().input(STEPS[:100]))
+
+
+def test_the_standard_deviation_is_that_of_the_inputs_that_are_left():
+    """Where the second input is at its bound, the first does everything; elsewhere both do half."""
+    found, k = learned(), STEPS[:80]
+    u, std = found.input(k), found.input_std(k)
+    at_bound = np.abs(u[:, 1]) > 0.2 - 1e-12
+    assert 10 < np.sum(at_bound) < 50
+    np.testing.assert_array_equal(std[at_bound, 1], 0)
+    np.testing.assert_allclose(std[~at_bound, 0], std[~at_bound, 1], rtol=1e-9)
+    alone = ConstrainedSystem(
+        LinearSystem(np.array([[0.5]]), np.array([[1.0]]), sampling_time=0.1),
+        PLANT.state_set,
+        Polytope.box([-2.0], [2.0]),
+    )
+    single = found.fit.std_of(alone.flatness.inputs, found.reference.instants(k[at_bound].astype(float)))
+    np.testing.assert_allclose(std[at_bound, 0], single[:, 0], rtol=1e-9)
+
+
+def test_a_scalar_input_needs_no_set_of_its_own():
+    scalar = replace(
+        PLANT,
+        system=LinearSystem(np.array([[0.5]]), np.array([[1.0]]), sampling_time=0.1),
+        input_set=Polytope.box([-1.2], [1.2]),
+    )
+    found = prove(Reference(learned().reference.signals, scalar))
+    assert isinstance(found, Certificate)
+    assert "attainable" not in encode_certificate(found)
+
+
+def nearly(seed: int) -> tuple[Reference, float]:
+    """A random reference of a system with an input too many, and the part of U by which some need is kept or broken."""
+    rng = np.random.default_rng(seed)
+    system = controllable(3 * seed, states=2)
+    n, m = system.A.shape[0], min(system.B.shape[1], len(system.A)) + 1
+    system = LinearSystem(
+        system.A, np.column_stack([system.B[:, : m - 1], rng.choice([-1, 0.5, 2]) * system.B[:, 0]]), sampling_time=0.1
+    )
+    lower, upper = -rng.uniform(0.1, 2, m), rng.uniform(0.1, 2, m)
+    free = Polytope(np.empty((0, n)), np.empty(0), np.empty(0), n)
+    kernels = (SquaredExponential(1.0, 0.7), Matern52(1.0, 1.0))
+    plant = ConstrainedSystem(system, free, Polytope.box(lower, upper))
+    signals = tuple(
+        KernelSum(kernels[int(rng.integers(2))], 0.0, np.sort(rng.uniform(0, 2, 3)), rng.normal(size=3))
+        for _ in range(plant.signal_count)
+    )
+    reference = Reference(signals, plant)
+    used = max(
+        float(np.max(np.abs(values / np.where(values < 0, quantity.bounds.lower, quantity.bounds.upper))))
+        for quantity in reference.quantities
+        for values in [quantity(signals, FINE)]
+    )
+    off = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-6, -2))
+    bounds = Polytope.box((1 + off) * used * lower, (1 + off) * used * upper)
+    return Reference(signals, replace(plant, input_set=bounds)), off
+
+
+FINE = np.linspace(0, 12, 24_001)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_what_is_proved_can_be_done_and_what_is_denied_cannot(seed):
+    """By linear programs at the tightest times; a hair (of 1e-6 at least) decides."""
+    reference, off = nearly(seed)
+    plant, outcome = reference.plant, prove(reference)
+    needs = np.min([quantity.margin(reference.signals, FINE) for quantity in reference.quantities], axis=0)
+    least = np.stack([q(reference.signals, FINE) for q in plant.flatness.inputs], axis=-1)
+    tightest = np.argsort(needs)[:20]
+    excesses = [excess(plant.system, plant.input_set, least[i]) for i in tightest]
+    if isinstance(outcome, Certificate):
+        assert off > 0
+        assert max(excesses) < 1e-9
+        assert np.min(plant.input_set.margin(reference.input_at(FINE))) > -1e-12
+        assert isinstance(check(as_read(outcome)), Proved)
+    else:
+        assert isinstance(outcome, Counterexample)
+        assert off < 0
+        assert max(excesses) > 0

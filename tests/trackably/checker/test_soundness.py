@@ -1,0 +1,132 @@
+"""Attack: hundreds of random references whose bounds are kept or broken by a hair, and a search that knows no mercy."""
+
+from collections import Counter
+from functools import partial
+
+import numpy as np
+import pytest
+
+from tests.trackably.certificates import naive
+from tests.trackably.certificates.instances import Case, case, compact_kernel, general_case
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
+from trackably.certificates.draft import evaluation_errors
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
+from trackably.checker import Proved, check
+from trackably.systems.reference import Reference
+
+CHUNKS, SIZE = 4, 52
+
+
+def ask(seed: int, chosen: Case) -> Outcome:
+    likely = partial(prove, is_likely=True)
+    question = (prove, prove_at_instants, likely, lambda reference: prove_on_window(reference, 0.0, chosen.end))
+    return question[seed % 4](chosen.reference)
+
+
+def smallest_margin(reference: Reference, claim, name: str):
+    """The smallest margin that is found at any time for which the claim is made."""
+    match claim:
+        case AllTimes(tail_start=end):
+            # A heavy tail starts late: look closely where something happens, and here and there later.
+            busy = min(end, 10 * max(float(np.max(s.centres)) for s in reference.signals) + end / 10)
+            times = naive.extremes(reference, name, 0.0, busy) + np.geomspace(busy, 1e3 * end, 30).tolist()
+        case AllPhases(period=end):
+            times = [t + k * end for t in naive.extremes(reference, name, 0.0, end) for k in (0, -3)]
+        case OnWindow(start=start, end=end):
+            times = naive.extremes(reference, name, start, end)
+        case AtInstants(last_step=last):
+            steps = np.arange(min(last, 2000) + 20)
+            values = naive.extended(reference, name, steps * np.longdouble(reference.plant.sampling_time))
+            times = [naive.instant(reference, int(k)) for k in (np.argmax(values), np.argmin(values))]
+            return min(naive.margin(reference, name, t) for t in times)
+    return naive.smallest(reference, name, times)
+
+
+def assert_nothing_false_is_claimed(cases: dict[int, Case]) -> Counter[type]:
+    said = Counter[type]()
+    for seed, chosen in cases.items():
+        found = ask(seed, chosen)
+        said[type(found)] += 1
+        if isinstance(found, Certificate):
+            assert set(found.evaluation_error) == {q.name for q in chosen.reference.quantities}
+            for name, error in found.evaluation_error.items():
+                assert smallest_margin(chosen.reference, found.claim, name) >= error, seed
+        elif isinstance(found, Counterexample):
+            t = found.time if found.step is None else naive.instant(chosen.reference, found.step)
+            assert naive.margin(chosen.reference, found.quantity, t) <= -found.violation < 0, seed
+    return said
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_nothing_false_is_ever_claimed(chunk):
+    said = assert_nothing_false_is_claimed({s: case(s) for s in range(1000 + chunk * SIZE, 1000 + (chunk + 1) * SIZE)})
+    assert min(said[Certificate], said[Counterexample]) >= SIZE // 6
+
+
+@pytest.mark.parametrize("chunk", range(2))
+def test_nothing_false_is_ever_claimed_of_kernels_with_compact_support(chunk):
+    seeds = range(9000 + chunk * 25, 9000 + (chunk + 1) * 25)
+    said = assert_nothing_false_is_claimed({s: case(s, drawn=compact_kernel) for s in seeds})
+    assert min(said[Certificate], said[Counterexample]) >= 4
+
+
+@pytest.mark.parametrize("chunk", range(4))
+def test_nothing_false_is_ever_claimed_of_general_systems(chunk):
+    said = assert_nothing_false_is_claimed(
+        {s: general_case(s) for s in range(8000 + chunk * 10, 8000 + (chunk + 1) * 10)}
+    )
+    assert min(said[Certificate], said[Counterexample]) >= 2
+
+
+@pytest.mark.parametrize("chunk", range(4))
+def test_the_checker_agrees_about_general_systems(chunk):
+    """About a short window of each, and about other claims with few boxes or instants, so that it takes no minutes."""
+    examined = Counter[type]()
+    for seed in range(8000 + chunk * 10, 8000 + (chunk + 1) * 10):
+        chosen = general_case(seed)
+        for found in (prove_on_window(chosen.reference, 0.0, chosen.end / 32), ask(seed, chosen)):
+            if isinstance(found, Certificate) and _size(found) <= 12:
+                verdict = check(encode_certificate(found))
+                assert isinstance(verdict, Proved), (seed, verdict)
+                examined[type(found.claim)] += 1
+    assert examined[OnWindow] >= 6  # of 10: bounds that are broken in the window have no certificate
+
+
+def test_the_checker_agrees_about_kernels_with_compact_support():
+    examined = Counter[type]()
+    for seed in range(9000, 9040):
+        found = ask(seed, case(seed, 1e-3, compact_kernel))
+        if isinstance(found, Certificate) and _size(found) <= 24:
+            verdict = check(encode_certificate(found))
+            assert isinstance(verdict, Proved), (seed, verdict)
+            examined[type(found.claim)] += 1
+    assert examined[AllTimes] >= 5
+    assert examined[OnWindow] >= 3
+
+
+def _size(found: Certificate) -> int:
+    """The number of boxes and instants that the checker has to look at."""
+    instants = found.claim.last_step if isinstance(found.claim, AtInstants) else 0
+    return instants + sum(len(cover.radii) for cover in found.covers.values())
+
+
+@pytest.mark.parametrize("chunk", range(5))
+def test_a_margin_of_a_millionth_is_enough(chunk):
+    for seed in range(5000 + 15 * chunk, 5000 + 15 * (chunk + 1)):
+        chosen = case(seed, margin=1e-6)
+        errors = evaluation_errors(chosen.reference, 1e3 * chosen.end)
+        found = prove_on_window(chosen.reference, 0.0, chosen.end)
+        if all(errors[q.name] < 1e-7 * q.bounds.width for q in chosen.reference.quantities):
+            assert isinstance(found, Certificate), (seed, found.explanation)
+
+
+@pytest.mark.parametrize("chunk", range(5))
+def test_a_millionth_too_much_is_refuted(chunk):
+    for seed in range(6000 + 15 * chunk, 6000 + 15 * (chunk + 1)):
+        chosen = case(seed, margin=-1e-6)
+        found = prove_on_window(chosen.reference, 0.0, chosen.end)
+        assert isinstance(found, Counterexample), (seed, found.explanation)
+        assert found.quantity == chosen.active

@@ -1,0 +1,84 @@
+"""Certificates of references that come within a thousandth of their bounds: little room for changes."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from tests.trackably.certificates import naive
+from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
+
+CENTRES, WEIGHTS = np.array([0.0, 0.5]), np.array([0.5, -0.8])
+
+
+def tight(kernel, end: float) -> Reference:
+    """A reference that comes within a thousandth of all four bounds (as far as they are reached)."""
+    unit = np.array([[1.0]])
+    loose = ConstrainedSystem(LinearSystem.scalar(0.9, 0.5, 0.01, sampling_time=0.1), wide(unit), wide(unit))
+    return drawn_in(Reference((KernelSum(kernel, 0.05, CENTRES, WEIGHTS),), loose), end)
+
+
+def tight_axis(end: float) -> Reference:
+    """A double integrator with drift; the sum of position and velocity is bounded, and both of them."""
+    system = LinearSystem(
+        np.array([[1.0, 0.5], [0.0, 1.0]]),
+        np.array([[0.1], [0.5]]),
+        np.array([0.0, 0.02]),
+        ("s", "v"),
+        sampling_time=0.5,
+    )
+    states, inputs = np.array([[1.0, 0.0], [1.0, 1.0]]), np.array([[1.0]])
+    signal = KernelSum(SquaredExponential(1.0, 1.0), 0.05, CENTRES, WEIGHTS)
+    return drawn_in(Reference((signal,), ConstrainedSystem(system, wide(states), wide(inputs))), end)
+
+
+def tight_plane(end: float) -> Reference:
+    """Four states, two inputs, two signals with kernels of their own; rows across both."""
+    system = LinearSystem(
+        np.array([[1.0, 0.5, 0.0, 0.0], [0.0, 0.9, 0.0, 0.0], [0.1, 0.0, 0.9, 0.5], [0.0, 0.0, 0.0, 1.0]]),
+        np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [0.5, 1.0]]),
+        sampling_time=0.5,
+    )
+    states, inputs = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]), np.array([[1.0, 1.0]])
+    signals = (
+        KernelSum(SquaredExponential(1.0, 1.5), 0.05, CENTRES[:1], WEIGHTS[:1]),
+        KernelSum(Matern52(0.8, 2.0), -0.1, CENTRES[1:], WEIGHTS[1:]),
+    )
+    return drawn_in(Reference(signals, ConstrainedSystem(system, wide(states), wide(inputs))), end)
+
+
+def wide(rows: np.ndarray) -> Polytope:
+    return Polytope(rows, np.full(len(rows), -9.0), np.full(len(rows), 9.0))
+
+
+def drawn_in(loose: Reference, end: float) -> Reference:
+    """With each bound a thousandth of the width from what is reached, and from what is at rest."""
+    bounds = []
+    for quantity in loose.quantities:
+        rest = quantity.functional.at_rest([signal.mean for signal in loose.signals])
+        values = [float(naive.exactly(loose, quantity.name, t)) for t in naive.extremes(loose, quantity.name, 0.0, end)]
+        low, high = min([*values, rest - 0.02]), max([*values, rest + 0.02])
+        bounds.append((low - 1e-3 * (high - low), high + 1e-3 * (high - low)))
+    plant, (lower, upper), n = loose.plant, np.array(bounds).T, len(loose.plant.state_set.rows)
+    sets = {
+        "state_set": Polytope(plant.state_set.rows, lower[:n], upper[:n]),
+        "input_set": Polytope(plant.input_set.rows, lower[n:], upper[n:]),
+    }
+    return Reference(loose.signals, replace(plant, **sets))
+
+
+VALID = {
+    "all_times": lambda: prove(tight(SquaredExponential(1.0, 0.3), 3.0)),
+    "all_phases": lambda: prove(tight(Periodic(1.0, 3.0, 0.8), 0.8)),
+    "window": lambda: prove_on_window(tight(Matern32(1.0, 0.5), 0.6), 0.0, 0.6),
+    "instants": lambda: prove_at_instants(tight(SquaredExponential(1.0, 0.3), 3.0)),
+    "axis": lambda: prove_on_window(tight_axis(0.4), 0.0, 0.4),
+    "plane": lambda: prove_on_window(tight_plane(0.4), 0.0, 0.4),
+}

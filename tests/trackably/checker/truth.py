@@ -1,0 +1,46 @@
+"""Whether what a certificate says is true, by a dense search that looks at no box."""
+
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+
+from tests.trackably.certificates import naive
+from tests.trackably.certificates.decoded import decode_certificate
+from tests.trackably.checker.test_soundness import smallest_margin
+from trackably.systems.flat.flatness import Flatness
+from trackably.systems.flat.functional import Functional
+from trackably.systems.reference import Reference
+
+
+@cache
+def is_true(statement: str) -> bool:
+    """Whether what the certificate says is true, by a dense search that looks at no box."""
+    data = eval(statement)
+    certificate = decode_certificate(data)
+    reference = as_stored(certificate.reference, data["trajectories"])
+    errors = data["evaluation"]["errors"]
+    return naive.follows_exactly(reference) and all(
+        smallest_margin(reference, certificate.claim, quantity.name) >= errors[quantity.name]
+        for quantity in reference.quantities
+    )
+
+
+def as_stored(reference: Reference, trajectories: dict) -> Reference:
+    """With the trajectories of a file, whatever the system's own are."""
+
+    def functionals(parts: list) -> tuple[Functional, ...]:
+        t_s = reference.plant.sampling_time
+        return tuple(
+            Functional(tuple(tuple(map(Fraction, w)) for w in q["weights"]), Fraction(q["offset"]), t_s) for q in parts
+        )
+
+    states, inputs = functionals(trajectories["states"]), functionals(trajectories["inputs"])
+    plant = replace(reference.plant)
+    plant.__dict__["flatness"] = Flatness(states, inputs, tuple(len(w) for w in inputs[0].weights))
+    return Reference(reference.signals, plant)
+
+
+def statement(data: dict) -> str:
+    """All that the statement depends on: everything but the boxes."""
+    claim = {key: value for key, value in data["claim"].items() if key not in {"covers", "terms"}}
+    return repr({**data, "claim": claim})

@@ -1,0 +1,185 @@
+import json
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.trackably.codec.instances import GENERAL, KERNEL, PLANT, REFERENCE, SIGNAL
+from trackably.arrays import Array
+from trackably.codec import decode, dumps, encode, loads
+from trackably.files import to_json
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.base import Kernel, Product, Sum
+from trackably.gp.kernels.elementary import Elementary
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
+from trackably.gp.kernels.rational_quadratic import RationalQuadratic
+from trackably.gp.kernels.registry import KERNELS
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+from trackably.gp.stencil import Stencil
+from trackably.learning.published.scalar import scalar
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+
+ELEMENTARY: tuple[type[Elementary], ...] = (
+    *(SquaredExponential, Matern32, Matern52, RationalQuadratic, Periodic),
+    *(PiecewisePolynomial2, PiecewisePolynomial3),
+)
+positive = st.floats(1e-3, 1e3)
+any_float = st.floats(allow_nan=False, allow_infinity=False)
+elementary = st.one_of([st.builds(kernel, **{f.name: positive for f in fields(kernel)}) for kernel in ELEMENTARY])
+kernels = st.recursive(
+    elementary, lambda part: st.builds(Sum, part, part) | st.builds(Product, part, part), max_leaves=5
+)
+plants = st.builds(
+    scalar,
+    any_float,
+    positive,
+    any_float,
+    state_set=st.builds(Interval, st.floats(-9, -1), st.floats(1, 9)),
+    input_set=st.builds(Interval, st.floats(-9, -1), st.floats(1, 9)),
+    sampling_time=positive,
+)
+vectors = st.lists(any_float, min_size=1, max_size=6).map(np.array)
+
+VALUES = [
+    KERNEL,
+    REFERENCE,
+    GENERAL,
+    SIGNAL,
+    PLANT,
+    GENERAL.plant,
+    GENERAL.plant.system,
+    GENERAL.plant.state_set,
+    GENERAL.plant.input_set,
+    Interval(-1.0, 2.0),
+    Prior(KERNEL, 0.1).as_learned({"left.left.signal_std", "right.lengthscale"}),
+    Prior(SquaredExponential(1.0, Learned(0.2, (1 / 3, 2.0))), Learned(0.3, (0.1, 0.2)), 1.0),
+    Prior(KERNEL, 0.1).as_learned(),
+    Samples(np.array([0.1, 0.2]), np.array([-0.0, 1e-300])),
+    Samples(np.array([0.1, 0.2]), np.array([-0.0, 1e-300]), np.array([1 / 3, 2.0]), Stencil((0.1, -1 / 3), 0.1, -0.0)),
+    JointPrior(
+        (Prior(KERNEL, 0.1).as_learned(), Prior(SquaredExponential(0.1, 0.7), 0.1).as_learned()),
+        ("x", "y"),
+        frozenset({"noise_std"}),
+    ),
+]
+
+
+def names(value: object) -> str:
+    return type(value).__name__
+
+
+def test_every_kernel_has_a_name() -> None:
+    assert set(KERNELS.values()) == {*ELEMENTARY, Sum, Product}
+
+
+@given(kernels)
+def test_kernels_return(kernel: Kernel) -> None:
+    assert loads(Kernel, dumps(kernel)) == kernel  # type: ignore[type-abstract]
+    assert loads(type(kernel), dumps(kernel)) == kernel
+
+
+def same_plant(one: ConstrainedSystem, other: ConstrainedSystem) -> bool:
+    """Bit for bit."""
+    pairs = [(one.system.A, other.system.A), (one.system.B, other.system.B), (one.system.c, other.system.c)]
+    for ours, theirs in ((one.state_set, other.state_set), (one.input_set, other.input_set)):
+        pairs += [(ours.rows, theirs.rows), (ours.lower, theirs.lower), (ours.upper, theirs.upper)]
+    names = [(p.system.states, p.system.inputs, p.sampling_time, p.state_set.dimension) for p in (one, other)]
+    return names[0] == names[1] and all(a.shape == b.shape and a.tobytes() == b.tobytes() for a, b in pairs)
+
+
+@given(kernels, plants, any_float, st.lists(st.tuples(any_float, any_float), max_size=6), vectors)
+def test_references_return_bit_for_bit(
+    kernel: Kernel, plant: ConstrainedSystem, mean: float, terms: list[tuple[float, float]], t: Array
+) -> None:
+    centres, weights = np.array([c for c, _ in terms]), np.array([w for _, w in terms])
+    reference = Reference((KernelSum(kernel, mean, centres, weights),), plant)
+    again = loads(Reference, dumps(reference))
+    assert dumps(again.plant) == dumps(plant)
+    assert same_plant(again.plant, plant)
+    (signal,) = again.signals
+    assert signal.centres.dtype == signal.weights.dtype == np.dtype(float)
+    with np.errstate(all="ignore"):
+        assert again.state_at(t).tobytes() == reference.state_at(t).tobytes()
+        assert again.input_at(t).tobytes() == reference.input_at(t).tobytes()
+
+
+@pytest.mark.parametrize("value", VALUES, ids=names)
+def test_writing_what_was_read_gives_the_same_bytes(value: object) -> None:
+    data = dumps(value)
+    again = loads(type(value), data)
+    assert type(again) is type(value)
+    assert dumps(again) == data == to_json(encode(value))
+    assert json.loads(data) == encode(value)
+
+
+@given(kernels, positive, any_float, st.data())
+def test_priors_return(kernel: Kernel, noise_std: float, mean: float, data: st.DataObject) -> None:
+    learned = data.draw(st.sets(st.sampled_from([*kernel.hyperparameters, "noise_std"])))
+    interval = data.draw(st.none() | st.tuples(positive, positive))
+    prior = Prior(kernel, noise_std, mean).as_learned(learned)
+    if "noise_std" in learned:
+        prior = replace(prior, noise_std=Learned(noise_std, interval))
+    again = loads(Prior, dumps(prior))
+    assert again == prior
+    assert set(again.learned) == learned
+    intervals = [[v.interval for v in p.hyperparameters.values() if isinstance(v, Learned)] for p in (prior, again)]
+    assert intervals[0] == intervals[1]
+
+
+@given(st.builds(Stencil, st.lists(any_float).filter(any).map(tuple), any_float, any_float))
+def test_stencils_return(stencil: Stencil) -> None:
+    assert loads(Stencil, dumps(stencil)) == stencil
+
+
+def test_references_of_general_systems_return() -> None:
+    again = loads(Reference, dumps(GENERAL))
+    assert same_plant(again.plant, GENERAL.plant)
+    t = np.linspace(-1, 3, 20)
+    with np.errstate(all="ignore"):
+        assert again.state_at(t).tobytes() == GENERAL.state_at(t).tobytes()
+        assert again.input_at(t).tobytes() == GENERAL.input_at(t).tobytes()
+    assert [q.name for q in again.quantities] == ["position", "0.333velocity-level"]
+
+
+def test_samples_return() -> None:
+    samples = Samples(np.array([0.1, 0.1 + 0.2]), np.array([-0.0, 1e-300]))
+    again = loads(Samples, dumps(samples))
+    assert again.times.tobytes() == samples.times.tobytes()
+    assert again.values.tobytes() == samples.values.tobytes()
+
+
+def test_what_the_json_looks_like() -> None:
+    assert encode(Prior(SquaredExponential(2.0, (0.5, 8.0)), Learned(0.3))) == {
+        "kernel": {
+            "type": "squared_exponential",
+            "signal_std": 2.0,
+            "lengthscale": {"learned": 2.0, "interval": [0.5, 8.0]},
+        },
+        "noise_std": {"learned": 0.3, "interval": None},
+        "mean": 0.0,
+    }
+    assert encode(Stencil((1.0,), 0.5)) == {"weights": [1.0], "step": 0.5, "offset": 0.0}
+    assert encode(REFERENCE)["signals"][0]["centres"] == [0.0, 0.1]
+    system = {"A": [[0.9]], "B": [[-0.1]], "c": [0.0], "states": ["state"], "inputs": ["input"], "sampling_time": 0.1}
+    assert encode(PLANT)["system"] == encode(PLANT.system) == system
+    assert set(encode(PLANT)) == {"system", "state_set", "input_set"}
+    assert encode(PLANT.state_set) == {"rows": [[1.0]], "lower": [-1.0], "upper": [1.0], "dimension": 1}
+
+
+def test_numbers_of_numpy_are_written_as_numbers() -> None:
+    data = encode(Interval(np.float64(0.1), np.float64(0.2)))
+    assert {type(value) for value in data.values()} == {float}
+
+
+def test_a_whole_number_is_a_number() -> None:
+    assert decode(Interval, {"lower": 0, "upper": 1}) == Interval(0.0, 1.0)

@@ -1,0 +1,190 @@
+"""The codec refuses what is not written as it writes, and says where."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.trackably.codec.instances import GENERAL, PLANT, REFERENCE, SIGNAL, edited
+from trackably.arrays import Array
+from trackably.codec import CodecError, decode, dumps, encode, loads
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.elementary import Elementary
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.stencil import Stencil
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+from trackably.systems.sets.polytope import Polytope
+
+SE = SquaredExponential(1.0, 2.0)
+PRIOR = Prior(SE.as_learned(), 0.1)
+SAMPLES = Samples(np.array([0.0, 1.0]), np.array([2.0, 3.0]))
+STENCIL = Stencil((1.0, -2.0), 0.5)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "data", "complaint"),
+    [
+        (Interval, [0.0, 1.0], "Interval: Interval must be an object, got [0.0, 1.0] @ $"),
+        (Interval, {"lower": 0.0}, "Interval lacks upper @ $"),
+        (Interval, {"lower": 0.0, "upper": 1.0, "middle": 0.5}, "Interval has no middle @ $"),
+        (Interval, {"lower": "0", "upper": 1.0}, "must be a number, got '0' @ $.lower"),
+        (Interval, {"lower": False, "upper": 1.0}, "must be a number, got False @ $.lower"),
+        (Interval, {"lower": None, "upper": 1.0}, "must be a number, got None @ $.lower"),
+        (Interval, {"lower": 0.0, "upper": math.nan}, "must be finite, and exact in float64, got nan @ $.upper"),
+        (Interval, {"lower": -math.inf, "upper": 0.0}, "got -inf @ $.lower"),
+        (Interval, {"lower": 0.0, "upper": 10**400}, "must be finite"),
+        (Interval, {"lower": 0.0, "upper": 2**53 + 1}, "exact in float64, got 9007199254740993 @ $.upper"),
+        (Interval, {"lower": 2.0, "upper": 1.0}, "an interval needs finite bounds"),
+        (Prior, edited(PRIOR, "mean", to=KeyError), "Prior lacks mean @ $"),
+        (
+            Prior,
+            edited(PRIOR, "noise_std", to={"learned": 0.1}),
+            "an object with learned and interval, got {'learned': 0",
+        ),
+        (
+            Prior,
+            edited(PRIOR, "noise_std", to={"learned": "1", "interval": None}),
+            "must be a number, got '1' @ $.noise",
+        ),
+        (
+            Prior,
+            edited(PRIOR, "noise_std", to={"learned": 1, "interval": [1]}),
+            "must be two numbers, got [1] @ $.noise",
+        ),
+        (Prior, edited(PRIOR, "noise_std", to={"learned": -1, "interval": None}), "noise_std must be a positive"),
+        (Prior, edited(PRIOR, "noise_std", to=None), "must be a number, got None @ $.noise_std"),
+        (Prior, edited(PRIOR, "kernel", "type", to="Cosine"), "one of squared_exponential, matern32"),
+        (Prior, edited(PRIOR, "kernel", "type", to=[]), "got [] @ $.kernel"),
+        (Prior, edited(PRIOR, "kernel", "type", to=KeyError), "an object with a type"),
+        (Prior, edited(PRIOR, "kernel", "period", to=1.0), "SquaredExponential has no period @ $.kernel"),
+        (Prior, edited(PRIOR, "kernel", "lengthscale", to=-1.0), "lengthscale must be a positive"),
+        (Prior, edited(PRIOR, "kernel", to=None), "an object with a type, got None @ $.kernel"),
+        (Periodic, encode(SE), "must be one of periodic, got 'squared_exponential' @ $"),
+        (Reference, edited(REFERENCE, "signals", 0, "kernel", "left", "right", "period", to="1"), "left.right.period"),
+        (Reference, edited(REFERENCE, "signals", 0, "weights", 1, to="1"), "[1] must be a number, got '1'"),
+        (
+            Reference,
+            edited(REFERENCE, "signals", 0, "weights", 0, to=[1.0]),
+            "must be lists of one length, got [[1.0], ",
+        ),
+        (LinearSystem, edited(PLANT.system, "A", 0, to=1.0), "A must be a square matrix, got shape (1,)"),
+        (
+            LinearSystem,
+            edited(GENERAL.plant.system, "A", 1, to=[1.0, 2.0]),
+            "must be lists of one length, got [[1.0, 0.1",
+        ),
+        (LinearSystem, edited(GENERAL.plant.system, "A", 1, 2, to="0"), "[1] [2] must be a number, got '0' @ $.A"),
+        (LinearSystem, edited(GENERAL.plant.system, "states", 1, to=2), "must be of type str, got 2 @ $.states"),
+        (Polytope, edited(PLANT.state_set, "upper", 0, to=-1.0), "must have an interior"),
+        (Reference, edited(REFERENCE, "signals", to=[]), "the system needs 1 signals, got 0"),
+        (Reference, edited(REFERENCE, "signals", 0, "weights", 0, to=True), "[0] must be a number, got True"),
+        (Reference, edited(REFERENCE, "signals", 0, "weights", to=1.0), "must be a list of numbers, got 1.0"),
+        (Samples, edited(SAMPLES, "times", 1, to=0.0), "samples: times must increase strictly"),
+        (LinearSystem, edited(PLANT.system, "states", to=""), "@ $.states"),
+        (LinearSystem, edited(PLANT.system, "states", to={}), "@ $.states"),
+        (Stencil, edited(STENCIL, "weights", 1, to="2"), "must be a number, got '2' @ $.weights"),
+        (JointPrior, edited(JointPrior((PRIOR,)), "names", 0, to=1), "must be of type str, got 1 @ $.names"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_its_place(wanted: type, data: Any, complaint: str) -> None:
+    with pytest.raises(CodecError) as caught:
+        decode(wanted, data)
+    assert str(caught.value).startswith(f"{wanted.__name__}: ")
+    assert complaint in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("data", [b"", b"{", b"\xff", b'{"lower": NaN, "upper": 1}', b'{"lower": 0, "lower": 0}'])
+def test_bytes_that_are_no_json_are_refused(data: bytes) -> None:
+    with pytest.raises(CodecError, match=r"Interval: (expected JSON|NaN is no|key .lower. appears)"):
+        loads(Interval, data)
+
+
+class Unknown(Elementary):
+    def jet(self, r: Array, order: int) -> Array:
+        raise NotImplementedError
+
+    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
+        raise NotImplementedError
+
+    @property
+    def decay_distance(self) -> float:
+        return 1.0
+
+
+@pytest.mark.parametrize(
+    ("make", "complaint"),
+    [
+        (lambda: replace(SIGNAL, mean=math.nan), r"nan @ \$.mean"),
+        (lambda: replace(SIGNAL, weights=np.array([1.0, np.inf])), r"\[1\] must be finite.* @ \$.weights"),
+        (lambda: replace(SIGNAL, weights=np.array(1.0)), "list of numbers"),
+        (lambda: replace(STENCIL, offset=True), r"got True @ \$.offset"),
+        (lambda: JointPrior((PRIOR,), (3,)), r"got 3 @ \$.names"),
+        (Unknown, "kernel: expected one of squared_exponential"),
+        (lambda: Interval, "only a dataclass"),
+        (lambda: [1.0], "only a dataclass"),
+        (lambda: Strange(len), "Strange"),
+    ],
+)
+def test_what_would_not_return_is_not_written(make: Callable[[], object], complaint: str) -> None:
+    with pytest.raises(CodecError, match=complaint):
+        encode(make())
+
+
+@dataclass(frozen=True)
+class Strange:
+    function: Callable[[object], int]
+
+
+@dataclass(frozen=True)
+class Container:
+    """Shapes of fields that later stages use."""
+
+    step: int | None
+    found: bool
+    pair: tuple[float, float] | None
+    bounds: dict[str, Interval]
+    curves: tuple[Array, ...]
+    parts: tuple[Interval, ...]
+
+
+CONTAINER = Container(
+    3, True, (0.1, 0.2), {"b": Interval(0.0, 1.0), "a": Interval(0.5, 1.0)}, (np.ones(2),), (Interval(0.0, 1.0),)
+)
+
+
+@pytest.mark.parametrize("value", [CONTAINER, replace(CONTAINER, step=None, pair=None, bounds={}, parts=())])
+def test_other_shapes_of_fields_return(value: Container) -> None:
+    again = loads(Container, dumps(value))
+    assert replace(again, curves=()) == replace(value, curves=())
+    assert [curve.tolist() for curve in again.curves] == [[1.0, 1.0]]
+    assert list(again.bounds) == list(value.bounds)
+
+
+@pytest.mark.parametrize(
+    ("field", "wrong"),
+    [
+        ("step", True),
+        ("step", 3.0),
+        ("found", 1),
+        ("pair", [0.1]),
+        ("pair", [0.1, 0.2, 0.3]),
+        ("pair", "ab"),
+        ("bounds", []),
+        ("bounds", {"a": {"lower": 0.0}}),
+        ("curves", [[True]]),
+        ("parts", {}),
+        ("parts", 1.0),
+    ],
+)
+def test_other_shapes_of_fields_are_strict(field: str, wrong: object) -> None:
+    with pytest.raises(CodecError, match=rf"Container: .* @ \$.{field}"):
+        decode(Container, edited(CONTAINER, field, to=wrong))

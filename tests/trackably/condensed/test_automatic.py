@@ -1,0 +1,116 @@
+"""An automatic number of centres: l and the mean are those of all samples, between the centres too, for every kernel.
+
+The naive second implementation has the matrix of all samples.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.linalg import cho_factor, cho_solve
+
+from trackably import (
+    ConstrainedSystem,
+    LinearSystem,
+    Matern32,
+    Matern52,
+    PiecewisePolynomial2,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    learn_reference,
+    learn_stream,
+)
+from trackably.gp.joint import JointPosterior
+from trackably.gp.kernels.base import Kernel
+
+CART = ConstrainedSystem(
+    LinearSystem([[1.0]], [[0.1]], states=("position",), inputs=("velocity",), sampling_time=0.1),
+    Polytope.box([-1.2], [0.3]),
+    Polytope.box([-3.0], [3.0]),
+)
+MEAN, NOISE = -0.45, 0.05
+OF_NOISE, OF_L = 0.12, 4.0  # the mean is compared on a finer grid than the one by which centres are chosen
+
+
+def drawn(count: int, speed: float) -> Samples:
+    rng = np.random.default_rng(0)
+    times = 0.1 * (np.arange(count) + 0.4 * rng.uniform(0, 1, count))
+    values = MEAN + 0.5 * np.sin(speed * times + np.sin(0.13 * speed * times))
+    return Samples(times, values + NOISE * rng.standard_normal(count))
+
+
+def of_all(kernel: Kernel, noise: float, samples: Samples) -> tuple[float, Callable[[np.ndarray], np.ndarray]]:
+    """−2 ln p of all samples, and the posterior mean, by a dense matrix."""
+    t, y = samples.times, samples.values - MEAN
+    factor = cho_factor(kernel(t[:, None] - t) + noise**2 * np.eye(len(t)))
+    weights = cho_solve(factor, y)
+    nlml = 2 * np.log(np.diag(factor[0])).sum() + y @ weights + len(t) * np.log(2 * np.pi)
+    return float(nlml), lambda at: MEAN + kernel(at[:, None] - t) @ weights
+
+
+def differs(learned: JointPosterior, samples: Samples) -> tuple[float, float]:
+    """By how much l, and by how many σ_n the mean at worst, differ from those of all samples on a fine grid."""
+    (part,) = learned.prior.parts
+    nlml, mean = of_all(part.kernel, float(part.noise_std), samples)
+    at = np.interp(np.arange(5 * len(samples)) / 5, np.arange(len(samples)), samples.times)
+    apart = np.max(np.abs(np.asarray(learned.signals[0](at)) - mean(at)))
+    return learned.negative_log_marginal_likelihood()[0] - nlml, float(apart / part.noise_std)
+
+
+@pytest.mark.parametrize(
+    ("kernel", "speed"),
+    [
+        (Matern32(0.7, 1.5), 1.4),
+        (Matern52(0.8, 3.0), 0.3),
+        (PiecewisePolynomial2(0.7, 6.0), 0.3),
+        (SquaredExponential(0.6, 0.5), 0.1),
+    ],
+    ids=str,
+)
+def test_of_known_hyperparameters(kernel: Kernel, speed: float):
+    samples = drawn(2200, speed)
+    found = learn_reference(samples, CART, kernel, (0.0, 200.0), noise_std=NOISE, mean=MEAN)
+    in_l, apart = differs(JointPosterior(found.prior, found.samples), samples)
+    assert abs(in_l) <= OF_L
+    assert apart <= OF_NOISE
+
+
+def test_of_learned_hyperparameters():
+    samples = drawn(2200, 0.3)
+    found = learn_reference(samples, CART, Matern32(), (0.0, 200.0), noise_std=(0.01, 0.2), mean=MEAN, starts=2)
+    in_l, apart = differs(JointPosterior(found.prior, found.samples), samples)
+    assert abs(in_l) <= OF_L
+    assert apart <= OF_NOISE
+
+
+@pytest.mark.parametrize("kernel", [Matern32(0.7, 1.5), SquaredExponential(0.6, 0.5)], ids=str)
+def test_of_streams(kernel: Kernel):
+    samples = drawn(1200, 0.3)
+    found = learn_stream(samples, CART, kernel, (0.0, 100.0), window=30.0, noise_std=NOISE, mean=MEAN)
+    in_l, apart = differs(JointPosterior(found.stream.prior, found.samples), samples)
+    assert abs(in_l) <= OF_L
+    assert apart <= OF_NOISE
+
+
+def test_centres_that_lose_nothing_are_kept():
+    found = learn_reference(
+        drawn(2200, 0.3), CART, SquaredExponential(0.6, 3.0), (0.0, 200.0), noise_std=NOISE, mean=MEAN
+    )
+    assert len(found.samples[0]) <= 550
+
+
+def test_a_number_that_is_asked_for_is_kept_whatever_it_costs():
+    found = learn_reference(
+        drawn(300, 0.3), CART, Matern32(0.7, 3.0), (0.0, 25.0), noise_std=NOISE, mean=MEAN, centres=40
+    )
+    (cost,) = found.fit.condensed
+    assert len(found.samples[0]) == 40
+    assert cost.is_large
+
+
+def test_samples_to_learn_hyperparameters_from_are_as_many_as_these_need():
+    samples, few = drawn(2200, 0.3), drawn(60, 0.3)
+    asked = {"claim": (0.0, 5.0), "noise_std": (0.01, 0.2), "mean": MEAN, "starts": 2, "learn_from": samples}
+    one, other = (learn_reference(few, CART, Matern32(), **asked, centres=given) for given in ("auto", None))
+    assert one.hyperparameters == pytest.approx(other.hyperparameters, rel=0.02)

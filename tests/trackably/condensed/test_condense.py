@@ -1,0 +1,201 @@
+"""Fewer samples stand for all: exactly for cubics, closely for what a kernel believes, never for what is not resolved.
+
+The naive second implementation interpolates between the centres, and has the matrix of all samples.
+"""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tests.trackably.condensed.instances import INSTANCES, REGULAR, seen
+from trackably import Matern52, Samples, SquaredExponential
+from trackably.condensed.condense import condensed, condensed_enough, finer
+from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Scatter
+from trackably.gp.stencils import Stencils
+
+over = pytest.mark.parametrize("samples", INSTANCES.values(), ids=INSTANCES)
+CENTRES = 40
+PRIOR = Prior(SquaredExponential(0.9, 0.7), 0.1, 0.2).as_learned()
+
+
+def interpolation(samples, few):
+    """Lagrange's polynomials of the centres in each bin, at all samples: shape (n, m)."""
+    ends = np.linspace(samples.times[0], samples.times[-1], CENTRES // 4 + 1)
+    ends[0], ends[-1] = -np.inf, np.inf
+    H = np.zeros((len(samples), len(few)))
+    for low, high in pairwise(ends):
+        of, own = ((low <= t) & (t < high) for t in (samples.times, few.times))
+        own = np.flatnonzero(own)
+        for a in own:
+            others = few.times[own[own != a]]
+            H[of, a] = np.prod((samples.times[of, None] - others) / (few.times[a] - others), axis=1)
+    return H
+
+
+def naive_likelihood(prior, samples, few):
+    """−2 ln p of all samples, of a signal that is a cubic between the centres."""
+    H = interpolation(samples, few)
+    A = H @ few.stencil.between(prior.kernel, few.times) @ H.T + np.diag(
+        (prior.noise_std * samples.relative_noise) ** 2
+    )
+    off = samples.values - samples.stencil.at_rest(prior.mean)
+    return np.linalg.slogdet(2 * np.pi * A)[1] + off @ np.linalg.solve(A, off)
+
+
+@over
+def test_a_cubic_in_each_bin_is_kept_exactly(samples):
+    """Σ w (y − g)² is Σ λ (Y − g)² and what is left, for every such g."""
+    few = condensed(samples, CENTRES)
+    cubic = np.polynomial.Polynomial([0.3, -1.0, 0.5, 0.2], domain=[samples.times[0], samples.times[-1]])
+    whole = np.sum(((samples.values - cubic(samples.times)) / samples.relative_noise) ** 2)
+    part = np.sum(((few.values - cubic(few.times)) / few.relative_noise) ** 2)
+    assert part + few.scatter.squares == pytest.approx(whole, rel=1e-9)
+
+
+@over
+def test_samples_of_a_cubic_leave_nothing_and_lie_on_it(samples):
+    cubic = np.polynomial.Polynomial([0.3, -1.0, 0.5, 0.2], domain=[samples.times[0], samples.times[-1]])
+    few = condensed(replace(samples, values=cubic(samples.times)), CENTRES)
+    assert few.scatter.squares < 1e-18
+    np.testing.assert_allclose(few.values, cubic(few.times), atol=1e-11)
+
+
+@over
+def test_numbers_weights_and_times(samples):
+    few = condensed(samples, CENTRES)
+    assert len(few) <= CENTRES
+    assert len(few) + few.scatter.count == len(samples)
+    assert np.sum(few.relative_noise**-2) == pytest.approx(np.sum(samples.relative_noise**-2), rel=1e-12)
+    assert samples.times[0] <= few.times[0]
+    assert few.times[-1] <= samples.times[-1]
+    assert few.stencil == samples.stencil
+
+
+@over
+def test_likelihood_against_the_naive_one(samples):
+    few = condensed(samples, CENTRES)
+    value, _ = Posterior(PRIOR, few).negative_log_marginal_likelihood()
+    assert value == pytest.approx(naive_likelihood(PRIOR, samples, few), rel=1e-8)
+
+
+@over
+def test_gradient_of_the_likelihood_against_differences(samples):
+    few, step = condensed(samples, CENTRES), 1e-4
+    _, gradient = Posterior(PRIOR, few).negative_log_marginal_likelihood()
+    theta = {name: PRIOR.hyperparameters[name] for name in PRIOR.learned}
+    for i, (name, value) in enumerate(theta.items()):
+        ends = [Posterior(PRIOR.with_hyperparameters({**theta, name: value * np.exp(s)}), few) for s in (-step, step)]
+        low, high = (end.negative_log_marginal_likelihood()[0] for end in ends)
+        assert gradient[i] == pytest.approx((high - low) / (2 * step), rel=1e-4, abs=1e-3)
+
+
+@over
+@pytest.mark.parametrize("centres", [240, 10**6])
+def test_as_many_centres_as_samples_change_nothing(samples, centres):
+    assert condensed(samples, centres) is samples
+
+
+def test_a_bin_with_no_more_samples_than_centres_keeps_them():
+    few = condensed(samples := seen(np.linspace(0, 3, 9)), 8)
+    np.testing.assert_array_equal(few.times[:4], samples.times[:4])
+    np.testing.assert_array_equal(few.values[:4], samples.values[:4])
+    assert few.scatter.count == 1
+
+
+@pytest.mark.parametrize("kernel", [SquaredExponential(0.9, 0.7), Matern52(0.9, 1.5)], ids=["smooth", "rough"])
+def test_more_centres_come_closer_to_all_samples(kernel):
+    prior, samples = replace(PRIOR, kernel=kernel), INSTANCES["jitter"]
+    whole = Posterior(prior, samples)
+    nlml = whole.negative_log_marginal_likelihood()[0]
+    found = [Posterior(prior, condensed(samples, m)) for m in (16, 32, 64, 128)]
+    in_l = [abs(each.negative_log_marginal_likelihood()[0] - nlml) for each in found]
+    apart = [float(np.max(np.abs(each.mean(samples.times) - whole.mean(samples.times)))) for each in found]
+    assert apart == sorted(apart, reverse=True)
+    assert in_l[-1] < 0.1 < in_l[0]
+    assert apart[-1] < 2e-3
+
+
+def test_an_automatic_number_resolves_what_few_centres_do_not():
+    """With 64 centres and with 128, 40 cycles are lost alike: it would not do to begin with few."""
+    times = np.arange(4000) / 50
+    fast = Samples(times, np.sin(np.pi * times) + 0.1 * np.random.default_rng(1).standard_normal(times.size))
+    few = condensed_enough(fast)
+    assert 4 * 40 < len(few) <= 1000
+    assert few.scatter.squares / few.scatter.count == pytest.approx(0.01, rel=0.1)
+
+
+def test_an_automatic_number_is_larger_where_the_signal_is_faster():
+    times = np.arange(3000) / 100
+    noise = 0.1 * np.random.default_rng(1).standard_normal(times.size)
+    counts = [len(condensed_enough(Samples(times, np.sin(w * times) + noise))) for w in (0.1, 1.0, 10.0)]
+    assert counts == sorted(set(counts))
+
+
+@pytest.mark.parametrize(("count", "w", "few"), [(2500, 1.4, 1248), (5000, 1.4, 2500)])
+def test_where_less_than_a_quarter_is_not_enough_a_quarter_may_be(count, w, few):
+    """Half of the samples at most: their posterior is that of all, up to a small part of the noise."""
+    times = np.arange(count) / 10
+    noise = 0.05 * np.random.default_rng(0).standard_normal(count)
+    samples = Samples(times, np.sin(w * times + np.sin(0.13 * times)) + noise)
+    found = condensed_enough(samples)
+    assert len(found) == few
+    prior = replace(PRIOR, kernel=SquaredExponential(0.8, 1.5), noise_std=0.05)
+    one, other = (Posterior(prior, of).mean(times[::7]) for of in (samples, found))
+    assert float(np.sqrt(np.mean((one - other) ** 2))) < 0.05 * 0.05
+
+
+def test_known_noise_spares_what_it_hides():
+    times = np.arange(3000) / 100
+    samples = Samples(times, np.sin(times) + 0.01 * np.sin(40 * times))
+    assert len(condensed_enough(samples, noise_std=1.0)) < len(condensed_enough(samples))
+
+
+def test_what_no_few_centres_resolve_stays_as_it_is():
+    samples = seen(REGULAR)
+    rough = replace(samples, values=np.cumsum(np.random.default_rng(2).standard_normal(len(samples))))
+    assert condensed_enough(rough) is rough
+
+
+def test_comparison_is_with_all_samples_where_these_are_few_enough():
+    samples = INSTANCES["regular"]
+    few = condensed(samples, CENTRES)
+    assert finer(samples, few, 240) is samples
+    assert len(finer(samples, few, 239)) == 2 * len(few)
+
+
+def test_condensing_twice_keeps_what_was_left():
+    once = condensed(INSTANCES["regular"], 120)
+    twice = condensed(once, CENTRES)
+    assert len(twice) + twice.scatter.count == 240
+    assert twice.scatter.squares > once.scatter.squares
+
+
+KINDS = Stencils((INSTANCES["velocities"].stencil,) * 2, ("a", "b"), (0, 1) * 3)
+
+
+@pytest.mark.parametrize(
+    ("samples", "centres", "said"),
+    [
+        (INSTANCES["regular"], 3, "at least 4"),
+        (Samples([0.0, 0.0, 1, 2, 3, 4], [0.0] * 6, stencil=KINDS), 4, "several kinds"),
+    ],
+    ids=["too few", "kinds"],
+)
+def test_refusals(samples, centres, said):
+    with pytest.raises(ValueError, match=said):
+        condensed(samples, centres)
+
+
+@pytest.mark.parametrize("given", [{"count": -1}, {"squares": -1.0}, {"squares": np.inf}, {"log_scale": np.nan}])
+def test_a_scatter_is_refused_that_is_none(given):
+    with pytest.raises(ValueError, match="scatter: expected"):
+        Scatter(**{"count": 1, **given})
+
+
+def test_as_many_scatters_as_kinds():
+    with pytest.raises(ValueError, match="one scatter for each of 1"):
+        Samples([0.0], [1.0], scatters=(Scatter(), Scatter()))

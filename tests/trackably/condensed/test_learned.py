@@ -1,0 +1,119 @@
+"""References of fewer centres than samples: what they cost is said and true, and the proof is that of any reference."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS
+from trackably import Samples, SquaredExponential, TrackableReference, learn_reference
+from trackably.condensed.asked import MANY, condensed_by_name
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.joint import JointPosterior
+
+RANDOM = np.random.default_rng(3)
+TIMES = np.cumsum(RANDOM.uniform(0.001, 0.01, 500))
+MOVED = -0.45 - 0.62 * np.cos(1.55 * TIMES)
+NOISE = 0.05
+DENSE = Samples(TIMES, MOVED + NOISE * RANDOM.standard_normal(TIMES.size))
+VELOCITIES = Samples(TIMES, 0.961 * np.sin(1.55 * TIMES) + 0.2 * RANDOM.standard_normal(TIMES.size))
+CENTRES = 48
+learned = partial(
+    learn_reference, plant=AXIS, kernel=SquaredExponential(), claim=(0.0, 2.7), noise_std=(0.01, 0.3), starts=2
+)
+
+
+@pytest.fixture(scope="module")
+def fewer() -> TrackableReference:
+    return learned({"position": DENSE}, centres=CENTRES)
+
+
+@pytest.fixture(scope="module")
+def whole() -> TrackableReference:
+    return learned({"position": DENSE}, centres=None)
+
+
+def test_the_same_is_learned_as_from_all_samples(fewer, whole):
+    """The noise too, of which most samples say the most."""
+    assert len(fewer.samples[0]) == CENTRES
+    assert len(whole.samples[0]) == 500
+    for name, value in whole.hyperparameters.items():
+        assert fewer.hyperparameters[name] == pytest.approx(value, rel=1e-2)
+    assert fewer.objective == pytest.approx(whole.objective, abs=0.1)
+    steps = np.arange(54)
+    np.testing.assert_allclose(fewer.state(steps), whole.state(steps), atol=0.01)
+
+
+def test_the_misfit_is_that_of_all_samples(fewer):
+    off = DENSE.values - fewer.reference.state_at(DENSE.times)[:, 0]
+    assert fewer.misfit["position"] == pytest.approx(float(np.sqrt(np.mean(off**2))), rel=1e-4)
+    assert fewer.fit.misfits[0].in_noise == pytest.approx(
+        float(np.sqrt(np.mean(off**2))) / fewer.fit.misfits[0].noise_std, rel=1e-4
+    )
+
+
+def test_what_it_costs_is_what_all_samples_change(fewer):
+    (cost,) = fewer.fit.condensed
+    all_of_them = JointPosterior(fewer.prior, (replace(DENSE, stencil=fewer.samples[0].stencil),))
+    nlml = JointPosterior(fewer.prior, fewer.samples).negative_log_marginal_likelihood()[0]
+    assert cost.change_of_l == pytest.approx(all_of_them.negative_log_marginal_likelihood()[0] - nlml, abs=1e-6)
+    assert (cost.count, cost.centres, cost.beside) == (500, CENTRES, 500)
+    assert "of 500 samples of position by 48 centres: with all, l changes by" in fewer.explanation
+
+
+def test_all_samples_cost_nothing_and_nothing_is_said(whole):
+    assert whole.fit.condensed == ()
+    assert "centres" not in whole.explanation
+
+
+def test_what_is_saved_stands_for_all_samples_still(fewer, tmp_path):
+    fewer.save(tmp_path / "saved.json")
+    again = TrackableReference.load(tmp_path / "saved.json")
+    assert again.samples[0].scatter == fewer.samples[0].scatter
+    assert again.misfit == fewer.misfit
+    assert again.explanation == fewer.explanation
+
+
+def test_positions_and_velocities_are_condensed_by_name():
+    found = learned(
+        {"position": DENSE, "velocity": VELOCITIES}, noise_std={"position": 0.05, "velocity": 0.2}, centres=24
+    )
+    assert {name: len(samples) for name, samples in found.sampled.items()} == {"position": 24, "velocity": 24}
+    assert {name: samples.scatter.count for name, samples in found.sampled.items()} == {
+        "position": 476,
+        "velocity": 476,
+    }
+    (cost,) = found.fit.condensed
+    assert cost.apart < 0.1
+
+
+def test_hyperparameters_of_other_samples_are_learned_of_fewer_too(fewer):
+    found = learned({"position": DENSE}, learn_from={"position": DENSE}, centres=CENTRES)
+    assert found.hyperparameters == pytest.approx(
+        {name: float(value) for name, value in fewer.fit.unconstrained_prior.hyperparameters.items()}, rel=1e-4
+    )
+
+
+def test_few_samples_are_all_learned_from_without_a_word(whole):
+    assert len(DENSE) < MANY
+    assert learned({"position": DENSE}).identity == whole.identity
+
+
+def test_many_samples_are_condensed_without_being_asked(monkeypatch):
+    few = lambda *given: condensed_by_name(*given[:-2], 400, given[-1])  # noqa: E731
+    monkeypatch.setattr("trackably.request.samples.condensed_by_name", few)
+    (cost,) = learned({"position": DENSE}).fit.condensed
+    assert cost.centres <= 125
+    assert abs(cost.change_of_l) < 1.0
+    assert cost.apart < 0.05
+
+
+def test_noise_that_is_learned_allows_no_loss_yet():
+    """Its present value is none that is known: with σ_n = 0.3, far fewer centres would do."""
+    names, learnable = [("position",)], {"position": Learned.between(0.2, 0.4)}
+    counts = [
+        len(condensed_by_name({"position": DENSE}, names, "auto", noise, 400)["position"])
+        for noise in (None, learnable, {"position": 0.3})
+    ]
+    assert counts[0] == counts[1] > counts[2]

@@ -1,0 +1,116 @@
+"""The paper's examples as learning problems, and thirty random systems with trackable references."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.published.ground_truth import two_harmonics
+from tests.project import ROOT
+from trackably.control.controller import Controller
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+from trackably.learning.published.scalar import scalar
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+from trackably.systems.sets.polytope import Polytope
+
+SEEDS = range(30)
+STEPS = 200
+_PAPER = ROOT / "data" / "paper"
+
+
+@dataclass(frozen=True)
+class Learning:
+    samples: tuple[Samples, ...]
+    prior: JointPrior
+    plant: ConstrainedSystem
+
+    @property
+    def space(self) -> SearchSpace:
+        return SearchSpace.around(self.samples, self.prior, starts=4)
+
+
+def example1() -> Learning:
+    table = np.genfromtxt(_PAPER / "example1_samples.csv", delimiter=",", names=True)
+    plant = scalar(0.9, 0.5, state_set=Interval(-2.0, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01)
+    prior = JointPrior((Prior(SquaredExponential(1.0, 1.0).as_learned(), noise_std=0.01),))
+    return Learning((Samples(table["k"] * 0.01, table["y"]),), prior, plant)
+
+
+def example2() -> Learning:
+    t = np.arange(0, 401, 20) * 0.01
+    noise = 0.3 * np.random.default_rng(4).standard_normal(t.size)
+    plant = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0, 1.4), sampling_time=0.01)
+    prior = JointPrior((Prior(Periodic(1.0, 1.0, 3.0).as_learned(), noise_std=0.1),))
+    return Learning((Samples(t, two_harmonics(t) + noise),), prior, plant)
+
+
+def double_integrator(position=(-1.0, 1.2), velocity=(-2.0, 2.0), acceleration=(-4.0, 4.0)) -> ConstrainedSystem:
+    system = LinearSystem.discretised(np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]]), 0.05)
+    states = Polytope.box(*np.array([position, velocity]).T)
+    return ConstrainedSystem(system, states, Polytope.box(*np.array([acceleration]).T))
+
+
+def at_rest(plant: ConstrainedSystem, level: float = 0.0) -> Reference:
+    """Return a constant reference."""
+    nothing = KernelSum(SquaredExponential(1.0, 1.0), level, np.zeros(1), np.zeros(1))
+    return Reference((nothing,) * plant.signal_count, plant)
+
+
+@dataclass(frozen=True)
+class Instance:
+    controller: Controller
+    reference: Reference
+    start: np.ndarray
+
+
+def instance(seed: int) -> Instance:
+    """Return a system of up to four states and two inputs, stable or not. Where 3 divides `seed`, its reference
+    touches its boxes.
+
+    The boxes contain the reference up to step STEPS + N. The initial state is off the reference: a random distance,
+    halved until the controller has a plan.
+    """
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 5))
+    m = int(rng.integers(1, min(n, 2) + 1))
+    A = rng.standard_normal((n, n))
+    A *= rng.uniform(0.5, 1.1) / max(abs(np.linalg.eigvals(A)))
+    sampling_time = 0.1
+    system = LinearSystem(A, rng.standard_normal((n, m)), 0.1 * rng.standard_normal(n), sampling_time=sampling_time)
+    horizon = int(rng.integers(max(n, 5), 21))
+    free = ConstrainedSystem(
+        system, Polytope.box([-np.inf] * n, [np.inf] * n), Polytope.box([-np.inf] * m, [np.inf] * m)
+    )
+    centres = np.arange(-1.0, (STEPS + horizon) * sampling_time + 1, 0.7)
+    signals = tuple(
+        KernelSum(SquaredExponential(1.0, 0.8), rng.normal(), centres, rng.standard_normal(centres.size))
+        for _ in range(free.signal_count)
+    )
+    window = Reference(signals, free).window(0, STEPS + horizon)
+    margin = 0.0 if seed % 3 == 0 else rng.uniform(0.02, 0.3)
+    boxes = [_around(values, margin) for values in window]
+    reference = Reference(signals, ConstrainedSystem(system, *boxes))
+    weights = (np.diag(rng.uniform(0.1, 10, n)), np.diag(rng.uniform(0.01, 1, m)))
+    controller = Controller(reference.plant, horizon, *weights)
+    away = rng.standard_normal(n) * np.ptp(window.states, axis=0)
+    while type(controller.step(0, window.states[0] + away, reference)).__name__ != "Plan":
+        away = away / 2
+    return Instance(controller, reference, window.states[0] + away)
+
+
+def _around(values: np.ndarray, margin: float) -> Polytope:
+    pad = margin * np.ptp(values, axis=0)
+    return Polytope.box(values.min(axis=0) - pad, values.max(axis=0) + pad)
+
+
+def first_outside(reference: Reference, bounds, values) -> int:
+    """Return the first of 3000 steps at which the `values` of a reference violate their bounds."""
+    return int(np.flatnonzero(bounds.margin(values(np.arange(3000))) < 0)[0])

@@ -1,0 +1,87 @@
+"""A robot in the plane: fewer inputs than states, a speed above zero, and a heading that counts up to whole turns."""
+
+import numpy as np
+import pytest
+
+from tests.trackably.control import naive
+from tests.trackably.systems.forms.instances import T_S, robot
+from trackably.control.angles import turned_near
+from trackably.control.controller import Controller
+from trackably.control.references import TabulatedReference
+from trackably.control.simulation import simulate
+from trackably.control.step.result import Infeasible, Plan
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Window
+from trackably.systems.sets.polytope import Polytope
+
+ROBOT = ConstrainedSystem(
+    robot(),
+    Polytope.box([-3.0, -3.0, -np.inf], [3.0, 3.0, np.inf]),
+    Polytope.box([0.4, -1.2], [1.1, 1.2]),
+)
+CONTROLLER = Controller(ROBOT, 20, np.diag([1.0, 1.0, 0.5]), np.diag([0.5, 0.5]))
+
+
+def circle(steps: int) -> TabulatedReference:
+    """Return rounds of 1.2 m at 0.72 m/s; the heading is in (−π, π], so that it jumps."""
+    t = np.arange(steps + 2) * T_S
+    path = 1.2 * np.stack([np.cos(0.6 * t), np.sin(0.6 * t)], axis=1)
+    moved = np.diff(path, axis=0)
+    heading = np.arctan2(moved[:, 1], moved[:, 0])
+    turn_rate = np.diff(np.unwrap(heading)) / T_S
+    states = np.column_stack([path[:-1], heading])
+    inputs = np.column_stack([np.linalg.norm(moved, axis=1)[:-1] / T_S, turn_rate])
+    return TabulatedReference(0, Window(states, inputs))
+
+
+STARTS = {"beside": [0.25, 0.1, 0.3], "behind": [0.0, -0.3, 0.0], "ahead": [-0.1, 0.3, -0.4]}
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_loops_from_beside_the_path_return_to_it(start):
+    reference = circle(150)
+    state = reference.window(0, 1).states[0] + STARTS[start]
+    loop = simulate(CONTROLLER, reference, state, 110)
+    assert not loop.without_plan
+    assert np.max(np.abs(loop.errors[-1])) < 1e-4
+    assert np.max(loop.cost_increases) <= 1e-9 * loop.costs[0]
+    assert np.min(ROBOT.input_set.margin(loop.inputs)) >= 0
+    assert np.min(loop.inputs[:, 0]) == pytest.approx(0.4, abs=1e-6) or start != "ahead"
+
+
+@pytest.mark.parametrize("turns", [-3, 1])
+def test_whole_turns_make_no_difference(turns):
+    reference = circle(60)
+    state = reference.window(20, 1).states[0] + [0.1, -0.1, 0.2]
+    here = CONTROLLER.step(20, state, reference)
+    turned = CONTROLLER.step(20, state + np.array([0.0, 0.0, 2 * np.pi * turns]), reference)
+    assert turned.cost == pytest.approx(here.cost, rel=1e-7)
+    np.testing.assert_allclose(turned.input, here.input, atol=1e-5)
+    np.testing.assert_allclose(turned.states[:, 2] - 2 * np.pi * turns, here.states[:, 2], atol=1e-5)
+
+
+def test_a_window_begins_near_the_state_and_does_not_jump():
+    window = circle(60).window(0, 60)
+    assert np.max(np.abs(np.diff(window.states[:, 2]))) > 6
+    turned = turned_near(ROBOT, window, np.array([0.0, 0.0, 20.0]))
+    assert np.max(np.abs(np.diff(turned.states[:, 2]))) < 0.1
+    assert abs(turned.states[0, 2] - 20.0) <= np.pi
+    np.testing.assert_allclose(np.exp(1j * turned.states[:, 2]), np.exp(1j * window.states[:, 2]), atol=1e-14)
+
+
+def test_the_optimum_is_that_of_a_general_method():
+    reference = circle(40)
+    state = reference.window(0, 1).states[0] + [0.1, -0.1, 0.2]
+    controller = Controller(ROBOT, 10, CONTROLLER.Q, CONTROLLER.R)
+    result = controller.step(0, state, reference)
+    assert isinstance(result, Plan)
+    window = turned_near(ROBOT, reference.window(0, 10), state)
+    assert result.cost == pytest.approx(naive.cost_by_single_shooting(controller, state, window), rel=1e-5)
+
+
+def test_a_robot_that_is_too_far_behind_has_no_plan():
+    reference = circle(40)
+    result = CONTROLLER.step(0, reference.window(0, 1).states[0] - [0.0, 1.5, 0.0], reference)
+    assert isinstance(result, Infeasible)
+    assert "no plan was found that ends on the reference" in result.explanation
+    assert ROBOT.input_set.margin(result.fallback) >= 0

@@ -1,0 +1,214 @@
+"""One step of the controller: its optimum against a naive second implementation, and its explanation if infeasible."""
+
+from dataclasses import replace
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+from tests.trackably.checker.redundant import PLANE, in_the_plane
+from tests.trackably.control import instances, naive
+from trackably.control.controller import TOLERANCE, Controller
+from trackably.control.convex.compiled import CompiledProgram
+from trackably.control.step.result import Infeasible, Plan, Status
+from trackably.control.step.variables import StepVariables
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.sets.polytope import Polytope
+
+PLANT = instances.double_integrator()
+AT_REST = instances.at_rest(PLANT, 1.2)  # on its bound
+CONTROLLER = Controller(PLANT, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
+
+
+def test_on_the_reference_the_optimum_is_to_stay_on_it(example):
+    controller = Controller(example.learning.plant, 20, np.eye(1), np.eye(1))
+    for k in range(0, 400, 3):
+        result = controller.step(k, example.certified.state(k), example.certified)
+        assert isinstance(result, Plan)
+        assert result.status is Status.NO_ACTIVE_BOUND
+        assert result.cost < 1e-24
+        np.testing.assert_allclose(result.input, example.certified.input(k), atol=1e-12)
+
+
+def test_on_a_reference_at_rest_on_its_bound_the_optimum_is_to_stay_there():
+    result = CONTROLLER.step(0, np.array([1.2, 0.0]), AT_REST)
+    assert isinstance(result, Plan)
+    assert result.cost < 1e-24
+    assert result.slack == pytest.approx(0, abs=1e-14)
+
+
+def test_a_reference_that_violates_a_bound_by_rounding_counts_as_on_it():
+    """Which references do so depends on the linear algebra library."""
+    beyond = float(np.nextafter(1.2, 2))
+    result = CONTROLLER.step(0, np.array([beyond, 0.0]), instances.at_rest(PLANT, beyond))
+    assert isinstance(result, Plan)
+    assert result.status is Status.NO_ACTIVE_BOUND
+    assert -1e-15 < result.slack < 0
+    assert result.cost < 1e-24
+
+
+STATES = [(1.2, 0.3), (1.2, 0.01), (1.1, 1.0), (1.0, 1.2), (0.9, -1.0), (0.5, 0.0), (1.19, 0.0), (0.2, 1.9), (1.0, 0.9)]
+
+
+@pytest.mark.parametrize("state", STATES, ids=str)
+def test_the_optimum_is_that_of_the_naive_program(state):
+    result = CONTROLLER.step(0, np.array(state), AT_REST)
+    cost, applied = naive.optimum(CONTROLLER, 0, np.array(state), AT_REST)
+    if isinstance(result, Infeasible):
+        assert cost == np.inf
+    else:
+        assert result.cost == pytest.approx(cost, rel=1e-6, abs=1e-7)
+        np.testing.assert_allclose(result.input, applied, atol=1e-3)  # the accuracy of the naive program
+
+
+def test_the_states_above_lead_to_every_kind_of_result():
+    results = [CONTROLLER.step(0, np.array(state), AT_REST) for state in STATES]
+    kinds = {result.status if isinstance(result, Plan) else "infeasible" for result in results}
+    assert kinds >= {Status.NO_ACTIVE_BOUND, Status.SOLVED, "infeasible"}
+
+
+@pytest.mark.parametrize("seed", range(0, 50, 4))
+def test_the_optimum_of_random_systems_is_that_of_the_naive_program(seed):
+    case = instances.instance(seed)
+    result = case.controller.step(0, case.start, case.reference)
+    cost, applied = naive.optimum(case.controller, 0, case.start, case.reference, TOLERANCE)
+    assert isinstance(result, Plan)
+    assert result.cost == pytest.approx(cost, rel=1e-4)
+    np.testing.assert_allclose(result.input, applied, atol=1e-3 * max(1, np.max(np.abs(applied))))
+
+
+def test_a_plan_follows_the_system_and_has_the_costs_and_slack_it_states():
+    state = np.array([1.0, 1.0])
+    result = CONTROLLER.step(0, state, AT_REST)
+    assert isinstance(result, Plan)
+    np.testing.assert_allclose(result.states[0], state, atol=1e-15)
+    np.testing.assert_allclose(result.states[1:], PLANT.system.successor(result.states[:-1], result.inputs), atol=1e-12)
+    np.testing.assert_allclose(result.states[-1], [1.2, 0.0], atol=1e-9)
+    margins = [PLANT.state_set.margin(result.states[1:]).min(), PLANT.input_set.margin(result.inputs).min()]
+    assert min(margins) > -1e-9
+    assert result.terminal_residual < 1e-9
+    stage = 10 * (1.0 - 1.2) ** 2 + 1.0 + 0.1 * result.inputs[0, 0] ** 2
+    assert result.stage_cost == pytest.approx(stage)
+
+
+def test_the_result_does_not_depend_on_earlier_steps():
+    fresh = replace(CONTROLLER)
+    CONTROLLER.step(0, np.array([1.0, 0.5]), AT_REST)
+    again = [controller.step(3, np.array([1.05, 1.0]), AT_REST) for controller in (CONTROLLER, fresh)]
+    assert again[0].status is Status.SOLVED
+    assert [a.cost for a in again] == [again[0].cost] * 2
+    assert np.array_equal(again[0].states, again[1].states)
+
+
+@pytest.mark.parametrize("state", [(1.2, 0.3), (1.1, 1.5), (-1.0, -2.0), (0.0, 0.0), (5.0, 0.0)], ids=str)
+def test_infeasibility_is_explained_by_the_least_widening(state):
+    state = np.array(state)
+    result = CONTROLLER.step(7, state, AT_REST)
+    assert isinstance(result, Infeasible)
+    enough, too_little = (result.widening * (1 + by) for by in (1e-2, -1e-2))
+    assert naive.optimum(CONTROLLER, 7, state, AT_REST, enough)[0] < np.inf
+    assert naive.optimum(CONTROLLER, 7, state, AT_REST, too_little)[0] == np.inf
+    miss = naive.smallest_miss(CONTROLLER, 7, state, AT_REST)
+    if result.terminal_error is None:
+        assert miss == np.inf
+    else:
+        assert np.linalg.norm(result.terminal_error / [2.2, 4]) == pytest.approx(miss, rel=1e-3, abs=1e-5)
+    width = next(q.bounds.width for q in PLANT.quantities if q.name == result.quantity)
+    assert result.excess == pytest.approx(result.widening * width)
+    assert 7 <= result.at_step <= 27
+    assert PLANT.input_set.margin(result.fallback) >= 0
+    assert result.quantity in result.explanation
+
+
+def test_the_inputs_applied_are_admissible_in_a_polytope_that_is_no_box():
+    system = LinearSystem(np.array([[1.0, 0.2], [0.0, 1.0]]), np.array([[1.0, 0.3], [0.2, 1.0]]), sampling_time=0.1)
+    U = Polytope.halfspaces(np.array([[1.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]), np.array([0.1, 0.1, 0.1]))
+    plant = ConstrainedSystem(system, Polytope.box([-9.0, -9.0], [9.0, 9.0]), U)
+    controller, still = Controller(plant, 10, np.eye(2), np.eye(2)), instances.at_rest(plant)
+    state, statuses = np.array([0.6, -0.5]), []
+    for k in range(15):
+        result = controller.step(k, state, still)
+        assert isinstance(result, Plan)
+        assert U.margin(result.input) >= 0
+        statuses.append(result.status)
+        state = system.successor(state, result.input)
+    assert {Status.SOLVED, Status.NO_ACTIVE_BOUND} <= set(statuses)
+    assert np.max(np.abs(state)) < 1e-2
+
+
+def test_without_bounds_every_step_is_feasible():
+    free = instances.double_integrator((-np.inf, np.inf), (-np.inf, np.inf), (-np.inf, np.inf))
+    result = Controller(free, 2, np.eye(2), np.eye(1)).step(0, np.array([1e6, -1e3]), instances.at_rest(free))
+    assert isinstance(result, Plan)
+    assert result.status is Status.NO_ACTIVE_BOUND
+    assert result.terminal_residual < 1e-6
+
+
+def test_a_horizon_too_short_to_return_is_refused():
+    with pytest.raises(ValueError, match=r"takes 2 steps to return to it.*at least 2, got 1"):
+        Controller(PLANT, 1, np.eye(2), np.eye(1))
+
+
+@pytest.mark.parametrize(
+    ("Q", "R", "message"),
+    [
+        (np.eye(3), np.eye(1), r"Q must be a symmetric matrix of shape \(2, 2\)"),
+        (np.array([[1.0, 1.0], [0.0, 1.0]]), np.eye(1), "Q must be a symmetric"),
+        (np.diag([1.0, -1.0]), np.eye(1), "Q must be positive semidefinite"),
+        (np.zeros((2, 2)), np.eye(1), "Q must be positive semidefinite and not zero"),
+        (np.eye(2), np.zeros((1, 1)), "R must be positive definite"),
+        (np.eye(2), np.array([[np.nan]]), "R must be a symmetric"),
+    ],
+)
+def test_matrices_that_are_no_weights_are_refused(Q, R, message):
+    with pytest.raises(ValueError, match=message):
+        Controller(PLANT, 10, Q, R)
+
+
+def test_weights_that_are_left_out_count_errors_in_the_widths_of_the_sets():
+    plant = ConstrainedSystem(
+        LinearSystem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], sampling_time=0.1),
+        Polytope.box([-1.0, -np.inf], [3.0, np.inf]),
+        Polytope.box([-5.0], [5.0]),
+    )
+    controller = Controller(plant, 10)
+    np.testing.assert_allclose(controller.Q, np.diag([1 / 16, 1.0]))
+    np.testing.assert_allclose(controller.R, [[1 / 100]])
+    assert np.array_equal(Controller(plant, 10, R=[[2.0]]).Q, controller.Q)
+
+
+@pytest.mark.parametrize("state", [[0.0], [0.0, np.nan], [[0.0, 0.0]]])
+def test_vectors_that_are_no_states_are_refused(state):
+    with pytest.raises(ValueError, match="a state is 2 finite numbers"):
+        CONTROLLER.step(0, np.array(state), AT_REST)
+
+
+def test_a_program_that_is_not_affine_in_its_parameters_is_refused():
+    variables = StepVariables.of(PLANT, 3)
+    twice = cp.sum_squares(variables.initial_error[0] * variables.defects[0, 0] * variables.v)
+    with pytest.raises(ValueError, match="affine in its parameters"):
+        CompiledProgram(cp.Problem(cp.Minimize(twice)))
+
+
+def test_with_redundant_inputs_every_step_is_feasible_and_admissible():
+    """The reference's inputs are the smallest admissible ones, which differ from the smallest ones."""
+    plant, reference = PLANE, in_the_plane().reference
+    controller = Controller(plant, 20, np.eye(4), 0.1 * np.eye(4))
+    x, costs = reference.state(0) + 0.02, []
+    for k in range(200):
+        result = controller.step(k, x, reference)
+        assert isinstance(result, Plan)
+        assert plant.input_set.margin(result.input) >= 0
+        costs.append(result.cost)
+        x = plant.system.successor(x, result.input)
+    assert np.max(np.diff(costs)) < 1e-9
+    np.testing.assert_allclose(x, reference.state(200), atol=1e-9)
+
+
+def test_an_infeasible_quantity_has_the_name_that_its_set_gives():
+    result = Controller(PLANE, 20, np.eye(4), np.eye(4)).step(0, np.full(4, 1.9), in_the_plane().reference)
+    assert isinstance(result, Infeasible)
+    assert result.quantity in {"east", "north", "ne", "nw", "x", "vx", "y", "vy"}
+    limit = next(limit for limit in PLANE.given_constraints if limit.name == result.quantity)
+    assert result.excess == pytest.approx(result.widening * limit.bounds.width)

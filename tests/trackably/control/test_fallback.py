@@ -1,0 +1,65 @@
+"""What is applied where no plan ends on the reference: the end comes first, then the cost of the way there."""
+
+import numpy as np
+import pytest
+
+from tests.trackably.control import instances, naive
+from trackably.control.controller import TOLERANCE, Controller
+from trackably.control.references import TabulatedReference
+from trackably.control.simulation import apply_fallback, simulate
+from trackably.control.step.problem import StepProblem
+from trackably.control.step.result import Infeasible
+from trackably.systems.reference import Window
+
+PLANT = instances.double_integrator()
+CONTROLLER = Controller(PLANT, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
+BEYOND = instances.at_rest(PLANT, 1.4)  # 0.2 outside
+
+
+def problem(controller, state, reference) -> StepProblem:
+    window = reference.window(0, controller.horizon)
+    model = controller.formulation.local_model(window, window)
+    return StepProblem(controller.formulation, 0, np.array(state), window, model)
+
+
+@pytest.mark.parametrize("state", [(1.0, 0.0), (1.2, 0.0), (0.9, -1.0), (-0.5, 0.0), (1.0, 0.5)], ids=str)
+def test_among_the_plans_with_the_closest_end_the_cheapest_is_taken(state):
+    miss = naive.smallest_miss(CONTROLLER, 0, np.array(state), BEYOND)
+    closest = problem(CONTROLLER, state, BEYOND).closest
+    assert np.linalg.norm((closest.states[-1] - [1.4, 0]) / [2.2, 4]) == pytest.approx(miss, rel=1e-5)
+    least = naive.closest_plan_cost(CONTROLLER, 0, np.array(state), BEYOND, miss * (1 + 1e-6))
+    assert closest.cost == pytest.approx(least, rel=2e-3)
+    assert closest.slack >= -3 * TOLERANCE
+    applied = CONTROLLER.step(0, np.array(state), BEYOND)
+    assert isinstance(applied, Infeasible)
+    assert np.array_equal(applied.fallback, closest.input)
+
+
+def test_without_a_plan_in_the_sets_the_cheapest_in_the_widened_ones_is_taken():
+    """From 1.2 at speed 1.0 the position leaves its set, whatever is applied: to brake as hard as possible is best."""
+    result = CONTROLLER.step(0, np.array([1.2, 1.0]), instances.at_rest(PLANT, 1.2))
+    assert isinstance(result, Infeasible)
+    assert result.terminal_error is None
+    np.testing.assert_allclose(result.fallback, [-4.0], atol=1e-6)
+
+
+def test_the_loop_leaves_a_reference_no_further_than_its_bounds_do(example1):
+    """The unconstrained mean leaves the state set by 0.04. The loop once plunged to -0.85 there: every plan that ends
+    on the bound was as good."""
+    reference, plant = example1.unconstrained, example1.learning.plant
+    loop = simulate(
+        Controller(plant, 20, np.eye(1), np.eye(1)), reference, reference.state(0), 120, on_infeasible=apply_fallback
+    )
+    assert len(loop.infeasible) == 29
+    outside = -np.min(plant.state_set.margin(reference.state(np.arange(140))))
+    assert np.max(np.abs(loop.errors)) <= outside + 1e-6
+
+
+def test_a_reference_that_leaves_for_good_is_followed_along_the_bound():
+    plant = instances.example1().plant
+    x = np.linspace(-0.1, 0.3, 63)[:, None]
+    reference = TabulatedReference(0, Window(x, (x[1:] - 0.9 * x[:-1]) / 0.5))
+    controller = Controller(plant, 10, np.eye(1), np.eye(1))
+    loop = simulate(controller, reference, x[0], 50, on_infeasible=apply_fallback)
+    np.testing.assert_allclose(loop.states[-10:], 0.05, atol=1e-6)
+    np.testing.assert_allclose(np.minimum(x[:51], 0.05), loop.states, atol=0.03)

@@ -1,0 +1,160 @@
+"""References learned again while the loop runs: which ones are accepted, and that feasibility is never lost."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackably.control import instances
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.claim import OnWindow
+from trackably.certificates.outcome import Unproved
+from trackably.control.controller import TOLERANCE, Controller
+from trackably.control.online import OnlineLoop, decide_update, simulate_online
+from trackably.control.windows import LearningResult, receding_window
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning.learner import JOINT
+from trackably.learning.problem import NoSolution
+from trackably.learning.published.scalar import scalar
+from trackably.learning.space import SearchSpace
+from trackably.systems.sets.interval import Interval
+
+PLANT = instances.example1().plant
+PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0).as_learned(), noise_std=0.02),))
+TIMES = np.arange(0.0, 3.01, 0.1)
+NOISE = 0.02 * np.random.default_rng(5).standard_normal(TIMES.size)
+STREAM = (Samples(TIMES, 0.6 * np.sin(2 * TIMES) - 0.5 + NOISE),)
+CONTROLLER = Controller(PLANT, 10, np.eye(1), np.eye(1))
+ARRIVALS = [(k, receding_window(STREAM, k * 0.01, 8)) for k in (120, 160, 200, 240, 300)]
+
+
+def certified_by_search(samples: tuple[Samples, ...], prior: JointPrior = PRIOR, starts: int = 8) -> LearningResult:
+    return learn_certified(samples, prior, PLANT, SearchSpace.around(samples, prior, starts=starts), learner=JOINT)
+
+
+@pytest.fixture(scope="module")
+def first() -> Certified:
+    return certified_by_search(receding_window(STREAM, 0.8, 8))
+
+
+@pytest.fixture(scope="module")
+def online(first) -> OnlineLoop:
+    return simulate_online(CONTROLLER, first, first.reference.state(0), 600, ARRIVALS, certified_by_search)
+
+
+def test_the_loop_stays_feasible_over_every_change_of_reference(online):
+    assert online.loop.first_infeasible_step is None
+    assert len(online.loop.inputs) == 600
+    assert any(update.accepted for update in online.updates)
+    assert np.min(PLANT.state_set.margin(online.loop.states)) >= -1e-9
+    assert np.min(PLANT.input_set.margin(online.loop.inputs)) >= 0
+
+
+def test_every_update_is_recorded_with_a_reason(online):
+    assert [update.k for update in online.updates] == [k for k, _ in ARRIVALS]
+    assert all(update.sample_counts == (8,) for update in online.updates)
+    assert all(update.reason for update in online.updates)
+
+
+def test_the_loop_tracks_the_reference_accepted_last(online):
+    accepted = [update.learned.reference for update in online.updates if update.accepted]
+    assert online.reference is accepted[-1]
+    np.testing.assert_allclose(online.loop.errors[-1], 0, atol=1e-9)
+    np.testing.assert_allclose(online.loop.reference_states[-1], accepted[-1].state(600), atol=1e-12)
+
+
+def test_costs_rise_only_where_a_reference_is_accepted(online):
+    accepted = [update.k for update in online.updates if update.accepted]
+    risen = online.loop.steps[1:][online.loop.cost_increases > 1e-12]
+    assert set(risen.tolist()) <= set(accepted)
+
+
+def test_a_reference_out_of_the_controllers_reach_is_not_accepted(first):
+    far = certified_by_search((Samples(TIMES[:8], np.full(8, -1.9)),))
+    short = Controller(PLANT, 1, np.eye(1), np.eye(1))
+    update = decide_update(short, 30, np.array([0.0]), STREAM, far)
+    assert not update.accepted
+    assert update.widening > 0.1
+    loop = simulate_online(short, first, first.reference.state(0), 60, [(30, STREAM)], lambda _: far)
+    assert not loop.updates[0].accepted
+    assert loop.reference is first.reference
+    assert loop.loop.first_infeasible_step is None
+
+
+def test_a_reference_within_the_controllers_tolerance_only_is_not_accepted(first):
+    short = Controller(PLANT, 1, np.eye(1), np.eye(1))
+    # With u in [-0.5, 0.5], one step leads to 0.9 x + 0.5 u, which has to be the next state of the reference.
+    farthest = (first.reference.state(31) + 0.25) / 0.9
+    updates = [decide_update(short, 30, farthest + by, STREAM, first) for by in (-1e-6, 2e-8, 1e-6)]
+    assert [update.accepted for update in updates] == [True, False, False]
+    assert updates[1].reason.startswith("within the tolerance only: ")
+    assert 0 < updates[1].widening < TOLERANCE < updates[2].widening
+
+
+def test_a_problem_without_solution_is_not_accepted():
+    # The prior comes to rest at 5, which is outside the state set, and all its hyperparameters are known.
+    elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0),))
+    samples = receding_window(STREAM, 0.8, 8)
+    failed = learn_certified(samples, elsewhere, PLANT, SearchSpace.around(samples, elsewhere, starts=2))
+    assert isinstance(failed, NoSolution)
+    update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
+    assert not update.accepted
+    assert update.reason.startswith("no solution: ")
+    assert failed.explanation in update.reason
+
+
+def test_a_function_that_comes_to_rest_elsewhere_is_not_accepted():
+    """It keeps its bounds for as long as they are constrained, and breaks them later, as hyperparameters alone do."""
+    elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0),))
+    failed = certified_by_search(receding_window(STREAM, 0.8, 8), elsewhere, starts=2)
+    assert isinstance(failed, NoSolution)
+    assert "no admissible equilibrium" in failed.explanation
+    update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
+    assert not update.accepted
+    assert update.reason.startswith("no solution: ")
+
+
+def test_a_reference_without_proof_is_not_accepted():
+    unproved = Unproved("state", Interval(-2, 0.05), (1.0, 1.1), 1e-9, "too many boxes")
+    update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, unproved)
+    assert not update.accepted
+    assert update.reason.startswith("learned, but not proved: ")
+
+
+def test_a_reference_proved_on_a_window_only_is_not_accepted(first):
+    brief = replace(first, certificate=replace(first.certificate, claim=OnWindow(0.0, 2.0)))
+    update = decide_update(CONTROLLER, 120, first.reference.state(120), STREAM, brief)
+    assert not update.accepted
+    assert update.reason == "proved for all real t from 0 s to 2 s only"
+    with pytest.raises(ValueError, match="must be certified for all time"):
+        simulate_online(CONTROLLER, brief, np.array([0.0]), 10, [], certified_by_search)
+
+
+@pytest.mark.parametrize("steps", [(30, 20), (30, 30), (70,)])
+def test_arrivals_out_of_order_are_refused(first, steps):
+    with pytest.raises(ValueError, match="increasing order and within 60 steps"):
+        simulate_online(CONTROLLER, first, np.array([0.0]), 60, [(k, STREAM) for k in steps], lambda _: first)
+
+
+def test_an_infeasible_initial_state_ends_the_loop():
+    hard = scalar(0.9, 0.5, state_set=Interval(-2.0, 2.0), input_set=Interval(-0.1, 0.1), sampling_time=0.01)
+    samples = (Samples(TIMES[:8], np.zeros(8)),)
+    zero = learn_certified(samples, PRIOR, hard, instances.Learning(samples, PRIOR, hard).space)
+    controller = Controller(hard, 2, np.eye(1), np.eye(1))
+    online = simulate_online(controller, zero, np.array([1.9]), 50, [(10, samples)], lambda _: zero)
+    assert online.loop.first_infeasible_step == 0
+    assert online.updates == ()
+
+
+def test_a_receding_window_holds_the_last_samples():
+    (samples,) = receding_window(STREAM, 1.05, 4)
+    np.testing.assert_allclose(samples.times, [0.7, 0.8, 0.9, 1.0])
+    np.testing.assert_allclose(samples.values, STREAM[0].values[7:11])
+
+
+def test_before_the_first_sample_there_is_no_window():
+    with pytest.raises(ValueError, match="no sample has arrived"):
+        receding_window(STREAM, -1.0, 4)

@@ -1,0 +1,145 @@
+"""Windows of interpolated and tabulated references: the inputs lead from each state to the next."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackably.control import instances
+from trackably.control.controller import Controller
+from trackably.control.references import InterpolatedReference, TabulatedReference
+from trackably.control.simulation import simulate
+from trackably.control.step.error_model import ErrorModel, reference_defects
+from trackably.control.step.result import Plan
+from trackably.gp.samples import Samples
+from trackably.gp.stencil import Stencil
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.sets.polytope import Polytope
+
+PLANT = instances.double_integrator()
+_, STENCIL = PLANT.flatness.states[0].stencil
+TIMES = np.arange(0.0, 2.1, 0.5)
+POSITIONS = Samples(TIMES, np.array([0.0, 0.4, 0.4, -0.2, 0.1]), stencil=STENCIL)
+
+
+def test_lines_go_through_the_samples_of_a_scalar_system(example):
+    (samples,) = example.learning.samples
+    window = example.interpolated.window(0, 500)
+    at = np.round(samples.times / 0.01).astype(int)
+    np.testing.assert_allclose(window.states[at, 0], samples.values, atol=1e-12)
+    np.testing.assert_allclose(window.states[at[-1] :, 0], samples.values[-1])
+
+
+def test_the_system_tracks_the_lines_with_their_inputs(example):
+    reference = example.interpolated
+    np.testing.assert_allclose(reference_defects(reference.plant.system, reference.window(0, 500)), 0, atol=1e-12)
+
+
+def test_lines_through_positions_are_straight_between_the_samples_and_there_at_them():
+    reference = InterpolatedReference((POSITIONS,), PLANT)
+    window = reference.window(0, 60)
+    np.testing.assert_allclose(reference_defects(PLANT.system, window), 0, atol=1e-12)
+    at = np.round(TIMES / 0.05).astype(int)
+    slopes = np.diff(POSITIONS.values) / 0.5
+    for i, slope in enumerate(slopes):
+        np.testing.assert_allclose(window.states[at[i] + 2 : at[i + 1] - 2, 1], slope, atol=1e-9)
+        middle = (at[i] + at[i + 1]) // 2
+        np.testing.assert_allclose(window.states[middle, 0], POSITIONS.values[i] + slope * 0.25, atol=1e-9)
+    # At a corner the position is an average across it.
+    np.testing.assert_allclose(window.states[at, 0], POSITIONS.values, atol=0.05 * np.max(np.abs(slopes)))
+
+
+def test_samples_that_measure_changes_only_are_refused():
+    with pytest.raises(ValueError, match="only changes"):
+        InterpolatedReference((Samples(TIMES, TIMES, stencil=Stencil((-20.0, 20.0), 0.05)),), PLANT)
+
+
+def test_one_set_of_samples_for_each_signal_is_needed():
+    with pytest.raises(ValueError, match="needs 1 signals, got 2"):
+        InterpolatedReference((POSITIONS, POSITIONS), PLANT)
+
+
+def test_a_table_has_the_windows_of_its_reference(example):
+    table = TabulatedReference.of(example.certified, 5, 90)
+    for k in (5, 33, 70):
+        for mine, original in zip(table.window(k, 20), example.certified.window(k, 20), strict=True):
+            np.testing.assert_allclose(mine, original, atol=1e-12)
+
+
+@pytest.mark.parametrize("k", [4, 71])
+def test_windows_outside_a_table_are_refused(example1, k):
+    with pytest.raises(ValueError, match="tabulated from step 5 to 90"):
+        TabulatedReference.of(example1.certified, 5, 90).window(k, 20)
+
+
+@pytest.mark.parametrize("varying", [False, True])
+def test_predictions_are_those_of_the_model_step_by_step(varying):
+    rng = np.random.default_rng(0)
+    A, B = rng.standard_normal((6, 3, 3)), rng.standard_normal((6, 3, 2))
+    if not varying:
+        A[:], B[:] = A[0], B[0]
+    start, inputs, drifts = rng.standard_normal(3), rng.standard_normal((6, 2)), rng.standard_normal((6, 3))
+    expected, e = [], start
+    for i in range(6):
+        e = A[i] @ e + B[i] @ inputs[i] + drifts[i]
+        expected.append(e)
+    np.testing.assert_allclose(ErrorModel(A, B).errors(start, inputs, drifts), expected, rtol=1e-10)
+
+
+def box(system):
+    n, m = len(system.states), len(system.inputs)
+    return ConstrainedSystem(system, Polytope.box([-3.0] * n, [3.0] * n), Polytope.box([-9.0] * m, [9.0] * m))
+
+
+def still(plant):
+    return InterpolatedReference((Samples([0.0, 1.0], [0.1, 0.1]),) * plant.signal_count, plant)
+
+
+def cubic(gain, states=("x",), sampling_time=0.1):
+    return NonlinearSystem.of(lambda x, u: [x[0] + gain * (u[0] - x[0] ** 3)], states, ["u"], sampling_time)
+
+
+OWN = LinearSystem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], states=("position", "velocity"), sampling_time=0.1)
+OTHERS = {
+    "fewer states": (
+        OWN,
+        LinearSystem.scalar(0.9, 1.0, sampling_time=0.1),
+        "its states state, the controller's positi",
+    ),
+    "other names": (OWN, replace(OWN, states=("angle", "rate")), "its states angle, rate, the controller's position, "),
+    "another time": (OWN, replace(OWN, sampling_time=0.2), "its sampling_time 0.2 s, the controller's 0.1 s"),
+    "another matrix": (
+        OWN,
+        replace(OWN, A=OWN.A + np.diag([0.0, 1e-6])),
+        "the same state and input, the next velocity",
+    ),
+    "another gain": (cubic(0.1), cubic(0.2), "from the same state and input, the next x is another"),
+    "nonlinear": (LinearSystem.scalar(1.0, 0.1, sampling_time=0.1), cubic(0.1, ("state",)), "its inputs u, the contro"),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_controller_refuses_the_reference_of_another_system(name):
+    own, other, difference = OTHERS[name]
+    controller, reference = Controller(box(own), 5), still(box(other))
+    state = np.full(len(own.states), 0.1)
+    for call in (lambda: controller.step(0, state, reference), lambda: simulate(controller, reference, state, 2)):
+        with pytest.raises(ValueError, match=f"the reference is of another system than the controller: .*{difference}"):
+            call()
+
+
+@pytest.mark.parametrize("own", [OWN, cubic(0.1)])
+def test_what_counts_is_the_system_and_not_the_object_or_the_sets(own):
+    again = cubic(0.1) if isinstance(own, NonlinearSystem) else replace(own, A=own.A * (1 + 1e-15))
+    reference = still(replace(box(again), state_set=Polytope.box([-2.0] * len(own.states), [2.0] * len(own.states))))
+    assert isinstance(Controller(box(own), 5).step(0, reference.window(0, 1).states[0], reference), Plan)
+
+
+def test_windows_of_another_shape_are_refused_in_a_sentence():
+    """A table does not say of which system it is."""
+    table = TabulatedReference.of(still(box(cubic(0.1))), 0, 9)
+    said = r"must give states of shape \(6, 2\) and inputs of shape \(5, 1\), got \(6, 1\) and \(5, 1\)"
+    with pytest.raises(ValueError, match=said):
+        Controller(box(OWN), 5).step(0, [0.0, 0.0], table)

@@ -1,0 +1,122 @@
+"""The closed loop: what a trackable reference guarantees, and what is lost without one."""
+
+import numpy as np
+import pytest
+
+from tests.trackably.control import instances
+from trackably.control.closed_loop import concatenate
+from trackably.control.controller import Controller
+from trackably.control.simulation import apply_fallback, simulate
+
+HORIZON = 20
+ACCURACY = 1e-11
+"""By how much costs may rise, as a part of the first cost: the accuracy of the solver."""
+
+
+def controller(example, horizon=HORIZON) -> Controller:
+    return Controller(example.learning.plant, horizon, np.eye(1), np.eye(1))
+
+
+def assert_decreasing(loop):
+    assert np.all(loop.cost_increases <= ACCURACY * max(loop.costs[0], 1e-9))
+
+
+@pytest.mark.parametrize("away", [0.0, 0.3, -0.5])
+def test_on_a_certified_reference_ten_thousand_steps_are_feasible(example, away):
+    plant = example.learning.plant
+    loop = simulate(controller(example), example.certified, example.certified.state(0) + away, 10_000)
+    assert loop.first_infeasible_step is None
+    assert len(loop.inputs) == 10_000
+    assert loop.widened == 0
+    assert_decreasing(loop)
+    assert np.max(np.abs(loop.errors[1000:])) < 1e-10
+    assert np.min(plant.input_set.margin(loop.inputs)) >= 0
+    assert np.min(plant.state_set.margin(loop.states[1:])) >= -1e-12
+
+
+def test_inputs_may_be_at_their_bounds_on_the_way(example2):
+    """Without active bounds the test above would not examine the quadratic program."""
+    loop = simulate(controller(example2, 5), example2.certified, example2.certified.state(0) - 0.3, 500)
+    assert loop.first_infeasible_step is None
+    assert np.min(loop.slacks) < 1e-9
+    assert_decreasing(loop)
+
+
+@pytest.mark.parametrize("away", [0.0, 0.1, -0.5])
+def test_feasibility_ends_when_the_reference_leaves_the_state_set_within_the_horizon(example1, away):
+    reference, plant = example1.unconstrained, example1.learning.plant
+    leaves = instances.first_outside(reference, plant.state_set, reference.state)
+    loop = simulate(controller(example1), reference, reference.state(0) + away, 500)
+    assert loop.first_infeasible_step == leaves - HORIZON
+    assert loop.infeasible[0].at_step == leaves
+    excess = -plant.state_set.margin(reference.state(leaves)) / np.ptp([-2.0, 0.05])
+    assert loop.infeasible[0].widening == pytest.approx(excess, rel=1e-6)
+
+
+def test_with_one_step_feasibility_ends_where_no_admissible_input_follows(example2):
+    """Only the reference's own input leads from its state to its next state: Definition 1 of the paper."""
+    reference, plant = example2.unconstrained, example2.learning.plant
+    needs = instances.first_outside(reference, plant.input_set, reference.input)
+    loop = simulate(controller(example2, 1), reference, reference.state(0), 500)
+    assert loop.first_infeasible_step == needs
+
+
+def test_with_more_steps_feasibility_ends_too_on_an_unconstrained_reference(example2):
+    """Not before the horizon contains an untrackable step, and not after the last step of the first such run."""
+    reference, plant = example2.unconstrained, example2.learning.plant
+    outside = plant.input_set.margin(reference.input(np.arange(600))) < 0
+    first = int(np.argmax(outside))
+    last = first + int(np.argmin(outside[first:])) - 1
+    loop = simulate(controller(example2), reference, reference.state(0), 500)
+    assert first - HORIZON < loop.first_infeasible_step <= last
+
+
+def test_a_loop_may_go_on_beyond_infeasible_steps(example1):
+    reference, plant = example1.unconstrained, example1.learning.plant
+    loop = simulate(controller(example1), reference, reference.state(0), 500, on_infeasible=apply_fallback)
+    leaves = instances.first_outside(reference, plant.state_set, reference.state)
+    returns = leaves + int(np.argmax(plant.state_set.margin(reference.state(np.arange(leaves, 500))) >= 0))
+    infeasible = [result.k for result in loop.infeasible]
+    assert infeasible == list(range(leaves - HORIZON, returns - HORIZON))
+    assert np.array_equal(np.isnan(loop.costs), np.isin(loop.steps, infeasible))
+    assert np.min(plant.state_set.margin(loop.states)) >= -1e-6
+    assert np.min(plant.input_set.margin(loop.inputs)) >= 0
+    assert np.max(np.abs(loop.errors[300:])) < 1e-10
+
+
+@pytest.mark.parametrize("seed", instances.SEEDS)
+def test_random_systems_stay_feasible(seed):
+    """With 200 steps each instead of 10,000. In every third instance the reference touches its bounds."""
+    case = instances.instance(seed)
+    plant = case.reference.plant
+    loop = simulate(case.controller, case.reference, case.start, instances.STEPS)
+    assert loop.first_infeasible_step is None
+    assert_decreasing(loop)
+    assert np.max(np.abs(loop.errors[-10:])) < 1e-6
+    assert np.min(plant.input_set.margin(loop.inputs)) >= -1e-15
+    assert (
+        np.min(plant.state_set.margin(loop.states[1:]) / np.min(plant.state_set.upper - plant.state_set.lower)) > -1e-6
+    )
+
+
+def test_a_loop_in_parts_is_the_loop(example1):
+    mine, reference = controller(example1), example1.certified
+    whole = simulate(mine, reference, reference.state(0) - 0.3, 60)
+    first = simulate(mine, reference, reference.state(0) - 0.3, 25)
+    second = simulate(mine, reference, first.states[-1], 35, first_step=25)
+    parts = concatenate([first, second])
+    np.testing.assert_allclose(parts.states, whole.states, atol=1e-12)
+    np.testing.assert_allclose(parts.costs, whole.costs, atol=1e-12)
+    assert np.array_equal(parts.steps, whole.steps)
+
+
+def test_a_simulation_of_no_steps_is_empty(example1):
+    loop = simulate(controller(example1), example1.certified, np.array([0.0]), 0)
+    assert loop.inputs.shape == (0, 1)
+    assert loop.states.shape == loop.reference_states.shape == (1, 1)
+
+
+def test_an_infeasible_initial_state_ends_the_loop_at_once(example1):
+    loop = simulate(controller(example1, 1), example1.certified, np.array([5.0]), 10)
+    assert loop.first_infeasible_step == 0
+    assert loop.inputs.shape == (0, 1)

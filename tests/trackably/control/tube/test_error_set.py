@@ -1,0 +1,74 @@
+"""The error set in float64: half-spaces and generators describe the same Z."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+from tests.trackably.control.tube.instances import LOOPS, TWO_CARTS
+from tests.trackably.control.tube.naive import in_error_set
+from tests.trackably.systems.disturbance.instances import ALL
+from trackably.control.tube.error_set import ErrorSet
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import tightening
+from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.sets.polytope import Polytope
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_support_is_the_exact_one(name):
+    Z = ALL[name].tightening.invariant
+    for axis in np.eye(len(Z.box)):
+        exact = float(Z.support([*map(int, axis)]))
+        assert ErrorSet(Z).support(axis[None])[0] == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_points_of_the_set_are_inside_and_others_are_not(name):
+    """Points on the boundary by a convex program of the definition, moved in and out by a hundredth."""
+    loop = LOOPS[name]
+    Z, errors = loop.tightening.invariant, loop.controller.errors
+    rng = np.random.default_rng(0)
+    for direction in rng.normal(size=(6, len(Z.box))):
+        e = cp.Variable(len(Z.box))
+        cp.Problem(cp.Maximize(direction @ e), in_error_set(Z, e)).solve(solver=cp.CLARABEL)
+        assert direction @ e.value == pytest.approx(errors.support(direction[None])[0], rel=1e-3)
+        middle = -0.5 * (errors.support(-np.eye(len(Z.box))) - errors.support(np.eye(len(Z.box))))
+        assert errors.contains(middle + 0.99 * (e.value - middle))
+        assert not errors.contains(middle + 1.01 * (e.value - middle))
+
+
+def test_facets_and_programs_agree():
+    """Three states have both: the sides that generators span, and a program for their weights."""
+    errors = LOOPS["three states"].controller.errors
+    rng = np.random.default_rng(2)
+    sides = errors.support(np.vstack([np.eye(3), -np.eye(3)]))
+    points = rng.uniform(-sides[3:], sides[:3], (40, 3))
+    inside = [errors.contains(e) for e in points]
+    assert inside == [errors._weights(e) is not None for e in points]
+    assert 3 < sum(inside) < 37
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-5, 1e-10])
+def test_each_block_has_its_own_rounding(unit):
+    """One of two carts moves in another unit: what rounding may miss of the other one does not count there."""
+    sizes = np.array([1.0, 1.0, unit, unit])
+    W = Zonotope.box(*(0.02 * sizes * [0, side, 0, side] for side in (-1, 1)))
+    plant = ConstrainedSystem(
+        TWO_CARTS.system, Polytope.box(-sizes, sizes), Polytope.box(-2 * sizes[[0, 2]], 2 * sizes[[0, 2]])
+    )
+    errors = ErrorSet(tightening(plant, W).invariant)
+    assert [block.tolist() for block in errors.blocks] == [[0, 1], [2, 3]]
+    for direction in np.random.default_rng(4).normal(size=(8, 2)):
+        e = errors.farthest(np.array([0.0, 0.0, *direction])) * [0, 0, 1, 1]
+        assert errors.contains((1 - 1e-9) * e)
+        assert not errors.contains((1 + 1e-9) * e)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_disturbed_errors_stay_inside(name):
+    loop = LOOPS[name]
+    Z, errors, rng = loop.tightening.invariant, loop.controller.errors, np.random.default_rng(1)
+    e = np.zeros(len(Z.box))
+    for _ in range(40):
+        e = Z.closed_loop @ e + Z.disturbance.farthest(rng.normal(size=len(e)))
+        assert errors.contains(e)

@@ -1,0 +1,58 @@
+"""References that are exported: on a window and for all times, of one input and of two, with bounds active."""
+
+from functools import cache
+
+import numpy as np
+
+from tests.trackably.plants import AXIS, SAMPLES
+from trackably import (
+    ConstrainedSystem,
+    LinearSystem,
+    NonlinearSystem,
+    Periodic,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    learn_reference,
+)
+
+KERNEL = SquaredExponential(0.3, 0.5)
+TANK = ConstrainedSystem(
+    NonlinearSystem.of(lambda x, u: [x[0] - 0.1 * x[0] ** 2 + 0.5 * u[0]], ["level"], ["inflow"], 0.2),
+    Polytope.box([-1.0], [1.5]),
+    Polytope.box([-1.0], [0.6]),
+)
+SWING = ConstrainedSystem(
+    LinearSystem([[0.9]], [[0.5]], sampling_time=0.1, states=("angle",), inputs=("torque",)),
+    Polytope.box([-1.0], [0.75]),
+    Polytope.box([-1.0], [1.0]),
+)
+
+
+@cache
+def on_window() -> TrackableReference:
+    return learn_reference(SAMPLES, AXIS, KERNEL, (0.0, 3.0), noise_std=0.02, starts=1)
+
+
+@cache
+def all_times() -> TrackableReference:
+    return learn_reference(SAMPLES, AXIS, KERNEL, "all_times", noise_std=0.02, mean=0.0, starts=1)
+
+
+@cache
+def periodic() -> TrackableReference:
+    times = np.linspace(0.0, 4.0, 12)
+    samples = Samples(times, 0.8 * np.sin(np.pi * times))
+    kernel = Periodic(1.0, 1.0, period=2.0)
+    return learn_reference(samples, SWING, kernel, "all_phases", noise_std=0.05, starts=1)
+
+
+@cache
+def nonlinear() -> TrackableReference:
+    times = np.linspace(0.0, 3.0, 7)
+    samples = Samples(times, np.sin(times))
+    return learn_reference(samples, TANK, SquaredExponential(1.0, 1.0), (0.0, 3.0), noise_std=0.05, starts=1)
+
+
+EVERY = {of.__name__: of for of in (on_window, all_times, periodic, nonlinear)}

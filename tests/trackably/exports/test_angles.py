@@ -1,0 +1,86 @@
+"""A heading that passes π does not jump back to −π in what others follow."""
+
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.trackably.exports.c_programs import CC, compiled, run
+from tests.trackably.exports.test_c99 import require_within_certified_errors
+from tests.trackably.systems.forms.instances import PERIOD, T_S, eight
+from trackably.arrays import Array
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.prove import prove
+from trackably.given.certified import CertifiedReference
+
+K = np.arange(300)
+NAMES = ("x", "y", "heading", "speed", "turn")
+
+
+@cache
+def robot() -> CertifiedReference:
+    proof = prove(eight())
+    assert isinstance(proof, Certificate)
+    return CertifiedReference(eight(), proof)
+
+
+def headings() -> Array:
+    found = np.unwrap(eight().state(K)[:, 2])
+    assert np.abs(np.diff(eight().state(K)[:, 2])).max() > 6  # it does jump
+    return np.asarray(found)
+
+
+def test_what_others_simulate_does_not_jump() -> None:
+    """The system's own equations give the states, without whole turns between them."""
+    answer = robot().to_control().response(eight().instants(K))
+    x = answer.states[:, 0]
+    for k in K[:-1]:
+        x = eight().plant.system.successor(x, answer.inputs[:, k])
+        np.testing.assert_allclose(x, answer.states[:, k + 1], atol=1e-7)
+    np.testing.assert_allclose(answer.states[2], headings(), atol=1e-9)
+
+
+def test_tables_do_not_jump(tmp_path: Path) -> None:
+    table = pd.read_csv(robot().to_csv(tmp_path / "r.csv", 0, K.size))
+    np.testing.assert_allclose(table["heading"], headings(), atol=1e-9)
+    assert table["time [s]"].max() > 2 * PERIOD
+
+
+def test_do_mpc_sees_one_heading_from_step_to_step() -> None:
+    """Whatever the order of the calls: each begins where the turns since time zero have led."""
+    controller = SimpleNamespace(
+        settings=SimpleNamespace(t_step=T_S, n_horizon=9),
+        model=SimpleNamespace(tvp={"default": 0, "heading_ref": 0, "turn_ref": 0}),
+        get_tvp_template=dict,
+    )
+    tvp = robot().to_do_mpc(controller)
+    for k in (0, 251, 37, 120, 290):
+        found = tvp(k * T_S)
+        seen = [found["_tvp", j, "heading_ref"].item() for j in range(10)]
+        np.testing.assert_allclose(seen, headings()[k : k + 10] if k < 290 else headings()[290:], atol=1e-9)
+        assert found["_tvp", 3, "turn_ref"].item() == pytest.approx(eight().input(k + 3)[1], abs=1e-9)
+
+
+def test_acados_is_told_of_the_turns_that_are_near_the_plant() -> None:
+    sliding = robot().to_acados(20)
+    for k, turns in ((0, 0), (40, 3), (200, -2)):
+        state = np.add(eight().state(k), [0.0, 0.0, 2 * np.pi * turns + 0.4])
+        yref, yref_e = sliding.at(k, state)
+        angles = np.append(yref[:, 2], yref_e[2])
+        assert abs(angles[0] - state[2]) < 0.5
+        assert np.abs(np.diff(angles)).max() < 1
+        np.testing.assert_allclose(np.exp(1j * angles), np.exp(1j * eight().state(k + np.arange(21))[:, 2]), atol=1e-9)
+        assert np.abs(np.diff(np.append(sliding.at(k).yref[:, 2], sliding.at(k).yref_e[2]))).max() < 1
+
+
+@pytest.mark.skipif(CC is None, reason="there is no C compiler")
+def test_values_of_a_flat_form_in_c_are_within_the_certified_error(tmp_path: Path) -> None:
+    times = np.random.default_rng(3).uniform(-20, 20, 50)
+    refused, values = run(compiled(robot(), tmp_path), times)
+    assert not refused.any()
+    require_within_certified_errors(robot(), times, values, 1e-6)
+    np.testing.assert_allclose(values[:, 2], eight().state_at(times)[:, 2], atol=1e-6)
+    assert "x[2] heading, an angle in (-pi, pi]: add whole turns" in (tmp_path / "reference.h").read_text()

@@ -1,0 +1,234 @@
+"""Headers in C compile without a warning, and what they compute is within the bound that the certificate names."""
+
+import subprocess
+from fractions import Fraction
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+from tests.trackably.exports.c_programs import CC, STRICT, compiled, run
+from tests.trackably.exports.references import EVERY, all_times, on_window, periodic
+from tests.trackably.plants import AXIS, CART
+from tests.trackably.systems.redundant_instances import random_case
+from trackably import (
+    ConstrainedSystem,
+    Kernel,
+    Matern32,
+    Matern52,
+    Periodic,
+    PiecewisePolynomial2,
+    PiecewisePolynomial3,
+    Polytope,
+    RationalQuadratic,
+    SquaredExponential,
+)
+from trackably.arrays import Array
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.claim import AtInstants, OnWindow
+from trackably.certificates.draft import Draft, evaluation_errors
+from trackably.certificates.form import encode_subject
+from trackably.checker import certificate as checked
+from trackably.checker.arithmetic.intervals import exactly
+from trackably.checker.reading.subjects import subject_of
+from trackably.checker.steps.pieces.rounding import evaluation_errors as errors_of_pieces
+from trackably.exports.c99.header import header
+from trackably.exports.proved import Proved
+from trackably.gp.signal import KernelSum
+from trackably.systems.flat.functional import Functional
+from trackably.systems.reference import Reference
+from trackably.systems.signals.pieces import PolynomialPieces
+
+pytestmark = pytest.mark.skipif(CC is None, reason="there is no C compiler")
+
+RNG = np.random.default_rng(5)
+KERNELS: dict[str, Kernel] = {
+    "squared exponential": SquaredExponential(0.7, 0.31),
+    "Matérn 3/2": Matern32(0.7, 0.31),
+    "Matérn 5/2": Matern52(1.3, 0.31),
+    "rational quadratic": RationalQuadratic(0.7, 0.31, 1.3),
+    "periodic": Periodic(0.7, 0.9, 1.7),
+    "piecewise polynomial 2": PiecewisePolynomial2(0.7, 0.9),
+    "piecewise polynomial 3": PiecewisePolynomial3(0.7, 0.9),
+    "product of a sum": (Periodic(1.1, 0.9, 1.7) + Matern52(0.3, 0.2)) * SquaredExponential(1.2, 1.4),
+}
+
+
+def stub(reference: Reference, claim: OnWindow | AtInstants = OnWindow(-2.0, 6.0)) -> Proved:  # noqa: B008
+    """A reference with the bounds of its rounding, as certificates have them; nothing else is of interest here."""
+    if reference.pieces:
+        window = checked.Window(-2.0, 6.0, checked.Cover({}, 0))
+        of_pieces = errors_of_pieces(subject_of(encode_subject(reference)), window)
+        errors = {name: float(error) * (1 + 1e-15) for name, error in of_pieces.items()}
+    else:
+        errors = evaluation_errors(reference, 100.0)
+    certificate = Certificate(reference, claim, 0, {}, errors, 100.0)
+    found: Proved = SimpleNamespace(  # type: ignore[assignment]
+        reference=reference, certificate=certificate, explanation="", sampled={}
+    )
+    return found
+
+
+def random_sum(kernel: Kernel, mean: float = 0.125) -> KernelSum:
+    centres = np.sort(RNG.uniform(0, 4, 9))
+    return KernelSum(kernel, mean, centres, RNG.standard_normal(9))
+
+
+def require_within_certified_errors(proved: Proved, times: Array, values: Array, largest: float = 1e-7) -> None:
+    """The distance of each value to the exact one, in intervals, is at most what the certificate says."""
+    draft = Draft.of(proved.reference, 100.0, np.zeros(1))
+    system = proved.reference.plant.system
+    names = (*system.states, *system.inputs)
+    checked = [name for name in names if name in draft.errors]
+    assert checked
+    for name in checked:
+        error = proved.certificate.evaluation_error[name]
+        assert 0 < error < largest
+        column = values[:, names.index(name)]
+        for t, value in zip(times.tolist(), column.tolist(), strict=True):
+            assert abs(draft.value(name, exactly(t)) - exactly(value)) <= exactly(error), (name, t)
+
+
+TIMES = np.concatenate([RNG.uniform(-2, 6, 60), np.arange(0.0, 3.0, 0.25), [0.0, 4.0]])
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_values_of_each_kernel_are_within_the_certified_error(name: str, tmp_path: Path) -> None:
+    proved = stub(Reference((random_sum(KERNELS[name]),), AXIS))
+    refused, values = run(compiled(proved, tmp_path), TIMES)
+    assert not refused.any()
+    require_within_certified_errors(proved, TIMES, values)
+
+
+def exact_piece(pieces: PolynomialPieces, t: Fraction) -> Fraction:
+    """The value at a rational time, in rational arithmetic."""
+    ends = [Fraction(end) for end in pieces.breakpoints.tolist()]
+    if pieces.beyond == "rest":
+        t = min(max(t, ends[0]), ends[-1])
+    if pieces.beyond == "period":
+        t = ends[0] + (t - ends[0]) % (ends[-1] - ends[0])
+    i = min(max(sum(end <= t for end in ends) - 1, 0), len(ends) - 2)
+    return sum((Fraction(c) * (t - ends[i]) ** j for j, c in enumerate(pieces.coefficients[i].tolist())), Fraction(0))
+
+
+def random_pieces(kind: str, beyond: str) -> PolynomialPieces:
+    """Cubic pieces that meet, or steps; breakpoints are near to multiples of the sampling time."""
+    times = np.linspace(0.0, 4.0, 9) if kind == "spline" else np.array([0.0, 0.35, 0.6000000000000001, 1.45, 4.0])
+    spline = CubicSpline(times, np.append(RNG.standard_normal(len(times) - 1), 0.0), bc_type="natural")
+    coefficients = spline.c[::-1].T if kind == "spline" else RNG.standard_normal((len(times) - 1, 2))
+    return PolynomialPieces(times, coefficients, beyond)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("beyond", ["rest", "period", "end"])
+@pytest.mark.parametrize("kind", ["spline", "steps"])
+def test_values_of_polynomial_pieces_are_within_the_certified_error(kind: str, beyond: str, tmp_path: Path) -> None:
+    pieces, wide = random_pieces(kind, beyond), [1e4, 1e4]
+    plant = ConstrainedSystem(AXIS.system, Polytope.box([-1e4, -1e4], wide), Polytope.box([-1e4], [1e4]))
+    proved = stub(Reference((pieces,), plant))
+    ends = pieces.breakpoints[:-1]
+    times = np.concatenate([TIMES, ends, np.nextafter(ends, 9), np.nextafter(ends, 0)])
+    times = times if beyond != "end" else times[(times >= 0) & (times < 3.85)]
+    refused, values = run(compiled(proved, tmp_path), times)
+    assert not refused.any()
+    require_nearest(proved, [Fraction(t) for t in times.tolist()], values)
+    k = np.arange(76)
+    refused, values = run(compiled(proved, tmp_path, "reference_step((long)t, x, u)"), k.astype(float))
+    assert not refused.any()
+    require_nearest(proved, [i * Fraction(plant.sampling_time) for i in k.tolist()], values)
+    reference = proved.reference
+    np.testing.assert_allclose(values, np.hstack([reference.state(k), reference.input(k)]), rtol=3e-16, atol=1e-25)
+
+
+def require_nearest(proved: Proved, times: list[Fraction], values: Array) -> None:
+    """Values are those of rational arithmetic, rounded once, and within the bound of the certificate."""
+    (pieces,), plant = proved.reference.pieces, proved.reference.plant
+    step = Fraction(plant.sampling_time)
+    for i, coordinate in enumerate((*plant.flatness.states, *plant.flatness.inputs)):
+        assert isinstance(coordinate, Functional)
+        error = Fraction(proved.certificate.evaluation_error[("position", "velocity", "force")[i]])
+        for t, value in zip(times, values[:, i].tolist(), strict=True):
+            exact = sum(w * exact_piece(pieces, t + j * step) for j, w in enumerate(coordinate.weights[0]))
+            assert abs(exact + coordinate.offset - Fraction(value)) <= min(
+                error, abs(exact) / 2**52 + Fraction(1, 10**25)
+            )
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_values_of_proved_references_are_within_the_certified_error(name: str, tmp_path: Path) -> None:
+    proved = EVERY[name]()
+    times = np.concatenate([RNG.uniform(0, 3, 40), proved.reference.instants(np.arange(14))])
+    refused, values = run(compiled(proved, tmp_path), times)
+    assert not refused.any()
+    require_within_certified_errors(proved, times, values)
+    np.testing.assert_allclose(values[:, : len(proved.reference.plant.system.states)], proved(times), atol=1e-11)
+
+
+def test_several_inputs_have_a_signal_each(tmp_path: Path) -> None:
+    proved = stub(Reference((random_sum(SquaredExponential(1.0, 0.5)), random_sum(Matern52(1.0, 0.5), -0.5)), CART))
+    _, values = run(compiled(proved, tmp_path), TIMES)
+    require_within_certified_errors(proved, TIMES, values)
+
+
+def test_steps_are_times(tmp_path: Path) -> None:
+    program = compiled(all_times(), tmp_path, "reference_step((long)t, x, u)")
+    k = np.arange(40.0)
+    refused, values = run(program, k)
+    assert not refused.any()
+    expected = np.hstack([all_times().reference.state(k), all_times().reference.input(k)])
+    np.testing.assert_allclose(values, expected, atol=1e-11)
+
+
+def test_times_that_are_not_proved_are_refused_as_in_python(tmp_path: Path) -> None:
+    times = np.array([-1e-9, -1.0, 0.0, 1.5, 3.0, 3.0 + 1e-9, 1e9, np.inf])
+    refused, values = run(compiled(on_window(), tmp_path), times)
+    assert refused.tolist() == [True, True, False, False, False, True, True, True]
+    assert not values[refused].any()
+    refused, _ = run(compiled(periodic(), tmp_path), np.array([-2001.0, 2.0**41, -(2.0**42), 2.3e12]))
+    assert refused.tolist() == [False, False, True, True]
+
+
+def test_between_instants_there_is_no_function(tmp_path: Path) -> None:
+    proved = stub(Reference((random_sum(SquaredExponential(0.7, 0.31)),), AXIS), AtInstants(40))
+    refused, _ = run(compiled(proved, tmp_path, "reference_step((long)t, x, u)"), np.array([-1.0, 0.0, 5.0]))
+    assert refused.tolist() == [True, False, False]
+    assert "reference_at" not in header(proved, "reference")
+
+
+def test_arithmetic_that_is_not_certified_does_not_compile(tmp_path: Path) -> None:
+    (tmp_path / "a.c").write_text(header(on_window(), "axis"), encoding="utf-8")
+    for option, works in (("-O3", True), ("-ffast-math", False)):
+        command = [str(CC), *STRICT, option, "-fsyntax-only", "a.c"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert (done.returncode == 0) == works, done.stderr
+    assert "certified for IEEE double precision without fast-math" in done.stderr
+
+
+def test_several_references_share_a_program(tmp_path: Path) -> None:
+    on_window().to_c(tmp_path / "axis.h", "axis")
+    periodic().to_c(tmp_path / "swing.h", "swing")
+    (tmp_path / "a.c").write_text('#include "axis.h"\n#include "swing.h"\n#include "axis.h"\n')
+    subprocess.run([str(CC), *STRICT, "-fsyntax-only", "a.c"], cwd=tmp_path, check=True)
+
+
+def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    for name in ("", "2axis", "a b", "a-b", "x;", "ä"):
+        with pytest.raises(ValueError, match=r"^to_c: name must be an identifier in C"):
+            on_window().to_c(tmp_path / "r.h", name)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_of_inputs_that_act_alike_the_smallest_is_given(seed: int, tmp_path: Path) -> None:
+    system, input_set = random_case(seed)
+    n = len(system.states)
+    plant = ConstrainedSystem(system, Polytope.box([-99] * n, [99] * n), input_set)
+    kernel = SquaredExponential(0.6, 0.5)
+    reference = Reference(tuple(random_sum(kernel) for _ in range(plant.signal_count)), plant)
+    _, values = run(compiled(stub(reference), tmp_path), TIMES)
+    expected = reference.input_at(TIMES)
+    np.testing.assert_allclose(values[:, n:], expected, atol=1e-9)
+    assert plant.allocation is not None
+    unchanged = np.stack([q([z.summed for z in reference.kernel_sums], TIMES) for q in plant.flatness.inputs], axis=-1)
+    assert np.any(np.abs(expected - unchanged) > 1e-3), "another input than that of the signals is smallest somewhere"

@@ -1,0 +1,119 @@
+"""Trajectories of joints come back from YAML and MCAP, read by others and by the bytes."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from mcap.reader import NonSeekingReader, make_reader
+from mcap_ros2.decoder import DecoderFactory
+
+from tests.trackably.exports.cdr import joint_trajectory
+from tests.trackably.exports.references import on_window, periodic
+from trackably import Field, read_mcap
+
+JOINTS = {"slide": {"positions": "position", "velocities": "velocity", "effort": "force"}}
+K = np.arange(61.0)
+
+
+def columns() -> dict[str, np.ndarray]:
+    states, inputs = on_window().reference.state(K), on_window().reference.input(K)
+    return {
+        "positions": states[:, :1],
+        "velocities": states[:, 1:],
+        "accelerations": np.empty((61, 0)),
+        "effort": inputs,
+    }
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return on_window().to_ros2(tmp_path / "r.mcap", JOINTS, topic="/slide", stamp=1_700_000_000_000_000_007)
+
+
+def test_an_mcap_file_comes_back_by_its_bytes(file: Path) -> None:
+    with file.open("rb") as stream:
+        ((schema, channel, message),) = NonSeekingReader(stream, validate_crcs=True).iter_messages()
+    assert schema is not None
+    assert (schema.name, schema.encoding) == ("trajectory_msgs/msg/JointTrajectory", "ros2msg")
+    assert (channel.topic, channel.message_encoding) == ("/slide", "cdr")
+    assert (message.log_time, message.publish_time) == (1_700_000_000_000_000_007,) * 2
+    found = joint_trajectory(message.data)
+    assert (found["stamp"], found["frame"], found["joints"]) == ((1_700_000_000, 7), "", ["slide"])
+    for name, expected in columns().items():
+        np.testing.assert_array_equal([point[name] for point in found["points"]], expected)
+    since = [sec * 10**9 + nanosec for sec, nanosec in (point["since"] for point in found["points"])]
+    assert since == [50_000_000 * k for k in range(61)]
+
+
+def test_an_mcap_file_comes_back_by_the_decoder_of_its_makers(file: Path) -> None:
+    with file.open("rb") as stream:
+        ((*_, message),) = make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages()
+    for name, expected in columns().items():
+        np.testing.assert_array_equal([getattr(point, name) for point in message.points], expected)
+    assert message.points[30].time_from_start.sec == 1
+
+
+def test_the_first_point_of_a_message_can_be_read_as_samples(file: Path) -> None:
+    """By the library's own reader of recordings."""
+    recording = read_mcap(file, {"position": Field("/slide", "points[0].positions[0]")})
+    assert recording.samples("position").values.tolist() == [on_window().reference.state(K)[0, 0]]
+
+
+def test_a_yaml_file_comes_back(tmp_path: Path) -> None:
+    text = on_window().to_ros2(tmp_path / "r.yaml", JOINTS).read_text()
+    found: Any = yaml.safe_load(text)
+    assert found["joint_names"] == ["slide"]
+    assert found["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+    for name, expected in columns().items():
+        read = [point[name] for point in found["points"]]
+        assert all(isinstance(value, float) for row in read for value in row)
+        np.testing.assert_array_equal(read, expected)
+    assert found["points"][25]["time_from_start"] == {"sec": 1, "nanosec": 250_000_000}
+
+
+def test_small_numbers_are_numbers_in_every_yaml(tmp_path: Path) -> None:
+    """YAML 1.1 takes 1e-05 for a text: such exponents get a point before them."""
+    from trackably.exports.ros2.write import _flow  # noqa: PLC0415
+
+    for value in (1e-5, -1e300, 1.5e-7, 0.0, -0.0, 3.0, 5e-324):
+        assert yaml.safe_load(_flow(value)) == value
+
+
+def test_several_joints_stand_side_by_side(tmp_path: Path) -> None:
+    joints = {"a": {"positions": "angle"}, "b": {"positions": "torque"}}
+    found = yaml.safe_load(periodic().to_ros2(tmp_path / "r.yml", joints, 3, 4).read_text())
+    expected = np.hstack([periodic().state(np.arange(3.0, 7.0)), periodic().input(np.arange(3.0, 7.0))])
+    np.testing.assert_array_equal([point["positions"] for point in found["points"]], expected)
+    assert found["points"][0]["time_from_start"] == {"sec": 0, "nanosec": 0}
+
+
+def test_the_same_trajectory_gives_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("r.mcap", "r.yaml"):
+        first = on_window().to_ros2(tmp_path / name, JOINTS).read_bytes()
+        assert on_window().to_ros2(tmp_path / name, JOINTS).read_bytes() == first
+
+
+@pytest.mark.parametrize(
+    ("joints", "sentence"),
+    [
+        ({}, "^joints: none is given"),
+        ({"a": {}}, "^joints: a has no field"),
+        ({"a": {"position": "position"}}, "^joints: a has no field position, only positions, velocities"),
+        ({"a": {"positions": "angle"}}, "^joints: a: angle is neither a state nor an input"),
+        (
+            {"a": {"positions": "position"}, "b": {"effort": "force"}},
+            "^joints: b must have the fields of a: positions$",
+        ),
+    ],
+)
+def test_joints_that_cannot_be_are_refused(joints: dict[str, dict[str, str]], sentence: str, tmp_path: Path) -> None:
+    for name in ("r.mcap", "r.yaml"):
+        with pytest.raises(ValueError, match=sentence):
+            on_window().to_ros2(tmp_path / name, joints)
+        with pytest.raises(ValueError, match="outside of what is proved"):
+            on_window().to_ros2(tmp_path / name, JOINTS, 60, 2)
+    with pytest.raises(ValueError, match=r"expected the name of an \.mcap or \.yaml file"):
+        on_window().to_ros2(tmp_path / "r.bag", JOINTS)
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,337 @@
+"""What no reference can satisfy is told before one is sought; what some trajectory satisfies is never called so."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from flint import arb, arb_mat
+
+from tests.trackably.feasibility import naive
+from tests.trackably.plants import AXIS, KERNEL, SAMPLES
+from trackably import (
+    ConstrainedSystem,
+    Impossible,
+    InfeasibleTightening,
+    LinearSystem,
+    NotTrackableError,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    Zonotope,
+    learn_reference,
+)
+from trackably import learn as learning
+from trackably.certificates.balls.arithmetic import ball_arithmetic
+from trackably.certificates.goal import Claim
+from trackably.feasibility.certain import _least_on as least_on
+from trackably.feasibility.certain import _observed as observed
+from trackably.feasibility.certain import certainly_missing
+from trackably.feasibility.impossible import impossible
+from trackably.feasibility.program import Least, least
+from trackably.feasibility.steps import Steps, Value, steps_of
+from trackably.streams import learn as streams
+from trackably.systems.disturbance.tightening import tightening
+from trackably.waypoints import Waypoints, waypoints
+
+WEAK = replace(AXIS, state_set=Polytope.box([-1, -1.5], [1, 1.5]), input_set=Polytope.box([-0.1], [0.1]))
+MOVING = replace(AXIS, state_set=Polytope.box([0.3, 0.5], [1.0, 1.5]))
+REST = {"position": 0.0, "velocity": 0.0}
+SEEDS = range(12)
+
+
+def told(at: Waypoints, plant: ConstrainedSystem = WEAK, claim: Claim = "all_times", mean: float = 0.0) -> Any:
+    return impossible(plant, claim, waypoints(at, 1e-6, plant, claim), [mean] * plant.signal_count)
+
+
+def random_plant(rng: np.random.Generator) -> ConstrainedSystem:
+    n, m = int(rng.integers(1, 5)), int(rng.integers(1, 3))
+    A = rng.normal(size=(n, n))
+    A *= rng.uniform(0.5, 1.2) / np.abs(np.linalg.eigvals(A)).max()
+    system = LinearSystem(A, rng.normal(size=(n, min(n, m))), rng.normal(size=n) / 20, sampling_time=0.1)
+    x, u = 10.0 ** rng.uniform(-3, 3, n), 10.0 ** rng.uniform(-3, 3, min(n, m))
+    scaled = LinearSystem(A * x[:, None] / x, system.B * x[:, None] / u, system.c * x, sampling_time=0.1)
+    u *= rng.uniform(0.05, 1.0)
+    skew = np.vstack([np.eye(n), np.ones(n)]) / x
+    return ConstrainedSystem(scaled, Polytope(skew, -np.ones(n + 1), np.ones(n + 1)), Polytope.box(-u, u))
+
+
+def trajectory(plant: ConstrainedSystem, rng: np.random.Generator, count: int) -> list[np.ndarray]:
+    """The states of a random admissible trajectory, as many steps as it stays inside."""
+    x = np.zeros(len(plant.system.states))
+    found = [x]
+    for _ in range(count - 1):
+        u = rng.uniform(plant.input_set.lower, plant.input_set.upper) * rng.uniform(0, 0.3)
+        x = plant.linear.successor(x, u)
+        if plant.state_set.margin(x) < 0:
+            break
+        found.append(x)
+    return found
+
+
+def random_steps(rng: np.random.Generator) -> Steps:
+    """Some values that lie inside their bounds, each at a step of its own."""
+    plant = random_plant(rng)
+    names = rng.choice(plant.system.states, size=4)
+    extents = {name: plant.state_set.extent(i) for i, name in enumerate(plant.system.states)}
+    middles = [rng.uniform(extents[name].lower, extents[name].upper) for name in names]
+    at = sorted(rng.choice(12, size=4, replace=False).tolist())
+    values = tuple(
+        Value(k, str(name), middle, middle + 1e-6 * extents[name].width)
+        for k, name, middle in zip(at, names, middles, strict=True)
+    )
+    return Steps(plant, 0.0, 15, values)
+
+
+def test_how_much_is_missing_is_what_the_largest_force_leaves():
+    found = told({0.0: REST, 1.0: {"position": 0.8}})
+    assert found.given == "position = 0.8 at t = 1 s"
+    assert found.missing == pytest.approx(0.8 - 0.1 / 2, abs=1e-5)
+    assert found.missing < 0.8 - 0.1 / 2
+    assert found.explanation == (
+        "no reference exists, whatever the kernel and the samples: position = 0.8 at t = 1 s is out of reach by at "
+        "least 0.749, because of position = 0 at t = 0 s; velocity = 0 at t = 0 s; force (upper bound 0.1) from "
+        "t = 0 s to 0.95 s"
+    )
+
+
+@pytest.mark.parametrize("claim", ["all_times", "all_phases", (0.0, 9.0), (-3.0, 9.0)])
+def test_who_cannot_brake_in_time_is_told(claim):
+    """v² / 2 u is left of the way, less what the last step of constant force overshoots."""
+    found = told({0.0: {"position": 0.9, "velocity": 1.0}}, claim=claim)
+    assert found.given == "velocity = 1 at t = 0 s"
+    assert found.missing == pytest.approx(1.0 - np.sqrt(2 * 0.1 * 0.1), abs=5e-3)
+    assert any(said.startswith("force (lower bound -0.1) from t = 0 s to") for said in found.among)
+    assert told({0.0: {"position": 0.9, "velocity": 0.99 * np.sqrt(2 * 0.1 * 0.1)}}, claim=claim) is None
+
+
+def test_bounds_alone_are_told_with_the_part_that_is_missing():
+    """At least 0.5 m/s for 3 s on 0.7 m: (0.5 - d) 3 = 0.7 (1 + 2 d)."""
+    found = told({}, MOVING, (0.0, 3.0))
+    assert found.given == ""
+    assert found.missing == pytest.approx((1.5 - 0.7) / (3 + 1.4), abs=1e-6)
+    assert "velocity (lower bound 0.5) from t = 0 s to 3 s" in found.among
+    assert "each of these would have to be moved by 0.181 of its width at least" in found.explanation
+    assert told({}, MOVING, (0.0, 1.3)) is None
+
+
+@pytest.mark.parametrize("start", [-100.0, -3.0, -0.04, 1e9])
+def test_windows_are_examined_wherever_they_are(start):
+    found = told({}, MOVING, (start, start + 3.0))
+    assert found.missing == pytest.approx((1.5 - 0.7) / (3 + 1.4), abs=1e-6)
+    assert told({}, MOVING, (start, start + 0.02)) is None
+
+
+def test_steps_beyond_the_ends_of_a_claim_ask_nothing():
+    """However close they are: a reference may go anywhere there."""
+    assert told({}, MOVING, (0.0, 1.45)) is not None
+    assert told({}, MOVING, (0.0, 1.45 - 1e-8)) is None
+    assert told({0.05: {"position": 0.5}}, MOVING, (0.05, 1.5)) is not None
+    assert told({0.05: {"position": 0.5}}, MOVING, (1e-8, 0.9)) is None
+
+
+def test_times_that_steps_do_not_link_exclude_nothing():
+    assert told({0.0: {"position": 0.0}, 0.025: {"position": 0.9}}) is None
+    assert told({0.0: {"position": 0.0}, 0.05: {"position": 0.9}}) is not None
+    assert told({0.3: {"position": 0.0}, 0.35: {"position": 0.9}}) is not None
+
+
+def test_where_it_may_rest_nothing_is_computed():
+    assert [steps.count for steps in steps_of(WEAK, "all_times", ())] == [667]
+    assert told({}) is None
+
+
+def test_vehicles_are_not_examined():
+    """Their headings count up to whole turns only."""
+    from trackably import mobile_robot  # noqa: PLC0415
+
+    robot = ConstrainedSystem(mobile_robot(0.1), Polytope.box([-3, -3, -3], [3, 3, 3]), Polytope.box([0.1, -1], [1, 1]))
+    assert told({0.0: {"x": 0.0}, 0.1: {"x": 2.0}}, robot, (0.0, 1.0)) is None
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_values_on_an_admissible_trajectory_are_never_called_impossible(seed):
+    rng = np.random.default_rng(seed)
+    plant = random_plant(rng)
+    states = trajectory(plant, rng, 30)
+    names = plant.system.states
+    at = {0.1 * k: dict(zip(names, x.tolist(), strict=True)) for k, x in enumerate(states) if rng.random() < 0.4}
+    claim = 0.0, 0.1 * max(1, len(states) - 1)
+    pinned = waypoints(at, 1e-9, plant, claim)
+    assert impossible(plant, claim, pinned, [0.0] * plant.signal_count) is None
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_is_missing_is_what_another_program_finds(seed):
+    steps = random_steps(np.random.default_rng(seed))
+    elastic = np.where(steps.is_given, steps.widths, 0.0)
+    found = least(steps, elastic)
+    assert found is not None
+    expected = naive.missing(steps, elastic)
+    assert found.missing == pytest.approx(expected, rel=1e-5, abs=1e-6)
+    if expected > 1e-3:
+        assert certainly_missing(found) == pytest.approx(found.missing, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_multipliers_prove_too_much(seed):
+    """Weak duality: whatever is perturbed, what is certain is no more than what is missing."""
+    rng = np.random.default_rng(seed)
+    steps = random_steps(rng)
+    found = least(steps, np.where(steps.is_given, steps.widths, 0.0))
+    assert found is not None
+    claimed = replace(found, missing=10 * found.missing + 1.0)
+    for size in (1e-9, 1e-3, 1.0):
+        noisy = [of * np.exp(size * rng.normal(size=of.shape)) for of in (found.at_lower, found.at_upper)]
+        assert certainly_missing(replace(claimed, at_lower=noisy[0], at_upper=noisy[1])) <= found.missing + 1e-6
+
+
+def test_one_value_alone_proves_nothing():
+    """A planted multiplier of one value that can be had: where the first state lies is what makes it possible."""
+    steps = Steps(WEAK, 0.0, 5, (Value(3, "position", 0.5, 0.5001),))
+    chosen = steps.is_given.astype(float)
+    for side in ("at_lower", "at_upper"):
+        none = {"at_lower": np.zeros(len(chosen)), "at_upper": np.zeros(len(chosen))}
+        assert certainly_missing(Least(steps, chosen, 1.0, **none | {side: chosen})) == 0.0
+
+
+FREE = replace(WEAK, state_set=Polytope.box([-1, -np.inf], [1, np.inf]))
+
+
+@pytest.mark.parametrize("first", [0.0, 0.35])
+def test_a_free_state_is_bounded_by_what_the_others_do(first):
+    """The velocity is free, and no value of it is given: positions and forces of two steps say what it is at most."""
+    assert told({first: REST, first + 1.0: {"position": 0.8}}, FREE).missing == pytest.approx(0.75, abs=1e-5)
+    found = told({first: {"position": 0.1}, first + 0.1: {"position": 0.5}, first + 0.2: {"position": -0.5}}, FREE)
+    assert found.given == f"position = 0.5 at t = {first + 0.1:g} s"
+
+
+def test_what_nothing_bounds_proves_nothing():
+    """A factor that may be zero is none that is: it counts with all of a free state."""
+    assert not least_on([None], arb_mat(1, 1, [arb(0, 1e-10)])) > -1e300
+    assert least_on([None], arb_mat(1, 1, [arb(0)])) == 0
+    assert least_on([arb(1).union(arb(3))], arb_mat(1, 1, [arb(-2)])) < -5.999
+    nowhere = replace(WEAK, state_set=Polytope.box([-np.inf, -np.inf], [np.inf, np.inf]))
+    assert told({1.0: REST, 1.05: {"position": 0.8}}, nowhere).missing == pytest.approx(0.8, abs=1e-3)
+    assert told({1.0: {"position": 0.0}, 1.05: {"velocity": 5.0}}, nowhere) is None
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_first_state_is_where_a_trajectory_begins(seed):
+    """One sum of the states is bounded closely around a trajectory, and inputs are known: the ball is small."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 5))
+    system = LinearSystem(rng.normal(size=(n, n)), rng.normal(size=(n, 1)), rng.normal(size=n), sampling_time=0.1)
+    states, u = [rng.normal(size=n)], np.array([0.7])
+    for _ in range(n - 1):
+        states.append(system.successor(states[-1], u))
+    row = rng.normal(size=n)
+    values = [float(row @ x) for x in states]
+    X = Polytope([row], [min(values) - 1e-6], [max(values) + 1e-6])
+    steps = Steps(ConstrainedSystem(system, X, Polytope.box([-1], [1])), 0.0, n)
+    given = replace_rows(steps, values)
+    with ball_arithmetic():
+        balls = observed(given, np.full(2 * n, 1e-6), [arb(0.7)])
+    for ball, value in zip(balls, states[0].tolist(), strict=True):
+        assert ball.overlaps(arb(value))
+        assert float(ball.rad()) < 1.0
+
+
+def replace_rows(steps: Steps, values: list[float]) -> Any:
+    """The same steps with the row of X known at each of them."""
+
+    class Known(Steps):
+        lower = upper = np.array([of for value in values for of in (value, 0.7)])
+
+    return Known(steps.plant, steps.start, steps.count)
+
+
+@pytest.mark.parametrize("learn", [learning.learn_reference, streams.learn_stream])
+def test_nothing_is_learned_where_nothing_is_possible(learn, monkeypatch):
+    monkeypatch.setattr(learning, "learn_certified", None)
+    monkeypatch.setattr(streams, "learn_proved", None)
+    options = {"window": 2.0} if learn is streams.learn_stream else {}
+    with pytest.raises(NotTrackableError, match="no reference exists") as raised:
+        learn(SAMPLES, WEAK, KERNEL, "all_times", noise_std=0.02, at={0.0: REST, 1.0: {"position": 0.8}}, **options)
+    assert isinstance(raised.value.outcome, Impossible)
+
+
+def test_a_window_without_a_place_to_rest_is_examined_first(monkeypatch):
+    monkeypatch.setattr(learning, "learn_certified", None)
+    with pytest.raises(NotTrackableError, match=r"no reference exists, .*: bounds contradict each other"):
+        learn_reference(SAMPLES, MOVING, KERNEL, (0.0, 3.0), noise_std=0.02)
+
+
+FIRST = ConstrainedSystem(
+    LinearSystem([[0.9]], [[1.0]], states=("x",), sampling_time=0.1), Polytope.box([-10], [10]), Polytope.box([-1], [1])
+)
+JUMP = {1.0: {"x": -0.460756}, 1.1: {"x": 0.506832}}  # by the input 0.921512
+FAR = {1.0: {"x": -0.460756}, 1.1: {"x": 0.8}}  # by the input 1.214680
+PUSHED = Zonotope.box([-0.1], [0.1])
+DRAWN_IN = {
+    "the feedback that is chosen": ({"disturbance": PUSHED}, "under the feedback K = [[-0.89", "another feedback="),
+    "a margin": ({"margin": 0.05}, "by the margin 0.05 of each width", "a smaller margin="),
+    "both": (
+        {"disturbance": PUSHED, "margin": 0.01},
+        "and by the margin 0.01 of each width",
+        "another feedback= or a smaller margin=",
+    ),
+}
+
+
+def learned_first(at: Waypoints, **options: Any) -> TrackableReference:
+    times = np.arange(0, 3, 0.1)
+    samples = Samples(times, 0.3 * np.sin(2 * times))
+    return learn_reference(samples, FIRST, SquaredExponential(), "all_times", noise_std=0.05, at=at, **options)
+
+
+@pytest.mark.parametrize("name", DRAWN_IN)
+def test_what_a_feedback_or_a_margin_excludes_is_not_called_impossible(name):
+    options, drawn_in, instead = DRAWN_IN[name]
+    with pytest.raises(NotTrackableError) as raised:
+        learned_first(JUMP, **options)
+    outcome = raised.value.outcome
+    assert isinstance(outcome, InfeasibleTightening)
+    assert not isinstance(outcome, Impossible)
+    assert outcome.explanation.startswith("no reference keeps the bounds drawn in ")
+    assert "no reference exists" not in outcome.explanation
+    assert drawn_in in outcome.explanation
+    assert f"; {instead} may leave more room: x = 0.506832 at t = 1.1 s is out of reach" in outcome.explanation
+
+
+@pytest.mark.parametrize("name", DRAWN_IN)
+def test_a_value_outside_of_what_is_left_of_the_bounds_is_refused_with_the_reason(name):
+    left = r"inside \[-9.*\] at 1 s, got 9.99; disturbance, noise and margin leave no more of its bounds"
+    with pytest.raises(ValueError, match=left):
+        learned_first({1.0: {"x": 9.99}}, **DRAWN_IN[name][0])
+
+
+@pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
+def test_another_feedback_proves_what_the_chosen_one_excludes():
+    found = learned_first(JUMP, disturbance=PUSHED, feedback=[[-0.2]])
+    assert found.reference.state_at(np.array([1.0, 1.1])).ravel() == pytest.approx([-0.460756, 0.506832], abs=2e-3)
+
+
+@pytest.mark.parametrize("name", DRAWN_IN)
+def test_what_the_own_bounds_exclude_is_impossible_for_every_feedback_and_margin(name):
+    found = []
+    for options in ({}, DRAWN_IN[name][0]):
+        with pytest.raises(NotTrackableError) as raised:
+            learned_first(FAR, at_tolerance=1e-3, **options)
+        found.append(raised.value.outcome)
+    assert isinstance(found[0], Impossible)
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_margin_makes_an_admissible_trajectory_impossible(seed):
+    """Only drawn in bounds exclude it, and only in their own words."""
+    rng = np.random.default_rng(seed)
+    plant = random_plant(rng)
+    states = trajectory(plant, rng, 30)
+    at = {0.1 * k: dict(zip(plant.system.states, states[k].tolist(), strict=True)) for k in range(0, len(states), 3)}
+    drawn, claim = tightening(plant, margin=float(rng.uniform(0.05, 0.45))), (0.0, 0.1 * max(1, len(states) - 1))
+    pinned = waypoints(at, 1e-9, plant, claim)
+    found = impossible(drawn.plant, claim, pinned, [0.0] * plant.signal_count, drawn)
+    assert found is None or isinstance(found, InfeasibleTightening)

@@ -1,0 +1,22 @@
+"""Small recordings of one motion to rest, and the plant that is to follow it."""
+
+import numpy as np
+
+from trackably import ConstrainedSystem, LinearSystem, Polytope, Samples, SquaredExponential
+
+PLANT = ConstrainedSystem(
+    LinearSystem(A=[[0.9]], B=[[0.5]], sampling_time=0.01),
+    state_set=Polytope.box([-2.0], [0.05]),
+    input_set=Polytope.box([-0.5], [0.5]),
+)
+KERNEL = SquaredExponential()
+
+
+def motion(seed: int) -> Samples:
+    draw = np.random.default_rng(seed)
+    times = 0.1 * np.arange(6)
+    return Samples(times, -np.exp(-8 * (1 + 0.1 * draw.random()) * times) + 0.01 * draw.standard_normal(6))
+
+
+def motions(count: int) -> dict[str, Samples]:
+    return {f"run {i}": motion(i) for i in range(count)}

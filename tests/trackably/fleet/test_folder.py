@@ -1,0 +1,213 @@
+"""Folders of recordings: names map one to one, one name spoils nothing for others, and what is loaded is the row's."""
+
+import csv
+import re
+import shutil
+import unicodedata
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote_to_bytes
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pyarrow import parquet
+
+from tests.trackably.fleet.recordings import KERNEL, PLANT, motion, motions
+from tests.trackably.fleet.test_learn_many import contents, learned, written
+from trackably import Fleet, Samples, Source, TrackableReference, learn_many
+from trackably.errors import InputError
+from trackably.files import from_json, to_json
+from trackably.fleet.folder import FleetFolder
+
+PIECES = (
+    *(
+        "x",
+        "X",
+        "a",
+        "run 1",
+        "/",
+        "//",
+        "%",
+        "%2F",
+        "^",
+        "^1",
+        ".",
+        "..",
+        " ",
+        "~1",
+        "\\",
+        ":",
+        "*",
+        "\n",
+        "\0",
+        "=",
+        "'",
+    ),
+    *(
+        "row.json",
+        "reference.json",
+        "certificate.json",
+        "counterexample.json",
+        "fleet.csv",
+        "con",
+        "NUL.txt",
+        "lpt1 .x",
+    ),
+    *("\u00e9", "e\u0301", "\u212a", "\u0131", "\u00df", "ss", "\u202e", "\udcc3", "\udca9", "\U0001f916"),
+)
+NAMES = st.lists(st.sampled_from(PIECES) | st.text(st.characters(), max_size=3), min_size=1, max_size=5).map("".join)
+DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d) *(\..*)?", re.IGNORECASE)
+FILES = {"row.json", "reference.json", "certificate.json", "counterexample.json", "fleet.csv"}
+
+
+def folder_of(name: str) -> str:
+    return FleetFolder(Path("fleet")).of(name).as_posix().removeprefix("fleet/")
+
+
+def name_of(folder: str) -> str:
+    """The inverse, from what a file system keeps that tells neither case nor forms of characters apart."""
+
+    def text(part: str) -> str:
+        escaped, _, places = part.partition("^")
+        found = "" if escaped == "%" else unquote_to_bytes(escaped).decode("utf-8", "surrogatepass")
+        return "".join(c.upper() if int(places or "0", 16) >> i & 1 else c for i, c in enumerate(found))
+
+    return "/".join(map(text, folder.split("/")))
+
+
+@given(NAMES)
+def test_names_are_read_off_their_folders_whatever_the_file_system(name):
+    folder = folder_of(name)
+    assert name_of(folder) == name
+    for form in ("NFC", "NFD", "NFKC", "NFKD"):
+        assert name_of(unicodedata.normalize(form, folder).lower()) == name
+
+
+@given(NAMES, NAMES)
+def test_other_names_have_other_folders(one, other):
+    assert (folder_of(one).casefold() == folder_of(other).casefold()) == (one == other)
+
+
+@given(NAMES)
+def test_every_file_system_takes_the_folders_and_none_is_a_file_of_the_fleet(name):
+    for part in folder_of(name).split("/"):
+        assert re.fullmatch(r"[!-~]|[!-~][ -~]*[!-~]", part)
+        assert not set(part) & set('<>:"\\|?*')
+        assert part[0] != "."
+        assert part[-1] != "."
+        assert not DEVICE.fullmatch(part)
+        assert part.lower() not in FILES
+
+
+@pytest.mark.parametrize("name", ["run 1", "a/b", "2026-05-01_12.30.00", "left~2", "50 percent"])
+def test_plain_names_are_their_own_folders(name):
+    assert folder_of(name) == name
+
+
+ALIKE = ("/x", "x", "X", "x/", "a//b", "a/b", "a", "a/row.json", "fleet.csv", "..", ".", "%", "a\nb", "a%0Ab", "\udcff")
+
+
+def test_names_that_look_alike_have_their_own_references(tmp_path):
+    fleet = learned({name: motion(i) for i, name in enumerate(ALIKE)}, tmp_path)
+    assert [row.outcome for row in fleet.rows] == ["proved"] * len(ALIKE)
+    assert len({row.fingerprint for row in fleet.rows}) == len(ALIKE)
+    for i in range(3):
+        alone = learned({"alone": motion(i)}, tmp_path / "others" / str(i))
+        assert fleet.reference(ALIKE[i]).fingerprint == alone.rows[0].fingerprint
+    for row in fleet.rows:
+        assert fleet.reference(row.name).fingerprint == row.fingerprint
+    before = written(tmp_path)
+    learned({name: motion(i) for i, name in enumerate(ALIKE)}, tmp_path)
+    assert written(tmp_path) == before
+
+
+def test_a_name_that_cannot_be_a_folder_is_a_row(tmp_path):
+    tmp_path.joinpath("taken").write_text("a file of somebody's")
+    bad = ("x" * 300, "/".join(["x" * 200] * 30), "taken", "taken/too")
+    fleet = learned({"first": motion(0), **dict.fromkeys(bad, motion(1)), "last": motion(2)}, tmp_path)
+    assert [row.outcome for row in fleet.rows] == ["proved", *["unusable"] * 4, "proved"]
+    assert all(row.sentence.startswith("give it another name: its folder") for row in fleet.rows[1:5])
+    assert "too long" in fleet.rows[1].sentence
+    assert len(fleet.table.read_text(encoding="utf-8").splitlines()) == 7
+    with pytest.raises(InputError, match="give it another name"):
+        fleet.reference("taken")
+    assert tmp_path.joinpath("taken").read_text() == "a file of somebody's"
+
+
+def test_a_folder_that_cannot_be_written_is_an_error_of_all(tmp_path):
+    tmp_path.joinpath("file").write_text("")
+    with pytest.raises(OSError, match="file"):
+        learned(motions(1), tmp_path / "file")
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory) -> Fleet:
+    return learned(motions(2), tmp_path_factory.mktemp("two"))
+
+
+@pytest.mark.parametrize("harm", ["another's", "another claim", "another row", "damaged", "missing"])
+def test_what_is_loaded_is_what_the_row_says(two, tmp_path, harm):
+    shutil.copytree(two.folder, tmp_path, dirs_exist_ok=True)
+    fleet, path = Fleet(tmp_path, two.rows), tmp_path / "run 0" / "reference.json"
+    assert isinstance(fleet.reference("run 0"), TrackableReference)
+    if harm == "another's":
+        shutil.copyfile(tmp_path / "run 1" / "reference.json", path)
+    elif harm == "another claim":
+        learn_many(motions(1), PLANT, KERNEL, (0.0, 0.5), folder=tmp_path, noise_std=0.01)
+    elif harm == "another row":
+        row: Any = from_json((tmp_path / "run 0" / "row.json").read_bytes())
+        (tmp_path / "run 0" / "row.json").write_bytes(to_json({**row, "fingerprint": two.rows[1].fingerprint}))
+        fleet = learned(motions(2), tmp_path)
+    elif harm == "damaged":
+        path.write_bytes(path.read_bytes()[:-9])
+    else:
+        path.unlink()
+    with pytest.raises(InputError, match=r"reference\.json: (was changed since the row|there is no such file)"):
+        fleet.reference("run 0")
+    assert isinstance(fleet.reference("run 1"), TrackableReference)
+
+
+@pytest.mark.parametrize("file", ["", "\0", "x" * 300, "..", "row.json/x"])
+def test_a_row_that_names_files_which_cannot_be_is_written_again(two, tmp_path, file):
+    shutil.copytree(two.folder, tmp_path, dirs_exist_ok=True)
+    path = tmp_path / "run 0" / "row.json"
+    before, row = path.read_bytes(), from_json(path.read_bytes())
+    path.write_bytes(to_json({**row, "files": {file: "0" * 64}}))
+    assert learned(motions(2), tmp_path).rows == two.rows
+    assert path.read_bytes() == before
+
+
+RUN = ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1", "'=1", "''=1", "\uff1d1", '=HYPERLINK("x","y")', "a=1"]
+
+
+def test_no_cell_of_the_table_is_a_formula_and_names_are_still_told_apart(tmp_path):
+    def broken() -> Samples:
+        raise InputError('=cmd|" /C calc"!A0')
+
+    fleet = learned([Source(name, broken) for name in RUN], tmp_path)
+    with fleet.table.open(encoding="utf-8", newline="") as file:
+        header, *cells = csv.reader(file)
+    assert [row[0].removeprefix("'") for row in cells] == RUN
+    assert not any(re.match("[=+@\t\r\n\uff0b\uff0d\uff1d\uff20-]", cell) for row in cells for cell in row)
+    assert cells[0][header.index("sentence")] == "'" + fleet.rows[0].sentence
+    assert fleet.columns()["name"] == RUN
+
+
+def test_names_from_elsewhere_print_as_lines_and_stand_in_every_table(tmp_path):
+    """Topics may hold anything: a terminal is sent no control characters, and the lines stay lines."""
+    names = ["a\nproved: all", "\x1b[2J", "\u202eb", "\udcff"]
+    fleet = learned({name: Samples([0.0, 0.1], [30.0, 30.0]) for name in names}, tmp_path)
+    said = str(fleet)
+    assert all(line.isprintable() for line in said.splitlines())
+    assert len(said.splitlines()) == 1 + len(names)
+    fleet.to_parquet(tmp_path / "fleet.parquet")
+    assert parquet.read_table(tmp_path / "fleet.parquet").to_pydict() == fleet.columns()
+    assert fleet.columns()["name"] == [*names[:3], "\\udcff"]
+
+
+def test_files_of_a_table_with_such_names_have_the_same_bytes_by_two_workers(tmp_path):
+    given = {name: motion(0) for name in ("/x", "\udcff", "x" * 300)}
+    learned(given, tmp_path / "one")
+    learned(given, tmp_path / "two", workers=2)
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")

@@ -1,0 +1,206 @@
+"""Fleets: what is learned, what is kept, and that nothing depends on who learns it."""
+
+import math
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.trackably.fleet.recordings import KERNEL, PLANT, motion, motions
+from trackably import Fleet, Samples, Source, SquaredExponential, TrackableReference, check, learn_many, learn_reference
+from trackably.checker import Proved
+from trackably.errors import InputError
+
+
+def learned(recordings: Any, folder: Path, **options: Any) -> Fleet:
+    return learn_many(recordings, PLANT, KERNEL, "all_times", folder=folder, **{"noise_std": 0.01, **options})
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def written(folder: Path) -> dict[str, int]:
+    return {path.parent.name: path.stat().st_mtime_ns for path in folder.rglob("row.json")}
+
+
+def test_each_reference_is_that_of_learn_reference_and_its_certificate_is_proved(tmp_path):
+    fleet = learned(motions(2), tmp_path)
+    alone = learn_reference(motion(1), PLANT, KERNEL, "all_times", noise_std=0.01)
+    assert [row.name for row in fleet.rows] == ["run 0", "run 1"]
+    assert fleet.rows[1].fingerprint == alone.fingerprint == fleet.reference("run 1").fingerprint
+    assert fleet.rows[1].objective == alone.objective
+    assert isinstance(check(tmp_path / "run 1" / "certificate.json"), Proved)
+
+
+@pytest.fixture(scope="module")
+def by_one_process(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("one")
+    learned(motions(3), folder)
+    return contents(folder)
+
+
+def test_two_processes_write_the_same_bytes_as_one(tmp_path, by_one_process):
+    learned(motions(3), tmp_path, workers=2)
+    assert contents(tmp_path) == by_one_process
+
+
+def test_the_workers_of_a_cluster_write_the_same_bytes(tmp_path, by_one_process):
+    from distributed import LocalCluster  # noqa: PLC0415  only here
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        learned(motions(3), tmp_path, cluster=cluster.scheduler_address)
+    assert contents(tmp_path) == by_one_process
+
+
+def test_a_run_that_was_killed_goes_on_and_does_no_work_twice(tmp_path):
+    script = f"""
+from pathlib import Path
+from tests.trackably.fleet.recordings import motions
+from tests.trackably.fleet.test_learn_many import learned
+learned(motions(8), Path({str(tmp_path / "stopped")!r}))
+"""
+    run = subprocess.Popen([sys.executable, "-c", script])
+    while run.poll() is None and len(written(tmp_path / "stopped")) < 2:
+        time.sleep(0.005)
+    run.send_signal(signal.SIGKILL)
+    run.wait()
+    before = written(tmp_path / "stopped")
+    assert 2 <= len(before) < 8
+    learned(motions(8), tmp_path / "stopped")
+    after = written(tmp_path / "stopped")
+    assert {name: after[name] for name in before} == before
+    learned(motions(8), tmp_path / "whole")
+    assert {k: v for k, v in contents(tmp_path / "stopped").items() if not k.endswith(".tmp")} == contents(
+        tmp_path / "whole"
+    )
+
+
+@pytest.mark.parametrize("changed", ["samples", "option", "kernel"])
+def test_what_an_answer_depends_on_makes_it_asked_again(tmp_path, changed):
+    learned(motions(2), tmp_path)
+    before = written(tmp_path)
+    recordings, options = motions(2), {}
+    if changed == "samples":
+        recordings["run 1"] = motion(7)
+    elif changed == "option":
+        options["noise_std"] = 0.02
+    kernel = type(KERNEL)(lengthscale=(0.1, 2.0)) if changed == "kernel" else KERNEL
+    learn_many(recordings, PLANT, kernel, "all_times", folder=tmp_path, **{"noise_std": 0.01, **options})
+    again = {name for name, when in written(tmp_path).items() if when != before[name]}
+    assert again == ({"run 1"} if changed == "samples" else {"run 0", "run 1"})
+
+
+@pytest.mark.parametrize("file", ["reference.json", "certificate.json", "row.json"])
+@pytest.mark.parametrize("harm", ["changed", "missing"])
+def test_files_that_were_harmed_are_made_again(tmp_path, file, harm):
+    learned(motions(2), tmp_path)
+    whole = contents(tmp_path)
+    path = tmp_path / "run 0" / file
+    if harm == "changed":
+        path.write_bytes(path.read_bytes().replace(b"1", b"2", 1))
+    else:
+        path.unlink()
+    before = written(tmp_path)
+    learned(motions(2), tmp_path)
+    assert contents(tmp_path) == whole
+    assert written(tmp_path)["run 1"] == before["run 1"]
+
+
+STIFF = SquaredExponential(signal_std=1.0, lengthscale=(0.2, 0.3))
+
+
+def broken() -> Samples:
+    raise InputError("a.csv: there is no such file")
+
+
+def test_failures_are_rows_with_their_sentence_and_the_others_go_on(tmp_path):
+    sources = [
+        Source("unreadable", broken),
+        Source("no samples of it", lambda: {"speed": motion(0)}),
+        Source("outside", lambda: Samples([0.0, 0.1], [30.0, 30.0])),
+        Source("fine", lambda: motion(0)),
+    ]
+    fleet = learn_many(sources, PLANT, STIFF, (0.0, 0.1), folder=tmp_path, noise_std=0.01, method="hyperparameters")
+    assert [row.outcome for row in fleet.rows] == ["unusable", "unusable", "infeasible", "proved"]
+    assert fleet.rows[0].sentence == "a.csv: there is no such file"
+    assert "speed" in fleet.rows[1].sentence
+    assert str(fleet).startswith("1 of 4 references are proved")
+    assert repr(fleet) == f"Fleet({fleet})"
+    assert fleet.columns()["outcome"] == ["unusable", "unusable", "infeasible", "proved"]
+    with pytest.raises(InputError, match="outside is infeasible"):
+        fleet.reference("outside")
+    before = written(tmp_path)
+    again = learn_many(sources, PLANT, STIFF, (0.0, 0.1), folder=tmp_path, noise_std=0.01, method="hyperparameters")
+    assert again.rows == fleet.rows
+    assert written(tmp_path) == before
+
+
+def test_warnings_are_questions_in_the_table(tmp_path):
+    fleet = learned({"far": Samples([0.0, 0.1], [3.0, 3.0])}, tmp_path)
+    assert "samples" in fleet.rows[0].questions[0]
+    assert fleet.rows[0].questions[0] in fleet.table.read_text()
+    assert f"far: proved, but {fleet.rows[0].questions[0]}" in str(fleet)
+
+
+def test_the_recorded_window_is_that_of_each_recording(tmp_path):
+    given = {"short": motion(0), "long": Samples(0.2 * np.arange(6), motion(0).values)}
+    fleet = learn_many(given, PLANT, KERNEL, "recorded", folder=tmp_path, noise_std=0.01)
+    assert "0.5" in fleet.rows[0].sentence
+    assert "1" in fleet.rows[1].sentence
+
+
+def test_the_recorded_window_reaches_to_the_steps_around_it(tmp_path):
+    """A loop takes the step right after the last sample, and the one right before the first."""
+    step = PLANT.sampling_time
+    between = Samples(motion(0).times + 0.3 * step, motion(0).values)
+    fleet = learn_many({"run": between}, PLANT, KERNEL, "recorded", folder=tmp_path, noise_std=0.01)
+    found = fleet.reference("run")
+    last = math.ceil(float(between.times[-1]) / step)
+    assert found.state(np.array([0, last])).shape == (2, len(PLANT.system.states))
+    with pytest.raises(ValueError, match="outside of what is proved"):
+        found.state(last + 1)
+
+
+@pytest.mark.parametrize("name", ["../up", "..", ".hidden", "a/../../b", "a//b", "50 % / Ä?", "CON:1", "/absolute"])
+def test_no_name_leads_out_of_the_folder(tmp_path, name):
+    folder = tmp_path / "in" / "fleet"
+    fleet = learned({name: motion(0)}, folder)
+    assert isinstance(fleet.reference(name), TrackableReference)
+    assert {path.parts[0] for path in (p.relative_to(tmp_path) for p in tmp_path.rglob("*"))} == {"in"}
+    assert [path.name for path in (tmp_path / "in").iterdir()] == ["fleet"]
+
+
+@pytest.mark.parametrize(
+    ("recordings", "options", "error", "said"),
+    [
+        ({}, {}, ValueError, "one at least"),
+        ([], {}, ValueError, "one at least"),
+        (3, {}, TypeError, "recordings: expected"),
+        (["a.csv"], {}, TypeError, r"recordings\[0\]: expected a Source"),
+        ([Source("a", broken), Source("a", broken)], {}, ValueError, "'a' appears twice"),
+        ([Source(3, broken)], {}, TypeError, r"recordings\[0\]: expected a text"),
+        ({"a": motion(0)}, {"workers": 0}, ValueError, "workers must be at least 1"),
+        ({"a": motion(0)}, {"workers": "2"}, TypeError, "workers: expected"),
+        ({"a": motion(0)}, {"cluster": 3}, TypeError, "cluster: expected"),
+        ({"a": motion(0)}, {"at": object()}, TypeError, "between runs"),
+        ({"a": motion(0)}, {"noise": 0.1}, TypeError, "noise"),
+    ],
+)
+def test_wrong_arguments_are_refused_before_anything_is_written(tmp_path, recordings, options, error, said):
+    with pytest.raises(error, match=said):
+        learned(recordings, tmp_path / "fleet", **options)
+    assert not (tmp_path / "fleet").exists()
+
+
+def test_the_table_as_parquet_is_the_same_table(tmp_path):
+    from pyarrow import parquet  # noqa: PLC0415  only here
+
+    fleet = learned(motions(2), tmp_path)
+    fleet.to_parquet(tmp_path / "fleet.parquet")
+    assert parquet.read_table(tmp_path / "fleet.parquet").to_pydict() == fleet.columns()

@@ -1,0 +1,84 @@
+"""Workers end with their run: where it is killed, and where somebody interrupts it, which says one sentence."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.project import ROOT
+
+RUN = """
+import sys, time
+from pathlib import Path
+from tests.trackably.fleet.recordings import motion
+from tests.trackably.fleet.test_learn_many import learned
+from trackably import Source
+
+def without_end():
+    time.sleep(3600)
+
+if __name__ == "__main__":
+    sources = [Source("first", lambda: motion(0)), Source("second", without_end), Source("third", without_end)]
+    learned(sources, Path(sys.argv[1]), workers=int(sys.argv[2]))
+"""
+SECONDS = 60.0
+"""That ending may take on a busy machine; without an end, it takes minutes or an hour."""
+
+
+@contextmanager
+def running(folder: Path, workers: int) -> Iterator[subprocess.Popen[str]]:
+    """A run, and all its processes in a group, that has answered the first recording and waits for others."""
+    (folder / "run.py").write_text(RUN)
+    command = [sys.executable, str(folder / "run.py"), str(folder / "fleet"), str(workers)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    path = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(command, cwd=ROOT, env=path, text=True, start_new_session=True, **pipes) as run:
+        try:
+            while run.poll() is None and not (folder / "fleet" / "first" / "row.json").exists():
+                time.sleep(0.02)
+            time.sleep(0.5)  # an interrupt within the bookkeeping of the first would count it or not
+            yield run
+        finally:
+            with_group(run, signal.SIGKILL)
+
+
+def with_group(run: subprocess.Popen[str], sent: signal.Signals) -> None:
+    try:
+        os.killpg(run.pid, sent)
+    except ProcessLookupError:
+        assert run.poll() is not None
+
+
+def test_workers_end_where_their_parent_is_killed(tmp_path):
+    """Every process of the run holds its output open: the end of it is read when the last one has ended."""
+    with running(tmp_path, workers=2) as run:
+        run.kill()
+        run.communicate(timeout=SECONDS)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_interrupt_ends_all_processes_and_says_what_is_kept(tmp_path, workers):
+    with running(tmp_path, workers) as run:
+        with_group(run, signal.SIGINT)
+        said = run.communicate(timeout=SECONDS)[0]
+    kept = (
+        f"learn_many: 1 of 3 recordings are answered and kept in {tmp_path / 'fleet'}; the same call goes on from there"
+    )
+    assert run.returncode == -signal.SIGINT
+    assert said.splitlines()[-1] == f"KeyboardInterrupt: {kept}"
+    assert said.count("Traceback") == 1
+    assert "joblib" not in said
+    assert "Warning" not in said
+
+
+def test_an_interrupt_of_the_run_alone_ends_its_workers_too(tmp_path):
+    """As from a notebook, whose button interrupts no other process."""
+    with running(tmp_path, workers=2) as run:
+        run.send_signal(signal.SIGINT)
+        assert "learn_many: 1 of 3 recordings are answered" in run.communicate(timeout=SECONDS)[0]

@@ -1,0 +1,197 @@
+"""Given trajectories are certified, refuted, or what a proof lacks is said; and the checker agrees."""
+
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.interpolate import (
+    Akima1DInterpolator,
+    BPoly,
+    CubicHermiteSpline,
+    CubicSpline,
+    PchipInterpolator,
+    PPoly,
+    UnivariateSpline,
+    make_interp_spline,
+)
+
+from tests.splines.naive import quantity_at
+from tests.trackably.plants import AXIS, CART, MIXED, SAMPLES
+from trackably import (
+    CertifiedReference,
+    Counterexample,
+    LinearSystem,
+    NonlinearSystem,
+    PolynomialPieces,
+    Polytope,
+    Proved,
+    Refuted,
+    Samples,
+    Unproved,
+    certify,
+    check,
+)
+from trackably import ConstrainedSystem as Plant
+from trackably.certificates.form import encode_counterexample
+
+X, Y = [0.0, 1.0, 2.0, 3.0], [-1.0, -0.6, -0.5, 0.0]
+CURVES = {
+    "cubic": CubicSpline(X, Y, bc_type="clamped"),
+    "pchip": PchipInterpolator(X, Y),
+    "akima": Akima1DInterpolator(X, Y),
+    "b-spline": make_interp_spline(X, Y, k=3),
+    "smoothing": UnivariateSpline(X, Y, s=0),
+    "hermite": CubicHermiteSpline(X, Y, [0.0, 0.2, 0.3, 0.0]),
+    "bernstein": BPoly.from_derivatives(X, [[y, 0.1, 0.0] for y in Y]),
+    "pieces": PolynomialPieces(X, np.random.default_rng(0).standard_normal((3, 4)) * 0.01, "end"),
+}
+
+
+@pytest.mark.parametrize("name", CURVES)
+@pytest.mark.parametrize("claim", [None, "all_times", (0.5, 2.0)])
+def test_what_is_said_of_a_curve_is_so(name, claim, tmp_path):
+    found = certify(CURVES[name], AXIS, claim)
+    if isinstance(found, Counterexample):
+        assert claim == "all_times" or name in ("hermite", "pieces"), "coming to rest takes too much force, and kinks"
+        value = quantity_at(found.reference.quantity("force").functional, found.reference.pieces, Fraction(found.time))
+        assert float(abs(value)) == pytest.approx(2.5 + found.violation, rel=1e-12)
+        assert isinstance(check(json.loads(json.dumps(encode_counterexample(found)))), Refuted)
+        return
+    assert isinstance(found, CertifiedReference)
+    verdict = check(*found.save_certificate(tmp_path / "proof.json"))
+    assert isinstance(verdict, Proved)
+    assert found.fingerprint in verdict.statement
+    k = np.arange(10, 39)
+    x, u = found.state(k), found.input(k)
+    assert found.state(k + 1) == pytest.approx(AXIS.system.successor(x, u), rel=1e-9, abs=1e-12)
+    assert np.all(np.abs(u) <= 2.5)
+    t = np.linspace(0.5, 2.0, 3001)
+    apart = np.max(np.abs(found(t)[:, 0] - CURVES[name](t)))
+    assert apart - 1e-14 <= found.off["position"] < 2e-3
+    assert found.off["position"] <= 1.001 * apart or claim != (0.5, 2.0)
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "cubic", "quintic", "pchip", "akima"])
+def test_samples_at_the_steps_with_the_name_of_an_interpolation(interpolation):
+    values = -0.5 + 0.1 * np.sin(np.arange(40) / 8)
+    found = certify(values, AXIS, interpolation=interpolation)
+    assert isinstance(found, CertifiedReference)
+    assert found.certificate.claim.span == (0.0, 39 * 0.05)
+    assert found.off["position"] < 1e-3
+    by_times = certify({"position": Samples(0.05 * np.arange(40), values)}, AXIS, interpolation=interpolation)
+    assert isinstance(by_times, CertifiedReference)
+    assert by_times.fingerprint == found.fingerprint
+
+
+def test_noisy_samples_taken_as_they_are_need_more_force_than_there_is():
+    found = certify(SAMPLES, AXIS, interpolation="cubic")
+    assert isinstance(found, Counterexample)
+    assert found.quantity == "force"
+    assert found.violation > 0.5
+
+
+def test_flat_outputs_are_taken_as_they_are():
+    found = certify({"z1": CURVES["cubic"]}, AXIS, "all_times")
+    assert isinstance(found, CertifiedReference)
+    assert found.off == {"z1": 0.0}
+    assert np.array_equal(found.reference.pieces[0].coefficients, CURVES["cubic"].c[::-1].T)
+
+
+def test_several_flat_outputs_by_name():
+    curves = {"b": CURVES["cubic"], "a": CubicSpline(X, Y, bc_type="clamped")}
+    found = certify(curves, CART, "all_times")
+    assert isinstance(found, CertifiedReference)
+    assert found.off == {"a": 0.0, "b": 0.0}
+    assert found(1.5) == pytest.approx(np.full(2, CURVES["cubic"](1.5)))
+    assert isinstance(certify({"z1": CURVES["cubic"], "z2": CURVES["cubic"]}, MIXED), Counterexample)
+
+
+def test_curves_that_are_periodic():
+    curve = CubicSpline([0.0, 1.0, 2.0, 3.0], [-1.0, -0.4, -0.6, -1.0], bc_type="periodic")
+    found = certify(curve, AXIS)
+    assert isinstance(found, CertifiedReference)
+    assert found.certificate.claim.span == (-np.inf, np.inf)
+    assert found.off["position"] < 1e-3
+    assert certify(curve, AXIS, "all_times").certificate.claim == found.certificate.claim
+    assert found.state(1000) == pytest.approx(found.state(1000 + 60), abs=1e-11)
+
+
+def test_a_signal_that_jumps_is_proved_next_to_its_bounds():
+    jumps = PPoly(np.array([[0.1, 0.9, 0.2]]), X)
+    free = Plant(CART.system, CART.state_set, Polytope.box([-99, -99], [99, 99]))
+    assert isinstance(certify({"a": jumps, "b": jumps}, free, (0.1, 2.5)), CertifiedReference)
+    for room, kind in ((1e-15, CertifiedReference), (1e-17, Unproved), (-1e-15, Counterexample)):
+        near = Plant(CART.system, Polytope.box([-1, -1], [0.9 + room * 0.9, 1]), free.input_set)
+        found = certify({"a": jumps, "b": jumps}, near, (0.1, 2.5))
+        assert isinstance(found, kind), room
+    assert found.time == 1.0
+
+
+def with_breakpoints(x):
+    """A curve of SciPy, which does not look at its breakpoints again."""
+    found = PPoly(np.zeros((2, 3)), X)
+    found.x = np.array(x)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("curve", "claim", "interpolation", "reason"),
+    [
+        (CURVES["cubic"], (0.0, 4.0), None, "given from 0 s to 3 s"),
+        (CURVES["cubic"], "always", None, "must be all_times"),
+        (np.zeros(9), None, None, "samples need one of linear"),
+        (np.zeros(9), None, "nearest", "samples need one of linear.*got 'nearest'"),
+        ({"velocity": CURVES["cubic"]}, None, None, "not where it is"),
+        ({"speed": CURVES["cubic"]}, None, None, "neither a state"),
+        (CubicSpline(X, np.zeros((4, 2))), None, None, "one value at a time"),
+        (with_breakpoints([0.0, np.nan, 2.0, 3.0]), None, None, "must be numbers that increase, got .*nan"),
+        (with_breakpoints([0.0, 1.0, 2.0, np.nan]), None, None, "must be numbers that increase, got .*nan"),
+        (with_breakpoints([0.0, 1.0, 2.0, np.inf]), None, None, "must be two finite numbers"),
+        (with_breakpoints([3.0, 2.0, 1.0, 0.0]), None, None, r"that increase, got \[3.0, 2.0, 1.0, 0.0\]"),
+        (with_breakpoints([0.0, 2.0, 1.0, 3.0]), None, None, "must be numbers that increase, got"),
+        (with_breakpoints([1.0, 1.0, 1.0, 1.0]), None, None, r"that increase, got \[1.0, 1.0, 1.0, 1.0\]"),
+    ],
+)
+def test_what_does_not_fit_is_refused(curve, claim, interpolation, reason):
+    with pytest.raises(ValueError, match=reason):
+        certify(curve, AXIS, claim, interpolation)
+
+
+@pytest.mark.parametrize("curve", [np.sin, "position", np.zeros((3, 2)), None])
+def test_what_is_no_curve_is_refused(curve):
+    with pytest.raises(TypeError, match="trajectory"):
+        certify(curve, AXIS)
+
+
+def test_nonlinear_systems_are_refused_in_a_sentence():
+    system = NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * x[0] ** 2 + u[0]], ["x"], ["u"], 0.1)
+    plant = Plant(system, Polytope.box([-2], [2]), Polytope.box([-1], [1]))
+    with pytest.raises(ValueError, match="linear systems only"):
+        certify({"x": CURVES["cubic"]}, plant)
+
+
+def test_a_certified_reference_is_used_like_a_learned_one(tmp_path):
+    found = certify(CURVES["cubic"], AXIS, "all_times")
+    assert isinstance(found, CertifiedReference)
+    states, inputs = found.window(3, 5)
+    assert (states.shape, inputs.shape) == ((6, 2), (5, 1))
+    assert found.to_csv(tmp_path / "table.csv").exists()
+    assert "position" in found._repr_html_()
+    assert "3 polynomial pieces from 0.025 s to 3.025 s" in repr(found)
+
+
+def test_a_jump_right_after_the_end_of_a_claim_is_no_part_of_it():
+    """3.0 s is step 30 of 0.1 s, which is 2⁻⁵² s later in exact arithmetic: there the curve has jumped."""
+    plant = Plant(LinearSystem([[0.0]], [[1.0]], sampling_time=0.1), Polytope.box([-2], [2]), Polytope.box([-1], [1]))
+    next_to, later = (
+        certify({"z1": PolynomialPieces([0.0, late, 4.0], [[0.5], [1.5]], "end")}, plant, (0.0, 3.0))
+        for late in (np.nextafter(3.1, 4), 3.1 + 1e-12)
+    )
+    assert isinstance(next_to, Unproved)
+    assert "limit at a jump is outside" in next_to.reason
+    assert isinstance(later, CertifiedReference)
+    assert later.input(30) == pytest.approx(np.array([0.5]))
+    unproved = later.certificate.first_unproved
+    assert unproved(np.array([3.0, np.nextafter(3.0, 4)])) is None
+    assert unproved(np.array([3.0, 3.0 + 1e-13])) == (1, "outside of what is proved, all real t from 0 s to 3 s")

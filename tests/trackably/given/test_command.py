@@ -1,0 +1,180 @@
+"""`python -m trackably certify`: the exit code and one sentence for each answer."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.trackably.given.test_table import followed
+from tests.trackably.plants import AXIS
+from trackably.__main__ import main
+
+SYSTEM = {
+    "system": {
+        "A": [[0, 1], [0, 0]],
+        "B": [[0], [1]],
+        "continuous": True,
+        "sampling_time": 0.05,
+        "states": ["position", "velocity"],
+        "inputs": ["force"],
+    },
+    "state_set": {"lower": [-1.1, None], "upper": [0.2, None]},
+    "input_set": {"rows": [[1]], "lower": [-2.5], "upper": [2.5]},
+}
+YAML = """
+system: {A: [[0, 1], [0, 0]], B: [[0], [1]], continuous: true, sampling_time: 0.05,
+  states: [position, velocity], inputs: [force]}
+state_set: {lower: [-1.1, -1.0], upper: [0.2, 1.0]}
+input_set: {lower: [-2.5], upper: [2.5]}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "system.json").write_text(json.dumps(SYSTEM))
+    (tmp_path / "system.yaml").write_text(YAML)
+    table = followed(AXIS)
+    rows = np.column_stack([np.arange(4, 34), table.states, table.inputs])
+    write(tmp_path / "table.csv", rows)
+    rows[10, 1] += 0.02
+    write(tmp_path / "bumped.csv", rows)
+    return tmp_path
+
+
+def write(path, rows, heads="k,position [m],velocity,force"):
+    path.write_text("\n".join([heads, *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n")
+
+
+def said(capsys, *arguments):
+    code = main(["certify", *arguments])
+    found = capsys.readouterr()
+    return code, found.out + found.err
+
+
+@pytest.mark.parametrize("system", ["system.json", "system.yaml"])
+def test_what_is_proved(folder, capsys, system):
+    code, text = said(capsys, "table.csv", "--system", system, "--save", "proof.json")
+    assert (code, text.startswith("proved for the steps 4 to 33")) == (0, True)
+    assert main(["check", "proof.json"]) == 0
+    code, text = said(capsys, "table.csv", "--system", system, "--interpolation", "cubic", "--save", "proof.json")
+    assert (code, "proved for all real t from 0.2 s to 1.65 s" in text) == (0, True)
+    assert main(["check", "proof.json"]) == 0
+
+
+def test_what_is_refuted(folder, capsys):
+    code, text = said(capsys, "bumped.csv", "--system", "system.yaml", "--save", "table.json")
+    assert code == 1
+    assert main(["check", "table.json"]) == 4
+    assert "REFUTED: at the step k = 14 " in capsys.readouterr().out
+    assert "at step 14 (t = 0.7 s) the system leads to another position" in text
+    code, text = said(capsys, "bumped.csv", "--system", "system.json", "--interpolation", "cubic", "--save", "no.json")
+    assert code == 1
+    assert "the force certainly breaks [-2.5, 2.5], by at least" in text
+    assert main(["check", "no.json"]) == 4
+
+
+def test_what_is_undecided(folder, capsys):
+    rows = np.column_stack([np.arange(30), np.full(30, 0.2), np.zeros(30), np.zeros(30)])
+    write(folder / "touching.csv", rows)
+    code, text = said(capsys, "touching.csv", "--system", "system.json", "--interpolation", "linear")
+    assert code == 3
+    assert "the margin is smaller than the error of float64 evaluation" in text
+    assert said(capsys, "touching.csv", "--system", "system.json")[0] == 0, "at the rows the bound is kept, exactly"
+
+
+@pytest.mark.parametrize(
+    ("table", "system", "reason"),
+    [
+        ("none.csv", "system.json", "there is no such file"),
+        ("table.csv", "none.json", "there is no such file"),
+        ("table.csv", "table.csv", "table.csv: "),
+        ("system.json", "system.json", "expected"),
+        (
+            "gap.csv",
+            "system.json",
+            "line 3: rows must be successive steps, k or t = k T with T = 0.05 s, got the step 2 aft",
+        ),
+        ("twofold.csv", "system.json", "twofold.csv: line 5: rows must be successive steps"),
+        ("twofold.csv", "system.json", "got the step 1 after 1"),
+        (
+            "part.csv",
+            "system.json",
+            "line 2: rows must be successive steps, k or t = k T with T = 0.05 s, got the step 0.5",
+        ),
+        ("word.csv", "system.json", "line 3: expected a number, got 'fast'"),
+        ("short.csv", "system.json", "line 2: expected 4 cells, got 2"),
+        ("lacks.csv", "system.json", "there is no column force"),
+        ("timeless.csv", "system.json", "expected a column k or step"),
+        ("table.csv", "field.json", "system has no field D"),
+        ("table.csv", "set.json", "input_set lacks upper"),
+        ("table.csv", "one_set.json", "the file lacks input_set; null says that nothing is bounded"),
+        ("table.csv", "bound.json", "input_set: lower must be a list of numbers, with null for what is free, got -1"),
+        ("table.csv", "flag.json", "system: continuous must be true or false, got 'yes'"),
+        ("table.csv", "model.json", "there is no model 'boat'; there are tank, mobile_robot"),
+        ("table.csv", "area.json", "area must be positive, got -1"),
+        ("table.csv", "half.json", "expected JSON, got "),
+        ("empty.csv", "system.json", "expected a header and two rows at least, got 1 lines"),
+        ("twice.csv", "system.json", "but 'position' is there twice"),
+        ("quote.csv", "system.json", "line 2: is not CSV: field larger than field limit"),
+        ("table.csv", "matrix.json", "A must be a square matrix"),
+        ("table.csv", "broken.yaml", "is not YAML"),
+    ],
+)
+def test_what_cannot_be_used(folder, capsys, table, system, reason):
+    (folder / "gap.csv").write_text("k,position,velocity,force\n0,0,0,0\n2,0,0,0\n")
+    (folder / "twofold.csv").write_text("k,position,velocity,force\n\n0,0,0,0\n1,0,0,0\n1,0,0,0\n2,0,0,0\n")
+    (folder / "part.csv").write_text("k,position,velocity,force\n0.5,0,0,0\n1.5,0,0,0\n")
+    (folder / "word.csv").write_text("k,position,velocity,force\n0,0,0,0\n1,0,fast,0\n")
+    (folder / "short.csv").write_text("k,position,velocity,force\n0,0\n1,0\n")
+    (folder / "lacks.csv").write_text("k;position;velocity\n0;0;0\n1;0;0\n")
+    (folder / "timeless.csv").write_text("position,velocity,force\n0,0,0\n1,0,0\n")
+    (folder / "field.json").write_text(json.dumps({**SYSTEM, "system": {**SYSTEM["system"], "D": 0}}))
+    (folder / "set.json").write_text(json.dumps({**SYSTEM, "input_set": {"lower": [0]}}))
+    (folder / "matrix.json").write_text(json.dumps({**SYSTEM, "system": {**SYSTEM["system"], "A": [[1, 0]]}}))
+    (folder / "one_set.json").write_text(json.dumps({name: SYSTEM[name] for name in ("system", "state_set")}))
+    (folder / "bound.json").write_text(json.dumps({**SYSTEM, "input_set": {"lower": -1, "upper": 1}}))
+    (folder / "flag.json").write_text(json.dumps({**SYSTEM, "system": {**SYSTEM["system"], "continuous": "yes"}}))
+    for name, model in (
+        ("model.json", {"model": "boat"}),
+        ("area.json", {"model": "tank", "parameters": {"area": -1}}),
+    ):
+        (folder / name).write_text(json.dumps({**SYSTEM, "system": {"sampling_time": 0.1, **model}}))
+    (folder / "half.json").write_text("{")
+    (folder / "empty.csv").write_text("\n\nk,position,velocity,force\n\n,,,\n")
+    (folder / "twice.csv").write_text("k,position [m],position [mm],force\n0,0,0,0\n1,0,0,0\n")
+    (folder / "quote.csv").write_text("k,position,velocity,force\n0," + 200_000 * "1" + ",0,0\n1,0,0,0\n")
+    (folder / "broken.yaml").write_text("system: {A: [[0, 1]")
+    code, text = said(capsys, table, "--system", system)
+    assert code == 2
+    assert reason in text
+
+
+def test_claims_about_other_times_need_an_interpolation(folder, capsys):
+    code, text = said(capsys, "table.csv", "--system", "system.json", "--claim", "all_times")
+    assert (code, "needs an --interpolation" in text) == (2, True)
+
+
+def test_curves_of_a_nonlinear_system_lead_to_what_proves_them(folder, capsys):
+    tank = {"system": {"model": "tank", "sampling_time": 5.0}, "state_set": None, "input_set": None}
+    (folder / "tank.json").write_text(json.dumps({**tank, "input_set": {"lower": [0.0], "upper": [2.0]}}))
+    write(folder / "level.csv", np.array([[0.0, 0.5, 0.4], [5.0, 0.5, 0.4]]), "t,level,inflow")
+    code, text = said(capsys, "level.csv", "--system", "tank.json", "--interpolation", "cubic")
+    assert (code, "this one is nonlinear: certify_table proves" in text) == (2, True)
+
+
+def test_a_proof_that_cannot_be_saved_is_told_nevertheless(folder, capsys):
+    code, text = said(capsys, "table.csv", "--system", "system.json", "--save", ".")
+    assert (code, text.startswith("proved for the steps 4 to 33")) == (2, True)
+    assert "error: --save: .: expected the name of a file, got a folder" in text
+
+
+def test_systems_and_sets_are_written_as_in_params_yaml(folder, capsys):
+    """A table at rest of the library's tank: its bounds are half-spaces, together with a box."""
+    rest = {"H": [[1], [-1]], "h": [3, -0.5]}, {"lower": [0], "upper": [3], "H": [[1]], "h": [2]}
+    system = {"model": "tank", "sampling_time": 1, "parameters": {"outflow": 0.5}}
+    (folder / "tank.json").write_text(json.dumps({"system": system, "state_set": rest[0], "input_set": rest[1]}))
+    (folder / "tank.csv").write_text("\n".join(["k,level,inflow", *(f"{k},1.0,0.5" for k in range(4))]))
+    code, text = said(capsys, "tank.csv", "--system", "tank.json", "--save", "proof.json")
+    assert (code, main(["check", "proof.json"])) == (0, 0)
+    assert "level in [0.5, 3], inflow in [0, 3], inflow (2) in [-1e-06, 2]" in text

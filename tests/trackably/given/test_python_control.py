@@ -1,0 +1,77 @@
+"""Trajectories and systems of python-control are taken as they are."""
+
+import control
+import control.flatsys as fs
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS
+from trackably import CertifiedReference, ConstrainedSystem, Counterexample, LinearSystem, certify
+
+CONTINUOUS = control.ss(
+    [[0, 1], [0, 0]], [[0], [1]], [[1, 0]], [[0]], states=["position", "velocity"], inputs=["force"]
+)
+PLANT = ConstrainedSystem(LinearSystem.of_state_space(CONTINUOUS, 0.05), AXIS.state_set, AXIS.input_set)
+BASES = {
+    "powers": fs.PolyFamily(6, T=3.0),
+    "bernstein": fs.BezierFamily(6, T=3.0),
+    "b-splines": fs.BSplineFamily([0.0, 1.0, 2.0, 3.0], 4),
+}
+
+
+def moved(basis, duration=3.0):
+    return fs.point_to_point(fs.LinearFlatSystem(CONTINUOUS), [0, duration], [-1, 0], [0], [0, 0], [0], basis=basis)
+
+
+def test_a_state_space_is_a_plant():
+    assert np.array_equal(PLANT.system.A, AXIS.system.A)
+    assert (PLANT.system.states, PLANT.system.inputs) == (("position", "velocity"), ("force",))
+    sampled = LinearSystem.of_state_space(control.ss(AXIS.system.A, AXIS.system.B, np.eye(2), 0, 0.05))
+    assert (sampled.sampling_time, sampled.states) == (0.05, ("x1", "x2")), "x[0] is no identifier"
+    for system, step in ((CONTINUOUS, None), (control.ss([[0.5]], [[1]], [[1]], 0, True), None)):
+        with pytest.raises(ValueError, match="sampling time"):
+            LinearSystem.of_state_space(system, step)
+    with pytest.raises(ValueError, match="one only"):
+        LinearSystem.of_state_space(control.ss([[0.5]], [[1]], [[1]], 0, 0.1), 0.2)
+
+
+@pytest.mark.parametrize("basis", BASES)
+@pytest.mark.parametrize("claim", [None, "all_times"])
+def test_flat_trajectories_are_certified(basis, claim):
+    trajectory = moved(BASES[basis])
+    found = certify(trajectory, PLANT, claim)
+    assert isinstance(found, CertifiedReference)
+    k = np.arange(5, 55)
+    states = trajectory.eval(0.05 * k)[0].T
+    assert np.max(np.abs(found.state(k)[:, 0] - states[:, 0])) <= found.off["position"] + 1e-12 < 5e-4
+    assert np.max(np.abs(found.state(k)[:, 1] - states[:, 1])) < 5e-3
+
+
+def test_one_that_is_too_fast_is_refuted():
+    found = certify(moved(fs.PolyFamily(6, T=1.2), 1.2), PLANT)
+    assert isinstance(found, Counterexample)
+    assert found.quantity in ("velocity", "force")
+
+
+def test_a_basis_that_does_not_say_when_its_trajectory_ends():
+    """Left out, T is 1 s, and python-control keeps no times: a proof for the first second would be one of a part."""
+    for basis in (None, fs.PolyFamily(6), fs.BezierFamily(6)):
+        trajectory = moved(basis)
+        for claim in (None, "all_times"):
+            with pytest.raises(ValueError, match=r"give the claim from start to end, as \(0.0, 3.0\)"):
+                certify(trajectory, PLANT, claim)
+        found = certify(trajectory, PLANT, (0.0, 3.0))
+        assert isinstance(found, CertifiedReference)
+        assert found.certificate.claim.span == (0.0, 3.0)
+        assert found(3.0)[0] == pytest.approx(trajectory.eval([3.0])[0][0, 0], abs=1e-3)
+
+
+def test_states_that_are_no_polynomials_are_refused():
+    class Wave:
+        basis, coeffs, flaglen, nstates = fs.PolyFamily(4, T=3.0), [], [], 2
+
+        def eval(self, t):
+            return np.stack([np.sin(3 * np.asarray(t)), np.cos(3 * np.asarray(t))]), None
+
+    with pytest.raises(ValueError, match="no polynomials of degree 3"):
+        certify(Wave(), PLANT)

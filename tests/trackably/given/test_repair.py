@@ -1,0 +1,101 @@
+"""What is refuted is repaired: the result is proved, near, and says how far it is from what was given."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline, PchipInterpolator, make_interp_spline
+
+from tests.trackably.plants import AXIS, CART, SAMPLES
+from trackably import (
+    CertifiedReference,
+    ConstrainedSystem,
+    Counterexample,
+    LinearSystem,
+    Polytope,
+    Proved,
+    Unproved,
+    certify,
+    check,
+    repair,
+)
+from trackably.systems.sets.interval import rounded
+
+X, Y = [0.0, 1.0, 2.0, 3.0], [-1.0, -0.6, -0.5, 0.0]
+FAST = make_interp_spline(np.arange(7.0), [-1.2, -0.2, -0.9, -0.2, -0.5, 0.1, -1.2], k=5, bc_type="periodic")
+CASES = {
+    "stops at once": (PchipInterpolator(X, Y), "all_times", None),
+    "has kinks": (make_interp_spline(X, Y, k=1), None, None),
+    "leaves its set": (CubicSpline(X, [-1.3, -0.2, -0.9, -1.3], bc_type="periodic"), None, None),
+    "too fast": (FAST, "all_phases", None),
+    "noisy samples": (SAMPLES, None, "cubic"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_was_refuted_is_proved_after_a_repair(case, tmp_path):
+    curve, claim, interpolation = CASES[case]
+    assert isinstance(certify(curve, AXIS, claim, interpolation), Counterexample)
+    found = repair(curve, AXIS, claim, interpolation)
+    assert isinstance(found, CertifiedReference)
+    assert isinstance(check(*found.save_certificate(tmp_path / "proof.json")), Proved)
+    moved = found.moved["position"]
+    assert 0 < moved.rms < moved.most < 0.3
+    assert f"position was moved by {rounded(moved.most, 'up')} at most" in found.explanation
+    if interpolation is None:
+        t = np.linspace(0, 3.0 if claim != "all_phases" else 6.0, 4001)
+        apart = np.abs(found.reference.state_at(t)[:, 0] - curve(t))
+        assert np.max(apart) == pytest.approx(moved.most, rel=1e-2)
+        assert np.sqrt(np.mean(apart**2)) == pytest.approx(moved.rms, rel=2e-2)
+
+
+def test_what_is_proved_stays_as_it_is():
+    curve = CubicSpline(X, Y, bc_type="clamped")
+    found, given = repair(curve, AXIS, "all_times"), certify(curve, AXIS, "all_times")
+    assert isinstance(found, CertifiedReference)
+    assert found.fingerprint == given.fingerprint
+    assert (found.moved["position"].most, found.off) == (0.0, given.off)
+
+
+def test_nothing_is_much_nearer():
+    """With inputs that are free, the nearest curve is the given one, cut off at the bound."""
+    plant = ConstrainedSystem(CART.system, Polytope.box([-1, -9], [0.5, 9]), Polytope.box([-99, -99], [99, 99]))
+    curve, still = CubicSpline([0, 1, 2, 3], [0, 1, -0.2, 0]), CubicSpline([0, 1, 2, 3], [0, 0, 0, 0])
+    found, t = repair({"a": curve, "b": still}, plant), np.linspace(0, 3, 4001)
+    assert isinstance(found, CertifiedReference)
+    cut = np.sqrt(np.mean((curve(t) - np.clip(curve(t), -1, 0.5)) ** 2))
+    assert cut <= found.moved["a"].rms + 1e-6
+    assert found.moved["a"].rms <= 1.01 * cut
+    assert found.moved["b"].most < 1e-6
+
+
+def test_what_cannot_be_repaired_is_told():
+    system = LinearSystem([[2.0]], [[1.0]], states=("x",), inputs=("u",), sampling_time=0.1)
+    plant = ConstrainedSystem(system, Polytope.box([1], [2]), Polytope.box([-0.1], [0.1]))
+    found = repair({"x": CubicSpline(X, [1.5, 1.2, 1.4, 1.3])}, plant)
+    assert isinstance(found, Unproved)
+    assert "no spline was found within the bounds" in found.explanation
+
+
+def test_a_repaired_trajectory_begins_where_the_given_one_does():
+    """A system that is there cannot begin elsewhere; where it may, the result is nearer."""
+    curve, claim, _ = CASES["stops at once"]
+    given = certify(curve, ConstrainedSystem(AXIS.system, *(Polytope.box([-99] * n, [99] * n) for n in (2, 1))), claim)
+    kept, free = (repair(curve, AXIS, claim, start=start) for start in ("given", "free"))
+    assert kept.state(0) == pytest.approx(given.state(0), abs=1e-6)
+    assert free.state(0) != pytest.approx(given.state(0), abs=1e-3)
+    assert free.moved["position"].rms < kept.moved["position"].rms
+
+
+def test_a_start_that_breaks_a_bound_is_moved():
+    curve = CubicSpline(X, [-1.3, -0.6, -0.5, -0.3], bc_type="clamped")
+    found = repair(curve, AXIS, "all_times")
+    assert isinstance(found, CertifiedReference)
+    assert -1.1 < found.state(0)[0] < -1.09
+    with pytest.raises(ValueError, match="start must be one of given, free"):
+        repair(curve, AXIS, "all_times", start="anywhere")
+
+
+def test_a_start_from_which_nothing_is_found_is_named():
+    hasty = CubicSpline(X, [0.15, 0.6, 0.3, 0.0], bc_type=((1, 0.9), (1, 0.0)))  # too fast to stop before the bound
+    found = repair(hasty, AXIS, "all_times")
+    assert isinstance(found, Unproved)
+    assert 'one may exist that does not (start="free")' in found.explanation

@@ -1,0 +1,194 @@
+"""Tables of states and inputs are proved at their steps, within a tolerance, or refuted by the largest violation."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS, CART
+from tests.trackably.systems.forms.instances import robot
+from trackably import (
+    CertifiedTable,
+    ConstrainedSystem,
+    Failed,
+    NonlinearSystem,
+    NotACertificate,
+    Polytope,
+    Proved,
+    Refuted,
+    RefutedTable,
+    Table,
+    Unproved,
+    certify_table,
+    check,
+)
+
+TANK = ConstrainedSystem(
+    NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * u[0] / (1 + x[0] ** 2)], ["level"], ["flow"], 0.1),
+    Polytope.box([-2], [2]),
+    Polytope.box([-1], [1]),
+)
+
+
+def followed(plant, steps=30):
+    """States and inputs of the plant itself, rounded to float64."""
+    x, states, inputs = np.full(len(plant.system.states), -0.3), [], []
+    for k in range(steps):
+        u = 0.1 * np.cos(np.arange(len(plant.system.inputs)) + k / 7)
+        states.append(x)
+        inputs.append(u)
+        x = plant.system.successor(x, u)
+    return Table(states, inputs, first_step=4)
+
+
+@pytest.mark.parametrize("plant", [AXIS, CART, TANK], ids=["axis", "cart", "tank"])
+def test_what_a_plant_did_is_certified(plant, tmp_path):
+    found = certify_table(followed(plant), plant, 1e-12)
+    assert isinstance(found, CertifiedTable)
+    assert 0 < found.defect < 1e-15
+    assert "steps 4 to 33" in found.explanation
+    verdict = check(found.save_certificate(tmp_path / "table.json"))
+    assert isinstance(verdict, Proved)
+    assert "within 1e-12" in verdict.statement
+    assert "Nothing is said about times between the steps" in verdict.statement
+
+
+@pytest.mark.parametrize("plant", [AXIS, CART, TANK], ids=["axis", "cart", "tank"])
+def test_dynamics_beyond_the_tolerance_are_refuted_where_they_are_worst(plant, tmp_path):
+    table = followed(plant)
+    states = table.states.copy()
+    states[11, 0] += 1e-3
+    states[20, 0] += 4e-3
+    found = certify_table(Table(states, table.inputs, 4), plant, 1e-6)
+    assert isinstance(found, RefutedTable)
+    verdict = check(found.save_counterexample(tmp_path / "no.json"))
+    assert isinstance(verdict, Refuted)
+    assert f"at the step k = {found.step} " in verdict.statement
+    assert f'has a next "{plant.system.states[0]}" that is beyond the tolerance 1e-06' in verdict.statement
+    assert found.step in (4 + 19, 4 + 20)
+    assert found.time == found.step * plant.sampling_time
+    assert 3e-3 < found.violation < 5e-3
+    assert isinstance(certify_table(Table(states, table.inputs, 4), plant, 1e-2), CertifiedTable)
+
+
+def test_a_bound_that_is_broken_by_a_hair(tmp_path):
+    table = followed(AXIS)
+    states = table.states.copy()
+    states[7, 0] = np.nextafter(0.2, 1)
+    found = certify_table(Table(states, table.inputs[:-1], 4), AXIS, 1.0)
+    assert isinstance(found, RefutedTable)
+    assert (found.step, found.violation) == (11, pytest.approx(2.8e-17, rel=0.1))
+    verdict = check(found.save_counterexample(tmp_path / "no.json"))
+    assert isinstance(verdict, Refuted)
+    assert 'at the step k = 11 (T = 0.05 s) the table breaks -1.1 ≤ "position" ≤ 0.2, by at least' in verdict.statement
+    states[7, 0] = 0.2
+    assert isinstance(certify_table(Table(states, table.inputs[:-1], 4), AXIS, 1.0), CertifiedTable)
+
+
+def test_formulas_that_may_not_be_defined():
+    system = NonlinearSystem.of(lambda x, u: [u[0] / x[0]], ["x"], ["u"], 0.1)
+    plant = ConstrainedSystem(system, Polytope.box([-1], [1]), Polytope.box([-1], [1]))
+    found = certify_table(Table([[1.0], [0.0], [0.0]], [[0.0], [0.0]]), plant, 1e-9)
+    assert isinstance(found, Unproved)
+    assert "divides by something" in found.explanation
+
+
+def moved(table: Table, by: float) -> Table:
+    states = table.states.copy()
+    states[11, 0] += by
+    return replace(table, states=states)
+
+
+ROBOT = ConstrainedSystem(robot(), Polytope.box([-3, -3, -7], [3, 3, 7]), Polytope.box([-1, -3], [2, 3]))
+
+
+@pytest.mark.parametrize("broken", [False, True])
+def test_a_flat_form_is_not_repeated_as_nothing_is_verified_of_it(broken, tmp_path):
+    """Once the statement had whatever form the file gave: "x" = 1e9 z1[0], and up to whole turns of nobody."""
+    table = moved(followed(ROBOT), 1e-3 * broken)
+    found, path = certify_table(table, ROBOT, 1e-6), tmp_path / "table.json"
+    data = json.loads((found.save_counterexample(path) if broken else found.save_certificate(path)).read_text())
+    verdict = check(data)
+    assert isinstance(verdict, Refuted if broken else Proved), verdict
+    assert "z1" not in verdict.statement
+    assert "whole turns" not in verdict.statement
+    flat = data["plant"]["system"]["flat"]
+    flat["states"][0] = ["*", "z1[0]", 1e9]
+    assert check(data).statement == verdict.statement
+    for name, value, reason in (
+        ("angles", ["nobody"], "flat: angles must be states"),
+        ("states", flat["states"][:2], "flat form"),
+        ("inputs", flat["inputs"] * 2, "flat form"),
+    ):
+        _is_refused(json.loads(json.dumps(data)), ("plant", "system", "flat", name), value, reason)
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "reason"),
+    [
+        (("table", "states", 7, 0), 0.21, "bound 0 of the states is broken at step 11"),
+        (("table", "states", 7, 0), -0.2, "within the tolerance of the state after step 10"),
+        (("table", "inputs", 3, 0), 0.3, "after step 7"),
+        (("tolerance",), 1e-18, "within the tolerance"),
+        (("plant", "system", "A", 0, 1), 0.06, "within the tolerance"),
+        (("table", "inputs", 3), [], "must be a list, not empty"),
+        (("table", "inputs"), [[0.0]], "an input for each"),
+        (("table", "first_step"), 0.5, "whole number"),
+        (("version",), 2, "version 2"),
+    ],
+)
+def test_what_is_changed_is_refused(part, value, reason, tmp_path):
+    found = certify_table(followed(AXIS), AXIS, 1e-12)
+    data = json.loads(found.save_certificate(tmp_path / "table.json").read_text())
+    _is_refused(data, part, value, reason)
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "reason"),
+    [
+        (("at", "violation"), 1e-2, "nothing is shown to be broken by 0.01 there"),
+        (("at", "step"), 10, "nothing is shown to be broken"),
+        (("at", "step"), 99, "the table has no step 99"),
+        (("at", "index"), 2, "no index 2 of the dynamics"),
+        (("at", "part"), "states", "nothing is shown to be broken"),
+        (("at", "part"), "both", "must be one of states, inputs, dynamics"),
+        (("at", "violation"), -1.0, "must be"),
+        (("tolerance",), 1.0, "nothing is shown to be broken"),
+        (("version",), 2, "refuted table of version 2"),
+        (("format",), "trackably table", "exactly the fields"),
+    ],
+)
+@pytest.mark.parametrize("plant", [AXIS, TANK], ids=["axis", "tank"])
+def test_what_is_changed_refutes_nothing(plant, part, value, reason, tmp_path):
+    table = moved(followed(plant), 1e-3)
+    found = certify_table(table, plant, 1e-6)
+    data = json.loads(found.save_counterexample(tmp_path / "no.json").read_text())
+    assert isinstance(check(data), Refuted)
+    _is_refused(data, part, value, reason)
+
+
+def test_what_is_no_table_is_refused():
+    with pytest.raises(ValueError, match="a row for each step"):
+        Table(np.zeros((5, 2)), np.zeros((3, 1)))
+    with pytest.raises(ValueError, match="finite"):
+        Table(np.full((5, 2), np.nan), np.zeros((5, 1)))
+    with pytest.raises(ValueError, match="expected 2 states and 1 inputs"):
+        certify_table(Table(np.zeros((5, 1)), np.zeros((5, 1))), AXIS, 1.0)
+    with pytest.raises(ValueError, match="positive"):
+        certify_table(followed(AXIS), AXIS, 0.0)
+    with pytest.raises(TypeError, match="a Table"):
+        certify_table(np.zeros((5, 2)), AXIS, 1.0)
+    wider = replace(AXIS, state_set=Polytope.box([-9, -9], [9, 9]))
+    assert isinstance(certify_table(followed(AXIS), wider, 1e-12), CertifiedTable)
+
+
+def _is_refused(data, part, value, reason):
+    """Check a file with another value of one of its parts."""
+    at = data
+    for key in part[:-1]:
+        at = at[key]
+    at[part[-1]] = value
+    verdict = check(data)
+    assert isinstance(verdict, Failed | NotACertificate)
+    assert reason in verdict.reason

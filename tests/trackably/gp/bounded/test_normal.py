@@ -1,0 +1,147 @@
+"""Draws between bounds: within them always, and distributed as a second way to draw says."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import optimize, stats
+
+from trackably.gp.bounded.least_norm import least_norm
+from trackably.gp.bounded.normal import BoundedNormal, NoRoom
+from trackably.gp.bounded.particles import Particles, Walls
+from trackably.gp.bounded.root import root
+
+INF = np.inf
+
+
+def between(rows, lower, upper) -> BoundedNormal:
+    return BoundedNormal.between(*(np.asarray(given, dtype=float) for given in (rows, lower, upper)))
+
+
+def random_rows(seed: int, most_rows: int = 12):
+    """Rows through a polyhedron that holds one random point, and often not the origin."""
+    rng = np.random.default_rng(seed)
+    rows = rng.standard_normal((rng.integers(1, most_rows), rng.integers(1, 6))) * 10.0 ** rng.integers(-3, 4)
+    rows[::4] = rows[-1]
+    middle = rows @ (1.5 * rng.standard_normal(rows.shape[1]))
+    size = np.linalg.norm(rows, axis=1) * rng.choice([0.3, 1.0, 3.0])
+    return rows, middle - size * rng.uniform(0.1, 1, len(rows)), middle + size * rng.uniform(0.1, 1, len(rows))
+
+
+# The last but two: a particle that is reflected with the period π/2 must not stay at 5.5.
+@pytest.mark.parametrize(
+    ("lower", "upper"), [(-1, 0.5), (2, 3), (-0.03, 0.02), (1, 1.05), (4, INF), (-INF, INF), (-INF, 0)]
+)
+def test_one_dimension_against_scipy(lower, upper):
+    draws = between([[-2.0]], [-2 * upper], [-2 * lower]).draws(4000, 0)[:, 0]
+    assert stats.kstest(draws, stats.truncnorm(lower, upper).cdf).pvalue > 0.01
+    assert lower <= draws.min() < draws.max() <= upper
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_three_dimensions_against_rejection(seed):
+    rng = np.random.default_rng(seed)
+    rows = rng.standard_normal((8, 3))
+    lower = -rng.uniform(0.1, 1.5, 8)
+    upper = lower + rng.uniform(0.8, 3, 8)
+    draws = between(rows, lower, upper).draws(4000, seed)
+    every = rng.standard_normal((400_000, 3))
+    kept = every[np.all((every @ rows.T >= lower) & (every @ rows.T <= upper), axis=1)]
+    assert len(kept) > 2000
+    for direction in np.vstack([np.eye(3), rows]):
+        assert stats.ks_2samp(draws @ direction, kept @ direction).pvalue > 1e-3
+    np.testing.assert_allclose(np.cov(draws.T), np.cov(kept.T), atol=0.1 * np.var(kept))
+
+
+def test_bounds_that_nothing_reaches_change_nothing():
+    free = between(np.eye(3), [-INF] * 3, [INF] * 3).draws(500, 3)
+    np.testing.assert_allclose(between(np.eye(3), [-40] * 3, [40] * 3).draws(500, 3), free, atol=1e-12)
+    for of_one in free.T:
+        assert stats.kstest(of_one, stats.norm.cdf).pvalue > 0.01
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=12)
+def test_every_draw_is_within_all_bounds(seed):
+    rows, lower, upper = random_rows(seed)
+    values = between(rows, lower, upper).draws(60, seed) @ rows.T
+    assert np.all((values - lower) / np.linalg.norm(rows, axis=1) >= -1e-12)
+    assert np.all((upper - values) / np.linalg.norm(rows, axis=1) >= -1e-12)
+
+
+@given(st.integers(0, 10**6))
+def test_the_start_is_the_most_likely_point(seed):
+    rows, lower, upper = random_rows(seed)
+    normal = between(rows, lower, upper)
+    size = np.linalg.norm(rows, axis=1)
+    inside = {"type": "ineq", "fun": lambda w: np.concatenate([rows @ w - lower, upper - rows @ w]) / np.tile(size, 2)}
+    found = optimize.minimize(lambda w: w @ w / 2, normal.start, jac=lambda w: w, constraints=[inside], method="SLSQP")
+    assert np.linalg.norm(normal.start) <= np.linalg.norm(found.x) + 1e-4
+    assert np.min(inside["fun"](normal.start)) >= 9e-7
+
+
+def test_what_rounding_put_beyond_a_wall_comes_back():
+    walls = Walls(np.array([[1.0, 0.0], [0.0, 1.0]]), np.array([-2.0, 3.0]))
+    w, v = np.array([[2 - 4e-16, 0.0], [2.0, 0.0], [2 - 4e-16, 0.0]]), np.array([[-0.3, 1.0], [-0.3, 1.0], [0.3, -1.0]])
+    free, wall = Particles.at(w, v, walls).next_wall(walls)
+    assert np.max(free[:2]) < 1e-15
+    assert wall[:2].tolist() == [0, 0]
+    turned = Particles.at(w, v, walls).reflected(wall, walls)
+    np.testing.assert_array_equal(turned.v[0], [0.3, 1.0])
+    np.testing.assert_allclose(turned.rate, turned.v @ walls.normals.T)
+    assert 0.29 < free[2] < 0.3
+
+
+def test_few_draws_are_the_first_of_many():
+    normal = between([[1.0, 0.3]], [0.2], [0.6])
+    np.testing.assert_array_equal(normal.draws(70, 5), normal.draws(201, 5)[:70])
+    assert normal.draws(0, 5).shape == (0, 2)
+    assert not np.any(normal.draws(70, 5) == normal.draws(70, 6))
+
+
+@pytest.mark.parametrize(
+    ("rows", "lower", "upper"),
+    [
+        ([[1.0], [1.0]], [0, 2], [1, 3]),
+        ([[1.0, 0], [0, 1.0], [1.0, 1.0]], [0, 0, -5], [1, 1, -0.1]),
+        ([[0.0, 0.0]], [0.1], [1]),
+        ([[1.0]], [0.5], [0.5]),
+        ([[1.0]], [0.5], [0.50001]),
+    ],
+)
+def test_where_nothing_is_between_the_bounds_nothing_is_drawn(rows, lower, upper):
+    with pytest.raises(NoRoom):
+        between(rows, lower, upper).draws(1, 0)
+
+
+def test_a_value_without_uncertainty_needs_only_be_within_its_bounds():
+    assert between([[0.0], [1.0]], [-1, 0], [0, 1]).draws(10, 0).shape == (10, 1)
+
+
+def test_the_shortest_vector_is_found_however_long_it_is():
+    np.testing.assert_array_equal(least_norm(np.empty((0, 3)), np.empty(0)), np.zeros(3))
+    normals = np.array([[0.6, 0.8], [0.8, 0.6], [1.0, 0.0]])
+    for far in (0.1, 1e3, 1e7):
+        found = least_norm(normals, np.array([-far, -far, 2 * far]))
+        np.testing.assert_allclose(found, [far / 1.4, far / 1.4], rtol=1e-12)
+
+
+def test_where_the_shortest_vector_is_not_found_one_sentence_says_so(monkeypatch):
+    def circles(*_, **__):
+        raise RuntimeError("Maximum number of iterations reached.")
+
+    monkeypatch.setattr("scipy.optimize.nnls", circles)
+    with pytest.raises(NoRoom, match="not found in float64: the active-set method does not end in 30 steps"):
+        between([[1.0, 0.0]], [1], [2]).draws(1, 0)
+
+
+@given(st.integers(0, 10**6))
+def test_a_root_is_one_in_any_units(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 9))
+    half = rng.standard_normal((n, rng.integers(1, 9))) * 10.0 ** rng.integers(-6, 6, size=(n, 1))
+    half[rng.integers(n)] *= rng.integers(2)
+    covariance = half @ half.T
+    found, std = root(covariance), np.sqrt(np.diag(covariance))
+    assert found.shape[1] <= min(half.shape)
+    assert np.all(np.abs(found @ found.T - covariance) <= 1e-10 * std * std[:, None])

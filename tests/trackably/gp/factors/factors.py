@@ -1,0 +1,63 @@
+"""All factorisations of a covariance matrix, by type, and the largest difference of two posteriors."""
+
+import numpy as np
+
+from tests.trackably.gp.instances import KERNELS
+from trackably.gp.factorise import candidates, unstructured
+from trackably.gp.factors.factorisation import Covariance, Factorisation
+from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.stencil import POINT
+
+REPRESENTATIVES = {name: KERNELS[name] for name in ("se_short", "matern32_short", "rq_heavy", "periodic_pi", "nested")}
+"""Kernels for code that sees a covariance as a function: analytic or not, short, heavy-tailed, periodic, composed."""
+
+
+def posterior_at(kernel, times, noise, relative_noise=None, stencil=POINT):
+    """A posterior given samples of a noisy sine; `noise` is relative to the kernel's standard deviation."""
+    scale = float(kernel(np.zeros(()))) ** 0.5
+    rng = np.random.default_rng(len(times))
+    clean = np.sin(times - times[0]) + 0.3 + noise * rng.standard_normal(len(times))
+    spread = np.ones(len(times)) if relative_noise is None else relative_noise
+    samples = Samples(times, clean * scale, spread, stencil)
+    return Posterior(Prior(kernel, noise * scale, 0.1).as_learned(), samples)
+
+
+def covariance_of(posterior: Posterior) -> Covariance:
+    return posterior.samples.stencil.covariance(posterior.prior.kernel)
+
+
+def factorisations(posterior: Posterior) -> dict[type[Factorisation], Factorisation]:
+    """All factorisations that are offered and succeed, by type."""
+    computed = (each.compute() for each in candidates(posterior.prior, posterior.samples, covariance_of(posterior)))
+    return {type(factor): factor for factor in computed if factor is not None}
+
+
+def dense(posterior: Posterior) -> Posterior:
+    """The same posterior by a Cholesky factor of the whole matrix."""
+    prior, samples = posterior.prior, posterior.samples
+    return with_factor(posterior, unstructured(prior, samples, covariance_of(posterior)))
+
+
+def with_factor(posterior: Posterior, factor: Factorisation | None) -> Posterior:
+    """The same posterior by another factorisation."""
+    assert factor is not None
+    other = Posterior(posterior.prior, posterior.samples)
+    vars(other)["_factored"] = factor
+    return other
+
+
+def disagreement(one: Posterior, other: Posterior) -> float:
+    """The largest relative difference of likelihood, gradients, weights, means and variances."""
+    first, span = one.samples.times[0], one.samples.times[-1] - one.samples.times[0]
+    t = first + np.linspace(-0.1 * span, 1.2 * span, 60)
+
+    def answers(p):
+        value, gradient = p.negative_log_marginal_likelihood()
+        jet, by_theta = p.jet_and_gradient(t, 0)
+        return np.array(value), gradient, p.weights, jet - p.prior.mean, by_theta, p.variance(t)
+
+    return max(
+        float(np.max(np.abs(a - b)) / np.max(np.abs(b))) for a, b in zip(answers(one), answers(other), strict=True)
+    )

@@ -1,0 +1,86 @@
+"""Interpolation in Chebyshev points: exact for polynomials, and as many points as a covariance needs."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.polynomial import Chebyshev
+
+from trackably.gp.factors import chebyshev
+from trackably.gp.factors.chebyshev import ROUNDING, Bases
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.rational_quadratic import RationalQuadratic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+
+EVENLY = np.linspace(0.0, 7.0, 400)
+
+
+@given(st.integers(2, 60), st.floats(-5, 5), st.floats(0.01, 1e3), st.integers(0, 2**32 - 1))
+def test_polynomials_are_met_everywhere(count, first, span, seed):
+    rng = np.random.default_rng(seed)
+    polynomial = Chebyshev(rng.standard_normal(count), domain=[first, first + span])
+    points = chebyshev.nodes(first, first + span, count)
+    assert np.all(np.diff(points) > 0)
+    t = np.concatenate([rng.uniform(first, first + span, 20), points[:2]])
+    t = np.clip(t, first, first + span)
+    matrix = chebyshev.interpolation(t, first, first + span, count)
+    scale = np.sum(np.abs(polynomial.coef))
+    np.testing.assert_allclose(matrix @ polynomial(points) / scale, polynomial(t) / scale, atol=1e-11)
+    np.testing.assert_allclose(chebyshev.coefficients(polynomial(points)) / scale, polynomial.coef / scale, atol=1e-12)
+    assert np.max(np.sum(np.abs(matrix), axis=1)) < 1 + 2 / np.pi * np.log(count + 1) + 0.1  # Lebesgue's constant
+
+
+SMOOTH: list[Kernel] = [
+    SquaredExponential(2.0, 0.5),
+    SquaredExponential(0.1, 30.0),
+    RationalQuadratic(1.0, 2.0, 1.5),
+    Periodic(1.0, 0.8, 2.5),
+]
+
+
+@pytest.mark.parametrize("kernel", SMOOTH, ids=str)
+def test_so_many_points_resolve_a_smooth_kernel(kernel):
+    bases = Bases(EVENLY, np.ones(400), 7.0)
+    count = bases.points_for(kernel.value_and_gradient, 200)
+    assert count
+    basis = bases.of(count)
+    w = basis.q @ basis.r
+    for between, exact in zip(
+        _both(kernel, basis.points[:, None] - basis.points), _both(kernel, EVENLY[:, None] - EVENLY), strict=True
+    ):
+        assert np.max(np.abs(w @ between @ w.T - exact)) < 20 * ROUNDING * np.max(np.abs(exact))
+
+
+@pytest.mark.parametrize("kernel", [Matern32(1.0, 5.0), Matern52(1.0, 5.0), SquaredExponential(1.0, 0.01)], ids=str)
+def test_no_number_of_points_is_enough_for_others(kernel):
+    assert Bases(EVENLY, np.ones(400), 7.0).points_for(kernel.value_and_gradient, 200) is None
+
+
+def test_a_basis_is_made_once_and_forgotten_when_others_were_used_since():
+    bases = Bases(EVENLY, np.linspace(0.5, 2.0, 400), 7.0)
+    first = bases.of(20)
+    assert bases.of(20) is first
+    np.testing.assert_allclose(first.q.T @ first.q, np.eye(20), atol=1e-13)
+    interpolation = chebyshev.interpolation(EVENLY, 0.0, 7.0, 20)
+    np.testing.assert_allclose(bases.relative_noise[:, None] * (first.q @ first.r), interpolation, atol=1e-13)
+    for count in range(21, 30):
+        bases.of(count)
+    again = bases.of(20)
+    assert again is not first
+    assert again.q.tobytes() == first.q.tobytes()
+
+
+@pytest.mark.parametrize("waves", [120, 127, 130, 200, 255, 257, 400])
+def test_what_folds_back_onto_few_points_is_not_taken_for_resolved(waves):
+    def cosine(r):
+        values = np.cos(2 * np.pi * waves / EVENLY[-1] * r)
+        return values, values[None]
+
+    assert Bases(EVENLY, np.ones(400), 7.0).points_for(cosine, 256) is None
+
+
+def _both(kernel, r):
+    value, gradient = kernel.value_and_gradient(r)
+    return [value, *gradient]

@@ -1,0 +1,125 @@
+"""Convolutions and blocks against the sum itself."""
+
+import numpy as np
+import pytest
+
+from tests.trackably.gp.factors.factors import REPRESENTATIVES
+from tests.trackably.gp.instances import KERNELS, over
+from trackably.gp.factors import blocks, convolution
+from trackably.gp.factors.blocks import in_blocks
+from trackably.gp.factors.convolution import convolved
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+
+CENTRES = 0.3 + 0.04 * np.arange(150)
+WEIGHTS = np.random.default_rng(2).standard_normal(150)
+
+COMMENSURATE = {
+    "the centres": CENTRES,
+    "a quarter of the step": np.arange(800) * 0.01,
+    "the same step, shifted": 0.017 + 0.04 * np.arange(300),
+    "twice the step": -2 + 0.08 * np.arange(120),
+    "three halves": 0.06 * np.arange(200),
+    "later": 10 + 0.02 * np.arange(200),
+    "earlier": -12 + 0.02 * np.arange(200),
+}
+OTHER = {
+    "irregular": np.sort(np.random.default_rng(1).uniform(0, 5, 300)),
+    "incommensurate": np.arange(300) * 0.04 / np.pi,
+    "nearly commensurate": np.arange(300) * 0.04 * (1 + 1e-9),
+    "apart by rounding at each step": np.arange(300) * 0.04 * (1 + 1e-14),
+    "two": np.array([0.0, 1.0]),
+}
+
+
+@pytest.fixture(autouse=True)
+def free(monkeypatch):
+    monkeypatch.setattr(convolution, "_COST", 0)
+
+
+def summed(kernel, t, order):
+    return kernel.jet(t[..., None] - CENTRES, order) @ WEIGHTS
+
+
+@over(REPRESENTATIVES)
+@pytest.mark.parametrize("t", COMMENSURATE.values(), ids=COMMENSURATE)
+def test_a_convolution_is_the_sum(kernel, t):
+    exact = summed(kernel, t, 2)
+    scale = np.sum(np.abs(WEIGHTS)) * np.max(np.abs(kernel.jet(np.linspace(0, 15, 2000), 2)), axis=1, keepdims=True)
+    np.testing.assert_allclose(convolved(kernel, CENTRES, WEIGHTS, t, 2) / scale, exact / scale, atol=3e-14)
+
+
+@pytest.mark.parametrize("t", OTHER.values(), ids=OTHER)
+def test_other_times_are_left_to_the_sum(t):
+    assert convolved(SquaredExponential(1.0, 0.3), CENTRES, WEIGHTS, t, 0) is None
+
+
+def test_irregular_centres_are_left_to_the_sum():
+    centres = CENTRES.copy()
+    centres[7] += 1e-9
+    assert convolved(SquaredExponential(1.0, 0.3), centres, WEIGHTS, CENTRES, 0) is None
+
+
+def test_a_few_terms_are_left_to_the_sum(monkeypatch):
+    monkeypatch.setattr(convolution, "_COST", 60)
+    assert convolved(SquaredExponential(1.0, 0.3), CENTRES[:5], WEIGHTS[:5], CENTRES, 0) is None
+
+
+@pytest.mark.parametrize("shape", [(60_000,), (2, 30_000), (3, 2, 30_000), (20_000, 3)])
+@pytest.mark.parametrize("step", [0.01, 0.01 / np.pi])
+def test_many_times_of_any_shape(shape, step):
+    """Beyond what is held at once, regular or not: the same numbers as one by one."""
+    kernel = SquaredExponential(1.3, 0.4)
+    signal = KernelSum(kernel, 0.7, CENTRES, WEIGHTS)
+    t = step * np.arange(np.prod(shape)).reshape(shape)
+    places = np.random.default_rng(0).integers(0, t.size, 50)
+    jet = signal.jet(t, 1)
+    assert jet.shape == (2, *shape)
+    np.testing.assert_allclose(jet.reshape(2, -1)[:, places], signal.jet(t.flat[places], 1), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(signal(t)[..., -1], signal.jet(t, 0)[0, ..., -1])
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (7,), (2, 3), (4, 0, 2)])
+def test_blocks_join_to_the_whole(monkeypatch, shape):
+    def function(t):
+        return np.stack([t**2, t**3]), np.sin(t)
+
+    t = np.arange(np.prod(shape), dtype=float).reshape(shape)
+    whole = in_blocks(function, t, 10)
+    monkeypatch.setattr(blocks, "_WHOLE", 0)
+    monkeypatch.setattr(blocks, "_BLOCK", 20)
+    for one, other in zip(whole, in_blocks(function, t, 10) if t.size else whole, strict=True):
+        np.testing.assert_array_equal(one, other)
+        assert one.shape == other.shape
+
+
+def test_blocks_are_no_larger_than_they_may_be(monkeypatch):
+    monkeypatch.setattr(blocks, "_WHOLE", 99)
+    monkeypatch.setattr(blocks, "_BLOCK", 50)
+    sizes = []
+
+    def function(t):
+        sizes.append(t.size)
+        return (t,)
+
+    in_blocks(function, np.zeros(23), 10)
+    in_blocks(function, np.zeros(9), 10)
+    in_blocks(function, np.zeros(2), 1000)
+    assert sizes == [5, 5, 5, 5, 3, 9, 1, 1]
+
+
+@over({name: KERNELS[name] for name in ("se", "periodic", "nested")})
+def test_a_posterior_asked_at_many_times_at_once(kernel, monkeypatch):
+    samples = Samples(CENTRES[:20], np.cos(CENTRES[:20]))
+    posterior = Posterior(Prior(kernel, 0.1, 0.3).as_learned(), samples)
+    t = np.linspace(0, 3, 60).reshape(3, 20)
+    whole = posterior.variance(t), *posterior.jet_and_gradient(t, 1), posterior.mean(t)
+    monkeypatch.setattr(blocks, "_WHOLE", 0)
+    monkeypatch.setattr(blocks, "_BLOCK", 2000)
+    for one, other in zip(
+        whole, (posterior.variance(t), *posterior.jet_and_gradient(t, 1), posterior.mean(t)), strict=True
+    ):
+        np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-12)

@@ -1,0 +1,150 @@
+"""Cosines and sines: they sum to the kernel, and lead to the answers of the whole matrix wherever they are offered."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
+from tests.trackably.gp.instances import KERNELS, over
+from trackably.gp.factors import fourier
+from trackably.gp.factors.fourier import Fourier, Ladder
+from trackably.gp.kernels.base import Kernel, Sum
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.stencil import POINT, Stencil
+
+WITH_DENSITY = {name: kernel for name, kernel in KERNELS.items() if kernel.spectral_density}
+EPS = float(np.finfo(float).eps)
+TIMES = np.sort(np.random.default_rng(5).uniform(0, 6, 120))
+
+
+def test_sums_have_a_density_where_both_parts_have():
+    assert WITH_DENSITY.keys() == {"se", "se_short", "se_loud", "sum_of_smooth"}
+
+
+@over(WITH_DENSITY)
+def test_the_density_is_the_transform(kernel: Kernel) -> None:
+    density = kernel.spectral_density
+    assert density is not None
+    omega = np.linspace(0, 0.4 * density.limit, 7)
+    found, gradient = density.at(omega)
+    by_theta = gradient * found
+    for i, each in enumerate(omega):
+
+        def integral(function, each=each):
+            return 2 * quad(function, 0, density.reach, weight="cos", wvar=each, epsabs=1e-12, limit=200)[0]
+
+        scale = found[0]
+        assert found[i] == pytest.approx(integral(lambda r: kernel(np.array(r)).item()), abs=1e-9 * scale)
+        for j in range(len(by_theta)):
+            own = integral(lambda r, j=j: kernel.value_and_gradient(np.array(r))[1][j].item())
+            assert by_theta[j, i] == pytest.approx(own, abs=1e-8 * scale)
+
+
+@over(WITH_DENSITY)
+@pytest.mark.parametrize("stencil", [POINT, Stencil((1.0, -0.6), 0.05), Stencil((2.0, -3.0, 1.0), 0.3)], ids=str)
+@pytest.mark.parametrize("span", [0.7, 6.0, 40.0])
+def test_waves_sum_to_the_covariance_up_to_rounding(kernel: Kernel, stencil: Stencil, span: float) -> None:
+    times = 1e3 + span / 6 * TIMES
+    ladder, density = Ladder(times, np.ones(len(times))), stencil.spectral_density(kernel)
+    assert density is not None
+    rung = ladder.rung(density, np.inf)
+    assert rung is not None
+    waves = ladder.waves(rung)
+    power, gradient = density.at(waves.frequencies)
+    power *= 2 / waves.period
+    power[0] /= 2
+    value, by_theta = stencil.covariance(kernel)(times[:, None] - times)
+    scale = np.sum(np.abs(stencil.weights)) ** 2 * kernel(np.zeros(()))
+    assert np.max(np.abs((waves.scaled * power) @ waves.scaled.T - value)) < 100 * EPS * scale
+    for slope, own in zip(gradient, by_theta, strict=True):
+        assert np.max(np.abs((waves.scaled * (power * slope)) @ waves.scaled.T - own)) < 1000 * EPS * scale
+
+
+@given(
+    st.floats(0.02, 300.0),
+    st.floats(0.02, 300.0),
+    st.integers(60, 150),
+    st.floats(0.01, 2.0),
+    st.floats(0.0, 1.0),
+    st.sampled_from([0.0, -3.0, 1e4]),
+    st.integers(0, 2**32 - 1),
+)
+def test_answers_are_those_of_the_whole_matrix(lengthscale, other, count, noise, spread, first, seed):
+    rng = np.random.default_rng(seed)
+    times = first + np.sort(rng.uniform(0, 5, count) + rng.choice([0.0, 4.0]) * (rng.random(count) < 0.5))
+    kernel = Sum(SquaredExponential(1.0, lengthscale), SquaredExponential(0.3, other))
+    posterior = posterior_at(kernel, times, noise, np.exp(rng.uniform(-spread, spread, count)))
+    if factor := factorisations(posterior).get(Fourier):
+        assert disagreement(with_factor(posterior, factor), dense(posterior)) < 1e-8
+
+
+@pytest.mark.parametrize("rungs", [-4, -2, 0, 3])
+def test_the_likelihood_does_not_jump_from_one_period_to_the_next(rungs):
+    density = SquaredExponential(1.0, 1.0).spectral_density
+    lengthscale = (TIMES[-1] - TIMES[0]) / density.reach * 2 ** (rungs / 4)
+    objectives, periods = [], []
+    for factor in (1 - 1e-9, 1 + 1e-9):
+        posterior = posterior_at(SquaredExponential(1.0, factor * lengthscale), TIMES, 0.1)
+        found = factorisations(posterior)[Fourier]
+        periods.append(found.waves.period)
+        value, gradient = with_factor(posterior, found).negative_log_marginal_likelihood()
+        objectives.append(value - (factor - 1) * gradient[1])
+    assert periods[0] < periods[1]
+    assert objectives[0] == pytest.approx(objectives[1], rel=1e-12)
+
+
+def test_the_gradient_is_that_of_the_likelihood():
+    posterior = posterior_at(KERNELS["sum_of_smooth"], TIMES, 0.1, np.linspace(0.5, 2.0, len(TIMES)))
+    log_theta, h = posterior.prior.log_hyperparameters, 1e-5
+
+    def likelihood(at):
+        moved = type(posterior)(posterior.prior.with_log_hyperparameters(at), posterior.samples)
+        return with_factor(moved, factorisations(moved)[Fourier]).negative_log_marginal_likelihood()
+
+    for step, slope in zip(h * np.eye(len(log_theta)), likelihood(log_theta)[1], strict=True):
+        difference = likelihood(log_theta + step)[0] - likelihood(log_theta - step)[0]
+        assert difference / (2 * h) == pytest.approx(slope, rel=1e-6, abs=1e-6)
+
+
+def test_waves_are_made_once_and_forgotten_when_others_were_used_since(monkeypatch):
+    ladder = Ladder(TIMES, np.linspace(0.5, 2.0, len(TIMES)))
+
+    def waves(lengthscale):
+        rung = ladder.rung(SquaredExponential(1.0, lengthscale).spectral_density, 400)
+        assert rung is not None
+        return ladder.waves(rung)
+
+    first = waves(0.5)
+    assert waves(0.5).products.base is first.products.base
+    assert waves(0.502).products.base is first.products.base
+    np.testing.assert_allclose(first.products, first.scaled.T @ first.scaled, atol=1e-12)
+    monkeypatch.setattr(fourier, "_CACHED", 5 * first.scaled.size)
+    for k in range(20):
+        waves(2.0 ** (k / 4))
+    again = waves(0.5)
+    assert again.products.base is not first.products.base
+    assert again.products.tobytes() == first.products.tobytes()
+
+
+def test_waves_do_not_depend_on_what_was_asked_for_before():
+    def products(*lengthscales):
+        ladder = Ladder(TIMES, np.linspace(0.5, 2.0, len(TIMES)))
+        rungs = [ladder.rung(SquaredExponential(1.0, each).spectral_density, 400) for each in lengthscales]
+        return [ladder.waves(rung) for rung in rungs if rung][-1].products.tobytes()
+
+    assert products(0.5) == products(0.45, 0.4, 0.35, 2.0, 0.5)
+
+
+@pytest.mark.parametrize("lengthscale", [1e-300, 1e-3, 1e200, 1e300])
+def test_lengths_beyond_all_periods_are_left_to_others(lengthscale):
+    density = SquaredExponential(1.0, lengthscale).spectral_density
+    assert Ladder(TIMES, np.ones(len(TIMES))).rung(density, 100) is None
+
+
+def test_parts_that_underflow_have_no_share():
+    kernel = Sum(SquaredExponential(1e-200, 1.0), SquaredExponential(1e-200, 9.0))
+    power, gradient = kernel.spectral_density.at(np.linspace(0, 9, 10))
+    assert not np.any(power)
+    assert np.all(np.isfinite(gradient))

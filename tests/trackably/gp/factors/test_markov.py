@@ -1,0 +1,184 @@
+"""Matérn kernels by differences: against the dense path, and against matrices in fifty digits; what is refused."""
+
+import tracemalloc
+
+import mpmath
+import numpy as np
+import pytest
+
+from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
+from trackably.gp.factors.markov.banded import condition, congruent, log_determinant_slope, plus, times_vector
+from trackably.gp.factors.markov.differences import _jump as jump
+from trackably.gp.factors.markov.differences import differenced, width
+from trackably.gp.factors.markov.markov import Markov
+from trackably.gp.kernels.base import Product, Sum
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.stencil import POINT, Stencil
+
+AGREEMENT = 1e-8
+STEP = 0.1
+RNG = np.random.default_rng(3)
+
+
+def jittered(n):
+    return STEP * np.arange(n) + np.random.default_rng(n).uniform(0, 0.8 * STEP, n)
+
+
+TIMES = {
+    "even": lambda n: STEP * np.arange(n),
+    "late": lambda n: 1e3 + STEP * np.arange(n),
+    "jittered": jittered,
+    "with gaps": lambda n: jittered(n) + 7.0 * (np.arange(n) // 50),
+    "random": lambda n: np.sort(np.random.default_rng(n).uniform(0, STEP * n, n)),
+}
+STENCILS = {
+    "values": POINT,
+    "means": Stencil((0.5, 0.5), STEP),
+    "close together": Stencil((1.0, 1.0), STEP / 7),
+    "wide means": Stencil((0.3, 0.5, 0.2), STEP, 0.3),
+}
+
+
+def markov(posterior):
+    """The same, by differences; None where that is not offered."""
+    factor = factorisations(posterior).get(Markov)
+    return with_factor(posterior, factor) if factor else None
+
+
+@pytest.mark.parametrize("kernel", [Matern32, Matern52])
+@pytest.mark.parametrize("times", TIMES.values(), ids=TIMES)
+@pytest.mark.parametrize("stencil", STENCILS.values(), ids=STENCILS)
+def test_agreement_with_the_dense_path(kernel, times, stencil):
+    taken = 0
+    for lengthscale in (0.1, 1.0, 4.0):
+        for noise in (1.0, 0.1, 0.01):
+            relative_noise = np.exp(RNG.uniform(-1, 1, 250)) if noise == 0.1 else None
+            posterior = posterior_at(kernel(1.3, lengthscale), times(250), noise, relative_noise, stencil)
+            if banded := markov(posterior):
+                taken += 1
+                assert disagreement(banded, dense(posterior)) < AGREEMENT
+    assert taken >= (0 if times is TIMES["random"] else 1)
+
+
+def test_many_right_sides_at_once():
+    posterior = posterior_at(Matern52(1.0, 1.0), TIMES["jittered"](300), 0.1)
+    right = RNG.standard_normal((300, 250))
+    found, wanted = (p(posterior)._factored.solve(right) for p in (markov, dense))
+    np.testing.assert_allclose(found, wanted, atol=1e-10 * np.max(np.abs(wanted)))
+    np.testing.assert_array_equal(markov(posterior)._factored.solve(right[:, 7]), found[:, 7])
+
+
+def whole(bands):
+    """The symmetric matrix with these bands."""
+    n = bands.shape[1]
+    lower = sum(np.diag(row[: n - q], -q) for q, row in enumerate(bands))
+    return lower + np.tril(lower, -1).T
+
+
+@pytest.mark.parametrize(("kernel", "degree"), [(Matern32(1.7, 3.0), 1), (Matern52(1.7, 3.0), 2)])
+@pytest.mark.parametrize("stencil", STENCILS.values(), ids=STENCILS)
+def test_covariances_of_differences_have_all_their_digits(kernel, degree, stencil):
+    """Computed as D K Dᵀ they would have lost most of them."""
+    times = np.array([0.0, 0.01, 0.02, 0.031, 0.05, 0.06, 0.07, 0.2, 2.3, 2.31, 2.33])
+    n, (decay,) = len(times), kernel.decays
+    found = differenced(times, decay, stencil.lags)
+    p, rate, deviation = degree + 1, mpmath.mpf(decay.rate), mpmath.mpf(kernel.signal_std)
+
+    def covariance(r):
+        x = rate * abs(r)
+        return deviation**2 * (1 + x + (x**2 / 3 if degree == 2 else 0)) * mpmath.exp(-x)
+
+    with mpmath.workdps(50):
+        t = [mpmath.mpf(time) for time in times]
+        # D, anew: rows that are orthogonal to all powers below p (or to those that fewer times allow) times e^(−λt).
+        d = mpmath.zeros(n, n)
+        for i in range(n):
+            seen = range(max(0, i - p), i + 1)
+            for j in seen:
+                scale = mpmath.fprod((t[i] - t[k]) for k in seen if k != i)
+                d[i, j] = mpmath.exp(rate * (t[j] - t[i])) * scale / mpmath.fprod(t[j] - t[k] for k in seen if k != j)
+        k = mpmath.matrix(n, n)
+        for i in range(n):
+            for j in range(n):
+                k[i, j] = mpmath.fsum(ratio * covariance(t[i] - t[j] + lag) for ratio, lag in stencil.lags)
+        wanted = np.array((d * k * d.T).tolist(), dtype=float)
+        differences = np.array(d.tolist(), dtype=float)
+    np.testing.assert_allclose(np.tril(whole(found.differences)), differences, rtol=1e-12)
+    scale = np.sqrt(wanted.diagonal())
+    entries = whole(found.covariance) / np.outer(scale, scale)
+    np.testing.assert_allclose(entries, wanted / np.outer(scale, scale), atol=1e-10)
+
+
+def test_band_matrices_against_whole_ones():
+    lower = np.array([[1.0] * 6, [0.3, -0.2, 0.5, 0.1, 0.7, 0.0], [0.1, 0.2, -0.4, 0.3, 0.0, 0.0]])
+    variances, x = np.array([1.0, 2.0, 0.5, 3.0, 1.5, 0.7]), RNG.standard_normal(6)
+    triangle = np.tril(whole(lower))
+    product = congruent(lower, variances)
+    np.testing.assert_allclose(whole(product), triangle @ np.diag(variances) @ triangle.T, atol=1e-15)
+    np.testing.assert_allclose(times_vector(product, x), whole(product) @ x, atol=1e-14)
+    np.testing.assert_allclose(whole(plus(product, lower[:2])), whole(product) + whole(lower[:2]), atol=1e-15)
+    slope = log_determinant_slope(product + 1e-30j * lower, 1e-30)
+    assert slope == pytest.approx(np.trace(np.linalg.solve(whole(product), whole(lower))), rel=1e-12)
+    scale = np.sqrt(whole(product).diagonal())
+    scaled = whole(product) / np.outer(scale, scale)
+    factor = np.linalg.cholesky(whole(product))
+    banded = np.array([np.append(np.diagonal(factor, -q), np.zeros(q)) for q in range(3)])
+    norm = 1 + 2 * sum(np.max(np.abs(np.diagonal(scaled, -q))) for q in (1, 2))
+    inverse = np.linalg.norm(np.linalg.inv(scaled), 1)
+    assert 0.5 * norm * inverse < condition(product, banded) < (1 + 1e-9) * norm * inverse
+
+
+def test_wider_stencils_make_wider_bands():
+    times = STEP * np.arange(50)
+    assert width(times, 3, POINT.lags) == 2
+    assert width(times, 3, Stencil((0.5, 0.5), 0.95 * STEP).lags) == 3
+    assert width(times, 2, Stencil((1.0, 0.0, 1.0), 2.05 * STEP).lags) == 6
+
+
+@pytest.mark.parametrize(
+    ("kernel", "times", "stencil"),
+    [
+        (Matern52(1.0, 50.0), STEP * np.arange(250), POINT),  # so dense that differences are lost in noise
+        (Matern52(1.0, 1.0), np.sort(np.append(STEP * np.arange(250), 3.0 + 1e-9)), POINT),
+        (Matern32(1.0, 0.02), np.append(1e-4 * np.arange(125), 3.0 + 1e-4 * np.arange(125)), POINT),
+        (Matern32(1.0, 0.02), 9.0 * np.arange(250), POINT),  # e^x would overflow
+        (Matern52(1.0, 2.0), STEP * np.arange(250), Stencil((1.0, 1.0), 40.0)),
+        (Matern32(1.0, 2.0), STEP * np.arange(250), Stencil((-2.0, 2.0), STEP)),  # digits cancel in differences
+        (Sum(Matern52(1.0, 2.0), Matern32(1.0, 1.0)), STEP * np.arange(250), POINT),
+        (Product(Matern52(1.0, 2.0), Matern32(1.0, 1.0)), STEP * np.arange(250), POINT),
+        (SquaredExponential(1.0, 0.3), STEP * np.arange(250), POINT),
+    ],
+    ids=str,
+)
+def test_what_is_left_to_other_factorisations(kernel, times, stencil):
+    assert markov(posterior_at(kernel, times, 0.1, stencil=stencil)) is None
+
+
+def test_memory_grows_with_the_number_of_samples():
+    times = STEP * np.arange(20_000)
+    posterior = posterior_at(Matern52(1.0, 2.0), times, 0.1)
+    tracemalloc.start()
+    posterior.negative_log_marginal_likelihood()
+    posterior.jet_and_gradient(times[:10], 0)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert isinstance(posterior._factored, Markov)
+    assert peak < 150 * times.nbytes
+
+
+@pytest.mark.parametrize("polynomial", [[1.0, 1.0], [1.0, 1.0, 1 / 3]], ids=["matern32", "matern52"])
+def test_jumps_have_all_digits(polynomial):
+    """The series up to x = 1 has enough terms; beyond, what cancels costs few digits."""
+    x = np.array([1e-6, 0.01, 0.5, 0.99, 0.9999999, 1.0, 1.01, 2.0, 30.0, 250.0])
+    with mpmath.workdps(80):
+        P = [mpmath.mpf(1) / 3 if c == 1 / 3 else mpmath.mpf(c) for c in polynomial]
+
+        def decayed(a):
+            return sum(c * a**k for k, c in enumerate(P)) * mpmath.exp(-a)
+
+        exact = [decayed(a) - decayed(-a) for a in map(mpmath.mpf, x.tolist())]
+        expected = np.array([float(each) for each in exact])
+    found = jump(np.array(polynomial), x)
+    np.testing.assert_allclose(found[:5], expected[:5], rtol=2e-15)
+    np.testing.assert_allclose(found[5:], expected[5:], rtol=1e-13)

@@ -1,0 +1,150 @@
+"""The table of kernels that every law is checked on, and each kernel's formula written a second time."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from hypothesis import strategies as st
+from mpmath import mp
+
+from trackably.gp.kernels.base import Kernel, Product, Sum
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
+from trackably.gp.kernels.rational_quadratic import RationalQuadratic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+
+Formula = Callable[[Any], Any]
+
+RADIAL: dict[str, Kernel] = {
+    "se": SquaredExponential(1.0, 1.0),
+    "se_short": SquaredExponential(0.7, 0.22),
+    "se_loud": SquaredExponential(30.0, 5.0),
+    "matern32": Matern32(1.0, 1.0),
+    "matern32_short": Matern32(2.5, 0.1),
+    "matern52": Matern52(1.0, 1.0),
+    "matern52_long": Matern52(0.3, 4.0),
+    "rq": RationalQuadratic(1.0, 1.0, 1.0),
+    "rq_heavy": RationalQuadratic(1.5, 0.4, 0.1),
+    "rq_third": RationalQuadratic(0.6, 2.0, 1 / 3),
+    "rq_nearly_se": RationalQuadratic(0.8, 0.7, 2000.0),
+    "piecewise2": PiecewisePolynomial2(1.0, 1.0),
+    "piecewise2_long": PiecewisePolynomial2(0.4, 7.3),
+    "piecewise3": PiecewisePolynomial3(1.0, 1.0),
+    "piecewise3_loud": PiecewisePolynomial3(20.0, 0.3),
+}
+
+PERIODIC: dict[str, Kernel] = {
+    "periodic": Periodic(1.0, 1.0, 1.0),
+    "periodic_pi": Periodic(1.3, 0.6, 3.0663),
+    "periodic_smooth": Periodic(0.2, 5.0, 0.4),
+}
+
+DECAYING_PAIRS: dict[str, Kernel] = {
+    "sum_of_compact": Sum(PiecewisePolynomial3(1.0, 0.8), SquaredExponential(0.5, 1.0)),
+    "product_of_compact": Product(PiecewisePolynomial2(1.0, 2.0), Matern52(0.7, 1.0)),
+    "sum": Sum(SquaredExponential(1.0, 0.3), Matern52(0.5, 2.0)),
+    "sum_of_smooth": Sum(SquaredExponential(1.0, 0.6), SquaredExponential(0.5, 1.0)),
+    "product": Product(SquaredExponential(1.2, 0.8), RationalQuadratic(0.5, 1.5, 0.7)),
+    "product_of_materns": Product(Matern32(1.0, 0.9), Matern52(2.0, 0.4)),
+    "product_of_sum": Product(Sum(SquaredExponential(1.0, 0.5), Matern32(0.4, 1.5)), RationalQuadratic(0.9, 1.0, 2.0)),
+    "sum_of_products": Sum(
+        Product(SquaredExponential(1.0, 1.0), Matern52(1.0, 2.0)),
+        Product(Matern32(0.5, 0.7), SquaredExponential(2.0, 3.0)),
+    ),
+}
+
+OTHER_PAIRS: dict[str, Kernel] = {
+    "quasi_periodic": Product(SquaredExponential(1.0, 2.0), Periodic(1.0, 0.8, 0.9)),
+    "trend_and_season": Sum(SquaredExponential(2.0, 3.0), Periodic(0.5, 1.2, 0.7)),
+    "season_that_ends": Product(PiecewisePolynomial2(1.0, 1.7), Periodic(1.0, 1.0, 0.5)),
+    "nested": Sum(
+        Product(Matern52(1.0, 1.5), Periodic(1.0, 1.0, 1.1)), Sum(Periodic(0.3, 0.5, 2.0), Matern32(0.2, 0.3))
+    ),
+}
+
+DECAYING = RADIAL | DECAYING_PAIRS
+KERNELS = DECAYING | PERIODIC | OTHER_PAIRS
+
+# One of each family, for code that is written once for each.
+FAMILIES = {
+    k: KERNELS[k] for k in ("se_short", "matern32_short", "matern52", "rq_third", "periodic_pi", "sum", "product")
+}
+# For code that sees a covariance and its derivatives only: smooth, rough, heavy-tailed, periodic, combined, deep.
+_REPRESENTATIVE = "se_short", "matern32_short", "rq_heavy", "periodic_pi", "product", "nested"
+REPRESENTATIVE = {name: KERNELS[name] for name in _REPRESENTATIVE}
+
+
+def over(table: dict[str, Any], *names: str) -> Any:
+    """Parametrize a test over a table, under its names; `names` are the test's arguments."""
+    return pytest.mark.parametrize(names or ("kernel",), [pytest.param(v, id=k) for k, v in table.items()])
+
+
+def formula(kernel: Kernel) -> Formula:
+    """κ(r) in the arithmetic of mpmath, straight from the textbook."""
+    if isinstance(kernel, Sum | Product):
+        f, g = formula(kernel.left), formula(kernel.right)
+        return (lambda r: f(r) + g(r)) if isinstance(kernel, Sum) else (lambda r: f(r) * g(r))
+    std, *rest = (mp.mpf(v) for v in kernel.hyperparameters.values())
+    return lambda r: std**2 * _CORRELATIONS[type(kernel)](r, *rest)
+
+
+def compact(q: int, s: Any) -> Any:
+    """Return φ_q(s) of Rasmussen and Williams, eq. (4.21), for one dimension; in any arithmetic that compares."""
+    j = q + 1
+    polynomials = {
+        2: [3, 3 * j + 6, j**2 + 4 * j + 3],
+        3: [15, 15 * j + 45, 6 * j**2 + 36 * j + 45, j**3 + 9 * j**2 + 23 * j + 15],
+    }
+    constant, *_ = coefficients = polynomials[q]
+    return (1 - s) ** (j + q) * sum(c * s**k for k, c in enumerate(coefficients)) / constant if s < 1 else 0 * s
+
+
+_CORRELATIONS: dict[type[Kernel], Callable[..., Any]] = {
+    SquaredExponential: lambda r, ell: mp.exp(-(r**2) / (2 * ell**2)),
+    Matern32: lambda r, ell: (1 + mp.sqrt(3) * abs(r) / ell) * mp.exp(-mp.sqrt(3) * abs(r) / ell),
+    Matern52: lambda r, ell: (
+        (1 + mp.sqrt(5) * abs(r) / ell + 5 * r**2 / (3 * ell**2)) * mp.exp(-mp.sqrt(5) * abs(r) / ell)
+    ),
+    RationalQuadratic: lambda r, ell, alpha: mp.power(1 + r**2 / (2 * alpha * ell**2), -alpha),
+    PiecewisePolynomial2: lambda r, ell: compact(2, abs(r) / ell),
+    PiecewisePolynomial3: lambda r, ell: compact(3, abs(r) / ell),
+    Periodic: lambda r, ell, period: mp.exp(-2 / ell**2 * mp.sin(mp.pi * r / period) ** 2),
+}
+
+
+def time_scales(kernel: Kernel) -> list[float]:
+    """A kernel's length scales and periods [s] (a periodic kernel's length scale has no unit)."""
+    match kernel:
+        case Sum(left, right) | Product(left, right):
+            return time_scales(left) + time_scales(right)
+        case Periodic():
+            return [kernel.period]
+    return [kernel.hyperparameters["lengthscale"]]
+
+
+def time_scale(kernel: Kernel) -> float:
+    """The longest of them."""
+    return max(time_scales(kernel))
+
+
+_positive = st.floats(0.05, 20.0)
+
+decaying_kernels = st.recursive(
+    st.one_of(
+        st.builds(SquaredExponential, _positive, _positive),
+        st.builds(Matern32, _positive, _positive),
+        st.builds(Matern52, _positive, _positive),
+        st.builds(RationalQuadratic, _positive, _positive, _positive),
+        st.builds(PiecewisePolynomial2, _positive, _positive),
+        st.builds(PiecewisePolynomial3, _positive, _positive),
+    ),
+    lambda parts: st.builds(Sum, parts, parts) | st.builds(Product, parts, parts),
+    max_leaves=3,
+)
+
+kernels = st.recursive(
+    decaying_kernels | st.builds(Periodic, _positive, st.floats(0.3, 20.0), _positive),
+    lambda parts: st.builds(Sum, parts, parts) | st.builds(Product, parts, parts),
+    max_leaves=3,
+)

@@ -1,0 +1,85 @@
+"""Assumptions 4 and 5 of the paper: κ decays everywhere, |κ̇| beyond ζ(θ), and ζ is not larger than it must be."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from mpmath import mp
+
+from tests.trackably.gp.instances import DECAYING, OTHER_PAIRS, PERIODIC, RADIAL, decaying_kernels, formula, over
+from trackably.gp.kernels.base import Product, Sum
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
+from trackably.gp.kernels.rational_quadratic import RationalQuadratic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+
+
+def falls_strictly(values) -> bool:
+    return bool(np.all(np.diff(values) < 0))
+
+
+def later(kernel, zeta):
+    """Times from ζ on, as long as κ is a normal float."""
+    r = zeta * np.linspace(1, 12, 300)
+    return r[kernel(r) > 1e-290]
+
+
+@over(DECAYING)
+def test_kernel_is_positive_and_falls_everywhere(kernel):
+    r = kernel.decay_distance * np.linspace(0, 12, 400)
+    r = r[kernel(r) > 1e-290]
+    assert np.all(kernel(r) > 0)
+    assert falls_strictly(kernel(r))
+    assert np.all(kernel.jet(r[1:], 1)[1] < 0)
+
+
+@over(DECAYING)
+def test_derivative_falls_beyond_the_decay_distance(kernel):
+    r = later(kernel, kernel.decay_distance)
+    assert r.size > 30
+    assert falls_strictly(np.abs(kernel.jet(r, 1)[1]))
+
+
+@given(decaying_kernels)
+def test_derivative_of_any_decaying_kernel_falls_beyond_the_decay_distance(kernel):
+    r = later(kernel, kernel.decay_distance * (1 + 1e-9))
+    assert falls_strictly(kernel(r))
+    assert falls_strictly(np.abs(kernel.jet(r, 1)[1]))
+
+
+@over(RADIAL)
+def test_decay_distance_is_sharp(kernel):
+    """|κ̇| still rises right before ζ, and has its slope zero at ζ."""
+    zeta = kernel.decay_distance
+    rising = np.abs(kernel.jet(zeta * np.linspace(0.9, 0.9999, 200), 1)[1])
+    assert np.all(np.diff(rising) > 0)
+    with mp.workdps(30):
+        curvature = float(mp.diff(formula(kernel), mp.mpf(zeta), 2))
+    assert abs(curvature) < 1e-13 * kernel.signal_std**2 / kernel.lengthscale**2
+
+
+@pytest.mark.parametrize(
+    ("kernel", "zeta"),
+    [
+        (SquaredExponential(3.0, 0.7), 0.7),
+        (Matern32(3.0, 0.7), 0.404145188432738),
+        (Matern52(3.0, 0.7), 0.506524758424985),
+        (RationalQuadratic(3.0, 0.7, 1.0), 0.571547606649408),
+        (PiecewisePolynomial2(3.0, 0.7), 0.193184698670207),
+        (PiecewisePolynomial3(3.0, 0.7), 0.167988443205505),
+    ],
+)
+def test_decay_distances_in_numbers(kernel, zeta):
+    assert kernel.decay_distance == pytest.approx(zeta, rel=1e-13)
+
+
+def test_decay_distance_of_a_pair_is_the_longer_one():
+    short, long = SquaredExponential(1.0, 0.2), Matern52(1.0, 3.0)
+    for pair in (Sum, Product):
+        assert pair(short, long).decay_distance == pair(long, short).decay_distance == long.decay_distance
+
+
+@over(PERIODIC | OTHER_PAIRS)
+def test_what_repeats_never_decays(kernel):
+    assert kernel.decay_distance == math.inf

@@ -1,0 +1,114 @@
+"""Derivatives in time and in the hyperparameters, against 40-digit differentiation of formulas written twice."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from mpmath import mp
+
+from tests.trackably.gp.instances import KERNELS, formula, kernels, over, time_scale, time_scales
+from trackably.gp.kernels.matern import Matern32, Matern52
+
+RELATIVE_TIMES = np.array([-2.7, -1.0, -0.31, 0.013, 0.5, 0.77, 1.6, 3.3])
+
+
+def central_difference(f, step):
+    """f'(0) on five points: the error is of order step⁴."""
+    return (8 * (f(step) - f(-step)) - (f(2 * step) - f(-2 * step))) / (12 * step)
+
+
+def in_units_of(reference, array):
+    """Each derivative (axis −2) as a part of its own largest magnitude."""
+    return array / np.max(np.abs(reference), axis=-1, keepdims=True, initial=1e-300)
+
+
+def gradient_by_differences(kernel, r, order):
+    def along(name, value):
+        return lambda h: kernel.with_hyperparameters({name: value * math.exp(h)}).jet(r, order)
+
+    return np.stack([central_difference(along(*item), 2e-4) for item in kernel.hyperparameters.items()])
+
+
+@over(KERNELS)
+def test_jet_against_forty_digits(kernel):
+    r = RELATIVE_TIMES * time_scale(kernel)
+    with mp.workdps(40):
+        f = formula(kernel)
+        exact = np.array([[float(mp.diff(f, mp.mpf(t), n)) for t in r.tolist()] for n in range(4)])
+    np.testing.assert_allclose(in_units_of(exact, kernel.jet(r, 3)), in_units_of(exact, exact), rtol=1e-9, atol=1e-12)
+
+
+@over(KERNELS)
+def test_value_of_the_call_against_forty_digits(kernel):
+    r = np.append(RELATIVE_TIMES, 0.0) * time_scale(kernel)
+    with mp.workdps(40):
+        exact = [float(formula(kernel)(mp.mpf(t))) for t in r.tolist()]
+    np.testing.assert_allclose(kernel(r), exact, rtol=2e-12)
+
+
+@over(KERNELS)
+def test_each_derivative_is_that_of_the_one_before(kernel):
+    r = RELATIVE_TIMES * time_scale(kernel)
+    jet = kernel.jet(r, 3)
+    by_differences = central_difference(lambda h: kernel.jet(r + h, 2), 1e-3 * min(time_scales(kernel)))
+    np.testing.assert_allclose(in_units_of(jet[1:], jet[1:]), in_units_of(jet[1:], by_differences), atol=3e-8)
+
+
+@over(KERNELS)
+def test_curvature_at_zero(kernel):
+    """Every kernel here is twice differentiable at 0, where κ̇ = 0 and κ̈ < 0."""
+    step = 1e-4 * min(time_scales(kernel))
+    zero = np.zeros(())
+    curvature = 2 * (kernel(np.array(step)) - kernel(zero)) / step**2
+    assert kernel.jet(zero, 1)[1] == pytest.approx(0, abs=1e-12 * abs(float(curvature)) ** 0.5)
+    assert kernel.jet(zero, 2)[2] == pytest.approx(float(curvature), rel=1e-3)
+    _, gradient = kernel.jet_and_gradient(zero, 2)
+    reference = gradient_by_differences(kernel, zero, 2)
+    np.testing.assert_allclose(gradient, reference, rtol=1e-6, atol=1e-6 * abs(float(curvature)))
+
+
+@pytest.mark.parametrize(("matern", "curvature"), [(Matern32(2.0, 0.5), -48.0), (Matern52(2.0, 0.5), -80 / 3)])
+def test_matern_curvature_at_zero_in_closed_form(matern, curvature):
+    """φ''(0) = −3 and −5/3, times θ₁²/θ₂²."""
+    assert matern.jet(np.zeros(1), 2)[2, 0] == pytest.approx(curvature, rel=1e-14)
+
+
+@over(KERNELS)
+def test_correlation_time_is_that_of_the_parabola_at_zero(kernel):
+    """κ(r) ≈ κ(0) (1 − r²/(2 τ²)) for small r."""
+    step = 1e-3 * min(time_scales(kernel))
+    zero = float(kernel(np.zeros(())))
+    parabola = step / math.sqrt(2 * (1 - float(kernel(np.array(step))) / zero))
+    assert kernel.correlation_time == pytest.approx(parabola, rel=3e-3)
+
+
+@over(KERNELS)
+def test_jet_does_not_depend_on_the_order_asked_for(kernel):
+    r = RELATIVE_TIMES * time_scale(kernel)
+    for order in range(3):
+        np.testing.assert_array_equal(kernel.jet(r, order), kernel.jet(r, 3)[: order + 1])
+
+
+@over(KERNELS)
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_gradient_against_central_differences(kernel, order):
+    r = RELATIVE_TIMES * time_scale(kernel)
+    jet, gradient = kernel.jet_and_gradient(r, order)
+    np.testing.assert_array_equal(jet, kernel.jet(r, order))
+    reference = gradient_by_differences(kernel, r, order)
+    np.testing.assert_allclose(in_units_of(jet, gradient), in_units_of(jet, reference), rtol=1e-6, atol=1e-8)
+
+
+@over(KERNELS)
+def test_gradient_at_zero_against_central_differences(kernel):
+    _, gradient = kernel.jet_and_gradient(np.zeros(1), 1)
+    np.testing.assert_allclose(gradient, gradient_by_differences(kernel, np.zeros(1), 1), rtol=1e-8, atol=1e-12)
+
+
+@given(kernels)
+def test_gradient_of_any_kernel_against_central_differences(kernel):
+    r = RELATIVE_TIMES * min(time_scales(kernel))
+    jet, gradient = kernel.jet_and_gradient(r, 2)
+    reference = gradient_by_differences(kernel, r, 2)
+    np.testing.assert_allclose(in_units_of(jet, gradient), in_units_of(jet, reference), rtol=1e-5, atol=1e-6)

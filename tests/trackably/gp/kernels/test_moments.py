@@ -1,0 +1,57 @@
+"""Sums from moments are the direct sums."""
+
+import numpy as np
+import pytest
+
+from trackably import Kernel, Matern32, Matern52, Periodic, SquaredExponential
+from trackably.gp.kernels.moments import summed_by_moments
+from trackably.gp.signal import KernelSum
+
+KERNELS = {
+    "matern52": Matern52(1.3, 2.0),
+    "short": Matern32(0.7, 0.01),
+    "long": Matern52(1.0, 1e4),
+    "sum": Matern52(1.0, 0.3) + Matern32(2.0, 30.0),
+}
+
+
+def direct(kernel: Kernel, centres: np.ndarray, weights: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The sum, and the sum of absolute values."""
+    terms = kernel.jet(t[..., None] - centres, 2)
+    return terms @ weights, np.abs(terms) @ np.abs(weights)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("seed", range(3))
+def test_moments_give_the_direct_sum_up_to_its_rounding(name, seed):
+    draw, kernel = np.random.default_rng(seed), KERNELS[name]
+    centres = draw.uniform(0, 100, 257)
+    centres[:20] = centres[20:40]  # repeated ones
+    weights = draw.standard_normal(257) * 10.0 ** draw.uniform(-3, 6, 257)
+    t = np.concatenate([draw.uniform(-20, 130, 90), centres[15:25]]).reshape(4, 25)  # before, after, at centres
+    found = summed_by_moments(kernel.decays, centres, weights, t, 2)
+    wanted, scale = direct(kernel, centres, weights, t)
+    largest = scale.max(axis=(1, 2), keepdims=True)
+    assert np.all(np.abs(found - wanted) <= 1e-14 * largest)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 64, 65])
+def test_any_number_of_centres(count):
+    kernel, centres, t = KERNELS["matern52"], np.arange(float(count)), np.linspace(-3, 70, 40)
+    wanted, _ = direct(kernel, centres, np.ones(count), t)
+    np.testing.assert_allclose(summed_by_moments(kernel.decays, centres, np.ones(count), t, 2), wanted, atol=1e-13)
+
+
+def test_signals_use_them_where_there_are_many_terms():
+    draw = np.random.default_rng(0)
+    signal = KernelSum(Matern52(1.0, 0.5), 3.0, np.sort(draw.uniform(0, 50, 400)), draw.standard_normal(400))
+    t = draw.uniform(0, 50, (2, 500))
+    np.testing.assert_allclose(signal(t), signal.summed(t), atol=1e-12)
+    assert np.any(signal(t) != signal.summed(t))
+
+
+@pytest.mark.parametrize(
+    "kernel", [SquaredExponential(), Periodic(), Matern52() + SquaredExponential(), Matern52() * Matern32()]
+)
+def test_other_kernels_have_none(kernel):
+    assert kernel.decays == ()

@@ -1,0 +1,75 @@
+"""What a kernel sum leaves out is nothing: beyond a distance float64 holds zeros only."""
+
+import numpy as np
+import pytest
+
+from tests.trackably.gp.instances import KERNELS, over, time_scale
+from trackably.gp.kernels.base import Kernel, Product, Sum
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+
+SHORT: list[Kernel] = [
+    SquaredExponential(2.0, 0.01),
+    Matern52(1.0, 0.002),
+    Sum(SquaredExponential(1.0, 0.01), Matern32(1.0, 0.001)),
+    Product(SquaredExponential(1.0, 0.01), Periodic(1.0, 1.0, 0.3)),
+]
+
+
+VANISHING = {name: kernel for name, kernel in KERNELS.items() if np.isfinite(kernel.vanishing_distance)}
+LASTING = {name: kernel for name, kernel in KERNELS.items() if name not in VANISHING}
+
+
+def test_both_are_examined() -> None:
+    assert (len(VANISHING), len(LASTING)) == (21, 9)
+
+
+def test_what_lasts_says_so() -> None:
+    """The Product of both vanishes with one of them, the Sum lasts with one of them."""
+    lasting = Periodic(1.0, 1.0, 1.0)
+    assert Sum(SHORT[0], lasting).vanishing_distance == np.inf
+    assert Product(SHORT[0], lasting).vanishing_distance == SHORT[0].vanishing_distance
+
+
+@over(VANISHING)
+def test_beyond_the_distance_there_are_zeros_only(kernel: Kernel) -> None:
+    far = kernel.vanishing_distance * np.array([1.0, 1.0001, 2.0, 1e3])
+    assert not np.any(kernel.jet(np.concatenate([far, -far]), 4))
+    # And not much sooner: half of it is enough for products of two kernels.
+    assert np.any(kernel.jet(0.4 * far[:1], 4))
+
+
+@over(LASTING)
+def test_what_never_vanishes_is_seen_from_afar(kernel: Kernel) -> None:
+    far = 30 * time_scale(kernel) * np.array([1.0, 1.1, 1.37])
+    assert np.all(kernel(far) > 0)
+
+
+@pytest.mark.parametrize("kernel", SHORT, ids=str)
+@pytest.mark.parametrize("in_order", [True, False])
+def test_sums_are_those_of_all_terms(kernel: Kernel, in_order: bool) -> None:
+    rng = np.random.default_rng(3)
+    centres = rng.uniform(0, 10, 500)
+    centres = np.sort(centres) if in_order else centres
+    signal = KernelSum(kernel, 0.3, centres, rng.standard_normal(500))
+    for t in (
+        np.linspace(-1, 12, 50),
+        np.array([4.0]),
+        np.array([-100.0, -99.0]),
+        np.array(5.0),
+        rng.uniform(3, 4, (4, 5)),
+    ):
+        every = kernel.jet(t[..., None] - centres, 2) @ signal.weights
+        every[0] += 0.3
+        scale = np.max(np.abs(kernel.jet(np.linspace(0, 0.1, 200), 2)), axis=1).reshape(3, *(1,) * t.ndim)
+        np.testing.assert_allclose(signal.jet(t, 2) / scale, every / scale, atol=1e-13)
+
+
+@over({name: kernel for name, kernel in KERNELS.items() if np.isfinite(kernel.negligible_distance)})
+def test_beyond_a_shorter_distance_all_is_lost_in_rounding(kernel: Kernel) -> None:
+    far = kernel.negligible_distance * np.array([1.0, 1.0001, 1.5, 2.0, 1e3])
+    near = np.linspace(0, 1, 2001)[1:] * kernel.negligible_distance
+    largest = np.max(np.abs(kernel.jet(near, 3)), axis=1)
+    assert np.all(np.abs(kernel.jet(np.concatenate([far, -far]), 3)) <= 2.0**-60 * largest[:, None])

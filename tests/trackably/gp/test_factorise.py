@@ -1,0 +1,223 @@
+"""Each factorisation against the dense one, on all kinds of times and noise, and which of them is taken."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
+from tests.trackably.gp.instances import KERNELS, over
+from trackably.gp import factorise as factorise_module
+from trackably.gp.factorise import noise_variance
+from trackably.gp.factors.band import Band
+from trackably.gp.factors.dense import Dense
+from trackably.gp.factors.fourier import Fourier
+from trackably.gp.factors.low_rank import LowRank
+from trackably.gp.factors.markov.markov import Markov
+from trackably.gp.factors.toeplitz import Toeplitz
+from trackably.gp.kernels.base import Product, Sum
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
+from trackably.gp.kernels.rational_quadratic import RationalQuadratic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.posterior import IllConditioned
+from trackably.gp.stencil import POINT, Stencil
+
+AGREEMENT = 1e-8
+NOISES = [1.0, 0.1, 0.01, 1e-3, 1e-4]
+
+
+def random(n, lower, upper):
+    return np.random.default_rng(n).uniform(lower, upper, n)
+
+
+TIMES = {
+    "even": lambda n: 0.05 * np.arange(n),
+    "random": lambda n: np.sort(random(n, 0, n / 20)),
+    "late": lambda n: 1e3 + np.sort(random(n, 0, n / 20)),
+    "in two parts": lambda n: np.sort(np.append(random(n // 2, 0, 2), random(n - n // 2, 30, 31))),
+    "in clusters": lambda n: np.sort(3.0 * np.floor(random(n, 0, 20)) + random(n + 1, 0, 0.1)[1:]),
+}
+
+
+# Which factorisations are offered depends on decay, smoothness and correlation time: each family in its extremes.
+FAMILIES = {
+    name: KERNELS[name]
+    for name in (
+        "se",
+        "se_short",
+        "se_loud",
+        "piecewise3_loud",
+        "matern32_short",
+        "matern52_long",
+        "rq_heavy",
+        "periodic_pi",
+        "sum",
+        "sum_of_smooth",
+        "product_of_materns",
+        "quasi_periodic",
+        "nested",
+    )
+}
+
+
+@over(FAMILIES)
+@pytest.mark.parametrize("times", TIMES.values(), ids=TIMES)
+def test_all_factorisations_lead_to_the_same_answers(kernel, times):
+    compared = 0
+    for noise, spread in zip([*NOISES, 0.1, 1e-3], [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0], strict=True):
+        posterior = posterior_at(kernel, times(200), noise, np.exp(random(200, -spread, spread)))
+        for factor in factorisations(posterior).values():
+            compared += 1
+            assert disagreement(with_factor(posterior, factor), dense(posterior)) < AGREEMENT
+    assert compared >= len(NOISES) + 2  # the dense one, always
+
+
+STENCILS = [Stencil((1.0, -0.6), 0.05), Stencil((2.0, -3.0, 1.0), 0.3, 0.4), Stencil((1.0, 1.0), 40.0)]
+
+
+@over({name: KERNELS[name] for name in ("se", "se_short", "matern32_short", "periodic", "quasi_periodic")})
+@pytest.mark.parametrize("stencil", STENCILS, ids=str)
+def test_samples_may_see_more_than_one_instant(kernel, stencil):
+    for times in TIMES.values():
+        posterior = posterior_at(kernel, times(200), 0.1, stencil=stencil)
+        for factor in factorisations(posterior).values():
+            assert disagreement(with_factor(posterior, factor), dense(posterior)) < AGREEMENT
+
+
+def test_the_table_means_something():
+    """Every type is met, on more than a few instances."""
+    kinds = Counter(
+        kind
+        for kernel in FAMILIES.values()
+        for times in TIMES.values()
+        for kind in factorisations(posterior_at(kernel, times(200), 0.1))
+    )
+    assert kinds[Dense] == len(FAMILIES) * len(TIMES)
+    assert min(kinds[Band], kinds[Fourier], kinds[LowRank], kinds[Toeplitz]) > 5
+    assert kinds[Markov] > 2  # more in its own tests
+
+
+@over(FAMILIES)
+def test_products_against_whole_matrices(kernel):
+    times = TIMES["even"](250)
+    posterior = posterior_at(kernel, times, 0.3)
+    variances = noise_variance(posterior.prior, posterior.samples)
+    jet, gradient = kernel.jet_and_gradient(times[:, None] - times, 0)
+    matrix = jet[0] + np.diag(variances)
+    right = np.random.default_rng(5).standard_normal((250, 3))
+    inner = np.linalg.inv(matrix) - np.outer(right[:, 0], right[:, 0])
+    scale = np.max(np.abs(inner)) * np.max(variances)
+    for factor in factorisations(posterior).values():
+        np.testing.assert_allclose(matrix @ factor.solve(right), right, atol=1e-9)
+        np.testing.assert_allclose(factor.solve(right)[:, 1], factor.solve(right[:, 1]), atol=1e-12 / np.min(variances))
+        by_theta = gradient[:, 0] @ right[:, 0]
+        np.testing.assert_allclose(factor.gradient_times(right[:, 0]), by_theta, atol=1e-10 * np.max(np.abs(gradient)))
+        trace, by_noise = factor.likelihood_traces(right[:, 0])
+        reference = np.einsum("ij,pij->p", inner, gradient[:, 0])
+        np.testing.assert_allclose(trace, reference, atol=1e-9 * np.max(np.abs(reference)))
+        assert by_noise == pytest.approx(np.diag(inner) @ variances, abs=1e-9 * 250 * scale)
+        assert factor.log_determinant == pytest.approx(np.linalg.slogdet(matrix)[1], rel=1e-10)
+
+
+@over(
+    {
+        "se": SquaredExponential(1.0, 1.0),
+        "rq": RationalQuadratic(1.0, 6.0, 1.0),
+        "periodic": Periodic(1.0, 1.0, 7.0),
+        "quasi_periodic": Product(SquaredExponential(1.0, 9.0), Periodic(1.0, 1.5, 6.0)),
+    }
+)
+@pytest.mark.parametrize("stencil", [POINT, Stencil((1.0, -0.6), 0.05, 0.4), Stencil((1.0, 1.0), 40.0)], ids=str)
+def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
+    """The posterior mean as a sum of kernels at Chebyshev points, with its derivatives."""
+    posterior = posterior_at(kernel, TIMES["late"](400), 0.3, np.exp(random(400, -0.5, 0.5)), stencil)
+    whole, t = dense(posterior).signal, 1e3 + np.linspace(-5, 25, 300)
+    found = factorisations(posterior)
+    for factor in [found[LowRank], *([found[Fourier]] if Fourier in found else [])]:
+        condensed = with_factor(posterior, factor).signal
+        assert len(condensed.centres) <= len(whole.centres) / 2
+        for one, other in zip(condensed.jet(t, 2), whole.jet(t, 2), strict=True):
+            np.testing.assert_allclose(one, other, atol=1e-9 * np.max(np.abs(other)))
+
+
+@pytest.mark.parametrize(
+    ("kernel", "times", "wanted"),
+    [
+        (SquaredExponential(1.0, 0.5), TIMES["random"](100), Fourier),
+        (SquaredExponential(1.0, 0.5), TIMES["even"](180), Fourier),
+        (SquaredExponential(1.0, 0.5), TIMES["random"](40), Dense),
+        (SquaredExponential(1.0, 0.1), TIMES["even"](180), Dense),  # half of the time that the recursion takes
+        (Matern32(1.0, 2.0), TIMES["random"](100), Dense),
+        (SquaredExponential(1.0, 0.1), TIMES["random"](1000), Band),
+        (SquaredExponential(1.0, 5.0), TIMES["random"](1000), Fourier),
+        (SquaredExponential(1.0, 5.0), TIMES["even"](1000), Fourier),
+        (RationalQuadratic(1.0, 9.0, 1.0), TIMES["random"](1000), LowRank),
+        (SquaredExponential(1.0, 0.5), TIMES["even"](1000), Toeplitz),
+        (Matern32(1.0, 2.0), TIMES["random"](500), Dense),
+        (Matern32(1.0, 2.0), TIMES["even"](500), Toeplitz),
+        (Matern32(1.0, 2.0), TIMES["even"](2000), Markov),
+        (Matern52(1.0, 2.0), 0.1 * np.arange(2000) + random(2000, 0, 0.05), Markov),
+        (Matern32(1.0, 0.02), TIMES["random"](500), Markov),
+        (PiecewisePolynomial2(1.0, 0.3), TIMES["random"](1000), Band),
+        (PiecewisePolynomial3(1.0, 0.5), TIMES["random"](1000), Band),
+        (Periodic(1.0, 1.0, 10.0), TIMES["random"](1000), LowRank),
+        (SquaredExponential(1.0, 1e-3), np.append(np.sort(random(400, 0, 1e-3)), 1 + 7e-4 * np.arange(400)), Band),
+    ],
+    ids=str,
+)
+def test_the_fastest_factorisation_is_taken(kernel, times, wanted):
+    assert isinstance(posterior_at(kernel, times, 0.1)._factored, wanted)
+
+
+@pytest.mark.parametrize(
+    ("kernel", "times"),
+    [
+        (SquaredExponential(1.0, 3.0), 1.7e9 + np.arange(150) / 16),  # seconds since 1970
+        (Matern52(1.0, 5.0), np.sort(random(600, 0, 1))),  # κ̈ has a cusp
+        (Sum(SquaredExponential(0.1, 10.0), Matern52(1.0, 5.0)), np.sort(random(600, 0, 1))),
+        (Product(SquaredExponential(0.1, 10.0), Matern32(1.0, 1e3)), np.sort(random(600, 0, 1))),
+    ],
+    ids=str,
+)
+def test_low_rank_only_where_points_resolve_the_kernel(kernel, times):
+    """Where float64 has the points, and κ with its derivatives is smooth at 0 too."""
+    posterior = posterior_at(kernel, times, 0.1)
+    assert LowRank not in factorisations(posterior)
+    others = with_factor(posterior, next(iter(factorisations(posterior).values())))
+    assert disagreement(others, dense(posterior)) < AGREEMENT
+
+
+@over({name: KERNELS[name] for name in ("se", "matern52", "rq", "periodic_pi", "sum")})
+def test_what_rounding_decides_is_left_to_the_dense_path(kernel):
+    posterior = posterior_at(kernel, TIMES["even"](300), 1e-5)
+    assert factorisations(posterior).keys() == {Dense}
+    assert posterior.weights.tobytes() == dense(posterior).weights.tobytes()
+
+
+@pytest.mark.parametrize("kernel", [SquaredExponential(1.0, 0.5), SquaredExponential(1.0, 0.02)], ids=str)
+def test_beyond_the_reach_of_dense_matrices_rounding_is_accepted(kernel, monkeypatch):
+    """Where the dense path is no alternative the others stand, as long as their own equations hold."""
+    posterior = posterior_at(kernel, TIMES["even"](300), 1e-4)
+    assert factorisations(posterior).keys() == {Dense}
+    monkeypatch.setattr(factorise_module, "LARGEST_DENSE", 250)
+    others = factorisations(posterior)
+    assert Dense not in others
+    assert len(others) >= 2
+    for factor in others.values():
+        assert disagreement(with_factor(posterior, factor), dense(posterior)) < 1e-5
+
+
+def test_where_a_dense_matrix_would_be_huge_it_is_not_tried(monkeypatch):
+    posterior = posterior_at(SquaredExponential(1e6, 1e3), TIMES["even"](5000), 1e-10)
+    monkeypatch.setattr(Dense, "of", lambda *_: pytest.fail("a dense matrix was made"))
+    with pytest.raises(IllConditioned):
+        posterior.weights  # noqa: B018
+
+
+def test_beyond_dense_matrices_a_band_of_large_blocks_is_none(monkeypatch):
+    times = TIMES["even"](400)
+    assert Band in factorisations(posterior_at(Matern32(1.0, 0.05), times, 0.1))
+    monkeypatch.setattr(factorise_module, "_LARGEST_BLOCK", 10)
+    assert Band not in factorisations(posterior_at(Matern32(1.0, 0.05), times, 0.1))

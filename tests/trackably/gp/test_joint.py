@@ -1,0 +1,240 @@
+"""Several processes at once: names, what is shared, and that nothing else ties them together."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackably.gp import naive
+from tests.trackably.gp.instances import REPRESENTATIVE, over
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.posterior import IllConditioned, Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.remembered import Remembered, RememberedSum
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+from trackably.gp.stencil import Stencil
+
+TIMES = np.array([-0.7, 0.0, 0.2, 0.55, 1.0, 1.42, 2.3, 4.0])
+SAMPLES = (
+    Samples([0.0, 0.13, 0.4, 0.55, 0.9, 1.4], [1.0, 0.4, -0.3, 0.1, 0.8, 2.0]),
+    Samples([0.1, 0.2, 0.9, 2.0], [3.0, 2.0, 2.5, 1.0], [1.0, 2.0, 0.5, 1.0], Stencil((-2.0, 2.0), 0.5)),
+    Samples([0.5], [-1.0]),
+)
+PARTS = (
+    Prior(Periodic(1.0, 0.8, 1.3), 0.2, 0.3).as_learned(),
+    Prior(Periodic(2.0, 0.5, 1.3).as_learned(), 0.1, -1.0),
+    Prior(Matern52(0.5, 0.8), 0.3, 0.0).as_learned(),
+)
+NAMES = ("x", "y", "z")
+ONE_NOISE_KNOWN = tuple(
+    replace(p, noise_std=noise) for p, noise in zip(PARTS, (Learned(0.2), 0.2, Learned(0.2)), strict=True)
+)
+PRIORS = {
+    "apart": JointPrior(PARTS, NAMES),
+    "one_period": JointPrior(PARTS, NAMES, frozenset({"period"})),
+    "two_shared": JointPrior(
+        (PARTS[0], replace(PARTS[1], kernel=PARTS[1].kernel.with_hyperparameters({"lengthscale": 0.8})), PARTS[2]),
+        NAMES,
+        frozenset({"period", "lengthscale"}),
+    ),
+    "one_fixed": JointPrior((PARTS[0], replace(PARTS[1], kernel=PARTS[1].kernel.as_known()), PARTS[2]), NAMES),
+    "nothing_learned": JointPrior(tuple(Prior(p.kernel.as_known(), float(p.noise_std), p.mean) for p in PARTS), NAMES),
+}
+
+
+def known(prior: JointPrior) -> set[str]:
+    return prior.hyperparameters.keys() - {*prior.learned}
+
+
+def test_names_tell_the_process_unless_they_are_shared():
+    apart = ("x.signal_std", "x.lengthscale", "x.period", "x.noise_std", "y.signal_std", "y.lengthscale", "y.period")
+    last = ("z.signal_std", "z.lengthscale", "z.noise_std")
+    assert PRIORS["apart"].learned == apart + last
+    assert known(PRIORS["apart"]) == {"y.noise_std"}
+    assert PRIORS["one_period"].learned == (
+        "x.signal_std", "x.lengthscale", "period", "x.noise_std", "y.signal_std", "y.lengthscale", *last
+    )  # fmt: skip
+    assert PRIORS["two_shared"].learned == (
+        "x.signal_std", "lengthscale", "period", "x.noise_std", "y.signal_std", "z.signal_std", "z.noise_std"
+    )  # fmt: skip
+    assert PRIORS["one_fixed"].learned == (*apart[:4], *last)
+    assert known(PRIORS["one_fixed"]) == {"y.signal_std", "y.lengthscale", "y.period", "y.noise_std"}
+    assert PRIORS["nothing_learned"].learned == ()
+
+
+def test_values_are_those_of_the_processes():
+    values = PRIORS["one_period"].hyperparameters
+    assert (values["period"], values["x.signal_std"], values["y.signal_std"], values["z.noise_std"]) == (1.3, 1, 2, 0.3)
+    assert len(values) == 10
+
+
+def test_the_order_of_shared_names_is_that_of_the_first_process_that_has_them():
+    late = JointPrior((PARTS[2], PARTS[0], PARTS[1]), ("z", "x", "y"), frozenset({"period"}))
+    assert late.learned.index("period") == 5
+    assert late.places == ([0, 1, 2], [3, 4, 5, 6], [7, 8, 5])
+
+
+@over(REPRESENTATIVE)
+@pytest.mark.parametrize("noise_std", [0.2, Learned(0.2)])
+def test_a_single_process_keeps_its_plain_names(kernel, noise_std):
+    prior = Prior(kernel.as_learned(), noise_std, 0.3)
+    joint = JointPrior.of(prior)
+    assert joint == JointPrior((prior,))
+    assert JointPrior.of(joint) is joint
+    assert (joint.learned, joint.hyperparameters) == (prior.learned, prior.hyperparameters)
+    np.testing.assert_array_equal(joint.log_hyperparameters, prior.log_hyperparameters)
+    moved = prior.log_hyperparameters + 0.1
+    assert joint.with_log_hyperparameters(moved).parts == (prior.with_log_hyperparameters(moved),)
+
+
+@over(REPRESENTATIVE)
+def test_a_single_process_has_its_own_posterior(kernel):
+    prior = Prior(kernel, 0.2, 0.3).as_learned()
+    joint, single = JointPosterior(JointPrior((prior,)), SAMPLES[:1]), Posterior(prior, SAMPLES[0])
+    assert joint.signals[0].weights.tobytes() == single.signal.weights.tobytes()
+    value, gradient = joint.negative_log_marginal_likelihood()
+    assert value == single.negative_log_marginal_likelihood()[0]
+    np.testing.assert_array_equal(gradient, single.negative_log_marginal_likelihood()[1])
+    for ours, theirs in zip(joint.jet_and_gradient(0, TIMES, 1), single.jet_and_gradient(TIMES, 1), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+@over(PRIORS, "prior")
+def test_logarithms_make_a_round_trip(prior):
+    np.testing.assert_array_equal(
+        prior.log_hyperparameters, [math.log(prior.hyperparameters[name]) for name in prior.learned]
+    )
+    moved = prior.with_log_hyperparameters(prior.log_hyperparameters + np.arange(1, len(prior.learned) + 1) / 7)
+    assert (moved.learned, moved.names, moved.shared) == (prior.learned, prior.names, prior.shared)
+    assert [part.mean for part in moved.parts] == [part.mean for part in prior.parts]
+    for i, name in enumerate(prior.learned):
+        assert math.log(moved.hyperparameters[name] / prior.hyperparameters[name]) == pytest.approx((i + 1) / 7)
+    for name in known(prior):
+        assert moved.hyperparameters[name] == prior.hyperparameters[name]
+    back = moved.with_log_hyperparameters(prior.log_hyperparameters)
+    assert back.hyperparameters == pytest.approx(prior.hyperparameters, rel=1e-14)
+
+
+@pytest.mark.parametrize("shared", [{"period"}, {"period", "lengthscale"}])
+def test_what_is_shared_moves_together(shared):
+    prior = PRIORS["two_shared"] if len(shared) == 2 else PRIORS["one_period"]
+    for name in shared:
+        step = np.array([0.3 if name == other else 0.0 for other in prior.learned])
+        moved = prior.with_log_hyperparameters(prior.log_hyperparameters + step)
+        for before, after in zip(prior.parts, moved.parts, strict=True):
+            for other, value in after.hyperparameters.items():
+                factor = math.exp(0.3) if other == name else 1.0
+                assert value == pytest.approx(factor * before.hyperparameters[other], rel=1e-14)
+
+
+@over(PRIORS, "prior")
+def test_likelihoods_add_up_and_means_are_their_own(prior):
+    joint = JointPosterior(prior, SAMPLES)
+    singles = [Posterior(part, samples) for part, samples in zip(prior.parts, SAMPLES, strict=True)]
+    value, gradient = joint.negative_log_marginal_likelihood()
+    assert value == pytest.approx(sum(single.negative_log_marginal_likelihood()[0] for single in singles), rel=1e-14)
+    assert gradient.shape == (len(prior.learned),)
+    for i, (signal, single) in enumerate(zip(joint.signals, singles, strict=True)):
+        assert signal(TIMES).tobytes() == single.mean(TIMES).tobytes()
+        np.testing.assert_array_equal(joint.jet_and_gradient(i, TIMES, 1)[0], single.jet_and_gradient(TIMES, 1)[0])
+
+
+@over(PRIORS, "prior")
+def test_gradients_against_central_differences(prior):
+    joint = JointPosterior(prior, SAMPLES)
+    _, gradient = joint.negative_log_marginal_likelihood()
+
+    def likelihood(at: JointPrior) -> float:
+        return JointPosterior(at, SAMPLES).negative_log_marginal_likelihood()[0]
+
+    slopes = naive.by_log_hyperparameters(likelihood, prior)
+    np.testing.assert_allclose(gradient, slopes, rtol=1e-6, atol=1e-6)
+    for i in range(3):
+        _, by_theta = joint.jet_and_gradient(i, TIMES, 1)
+        assert by_theta.shape == (len(prior.learned), 2, len(TIMES))
+        slopes = naive.by_log_hyperparameters(lambda p, i=i: JointPosterior(p, SAMPLES).signals[i].jet(TIMES, 1), prior)
+        np.testing.assert_allclose(by_theta, slopes.reshape(by_theta.shape), rtol=1e-5, atol=1e-6)
+
+
+@over(PRIORS, "prior")
+def test_information_against_central_differences_of_weights(prior):
+    """(∂A c)ᵀ A⁻¹ ∂A c = ∂cᵀ A ∂c, as ∂c = −A⁻¹ ∂A c."""
+    joint, p = JointPosterior(prior, SAMPLES), len(prior.learned)
+    reference = np.zeros((p, p))
+    for i, samples in enumerate(SAMPLES):
+        moved = naive.by_log_hyperparameters(lambda at, i=i: JointPosterior(at, SAMPLES).parts[i].weights, prior)
+        slopes, inverse = moved.reshape(p, len(samples)), joint.parts[i].solve(np.eye(len(samples)))
+        reference += slopes @ np.linalg.solve(inverse, slopes.T)
+    np.testing.assert_allclose(joint.information, reference, rtol=1e-6, atol=1e-6)
+
+
+def test_other_processes_do_not_move_a_mean():
+    _, by_theta = JointPosterior(PRIORS["one_period"], SAMPLES).jet_and_gradient(1, TIMES, 0)
+    moving = [name for name, row in zip(PRIORS["one_period"].learned, by_theta, strict=True) if np.any(row)]
+    assert moving == ["period", "y.signal_std", "y.lengthscale"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (((), ()), r"one name for each process is needed, got \(\) for 0"),
+        ((PARTS, ("x", "y")), r"one name for each process is needed, got \('x', 'y'\) for 3"),
+        ((PARTS, ("x", "y", "x")), r"one name for each process is needed, got \('x', 'y', 'x'\) for 3"),
+        ((PARTS,), r"one name for each process is needed, got \(''\,\) for 3"),
+        ((PARTS, NAMES, frozenset({"lengthscale"})), "lengthscale is shared, .* must have the same lengthscale"),
+        ((PARTS, NAMES, frozenset({"noise_std"})), "noise_std is shared, .* must have the same noise_std"),
+        ((PARTS, NAMES, frozenset({"periode"})), "periode is shared, but no process has a hyperparameter of that name"),
+        (
+            (
+                (*(replace(p, noise_std=Learned(0.2)) for p in PARTS[:2]), replace(PARTS[2], noise_std=0.2)),
+                NAMES,
+                frozenset({"noise_std"}),
+            ),
+            "noise_std is shared, .* must have the same noise_std",
+        ),
+    ],
+)
+def test_impossible_priors_are_refused(arguments, message):
+    """In the last case one noise is known, and the others are learned."""
+    with pytest.raises(ValueError, match=f"^prior: {message}$"):
+        JointPrior(*arguments)
+
+
+def test_one_hopeless_matrix_is_enough():
+    hopeless = Prior(SquaredExponential(2.0, 1000.0).as_learned(), 1e-12)
+    crowd = Samples(np.arange(40) / 40, np.ones(40))
+    joint = JointPosterior(JointPrior((PARTS[0], hopeless), ("x", "y")), (SAMPLES[0], crowd))
+    with pytest.raises(IllConditioned, match=r"signal_std = 2, lengthscale = 1e[+]03, noise_std = 1e-12"):
+        joint.negative_log_marginal_likelihood()
+
+
+@pytest.mark.parametrize("length", [3, 200])
+def test_remembered_signals_have_the_values_of_the_signals(length):
+    """At times that are new, known, or known in part; a row of its own is as good as one of several."""
+    signals = JointPosterior(PRIORS["apart"], SAMPLES).signals
+    t = np.linspace(-1, 3, length)
+    rows = [np.stack([t, t + 0.1]), np.stack([t, t + 0.1]), np.stack([t + 0.1, t + 0.2, t]), t[None]]
+    for remembered, signal in zip(Remembered.of(signals).signals, signals, strict=True):
+        for times in rows:
+            np.testing.assert_allclose(remembered(times), signal(times), rtol=1e-12, atol=1e-12)
+        assert len(remembered.known) == (3 if length > 3 else 0)
+        np.testing.assert_allclose(remembered(t), signal(t), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [5, 400])
+def test_signals_are_nearly_the_same_by_the_shorter_way(count):
+    """Of few centres, and of so many that the sum is taken another way; for remembered signals too."""
+    rng = np.random.default_rng(7)
+    centres = np.sort(rng.uniform(0, 9, count))
+    for kernel in (Periodic(1.3, 0.4, 2.5), SquaredExponential(0.7, 1.1)):
+        signal = KernelSum(kernel, 0.3, centres, rng.standard_normal(count))
+        for t in (np.linspace(-1, 9, 300), np.linspace(0, 9, 6).reshape(2, 3), np.zeros((2, 0)), np.ones((1, 80))):
+            for one in (signal, RememberedSum.of(signal)):
+                np.testing.assert_allclose(one.nearly(t), signal(t), rtol=1e-11, atol=1e-11)
+                assert one.nearly(t).shape == t.shape

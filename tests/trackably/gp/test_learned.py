@@ -1,0 +1,109 @@
+"""Known or learned: what a kernel is given, what it keeps of that, and what kernels share whatever their family."""
+
+import copy
+import pickle
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from tests.trackably.gp.instances import FAMILIES, KERNELS, REPRESENTATIVE, over, time_scale
+from trackably.gp.hyperparameter import Learned, Scales
+from trackably.gp.kernels import registry
+from trackably.gp.kernels.base import Product, Sum
+from trackably.gp.kernels.elementary import Elementary
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+
+ELEMENTARY = {name: family for name, family in registry.KERNELS.items() if issubclass(family, Elementary)}
+SCALES = Scales(amplitude=2.0, span=10.0, spacing=0.5, count=21)
+
+
+def learned(kernel) -> dict[str, tuple[float, float] | None]:
+    return {name: v.interval for name, v in kernel.hyperparameters.items() if isinstance(v, Learned)}
+
+
+@over(ELEMENTARY, "family")
+def test_a_number_is_known_a_pair_is_the_interval_and_nothing_is_learned(family):
+    names = [field.name for field in fields(family)]
+    assert learned(family()) == dict.fromkeys(names)
+    assert learned(family(*[0.5] * len(names))) == {}
+    for name in names:
+        assert learned(family(**{name: 0.5})) == dict.fromkeys(n for n in names if n != name)
+        within = family(**{name: (0.5, 8)})
+        assert learned(within) == {**dict.fromkeys(names), name: (0.5, 8.0)}
+        assert getattr(within, name) == 2.0
+        assert isinstance(getattr(family(**{name: 1}), name), float)
+
+
+@over(REPRESENTATIVE)
+def test_what_is_learned_stays_so_wherever_it_moves(kernel):
+    some = kernel.as_learned([*kernel.hyperparameters][::2])
+    assert [*learned(some)] == [*kernel.hyperparameters][::2]
+    assert learned(kernel) == {}
+    assert some.hyperparameters == kernel.hyperparameters
+    name = next(iter(kernel.hyperparameters))
+    given = some.changed(lambda n, value: Learned(value, (0.1, 9.0)) if n == name else value)
+    moved = given.with_hyperparameters({n: 1.1 * v for n, v in kernel.hyperparameters.items()})
+    assert learned(moved) == learned(given) == {**learned(some), name: (0.1, 9.0)}
+    for again in (copy.deepcopy(moved), pickle.loads(pickle.dumps(moved)), moved.as_learned(learned(moved))):
+        assert (again, learned(again)) == (moved, learned(moved))
+    assert learned(moved.as_known()) == {}
+    assert all(type(value) is float for value in moved.as_known().hyperparameters.values())
+
+
+def test_a_field_can_be_replaced():
+    kernel = replace(Periodic(), period=2.0)
+    assert learned(kernel) == {"signal_std": None, "lengthscale": None}
+
+
+@over(REPRESENTATIVE)
+def test_it_does_not_matter_for_values(kernel):
+    r = np.linspace(-2, 2, 31) * time_scale(kernel)
+    ours, theirs = kernel.as_learned().jet_and_gradient(r, 2), kernel.jet_and_gradient(r, 2)
+    assert [a.tobytes() for a in ours] == [b.tobytes() for b in theirs]
+
+
+def test_a_stored_signal_holds_plain_numbers():
+    signal = KernelSum(SquaredExponential() * Periodic(period=(1.0, 2.0)), 0.0, np.zeros(1), np.ones(1))
+    assert learned(signal.kernel) == {}
+
+
+@over(FAMILIES | {"nested": KERNELS["nested"]})
+def test_every_hyperparameter_has_an_interval_that_fits_the_samples(kernel):
+    louder, slower = replace(SCALES, amplitude=20.0), replace(SCALES, span=100.0, spacing=5.0)
+    for name in kernel.hyperparameters:
+        (low, high), starts = kernel.search(name, SCALES)
+        assert 0 < low < high
+        assert starts is None or low <= starts[0] < starts[1] <= high
+        ratios = [kernel.search(name, other).bounds[1] / high for other in (louder, slower)]
+        assert ratios in ([pytest.approx(10), 1.0], [1.0, pytest.approx(10)], [1.0, 1.0])
+        assert (ratios[0] != 1) == name.endswith("signal_std")
+
+
+def test_kernels_add_and_multiply():
+    one, other, third = SquaredExponential(1.0, 0.2), Periodic(1.0, 1.0, 0.3), SquaredExponential(0.5, 2.0)
+    assert one + other * third == Sum(one, Product(other, third))
+    assert one * other + third == Sum(Product(one, other), third)
+    for wrong in (lambda: one + 1.0, lambda: Product(one, None), lambda: one * SquaredExponential):
+        with pytest.raises(TypeError, match="right must be a kernel, got"):
+            wrong()
+
+
+def test_a_period_is_that_of_both_parts():
+    same, other, never = Periodic(2.0, 0.3, 1.5), Periodic(1.0, 1.0, 3.0), SquaredExponential(1.0, 1.0)
+    assert (same.period, never.period) == (1.5, None)
+    assert (same + replace(other, period=1.5)).period == (same * (same + same)).period == 1.5
+    assert [kernel.period for kernel in (same + other, same * never, never + never)] == [None] * 3
+
+
+def test_names_of_kernels_make_a_round_trip():
+    assert [registry.name_of(kernel) for kernel in registry.KERNELS.values()] == [*registry.KERNELS]
+    assert registry.KERNELS["matern32"].__name__ == "Matern32"
+
+    class Own(SquaredExponential):
+        pass
+
+    with pytest.raises(ValueError, match=r"^kernel: expected one of squared_exponential, .*, got the class Own$"):
+        registry.name_of(Own)

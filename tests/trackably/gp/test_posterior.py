@@ -1,0 +1,190 @@
+"""The posterior against the naive implementation beside it, its gradients against central differences, its limits."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.trackably.gp import naive
+from tests.trackably.gp.instances import KERNELS, REPRESENTATIVE, decaying_kernels, over
+from trackably.gp.factors.dense import Dense
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.posterior import IllConditioned, Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+
+SAMPLES = Samples([0.0, 0.13, 0.4, 0.55, 0.9, 1.4, 1.45, 2.0], [1.0, 0.4, -0.3, 0.1, 0.8, 2.0, 1.9, -1.0])
+TIMES = np.array([-0.7, 0.0, 0.2, 0.55, 1.0, 1.42, 2.3, 4.0])
+
+FIXED = {
+    "noise_fixed": frozenset({"noise_std"}),
+    "nothing_fixed": frozenset(),
+    "first_fixed": frozenset({"signal_std"}),
+    "second_and_noise_fixed": frozenset({"lengthscale", "noise_std"}),
+    "kernel_fixed": frozenset({"signal_std", "lengthscale"}),
+    "all_fixed": frozenset({"signal_std", "lengthscale", "noise_std"}),
+}
+
+
+def prior_of(kernel, **given_values):
+    return Prior(kernel, **{"noise_std": 0.2, "mean": 0.3} | given_values).as_learned()
+
+
+@over(REPRESENTATIVE)
+def test_mean_against_the_naive_one(kernel):
+    prior = prior_of(kernel)
+    np.testing.assert_allclose(
+        Posterior(prior, SAMPLES).mean(TIMES), naive.mean(prior, SAMPLES, TIMES), rtol=1e-9, atol=1e-10
+    )
+
+
+@over(REPRESENTATIVE)
+def test_variance_against_the_naive_one(kernel):
+    prior = prior_of(kernel)
+    scale = float(kernel(np.zeros(())))
+    variance = Posterior(prior, SAMPLES).variance(TIMES)
+    np.testing.assert_allclose(variance / scale, naive.variance(prior, SAMPLES, TIMES) / scale, atol=1e-10)
+
+
+@over(REPRESENTATIVE)
+def test_derivative_is_that_of_the_mean(kernel):
+    posterior, step = Posterior(prior_of(kernel), SAMPLES), 1e-6
+    by_differences = (posterior.mean(TIMES + step) - posterior.mean(TIMES - step)) / (2 * step)
+    np.testing.assert_allclose(posterior.derivative(TIMES), by_differences, rtol=1e-4, atol=1e-4)
+
+
+@over(REPRESENTATIVE)
+def test_likelihood_against_the_naive_one(kernel):
+    prior = prior_of(kernel)
+    value, gradient = Posterior(prior, SAMPLES).negative_log_marginal_likelihood()
+    assert value == pytest.approx(naive.negative_log_marginal_likelihood(prior, SAMPLES), rel=1e-10, abs=1e-9)
+    reference = naive.by_log_hyperparameters(lambda p: naive.negative_log_marginal_likelihood(p, SAMPLES), prior)
+    np.testing.assert_allclose(gradient, reference, rtol=1e-6, atol=1e-6 * max(1, abs(value)))
+
+
+@over(REPRESENTATIVE)
+def test_likelihood_without_gradient_is_the_same_and_takes_no_trace(kernel, monkeypatch):
+    with_gradient, _ = Posterior(prior_of(kernel), SAMPLES).negative_log_marginal_likelihood()
+    monkeypatch.setattr(Dense, "likelihood_traces", None)
+    assert Posterior(prior_of(kernel), SAMPLES).negative_log_likelihood == with_gradient
+
+
+@over(REPRESENTATIVE)
+def test_mean_gradient_against_central_differences(kernel):
+    prior = prior_of(kernel)
+    reference = naive.by_log_hyperparameters(lambda p: naive.mean(p, SAMPLES, TIMES), prior)
+    np.testing.assert_allclose(Posterior(prior, SAMPLES).mean_gradient(TIMES), reference, rtol=1e-6, atol=1e-6)
+
+
+@over(REPRESENTATIVE)
+def test_gradient_of_the_jet_against_central_differences(kernel):
+    prior = prior_of(kernel)
+    jet, gradient = Posterior(prior, SAMPLES).jet_and_gradient(TIMES, 1)
+    np.testing.assert_allclose(jet, Posterior(prior, SAMPLES).signal.jet(TIMES, 1), rtol=1e-10, atol=1e-11)
+    reference = naive.by_log_hyperparameters(lambda p: Posterior(p, SAMPLES).signal.jet(TIMES, 1), prior)
+    scale = 1e-6 * np.max(np.abs(reference), axis=-1, keepdims=True)
+    assert np.all(np.abs(gradient - reference) <= 2e-6 + scale)
+
+
+@over(FIXED, "fixed")
+def test_gradients_name_the_learned_ones_only(fixed):
+    free = prior_of(SquaredExponential(0.8, 0.5))
+    prior = Prior(SquaredExponential(0.8, 0.5), 0.2, 0.3).as_learned(free.hyperparameters.keys() - fixed)
+    rows = [i for i, name in enumerate(free.learned) if name not in fixed]
+    posterior, reference = Posterior(prior, SAMPLES), Posterior(free, SAMPLES)
+    value, gradient = posterior.negative_log_marginal_likelihood()
+    assert value == reference.negative_log_marginal_likelihood()[0]
+    np.testing.assert_allclose(gradient, reference.negative_log_marginal_likelihood()[1][rows], rtol=1e-14)
+    np.testing.assert_allclose(
+        posterior.mean_gradient(TIMES), reference.mean_gradient(TIMES)[rows], rtol=1e-12, atol=1e-14
+    )
+
+
+def test_likelihood_of_one_sample_by_hand():
+    """A = θ₁² + σ_n² = 5: l = ln 5 + (3 − 1)²/5 + ln 2π."""
+    posterior = Posterior(prior_of(SquaredExponential(2.0, 1.0), noise_std=1.0, mean=1.0), Samples([0.0], [3.0]))
+    value, gradient = posterior.negative_log_marginal_likelihood()
+    assert value == pytest.approx(np.log(5) + 4 / 5 + np.log(2 * np.pi), rel=1e-14)
+    assert gradient == pytest.approx([2 * 4 * (1 / 5 - 4 / 25), 0.0, 2 * 1 * (1 / 5 - 4 / 25)], rel=1e-14)
+    assert posterior.mean(np.array(0.0)) == pytest.approx(1 + 4 / 5 * 2, rel=1e-15)
+    assert posterior.variance(np.array(0.0)) == pytest.approx(4 - 16 / 5, rel=1e-14)
+
+
+@given(decaying_kernels, st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=8), st.floats(1e-2, 10))
+def test_variance_lies_between_zero_and_the_prior(kernel, values, noise_std):
+    scale = float(kernel(np.zeros(())))
+    samples = Samples(np.arange(len(values)) * 0.3, values)
+    prior = Prior(kernel.as_learned(), noise_std * scale**0.5)
+    variance = Posterior(prior, samples).variance(np.linspace(-1, 4, 50))
+    assert np.all(variance >= 0)
+    assert np.all(variance <= scale * (1 + 1e-12))
+    at_samples = Posterior(prior, samples).variance(samples.times)
+    assert np.all(at_samples <= prior.noise_std**2 * (1 + 1e-9))  # no worse than that one sample alone
+
+
+@over(REPRESENTATIVE)
+def test_what_the_mean_leaves_of_a_sample_is_the_noise_times_its_weight(kernel):
+    """A c = y − m, so y_i − m⁺(t_i) = σ_n² c_i."""
+    posterior = Posterior(prior_of(kernel, noise_std=0.4), SAMPLES)
+    np.testing.assert_allclose(
+        SAMPLES.values - posterior.mean(SAMPLES.times), 0.4**2 * posterior.weights, rtol=1e-9, atol=1e-10
+    )
+
+
+@over({name: KERNELS[name] for name in ("se_short", "matern32", "matern32_short", "matern52", "rq_heavy", "nested")})
+def test_tiny_noise_interpolates(kernel):
+    posterior = Posterior(prior_of(kernel, noise_std=1e-5), SAMPLES)
+    np.testing.assert_allclose(posterior.mean(SAMPLES.times), SAMPLES.values, atol=1e-5)
+    assert np.max(posterior.variance(SAMPLES.times)) < 1.001e-10
+
+
+@over(REPRESENTATIVE)
+def test_huge_noise_leaves_the_prior(kernel):
+    posterior = Posterior(prior_of(kernel, noise_std=1e7), SAMPLES)
+    np.testing.assert_allclose(posterior.mean(TIMES), 0.3, atol=1e-8)
+    np.testing.assert_allclose(posterior.variance(TIMES), float(kernel(np.zeros(()))), rtol=1e-9)
+
+
+def test_the_mean_returns_to_the_prior_mean_far_from_all_samples():
+    posterior = Posterior(prior_of(SquaredExponential(1.0, 0.3)), SAMPLES)
+    assert posterior.mean(np.array([50.0])) == pytest.approx(0.3, abs=1e-15)
+
+
+@over(REPRESENTATIVE)
+def test_signal_is_the_mean_as_stored_numbers(kernel):
+    prior = prior_of(kernel)
+    posterior = Posterior(prior, SAMPLES)
+    stored = KernelSum(kernel, 0.3, SAMPLES.times.copy(), posterior.weights.copy())
+    np.testing.assert_array_equal(stored(TIMES), posterior.mean(TIMES))
+    np.testing.assert_array_equal(stored.derivative(TIMES), posterior.derivative(TIMES))
+    np.testing.assert_array_equal(stored.jet(TIMES, 2)[:2], [posterior.mean(TIMES), posterior.derivative(TIMES)])
+    by_hand = 0.3 + sum(c * kernel(TIMES - t_i) for c, t_i in zip(posterior.weights, SAMPLES.times, strict=True))
+    np.testing.assert_allclose(stored(TIMES), by_hand, rtol=1e-9, atol=1e-11)
+
+
+@pytest.mark.parametrize("shape", [(), (4,), (2, 3), (0,)])
+def test_shapes(shape):
+    posterior = Posterior(prior_of(SquaredExponential(1.0, 0.5)), SAMPLES)
+    t = np.linspace(0, 1, int(np.prod(shape))).reshape(shape)
+    assert posterior.mean(t).shape == posterior.derivative(t).shape == posterior.variance(t).shape == shape
+    assert posterior.mean_gradient(t).shape == (3, *shape)
+    if t.ndim == 2:
+        np.testing.assert_array_equal(posterior.variance(t)[1, 2], posterior.variance(t[1, 2]))
+        np.testing.assert_allclose(posterior.mean_gradient(t)[:, 1, 2], posterior.mean_gradient(t[1, 2]), rtol=1e-11)
+
+
+@pytest.mark.parametrize("ask", [lambda p: p.weights, lambda p: p.mean(TIMES), lambda p: p.variance(TIMES)])
+def test_a_hopeless_matrix_is_refused_with_the_hyperparameters_that_made_it(ask):
+    posterior = Posterior(
+        Prior(SquaredExponential(2.0, 1000.0).as_learned(), 1e-12), Samples(np.arange(40) / 40, np.ones(40))
+    )
+    with pytest.raises(IllConditioned, match=r"signal_std = 2, lengthscale = 1e[+]03, noise_std = 1e-12"):
+        ask(posterior)
+
+
+def test_two_posteriors_give_the_same_bits():
+    one, other = (Posterior(prior_of(SquaredExponential(0.8, 0.5)), SAMPLES) for _ in range(2))
+    assert one.weights.tobytes() == other.weights.tobytes()
+    gradients = [p.negative_log_marginal_likelihood()[1].tobytes() for p in (one, other)]
+    assert gradients[0] == gradients[1]

@@ -1,0 +1,85 @@
+"""Which hyperparameters are learned, and the change of variables to their logarithms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.trackably.gp.instances import REPRESENTATIVE, over
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+
+KERNEL = SquaredExponential(2.0, 0.3)
+
+
+@over(REPRESENTATIVE)
+@pytest.mark.parametrize("noise_std", [0.05, Learned(0.05), Learned(0.05, (0.01, 0.1))])
+def test_logarithms_make_a_round_trip(kernel, noise_std):
+    prior = Prior(kernel.as_learned(), noise_std, mean=1.0)
+    names = [*kernel.hyperparameters, *(["noise_std"] if isinstance(noise_std, Learned) else [])]
+    assert list(prior.learned) == names
+    np.testing.assert_array_equal(prior.log_hyperparameters, [math.log(prior.hyperparameters[name]) for name in names])
+    moved = prior.with_log_hyperparameters(prior.log_hyperparameters + np.arange(1, len(names) + 1) / 7)
+    assert (moved.mean, moved.learned, intervals(moved)) == (prior.mean, prior.learned, intervals(prior))
+    np.testing.assert_allclose(
+        moved.log_hyperparameters - prior.log_hyperparameters, np.arange(1, len(names) + 1) / 7, rtol=1e-13
+    )
+    back = moved.with_log_hyperparameters(prior.log_hyperparameters)
+    assert back.hyperparameters == pytest.approx(prior.hyperparameters, rel=1e-14)
+
+
+def intervals(prior):
+    return [value.interval for value in prior.hyperparameters.values() if isinstance(value, Learned)]
+
+
+def test_what_is_given_as_a_number_is_known_and_what_is_left_out_is_learned():
+    assert Prior(KERNEL, 0.1).learned == ()
+    assert Prior(KERNEL.as_learned(), 0.1).learned == ("signal_std", "lengthscale")
+    assert Prior(KERNEL, 0.1).as_learned().learned == ("signal_std", "lengthscale", "noise_std")
+    assert Prior(SquaredExponential(lengthscale=0.3)).learned == ("signal_std", "noise_std")
+    assert Prior(KERNEL, (0.1, 0.4)).learned == ("noise_std",)
+    assert Prior(KERNEL, (0.1, 0.4)).noise_std == pytest.approx(0.2)
+
+
+def test_what_is_known_stays():
+    prior = Prior(KERNEL, 0.1).as_learned({"lengthscale", "noise_std"})
+    assert prior.learned == ("lengthscale", "noise_std")
+    moved = prior.with_log_hyperparameters(np.log([0.7, 0.2]))
+    assert moved.hyperparameters == pytest.approx({"signal_std": 2.0, "lengthscale": 0.7, "noise_std": 0.2}, rel=1e-15)
+
+
+def test_everything_may_be_known():
+    prior = Prior(KERNEL, 0.1)
+    assert prior.learned == ()
+    assert prior.with_log_hyperparameters(prior.log_hyperparameters) == prior
+
+
+@pytest.mark.parametrize("bad", [0.0, -0.1, math.nan, math.inf])
+def test_impossible_noise_is_refused(bad):
+    with pytest.raises(ValueError, match=rf"^Prior: noise_std must be a positive number \(known\) or .*, got {bad!r}$"):
+        Prior(KERNEL.as_learned(), bad)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_an_infinite_mean_is_refused(bad):
+    with pytest.raises(ValueError, match=f"^prior: mean must be finite, got {bad!r}$"):
+        Prior(KERNEL.as_learned(), 0.1, mean=bad)
+
+
+def test_logarithms_of_the_wrong_number_are_refused():
+    with pytest.raises(ValueError, match=r"^prior: expected 2 hyperparameters, got 3$"):
+        Prior(KERNEL.as_learned(), 0.1).with_log_hyperparameters(np.zeros(3))
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
+def test_a_learned_value_that_is_not_positive_is_refused(bad):
+    prior = Prior(KERNEL, 0.1).as_learned({"lengthscale", "noise_std"})
+    for values, name in (([bad, 1.0], "lengthscale"), ([1.0, bad], "noise_std")):
+        with pytest.raises(ValueError, match=rf"^prior: {name} must be a positive number, got {bad!r}$"):
+            prior.with_learned(values)
+
+
+def test_an_unknown_name_is_refused():
+    with pytest.raises(TypeError, match="shape"):
+        Prior(KERNEL.as_learned(), 0.1).with_hyperparameters({"shape": 1.0})

@@ -1,0 +1,245 @@
+"""Covariances of rows: against sums with many digits, where differences of float64 have none left."""
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+from tests.trackably.gp import naive
+from tests.trackably.gp.instances import KERNELS, formula, over, time_scales
+from trackably.gp.kernels import nearby
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.radial import Radial
+from trackably.gp.prior import Prior
+from trackably.gp.row_kernel import Direct, RowKernel, Taylor, row_kernel
+from trackably.gp.rows import Terms
+
+DIGITS = 50
+ANALYTIC = {name: kernel for name, kernel in KERNELS.items() if kernel.is_analytic}
+ROUGH = {name: kernel for name, kernel in KERNELS.items() if not kernel.is_analytic}
+DIFFERENCES = ((1.0,), (-1.0, 1.0), (1.0, -2.0, 1.0), (0.3, 0.5, -0.4, 0.6))
+STEPS = {"long": 0.3, "short": 1e-2, "shorter": 1e-3}
+COUNT = 9
+# Of a row's standard deviation. It is more where higher derivatives are larger than the correlation time tells.
+STANDS_FOR = 2e-6
+STANDS_LESS_WELL_FOR = {"rq_heavy": 2e-4, "rq_third": 1e-5, "periodic_smooth": 2e-5, "trend_and_season": 5e-4}
+
+
+def rows(kernel: Kernel, step: float) -> Terms:
+    """Values, difference quotients and sums, two of each at random times; the last row has no terms."""
+    scale = min(time_scales(kernel))
+    times, h = np.random.default_rng(0).uniform(0, 3 * scale, 8), step * scale
+    parts = []
+    for a, t in enumerate(times.tolist()):
+        weights = np.array(DIFFERENCES[a % 4])
+        order = len(weights) - 1 if a % 4 < 3 else 0
+        parts.append(Terms(t + h * np.arange(len(weights)), weights / h**order, np.full(len(weights), a)))
+    return Terms.joined(parts)
+
+
+def spread(kernel: Kernel, terms: Terms) -> np.ndarray:
+    """Standard deviations of the rows."""
+    return np.sqrt(np.diag(with_many_digits(kernel, terms)))
+
+
+def with_many_digits(kernel: Kernel, terms: Terms) -> np.ndarray:
+    with mp.workdps(DIGITS):
+        kappa, found = formula(kernel), np.zeros((COUNT, COUNT))
+        pairs = [(mp.mpf(t), mp.mpf(w), a) for t, w, a in zip(terms.times, terms.weights, terms.of_row, strict=True)]
+        for a in range(COUNT):
+            for b in range(a + 1):
+                sums = (v * w * kappa(s - t) for s, v, i in pairs if i == a for t, w, j in pairs if j == b)
+                found[a, b] = found[b, a] = float(mp.fsum(sums))
+    return found
+
+
+def across_with_many_digits(kernel: Kernel, terms: Terms, times: np.ndarray) -> np.ndarray:
+    found = np.zeros((COUNT, len(times)))
+    with mp.workdps(DIGITS):
+        kappa = formula(kernel)
+        for i, s in enumerate(times.tolist()):
+            for a in range(COUNT):
+                own = [p for p in range(len(terms.times)) if terms.of_row[p] == a]
+                found[a, i] = float(mp.fsum(mp.mpf(terms.weights[p]) * kappa(terms.times[p] - mp.mpf(s)) for p in own))
+    return found
+
+
+def largest_error(found: np.ndarray, exact: np.ndarray, scale: np.ndarray) -> float:
+    return float(np.max(np.abs(found - exact)[:-1] / scale))
+
+
+def assert_are_those_with_many_digits(kernel: Kernel, step: float, tolerance: float) -> RowKernel:
+    terms = rows(kernel, step)
+    exact, found = with_many_digits(kernel, terms), row_kernel(kernel, terms, COUNT)
+    size = np.sqrt(np.diag(exact))[:-1]
+    assert largest_error(found.among()[:, :-1], exact[:, :-1], np.outer(size, size)) < tolerance
+    assert not found.among()[-1].any()
+    times = np.linspace(-1, 4, 4) * min(time_scales(kernel))
+    across = across_with_many_digits(kernel, terms, times)
+    assert largest_error(found.across(times), across, size[:, None] * np.sqrt(kernel(np.zeros(())))) < tolerance
+    return found
+
+
+@over(KERNELS)
+def test_covariances_are_those_with_many_digits(kernel):
+    assert_are_those_with_many_digits(kernel, STEPS["long"], 1e-10)
+
+
+@over(ANALYTIC)
+def test_covariances_of_short_differences_too(kernel):
+    assert_are_those_with_many_digits(kernel, STEPS["short"], 1e-8)
+    found = assert_are_those_with_many_digits(kernel, STEPS["shorter"], 1e-10)
+    assert isinstance(found, Taylor)
+
+
+@over(ANALYTIC)
+def test_sums_have_lost_what_the_series_keeps(kernel):
+    terms = rows(kernel, STEPS["shorter"])
+    exact = with_many_digits(kernel, terms)[:, :-1]
+    size = np.outer(*[np.sqrt(np.diag(exact))] * 2)
+    lost, kept = (
+        largest_error(found.among()[:, :-1], exact, size)
+        for found in (Direct(kernel, terms, COUNT), row_kernel(kernel, terms, COUNT))
+    )
+    assert lost > 1e3 * kept
+
+
+@over(ROUGH)
+def test_kernels_with_kinks_have_no_series(kernel):
+    assert isinstance(row_kernel(kernel, rows(kernel, STEPS["shorter"]), COUNT), Direct)
+
+
+@over(KERNELS)
+def test_values_are_summed_as_they_are(kernel):
+    """Where nothing is lost, nothing is expanded."""
+    terms = Terms(np.linspace(0, 2, COUNT), np.ones(COUNT), np.arange(COUNT))
+    found = row_kernel(kernel, terms, COUNT)
+    assert isinstance(found, Direct)
+    np.testing.assert_array_equal(found.among(), kernel(terms.times[:, None] - terms.times))
+
+
+def test_no_rows_at_all():
+    nothing = row_kernel(KERNELS["se"], Terms.joined([]), 0)
+    assert nothing.among().shape == (0, 0)
+    assert nothing.across(np.zeros(3)).shape == (0, 3)
+    assert nothing.among_gradient(np.empty(0)).tolist() == [0.0, 0.0]
+
+
+@over(KERNELS)
+@pytest.mark.parametrize("step", ["long", "short"])
+def test_covariances_are_positive_semidefinite(kernel, step):
+    among = row_kernel(kernel, rows(kernel, STEPS[step]), COUNT).among()[:-1, :-1]
+    size = np.sqrt(np.diag(among))
+    assert np.linalg.eigvalsh(among / np.outer(size, size))[0] > -1e-9
+
+
+@over({f"{name}-long": (kernel, "long") for name, kernel in KERNELS.items()}
+      | {f"{name}-shorter": (kernel, "shorter") for name, kernel in ANALYTIC.items()},
+      "case")  # fmt: skip
+def test_gradients_against_central_differences(case):
+    kernel, step = case
+    rng, terms = np.random.default_rng(3), rows(kernel, STEPS[step])
+    first = row_kernel(kernel, terms, COUNT)
+    size = np.append(np.sqrt(np.diag(first.among())[:-1]), 1.0)
+    multipliers, times, weights = rng.normal(size=COUNT) / size, rng.uniform(0, 2, 5), rng.normal(size=5)
+
+    def of(prior: Prior) -> RowKernel:
+        return type(first)(prior.kernel, *(getattr(first, name) for name in list(first.__dataclass_fields__)[1:]))
+
+    prior = Prior(kernel.as_learned(), 0.1)
+    among = naive.by_log_hyperparameters(lambda at: multipliers @ of(at).among() @ multipliers, prior)
+    across = naive.by_log_hyperparameters(lambda at: multipliers @ of(at).across(times) @ weights, prior)
+    np.testing.assert_allclose(first.among_gradient(multipliers), among, atol=1e-6 * np.max(np.abs(among)))
+    found = first.across_gradient(multipliers, times, weights)
+    np.testing.assert_allclose(found, across, atol=1e-6 * np.max(np.abs(across)))
+
+
+@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("step", STEPS)
+def test_sums_of_kernels_stand_for_rows(name, step):
+    """κ(·, L_a) as kernels at the centres, up to a small part of √(L_a L_a κ) √κ(0)."""
+    kernel = KERNELS[name]
+    found = row_kernel(kernel, rows(kernel, STEPS[step]), COUNT)
+    size = np.sqrt(np.diag(found.among()))
+    times = np.linspace(-2, 5, 60) * min(time_scales(kernel))
+    for a in range(COUNT - 1):
+        weights = found.centres.spread(np.eye(COUNT)[a])
+        summed = weights @ kernel(found.centres.times[:, None] - times)
+        part = size[a] * np.sqrt(kernel(np.zeros(())))
+        np.testing.assert_allclose(
+            summed, found.across(times)[a], atol=STANDS_LESS_WELL_FOR.get(name, STANDS_FOR) * part
+        )
+
+
+@over(ANALYTIC)
+def test_weights_stay_small(kernel):
+    """Those of a second difference quotient are 1/h²: they would multiply the rounding errors of a reference."""
+    h = 1e-3 * kernel.correlation_time
+    terms = Terms(h * np.arange(3.0), np.array([1.0, -2.0, 1.0]) / h**2, np.zeros(3, dtype=int))
+    centres = row_kernel(kernel, terms, 1).centres
+    assert np.sum(np.abs(centres.weights)) < 1e-2 * np.sum(np.abs(terms.weights))
+
+
+def long_rows(h: float, order: int) -> Terms:
+    """Differences of one order at 700 random times of a long while, not sorted."""
+    times, weights = np.random.default_rng(1).uniform(0.0, 300.0, 700), np.array(DIFFERENCES[order])
+    parts = [
+        Terms(times + j * h, np.full(len(times), w / h**order), np.arange(len(times))) for j, w in enumerate(weights)
+    ]
+    return Terms.joined(parts)
+
+
+@over({name: KERNELS[name] for name in ("se", "matern32", "matern52")})
+@pytest.mark.parametrize(("h", "order"), [(0.1, 1), (0.01, 2), (15.0, 1)])
+def test_long_rows_are_evaluated_within_reach_only_and_lose_nothing(kernel, h, order, monkeypatch):
+    kernel = kernel.with_hyperparameters({"lengthscale": 0.7})
+    rng, terms = np.random.default_rng(2), long_rows(h, order)
+    times, weights = np.sort(rng.uniform(0.0, 300.0, 900)), rng.normal(size=900)
+    found = row_kernel(kernel.as_learned(), terms, 700)
+    multipliers = rng.normal(size=700)
+    asked = [0]
+
+    def counted(of):
+        def jet(self, r, *others):
+            asked[0] += np.size(r)
+            return of(self, r, *others)
+
+        return jet
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Radial, "jet", counted(Radial.jet))
+        near = found.among(), found.across(times), found.across_gradient(multipliers, times, weights)
+    entries = terms.times.size if isinstance(found, Direct) else 700
+    assert asked[0] < 0.5 * entries * (entries + 2 * 900)
+    monkeypatch.setattr(nearby, "_SHORT", 10**9)
+    whole = found.among(), found.across(times), found.across_gradient(multipliers, times, weights)
+    for few, every, rounding in zip(near, whole, (1e-13, 1e-13, 1e-9), strict=True):  # sums in another order: 1e-9
+        np.testing.assert_allclose(few, every, rtol=1e-9, atol=rounding * np.max(np.abs(every)))
+
+
+@pytest.mark.parametrize("kernel", [Matern32(1.3, 2.0), Matern52(0.7, 5.0)], ids=str)
+def test_gradients_of_many_rows_come_from_moments(kernel, monkeypatch):
+    rng, terms = np.random.default_rng(7), long_rows(0.1, 2)
+    times, weights = rng.uniform(-20.0, 320.0, 900), rng.normal(size=900)
+    found, multipliers = Direct(kernel.as_learned(), terms, 700), rng.normal(size=700)
+    by_moments = found.among_gradient(multipliers), found.across_gradient(multipliers, times, weights)
+    monkeypatch.setattr("trackably.gp.row_kernel._MANY", np.inf)
+    monkeypatch.setattr("trackably.gp.row_kernel.summed_by_moments", lambda *_: pytest.fail("moments were taken"))
+    direct = found.among_gradient(multipliers), found.across_gradient(multipliers, times, weights)
+    for one, other in zip(by_moments, direct, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-9 * np.max(np.abs(other)))
+
+
+def test_all_pairs_within_reach_are_in_one_group_each():
+    rng = np.random.default_rng(5)
+    first, second = rng.uniform(0, 100, 600), rng.uniform(-5, 105, 700)
+    groups = nearby.nearby(first, second, 3.0)
+    assert groups is not None
+    assert len(groups) > 10
+    together = np.zeros((600, 700), dtype=int)
+    for of_first, of_second in groups:
+        together[np.ix_(of_first, of_second)] += 1
+    assert together.max() == 1
+    assert np.all(together[np.abs(np.subtract.outer(first, second)) <= 3.0] == 1)
+    assert nearby.nearby(first, second, 30.0) is None
+    assert nearby.nearby(first[:9], second, 3.0) is None

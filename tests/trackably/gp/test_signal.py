@@ -1,0 +1,67 @@
+"""Long sums of kernels: the same as a naive sum, in any order of the centres, from nearby centres only."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+from trackably.gp.stencil import Stencil
+
+SPAN = 200.0  # seconds: many times the reach of the kernel
+KERNEL = SquaredExponential(1.3, 0.7)
+
+
+def centres(order: str) -> np.ndarray:
+    """Times of 600 samples and the instants 0.1 s after them."""
+    rng = np.random.default_rng(1)
+    times = np.sort(rng.uniform(0.0, SPAN, 600))
+    both = np.concatenate([times, times + 0.1])
+    return {"in order": np.sort(both), "lag by lag": both, "shuffled": rng.permutation(both)}[order]
+
+
+@pytest.mark.parametrize("order", ["in order", "lag by lag", "shuffled"])
+def test_long_sums_are_those_of_nearby_centres_in_any_order(order, monkeypatch):
+    at, t = centres(order), np.linspace(-5.0, SPAN + 5.0, 3001)
+    weights = np.random.default_rng(2).standard_normal(len(at))
+    expected = np.array([KERNEL.jet(s - at, 2) @ weights for s in t]).T
+    expected[0] += 0.2
+    evaluated, correlation = [], SquaredExponential.correlation
+
+    def counted(kernel, s, order):
+        evaluated.append(s.size)
+        return correlation(kernel, s, order)
+
+    monkeypatch.setattr(SquaredExponential, "correlation", counted)
+    found = KernelSum(KERNEL, 0.2, at, weights).jet(t, 2)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11)
+    assert sum(evaluated) < t.size * len(at) / 4, "most centres are out of reach"
+
+
+@pytest.mark.parametrize(
+    "stencil", [Stencil((0.5, 0.5), 0.1), Stencil((-10.0, 10.0), 0.1), Stencil((1.0, -2.0, 1.0), 0.1)]
+)
+def test_regular_samples_with_several_lags_share_their_centres(stencil):
+    times = 0.1 * np.arange(300) + 12.3
+    posterior = Posterior(Prior(KERNEL, 0.1), Samples(times, np.sin(times), stencil=stencil))
+    assert len(posterior.signal.centres) == len(times) + len(stencil.weights) - 1
+    assert np.all(np.diff(posterior.signal.centres) > 0.09)
+    spread = stencil.spread(posterior.weights)
+    apart = KernelSum(KERNEL, 0.0, stencil.centres(times), spread)
+    t = np.linspace(10.0, 45.0, 400)
+    np.testing.assert_allclose(posterior.signal.jet(t, 2), apart.jet(t, 2), rtol=0, atol=1e-11 * np.abs(spread).max())
+
+
+@given(st.lists(st.tuples(st.integers(0, 20), st.integers(-1, 1), st.floats(-1, 1)), max_size=30))
+def test_terms_whose_centres_are_the_same_up_to_rounding_become_one(terms):
+    at = np.array([0.1 * place + 3.0 for place, _, _ in terms])
+    at += np.array([side for _, side, _ in terms]) * np.spacing(at)
+    weights = np.array([weight for _, _, weight in terms])
+    found = KernelSum.of_terms(KERNEL, 0.0, at, weights)
+    assert len(found.centres) == len({place for place, _, _ in terms})
+    t = np.linspace(0.0, 8.0, 50)
+    np.testing.assert_allclose(found(t), [KERNEL(s - at) @ weights for s in t], rtol=0, atol=1e-12)

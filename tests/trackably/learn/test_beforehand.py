@@ -1,0 +1,148 @@
+"""Prior means are learned as they are most likely; hyperparameters may be learned from samples of their own."""
+
+import warnings
+
+import numpy as np
+import pytest
+import scipy
+
+from tests.trackably.plants import AXIS, CART, SAMPLES, TIMES
+from trackably import DoubtfulInputWarning, Matern52, Samples, SquaredExponential, TrackableReference, learn_reference
+from trackably.beforehand import levels, split_means
+from trackably.gp.joint import JointPrior
+from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.stencil import POINT, Stencil
+from trackably.gp.stencils import Stencils
+from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.search import best_solution
+from trackably.learning.space import SearchSpace
+
+SHIFTED = Samples(TIMES, SAMPLES.values - 0.4)
+KINDS = Stencils((Stencil((0.5, 0.5), 0.05, 0.1), Stencil((-20.0, 20.0), 0.05)), ("a", "b"), (0, 1) * 8)
+OF_KINDS = Samples(TIMES, SHIFTED.values, np.ones(16), KINDS)
+DOUBLED = Samples(TIMES, SHIFTED.values, np.ones(16), Stencil((2.0,), 0, 1))
+
+
+def nlml(prior: Prior, samples: Samples, mean: float) -> float:
+    return Posterior(Prior(prior.kernel, prior.noise_std, mean), samples).negative_log_marginal_likelihood()[0]
+
+
+@pytest.mark.parametrize(
+    "samples", [SHIFTED, OF_KINDS, Samples(TIMES, SHIFTED.values, np.ones(16), Stencil((2.0,), 0, 1))]
+)
+@pytest.mark.parametrize("kernel", [SquaredExponential(0.3, 0.8), Matern52(0.5, 2.0)])
+@pytest.mark.parametrize("ends", [(-5.0, 5.0), (0.3, 0.8), (-9.0, -4.0)])
+def test_the_likeliest_mean_is_that_of_a_search(samples, kernel, ends) -> None:
+    prior = Prior(kernel, 0.05)
+    found = Posterior(prior, samples).with_likeliest_mean(*ends)
+    searched = scipy.optimize.minimize_scalar(lambda m: nlml(prior, samples, m), bounds=ends, options={"xatol": 1e-9})
+    assert found.prior.mean == pytest.approx(searched.x, abs=1e-5)
+    assert found.negative_log_marginal_likelihood()[0] == pytest.approx(
+        nlml(prior, samples, found.prior.mean), rel=1e-12
+    )
+
+
+def test_changes_alone_say_nothing_of_the_mean() -> None:
+    samples = Samples(TIMES, SHIFTED.values, np.ones(16), Stencil((0.0,) * 2 + (1.0,)))
+    assert Posterior(Prior(SquaredExponential(1, 1), 0.1), samples).with_likeliest_mean(-9, 9).prior.mean != 0
+    none = Samples(TIMES, SHIFTED.values, np.ones(16), Stencil((-1.0, 1.0), 0.1))
+    assert Posterior(Prior(SquaredExponential(1, 1), 0.1, 0.5), none).with_likeliest_mean(-9, 9).prior.mean == 0.5
+
+
+def test_means_and_hyperparameters_together() -> None:
+    """The gradient of l at the likeliest mean is that for fixed mean: the search ends where all slopes vanish."""
+    prior = JointPrior.of(Prior(SquaredExponential(), (0.001, 0.5)))
+    space = SearchSpace.around((SHIFTED,), prior)
+    found = best_solution(ConstrainedProblem((SHIFTED,), prior, space, means=((-3.0, 3.0),)))
+    assert isinstance(found, Solution)
+    (part,) = found.posterior.prior.parts
+    _, gradient = found.posterior.negative_log_marginal_likelihood()
+    np.testing.assert_allclose(gradient, 0, atol=1e-3)
+    for mean in (part.mean - 0.01, part.mean + 0.01):
+        assert nlml(part, SHIFTED, mean) > found.objective
+    fixed = best_solution(ConstrainedProblem((SHIFTED,), prior, space))
+    assert isinstance(fixed, Solution)
+    assert found.objective < fixed.objective
+    with pytest.raises(ValueError, match="means: are learned without constraints, and need an interval or None"):
+        ConstrainedProblem((SHIFTED,), prior, space, means=((-3.0, 3.0), None))
+
+
+def learned(samples: Samples = SHIFTED, **options) -> TrackableReference:
+    given = {"kernel": SquaredExponential(), "claim": "all_times", "noise_std": 0.02, "starts": 2} | options
+    return learn_reference({"position": samples}, AXIS_WIDE, **given)
+
+
+AXIS_WIDE = type(AXIS)(AXIS.system, type(AXIS.state_set).box([-2.0, -1.2], [0.5, 1.2]), AXIS.input_set)
+
+
+def test_a_reference_comes_to_rest_at_the_learned_mean() -> None:
+    found = learned(mean=(-1.5, 0.3))
+    (part,) = found.prior.parts
+    assert -1.5 < part.mean < -0.1
+    np.testing.assert_allclose(found.state(10**6), [part.mean, 0.0], atol=1e-9)
+    assert found.objective < learned().objective
+
+
+def test_an_interval_that_holds_the_mean_back_is_asked_about() -> None:
+    with pytest.warns(DoubtfulInputWarning, match="mean: that of position lies at an end of the interval in which"):
+        found = learned(mean=(-0.1, 0.3))
+    assert found.prior.parts[0].mean == pytest.approx(-0.1)
+    for wrong in ((0.3, -0.1), (0.0,), ("a", "b"), (0.0, np.inf)):
+        with pytest.raises(ValueError, match=r"^mean of position: expected a number or \[lower, upper\] with"):
+            learned(mean=wrong)
+
+
+def test_a_mean_outside_the_bounds_is_refused_as_a_given_one_is() -> None:
+    above = Samples(TIMES, SAMPLES.values + 3.0)
+    with pytest.raises(ValueError, match="mean: must be an admissible equilibrium, but at rest there the position is"):
+        learned(above, mean=(0.6, 5.0))
+
+
+def test_hyperparameters_from_samples_of_their_own() -> None:
+    """With D_θ = D_t nothing is new but that they are not learned again; with another D_θ they are those of D_θ."""
+    times = np.linspace(0, 6, 40)
+    other = Samples(times, 0.3 * np.sin(4 * times) + 0.03 * np.random.default_rng(3).standard_normal(40))
+    kernel, noise = SquaredExponential(), (0.001, 0.2)
+    found = learned(learn_from={"position": other}, kernel=kernel, noise_std=noise)
+    prior = JointPrior.of(Prior(kernel, noise))
+    least = best_solution(ConstrainedProblem((other,), prior, SearchSpace.around((other,), prior, 2)))
+    assert isinstance(least, Solution)
+    known = least.posterior.prior.hyperparameters
+    for name in ("lengthscale", "signal_std"):
+        assert found.hyperparameters[name] == pytest.approx(
+            known[name], rel=0.02
+        )  # position is not quite the flat output
+    assert found.prior.learned == ()
+    assert found.samples[0].values.tolist() == SHIFTED.values.tolist()
+
+
+def test_samples_to_learn_from_are_of_the_same_states() -> None:
+    with pytest.raises(ValueError, match="learn_from: expected samples of position, as of the first ones, got z1"):
+        learned(learn_from={"z1": SHIFTED})
+    with pytest.raises(ValueError, match='learn_from: needs method="joint"'):
+        learned(learn_from=SHIFTED, method="hyperparameters")
+
+
+def test_means_of_several_flat_outputs() -> None:
+    given = {"a": Samples(TIMES, 0.5 + 0.1 * np.sin(TIMES)), "b": Samples(TIMES, 0.1 * np.cos(TIMES))}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = learn_reference(
+            given,
+            CART,
+            SquaredExponential(0.2, 1.0),
+            "all_times",
+            noise_std=0.05,
+            mean={"a": (0.0, 1.0), "b": 0.0},
+            starts=1,
+        )
+    assert found.prior.parts[0].mean == pytest.approx(0.5, abs=0.2)
+    assert found.prior.parts[1].mean == 0.0
+
+
+def test_intervals_are_those_of_the_flat_output() -> None:
+    level, between = split_means({"x": (1.0, 3.0), "y": 2.0}, ("x", "y"), {})
+    assert (level, between) == ({"x": 2.0, "y": 2.0}, {"x": (1.0, 3.0)})
+    samples = Samples(TIMES, TIMES, np.ones(16), Stencil((-2.0,), 0, 1.0))
+    assert levels(between, ("x", "y"), (samples, Samples(TIMES, TIMES, np.ones(16), POINT))) == ((-1.0, 0.0), None)

@@ -1,0 +1,139 @@
+"""After a budget the best that is proved is handed out; what is said of its J is true; enough time changes nothing.
+
+The clock of these tests counts pieces of work.
+"""
+
+from functools import partial
+from itertools import count
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS, SAMPLES
+from trackably import (
+    ConstrainedSystem,
+    NotTrackableError,
+    Periodic,
+    Polytope,
+    Proved,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    check,
+    learn_reference,
+    learn_stream,
+)
+from trackably.learning.problem import OutOfTime
+from trackably.systems.library import tank
+
+SLOW = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.9], [0.2, 0.9]), AXIS.input_set)
+TIMES = np.linspace(0, 16, 40)
+SWING = Samples(TIMES, -0.4 + 0.55 * np.sin(2 * np.pi * TIMES / 8) + 0.02 * np.random.default_rng(0).normal(size=40))
+FILLED = Samples(TIMES, 1.2 + 0.25 * np.sin(TIMES) + 0.02 * np.random.default_rng(0).normal(size=40))
+TANK = ConstrainedSystem(tank(0.1, 1.0, 0.1), Polytope.box([0.5], [1.4]), Polytope.box([0.0], [1.0]))
+pytestmark = pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
+
+TASKS = {
+    "together": partial(learn_reference, SAMPLES, SLOW, SquaredExponential(), (0.0, 3.0), noise_std=0.02, starts=2),
+    "alone": partial(
+        learn_reference,
+        SAMPLES,
+        SLOW,
+        SquaredExponential(),
+        (0.0, 3.0),
+        noise_std=0.02,
+        starts=2,
+        method="hyperparameters",
+    ),
+    "periodic": partial(
+        learn_reference, SWING, AXIS, Periodic(period=8.0), "all_phases", noise_std=0.02, mean=-0.4, starts=2
+    ),
+    "nonlinear": partial(
+        learn_reference, FILLED, TANK, SquaredExponential(), (0.0, 16.0), noise_std=0.02, mean=1.0, starts=2
+    ),
+}
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the clock say how often it was asked."""
+    pieces = count()
+    for module in ("trackably.learn", "trackably.progress.work"):
+        monkeypatch.setattr(f"{module}.monotonic", lambda: float(next(pieces)))
+
+
+def within(task: partial[TrackableReference], budget: float) -> TrackableReference | OutOfTime:
+    try:
+        return task(budget=budget)
+    except NotTrackableError as error:
+        why = error.outcome
+    assert isinstance(why, OutOfTime)
+    assert f"the budget of {budget:g} s ended before a reference was proved" in why.explanation
+    return why
+
+
+@pytest.mark.usefixtures("counted")
+@pytest.mark.parametrize("task", TASKS.values(), ids=TASKS)
+def test_what_is_handed_out_is_proved_and_not_farther_from_the_best_than_said(task, tmp_path):
+    best = task()
+    assert "budget" not in best.explanation
+    last, unfinished = np.inf, 0
+    for budget in (1, *np.geomspace(20, 3000, 12).round().tolist(), 1e9):
+        found = within(task, budget)
+        if isinstance(found, OutOfTime):
+            assert last == np.inf, "more time, and nothing any more"
+            continue
+        for file in found.save_certificate(tmp_path / "found.json"):
+            assert isinstance(check(file), Proved)
+        assert found.objective <= last + 1e-6 * (1 + abs(last))
+        assert best.objective >= found.objective - found.price - 1e-6
+        assert (f"the budget of {budget:g} s ended the search" in found.explanation) is (found.fit.budget is not None)
+        last, unfinished = found.objective, unfinished + (found.fit.budget is not None)
+    assert unfinished
+    assert found.fit.budget is None
+    assert found.objective == pytest.approx(best.objective, rel=1e-5)
+
+
+@pytest.mark.usefixtures("counted")
+def test_with_enough_time_it_is_the_same_reference():
+    task = TASKS["together"]
+    assert task(budget=1e9).identity == task().identity
+
+
+@pytest.mark.usefixtures("counted")
+def test_what_is_saved_says_so_still(tmp_path):
+    found = next(
+        found
+        for budget in np.geomspace(20, 3000, 12).round().tolist()
+        if isinstance(found := within(TASKS["together"], budget), TrackableReference) and found.fit.budget
+    )
+    found.save(tmp_path / "found.json")
+    assert TrackableReference.load(tmp_path / "found.json").explanation == found.explanation
+
+
+@pytest.mark.parametrize(
+    ("budget", "error", "said"),
+    [
+        (0, ValueError, "budget: expected a positive number of seconds, got 0"),
+        (-1.0, ValueError, "budget: expected a positive number of seconds, got -1"),
+        (float("nan"), ValueError, "budget"),
+        ("1", TypeError, "budget: expected a number, got '1'"),
+    ],
+)
+def test_refusals(budget, error, said):
+    with pytest.raises(error, match=said):
+        TASKS["together"](budget=budget)
+
+
+def test_where_a_stream_is_faster_and_as_good_it_is_said():
+    rng = np.random.default_rng(0)
+    times = np.arange(800) * 0.1 + 0.04 * rng.uniform(0, 1, 800)
+    samples = Samples(times, -0.45 + 0.6 * np.sin(times) + 0.05 * rng.standard_normal(800))
+    given = samples, AXIS, SquaredExponential(0.5, 1.5), (0.0, 80.0)
+    whole = learn_reference(*given, noise_std=0.05, mean=-0.45)
+    assert "`learn_stream` with window=36 is faster and hardly differs" in whole.explanation
+    stream = learn_stream(*given, noise_std=0.05, mean=-0.45, window=36.0)
+    assert stream.misfit["position"] == pytest.approx(whole.misfit["position"], rel=0.01)
+    steps = np.arange(1600)
+    apart = stream.state(steps)[:, 0] - whole.state(steps)[:, 0]
+    assert np.sqrt(np.mean(apart**2)) < 0.1 * 0.05

@@ -1,0 +1,68 @@
+"""Length scales end where float64 can no longer evaluate the reference: a harmless motion of a long chain is proved."""
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+from trackably import (
+    ConstrainedSystem,
+    DoubtfulInputWarning,
+    LinearSystem,
+    Periodic,
+    Polytope,
+    Proved,
+    Samples,
+    TrackableReference,
+    check,
+    learn_reference,
+)
+from trackably.learning.problem import Method
+
+LIMITS = np.array([4, 2.2, 3.5, 8.0])
+
+
+def chain_of_four(sampling_time: float) -> ConstrainedSystem:
+    """Four integrators, of which the input is the fourth difference of the first state."""
+    system = LinearSystem.discretised(
+        np.eye(4, k=1), np.eye(4)[:, 3:], sampling_time, states=("a", "b", "c", "d"), inputs=("u",)
+    )
+    return ConstrainedSystem(system, Polytope.box(-LIMITS, LIMITS), Polytope.box([-60], [60]))
+
+
+def learned(sampling_time: float, noise: float, kernel: Periodic, method: Method = "joint") -> TrackableReference:
+    times = np.linspace(0, 16, 60)
+    values = 2 * np.sin(2 * np.pi * times / 8) + noise * np.random.default_rng(0).standard_normal(times.size)
+    samples = Samples(times, values)
+    return learn_reference(samples, chain_of_four(sampling_time), kernel, "all_phases", method=method, starts=2)
+
+
+@pytest.mark.parametrize(
+    ("method", "sampling_time", "noise"), [("joint", 0.01, 0.02), ("hyperparameters", 0.02, 0.001)]
+)
+def test_a_sine_is_proved_and_followed(method: Method, sampling_time: float, noise: float, tmp_path):
+    found = learned(sampling_time, noise, Periodic(), method)
+    for file in found.save_certificate(tmp_path / "sine.json"):
+        assert isinstance(check(file), Proved)
+    assert found.misfit["a"] < 1.05 * noise
+    assert found.price == pytest.approx(0.0, abs=1e-3)
+    assert re.search(r"lengthscale = [0-9.]+: float64 does not evaluate those twice as long", found.explanation)
+    found.save(tmp_path / "saved.json")
+    assert TrackableReference.load(tmp_path / "saved.json").explanation == found.explanation
+
+
+def test_what_can_be_evaluated_is_searched_to_its_end():
+    found = learned(0.1, 0.02, Periodic(period=8.0))
+    assert found.hyperparameters["lengthscale"] == pytest.approx(10.0)
+    assert "float64 does not" not in found.explanation
+
+
+def test_nobody_is_sent_to_an_interval_in_which_nothing_is_proved():
+    """The longer length scale that fits better is out of reach, so that no such thing is said of a shorter interval."""
+    with pytest.warns(DoubtfulInputWarning) as asked:
+        learned(0.01, 0.02, Periodic(lengthscale=(0.3, 1.2), period=8.0))
+    assert [str(each.message).rsplit(": ", 1)[1] for each in asked] == ["was it meant as a limit?"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert learned(0.01, 0.02, Periodic(lengthscale=(0.3, 10.0), period=8.0)).fit.limited == ("lengthscale",)

@@ -1,0 +1,309 @@
+"""A prior mean and a noise that are left out are learned from the samples, without bounds; what is learned is said."""
+
+import warnings
+from functools import partial
+from typing import Literal
+
+import numpy as np
+import pytest
+import scipy
+
+from tests.trackably.plants import AXIS, CART, MIXED, SAMPLES
+from trackably import (
+    ConstrainedSystem,
+    DoubtfulInputWarning,
+    LinearSystem,
+    Matern32,
+    Matern52,
+    NonlinearSystem,
+    Periodic,
+    Polytope,
+    Relearner,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    learn_many,
+    learn_reference,
+    learn_stream,
+)
+from trackably.beforehand import Beforehand, learned_beforehand, levels, split_means
+from trackably.certificates.goal import Claim
+from trackably.gp.posterior import Posterior
+from trackably.learning.prior import prior_for
+from trackably.learning.problem import NothingFactored, Solution
+from trackably.request.claim import kept_at_rest
+from trackably.request.samples import Measurements
+from trackably.systems.library import tank
+
+pytestmark = pytest.mark.filterwarnings("ignore::trackably.explanation.IgnoresSamplesWarning")
+NOISE = np.random.default_rng(1).standard_normal((3, 60))
+T = 0.1 * np.arange(60)
+WIDE = ConstrainedSystem(AXIS.system, Polytope.box([-9, -9], [9, 9]), Polytope.box([-90], [90]))
+KNOWN = SquaredExponential(0.4, 0.9)
+
+
+def integrator(lower: float, upper: float, speed: float) -> ConstrainedSystem:
+    return ConstrainedSystem(
+        LinearSystem.scalar(1.0, 0.05, sampling_time=0.05),
+        Polytope.box([lower], [upper]),
+        Polytope.box([-speed], [speed]),
+    )
+
+
+def swing(level: float = 0.0, noise: float = 0.1) -> Samples:
+    return Samples(T, level + np.sin(1.7 * T) + 0.4 * np.sin(3.1 * T) + noise * NOISE[0])
+
+
+def followed(level: float, kernel, claim, **options) -> TrackableReference:
+    """The swing about a level, at 0.7 of its speed."""
+    return learn_reference(swing(level), integrator(level - 2, level + 2, 1.6), kernel, claim, starts=4, **options)
+
+
+@pytest.mark.parametrize("level", [293.15, 80.0, -1200.0])
+@pytest.mark.parametrize("kernel", [SquaredExponential, Matern32, Matern52])
+@pytest.mark.parametrize("claim", ["all_times", (0.0, 5.9)])
+def test_a_reference_moves_with_its_samples_and_bounds(level, kernel, claim) -> None:
+    """Whatever the level: 293 K, or 20 °C."""
+    here, there = followed(0.0, kernel(), claim), followed(level, kernel(), claim)
+    assert there.prior.parts[0].mean - level == pytest.approx(here.prior.parts[0].mean, abs=1e-2)
+    assert there.misfit["state"] == pytest.approx(here.misfit["state"], rel=1e-2)
+    np.testing.assert_allclose(there.state(np.arange(118)) - level, here.state(np.arange(118)), atol=0.02)
+
+
+def test_what_is_learned_is_what_is_learned_with_that_mean_given() -> None:
+    given = partial(learn_reference, SAMPLES, AXIS, KNOWN, "all_times", noise_std=0.02)
+    found = given()
+    (part,) = found.prior.parts
+    assert given(mean=part.mean).fingerprint == found.fingerprint
+    assert f"the prior mean of position is {part.mean:.6g};" in found.explanation
+    np.testing.assert_allclose(found.state(10**6), [part.mean, 0.0], atol=1e-9)
+    np.testing.assert_allclose(given(mean=0.0).state(10**6), 0.0, atol=1e-9)
+    assert found.price < given(mean=0.0).price
+
+
+def test_a_mean_is_left_out_by_name() -> None:
+    samples = {"a": Samples(T, 0.5 + 0.1 * np.sin(T)), "b": Samples(T, 0.1 * np.cos(T))}
+    found = learn_reference(
+        samples, CART, SquaredExponential(0.2, 1.0), (0.0, 5.0), noise_std=0.05, mean={"a": None, "b": 0.0}
+    )
+    assert found.prior.parts[0].mean == pytest.approx(0.5, abs=0.1)
+    assert found.prior.parts[1].mean == 0.0
+
+
+def walled() -> ConstrainedSystem:
+    """Two carts, of which the sum of positions is bounded, and the speeds too."""
+    system = LinearSystem(np.eye(2), 0.1 * np.eye(2), states=("x", "y"), inputs=("p", "q"), sampling_time=0.1)
+    X = Polytope([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]], [-4.0, -4.0, -4.0], [4.0, 4.0, 0.5])
+    return ConstrainedSystem(system, X, Polytope.box([-2, -2], [2, 2]))
+
+
+def far(*levels_of: float) -> list[Samples]:
+    return [Samples(T, level + 0.3 * np.sin(T + c) + 0.02 * NOISE[c]) for c, level in enumerate(levels_of)]
+
+
+TIGHT = ConstrainedSystem(MIXED.system, Polytope.box([-2] * 3, [2] * 3), Polytope.box([-0.4] * 2, [0.4] * 2))
+INSTANCES = {
+    "inside": (WIDE, {"position": far(0.3)[0]}),
+    "above": (AXIS, {"position": far(1.7)[0]}),
+    "below": (AXIS, {"position": far(-40.0)[0]}),
+    "held by an input": (CART, dict(zip("ab", far(1.9, -7.0), strict=True))),
+    "held by a sum": (walled(), dict(zip("xy", far(1.0, 0.8), strict=True))),
+    "held by inputs together": (TIGHT, dict(zip(("z1", "z2"), far(3.0, 2.0), strict=True))),
+    "a tank, held by its inflow": (
+        ConstrainedSystem(tank(5.0, area=1.0, outflow=0.05), Polytope.box([0.3], [1.5]), Polytope.box([0.02], [0.05])),
+        {"level": Samples(5 * T, far(1.3)[0].values)},
+    ),
+    "a formula of two": (
+        ConstrainedSystem(
+            NonlinearSystem.of(
+                lambda x, u: [x[0] + 0.1 * (u[0] - x[0] * x[1]), x[1] + 0.1 * u[1]], ("a", "b"), ("p", "q"), 0.1
+            ),
+            Polytope.box([0.1, 0.1], [3, 3]),
+            Polytope.box([-2, -2], [1, 2]),
+        ),
+        dict(zip("ab", far(1.5, 1.1), strict=True)),
+    ),
+}
+
+
+def beforehand(
+    plant: ConstrainedSystem,
+    given: dict[str, Samples],
+    claim: Claim = "all_times",
+    noise_std: float | None = 0.05,
+    hold_noise: bool = False,
+) -> tuple[Measurements, Beforehand]:
+    measured = Measurements.of(given, plant, noise_std, None)
+    level, between = split_means(None, measured.names, measured.given)
+    prior = prior_for(plant, measured.priors(KNOWN, level))
+    ends = levels(between, measured.names, measured.signals)
+    found = learned_beforehand(measured.signals, prior, ends, 1, False, hold_noise, kept_at_rest(claim, plant))
+    assert isinstance(found, Beforehand)
+    return measured, found
+
+
+@pytest.mark.parametrize("name", INSTANCES)
+def test_a_mean_left_out_is_the_likeliest_admissible_equilibrium(name: str) -> None:
+    """Naively: l is minimised over the means, under the bounds drawn in by a hundredth of their widths."""
+    plant, given = INSTANCES[name]
+    measured, found = beforehand(plant, given)
+    means = [part.mean for part in found.prior.parts]
+    kept = [(quantity, quantity.bounds.shrunk(0.01 * quantity.bounds.width)) for quantity in plant.quantities]
+    assert all(quantity.bounds.strictly_contains(quantity.at_rest(means)) for quantity in plant.quantities)
+
+    def nlml(at) -> float:
+        parts = zip(found.prior.parts, measured.signals, at, strict=True)
+        posts = (Posterior(type(part)(part.kernel, part.noise_std, float(m)), of) for part, of, m in parts)
+        return sum(post.negative_log_marginal_likelihood()[0] for post in posts)
+
+    moving = [(q, of) for q, of in kept if q.at_rest(means) != q.at_rest([m + 0.1 for m in means])]
+    rows = [{"type": "ineq", "fun": lambda m, q=q, of=of: of.margin(q.at_rest(list(m))).item()} for q, of in moving]
+    start = means if all(q.bounds.strictly_contains(q.at_rest(means)) for q, _ in moving) else None
+    best = scipy.optimize.minimize(nlml, start, method="SLSQP", constraints=rows, options={"ftol": 1e-12})
+    assert nlml(means) == pytest.approx(best.fun, rel=1e-3)
+    np.testing.assert_allclose(means, best.x, atol=0.02)
+
+
+@pytest.mark.parametrize("name", INSTANCES)
+def test_in_a_window_it_is_the_likeliest_of_all(name: str) -> None:
+    plant, given = INSTANCES[name]
+    _, found = beforehand(plant, given, (0.0, 1.0))
+    assert found.likeliest is not None
+    assert [part.mean for part in found.prior.parts] == [part.mean for part in found.likeliest.prior.parts]
+
+
+def test_where_it_had_to_move_the_explanation_says_so() -> None:
+    """The samples swing about −1, near the lower bound, and the bound of the mean is 1 % of the width above it."""
+    found = learn_reference(
+        swing(-1.9), integrator(-1.0, 3.0, 5.0), SquaredExponential(), "all_times", noise_std=0.5, starts=2
+    )
+    (part,) = found.prior.parts
+    assert part.mean == pytest.approx(-1.0 + 0.01 * 4.0)
+    assert "the prior mean of state is -0.96, as the likeliest, -1.8" in found.explanation
+
+
+def test_without_an_admissible_equilibrium_the_message_says_what_is_missing() -> None:
+    moving = ConstrainedSystem(AXIS.system, Polytope.box([-9, 0.1], [9, 1.0]), AXIS.input_set)
+    with pytest.raises(
+        ValueError, match=r"mean: must be an admissible equilibrium, but at rest there the velocity is 0,"
+    ):
+        learn_reference(SAMPLES, moving, KNOWN, "all_times", noise_std=0.02)
+
+
+def test_periodic_references_swing_about_the_mean_that_they_learn() -> None:
+    t = np.linspace(0, 12, 60)
+    samples = Samples(t, 80 + np.sin(2 * np.pi * t / 4) + 0.05 * NOISE[1])
+    kernel = Periodic(period=(3.0, 5.0))
+    found = learn_reference(samples, integrator(78, 82, 1.2), kernel, "all_phases", starts=2)
+    assert found.prior.parts[0].mean == pytest.approx(80, abs=0.5)
+    assert found.hyperparameters["noise_std"] == pytest.approx(0.05, rel=0.5)
+
+
+# The noise.
+
+
+def test_noise_left_out_is_that_without_bounds_however_tight_they_are() -> None:
+    free = learn_reference(swing(), integrator(-9, 9, 90), SquaredExponential(), (0.0, 5.9), starts=4)
+    assert free.hyperparameters["noise_std"] == pytest.approx(0.1, rel=0.3)
+    for speed in (2.6, 2.0, 1.6):
+        found = learn_reference(swing(), integrator(-9, 9, speed), SquaredExponential(), (0.0, 5.9), starts=4)
+        assert found.hyperparameters["noise_std"] == pytest.approx(free.hyperparameters["noise_std"], rel=1e-6)
+        assert found.method == "joint"
+
+
+def test_an_interval_is_learned_with_the_bounds_and_a_question_says_what_they_add() -> None:
+    given = partial(learn_reference, swing(), integrator(-9, 9, 1.8), SquaredExponential(), (0.0, 5.9), starts=4)
+    with pytest.warns(
+        DoubtfulInputWarning,
+        match=r"noise_std: that of state is .* as it is learned with the bounds, and .* without them",
+    ):
+        found = given(noise_std=(0.001, 10.0))
+    assert found.hyperparameters["noise_std"] > 1.5 * given().hyperparameters["noise_std"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        learn_reference(swing(), integrator(-9, 9, 90), SquaredExponential(), (0.0, 5.9), noise_std=(0.001, 10.0))
+
+
+@pytest.mark.parametrize("noise_std", [None, (0.001, 10.0), 0.1])
+@pytest.mark.filterwarnings("ignore::trackably.DoubtfulInputWarning")
+def test_the_explanation_counts_in_the_noise_that_is_shown(noise_std) -> None:
+    found = learn_reference(
+        swing(), integrator(-9, 9, 1.8), SquaredExponential(), (0.0, 5.9), noise_std=noise_std, starts=4
+    )
+    ratio = found.misfit["state"] / found.hyperparameters["noise_std"]
+    assert f" and {ratio:.3g} times their {'noise' if noise_std == 0.1 else 'learned noise'};" in found.explanation
+
+
+def test_where_samples_show_no_noise_it_is_learned_with_the_bounds() -> None:
+    """The least that is sought is no measure of a sensor, and a function can hardly be so near to all samples."""
+    exact = Samples(T[::3], np.sin(1.7 * T[::3]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DoubtfulInputWarning)
+        found = learn_reference(exact, integrator(-9, 9, 1.5), SquaredExponential(), (0.0, 5.9), starts=2)
+    assert "noise_std" in found.prior.learned
+    assert found.hyperparameters["noise_std"] > 1e-3
+
+
+def solution(found: Beforehand, method: Literal["joint", "hyperparameters"], extra: float) -> Solution:
+    """A solution that costs `extra` more than the likeliest without bounds."""
+    assert found.likeliest is not None
+    least, _ = found.likeliest.negative_log_marginal_likelihood()
+    return Solution(found.likeliest, found.likeliest.signals, least + extra, (), 1, method=method)
+
+
+def test_noise_is_learned_with_the_bounds_only_where_no_function_is_found_with_it() -> None:
+    _, found = beforehand(WIDE, {"position": far(0.3)[0]}, noise_std=None, hold_noise=True)
+    assert (found.prior.parts[0].noise_std, "noise_std" in found.prior.learned) == (pytest.approx(0.02, rel=0.3), False)
+    assert found.with_noise is not None
+    joint, nearly, dear, less = (
+        solution(found, "joint", 50.0),
+        solution(found, "hyperparameters", 0.1),
+        solution(found, "hyperparameters", 50.0),
+        solution(found, "hyperparameters", 40.0),
+    )
+    none = NothingFactored(found.prior)
+    for held, free, best, tried in (
+        (joint, less, joint, 1),
+        (nearly, less, nearly, 1),
+        (dear, less, less, 2),
+        (less, dear, less, 2),
+        (dear, none, dear, 2),
+        (none, joint, joint, 2),
+        (none, NothingFactored(found.with_noise), none, 2),
+    ):
+        answers = [held, free]
+        assert found.best(lambda _, answers=answers: answers.pop(0)) is best
+        assert len(answers) == 2 - tried
+
+
+def test_hyperparameters_alone_keep_the_bounds_by_noise_too() -> None:
+    found = learn_reference(
+        swing(), integrator(-9, 9, 1.8), SquaredExponential(), (0.0, 5.9), starts=4, method="hyperparameters"
+    )
+    assert "noise_std" in found.prior.learned
+
+
+# Everywhere alike.
+
+
+def test_streams_fleets_and_loops_learn_them_too(tmp_path) -> None:
+    plant, kernel = integrator(78.0, 82.0, 1.6), SquaredExponential()
+    samples, window = swing(80.0), (0.0, 5.9)
+    stream = learn_stream(samples, plant, kernel, window, window=3.0, starts=2)
+    (of_stream,) = stream.stream.prior.parts
+    assert of_stream.mean == pytest.approx(80, abs=1.0)
+    assert f"the prior mean of state is {of_stream.mean:.6g}" in stream.explanation
+    alone = learn_reference(samples, plant, kernel, window, starts=2)
+    fleet = learn_many({"one": samples}, plant, kernel, "recorded", folder=tmp_path, progress=False, starts=2)
+    assert fleet.reference("one").fingerprint == alone.fingerprint
+    first = learn_reference(samples, plant, kernel, "all_times", starts=2)
+    again = Relearner(first)(Samples(T, samples.values + 0.05 * NOISE[2]))
+    assert isinstance(again, TrackableReference)
+    assert again.prior.parts[0].mean == first.prior.parts[0].mean
+    assert again.hyperparameters["noise_std"] == first.hyperparameters["noise_std"]
+
+
+def test_what_is_saved_says_the_same(tmp_path) -> None:
+    found = followed(80.0, SquaredExponential(), "all_times")
+    found.save(tmp_path / "swing.json")
+    assert TrackableReference.load(tmp_path / "swing.json").explanation == found.explanation

@@ -1,0 +1,73 @@
+"""A few samples far off a fit of all others are asked about; noise, however it is spread, is not."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS
+from trackably import DoubtfulInputWarning, Samples, SquaredExponential, learn_reference
+from trackably.explanation import outlying
+from trackably.fit.misfit import Misfit
+
+TIMES = np.linspace(0, 3, 61)
+MOVED = np.where(TIMES < 1.5, -0.5 - 0.5 * np.cos(np.pi * TIMES / 1.5), 0.0)
+NOISE = 0.005 * np.random.default_rng(1).standard_normal(TIMES.size)
+
+
+def asked(off: np.ndarray, noise_std: float = 1.0, is_learned: bool = True) -> str | None:
+    samples = Samples(np.arange(len(off)), off)
+    return outlying([Misfit("x", samples, off, off, noise_std, noise_std, is_learned)])
+
+
+@pytest.mark.parametrize("lost", [10, 20, 41])
+def test_one_sample_elsewhere_is_asked_about(lost):
+    values = MOVED + NOISE
+    values[lost] += 0.15
+    with pytest.warns(DoubtfulInputWarning) as caught:
+        learn_reference(Samples(TIMES, values), AXIS, SquaredExponential(), "all_times", starts=1)
+    (said,) = (str(warned.message) for warned in caught)
+    assert said.startswith(f"samples: position is {values[lost]:.6g} at {TIMES[lost]:.6g} s, ")
+    assert said.endswith("is it an outlier to be left out? It raises the noise that is learned")
+
+
+def test_so_is_one_of_many_that_fewer_centres_stand_for():
+    """It is named by its own value and time, not by those of a centre."""
+    times = np.linspace(0, 3, 3001)
+    values = np.where(times < 1.5, -0.5 - 0.5 * np.cos(np.pi * times / 1.5), 0.0)
+    values = values + 0.005 * np.random.default_rng(2).standard_normal(times.size)
+    values[1234] += 0.15
+    with pytest.warns(DoubtfulInputWarning) as caught:
+        found = learn_reference(Samples(times, values), AXIS, SquaredExponential(), "all_times", starts=1)
+    assert found.fit.condensed
+    (said,) = (str(warned.message) for warned in caught)
+    assert said.startswith(f"samples: position is {values[1234]:.6g} at 1.234 s, 0.148 off")
+
+
+def test_without_it_nothing_is_asked():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        learn_reference(Samples(TIMES, MOVED + NOISE), AXIS, SquaredExponential(), "all_times", starts=1)
+
+
+@pytest.mark.parametrize("n", [10, 100, 10_000])
+def test_noise_is_not_asked_about(n):
+    """Normal, uniform, of two values, with tails, and quantised to a step that most samples share."""
+    rng = np.random.default_rng(n)
+    normal = rng.standard_normal(n)
+    for off in (normal, rng.uniform(-1, 1, n), np.sign(normal), rng.laplace(size=n), np.round(normal / 2)):
+        assert asked(off, float(np.std(off)) or 1.0) is None
+
+
+def test_what_is_far_off_is_counted():
+    off = np.where(np.arange(40) % 2, 0.1, -0.1)
+    off[[3, 30]] = -7.0, 8.0
+    assert asked(off, 0.5) == (
+        "samples: x is 8 at 30 s, 8 off the fit without bounds, 54 times as far as most (and 1 more are far off): is "
+        "it an outlier to be left out? It raises the noise that is learned"
+    )
+    assert asked(off, 0.5, is_learned=False).endswith("left out?")
+    assert asked(off, 2.0) is None  # within the noise
+    assert asked(off[:9], 0.5) is None  # too few to tell
+    off[:5] = 9.0
+    assert asked(off, 0.5) is None  # too many: the noise is of another kind

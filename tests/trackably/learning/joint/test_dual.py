@@ -1,0 +1,206 @@
+"""The dual's solver: Karush, Kuhn and Tucker's conditions, rows that explain each other, and rows that contradict."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trackably.learning.joint.dual import DualSolution, solve_dual, solve_symmetric
+
+SEEDS = range(40)
+
+
+@dataclass(frozen=True)
+class Program:
+    """Rows L (r, dimension) of vectors δ, so that K = L Lᵀ, and demands d that some δ meets."""
+
+    rows: np.ndarray
+    demand: np.ndarray
+    is_equation: np.ndarray
+
+    @property
+    def covariance(self) -> np.ndarray:
+        return self.rows @ self.rows.T
+
+    def solved(self) -> DualSolution:
+        found = solve_dual(self.covariance, self.demand, self.is_equation)
+        assert found is not None
+        return found
+
+
+def consistent(seed: int) -> Program:
+    """One to fifteen rows of very different length; some are equations, some have no slack at the δ that meets all."""
+    rng = np.random.default_rng(seed)
+    count, equations = int(rng.integers(1, 16)), int(rng.integers(0, 4))
+    rows = rng.normal(size=(count, count + 4)) * 10 ** rng.uniform(-3, 3, (count, 1))
+    is_equation = np.arange(count) < equations
+    slack = np.where(is_equation | (rng.random(count) < 0.4), 0.0, rng.exponential(size=count))
+    size = np.linalg.norm(rows, axis=1)
+    return Program(rows, rows @ rng.normal(size=count + 4) - slack * size, is_equation)
+
+
+def crowded(seed: int) -> Program:
+    """Rows of a smooth function at many close times: most are sums of others, up to rounding."""
+    rng = np.random.default_rng(seed)
+    t = np.sort(rng.uniform(0, 1, 25))
+    nodes = np.linspace(-1, 2, 60)
+    rows = np.exp(-((t[:, None] - nodes) ** 2) / 2)
+    wanted = 1 + 0.3 * np.cos(3 * t + seed)
+    return Program(rows, wanted, np.zeros(t.size, dtype=bool))
+
+
+def assert_optimal(program: Program, found: DualSolution, tolerance: float) -> None:
+    """δ = Σ λ_a L_a meets all demands; multipliers of bounds are not negative, and zero where there is slack."""
+    size = np.linalg.norm(program.rows, axis=1)
+    slack = (program.covariance @ found.multipliers - program.demand) / size
+    multipliers = found.multipliers * size
+    scale = np.max(np.abs(program.demand / size), initial=1.0)
+    bounded = ~program.is_equation
+    assert not found.contradicts
+    assert np.all(multipliers[bounded] >= 0)
+    assert np.min(slack[bounded], initial=0.0) >= -tolerance * scale
+    np.testing.assert_allclose(slack[program.is_equation], 0.0, atol=tolerance * scale)
+    assert np.max(np.abs(slack[multipliers != 0]), initial=0.0) <= tolerance * scale
+    norm = found.multipliers @ program.covariance @ found.multipliers
+    assert found.value == pytest.approx(norm, rel=tolerance, abs=tolerance * scale**2)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_multipliers_are_optimal(seed):
+    program = consistent(seed)
+    assert_optimal(program, program.solved(), 1e-8)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_rows_that_explain_each_other_do_no_harm(seed):
+    program = crowded(seed)
+    assert np.linalg.cond(program.covariance) > 1e14
+    assert_optimal(program, program.solved(), 1e-6)
+
+
+@pytest.mark.parametrize("seed", SEEDS[:10])
+def test_a_row_said_twice_is_said_once(seed):
+    program = consistent(seed)
+    twice = Program(*(np.concatenate([part, part]) for part in (program.rows, program.demand, program.is_equation)))
+    once, again = program.solved(), twice.solved()
+    assert_optimal(twice, again, 1e-7)
+    assert again.value == pytest.approx(once.value, rel=1e-8, abs=1e-12)
+
+
+@given(st.integers(0, 10**6), st.floats(-6, 6))
+def test_the_length_of_a_row_does_not_matter(seed, exponent):
+    program = consistent(seed)
+    factors = np.where(np.arange(len(program.demand)) % 2, 1.0, 10**exponent)
+    stretched = Program(factors[:, None] * program.rows, factors * program.demand, program.is_equation)
+    one, other = program.solved(), stretched.solved()
+    assert other.value == pytest.approx(one.value, rel=1e-8, abs=1e-10)
+    assert not other.contradicts
+
+
+@given(st.integers(0, 10**6))
+def test_the_value_is_a_lower_bound_of_every_vector_that_meets_all_rows(seed):
+    """Of any vector that meets all rows: a solution of least squares with some slack."""
+    program, rng = consistent(seed), np.random.default_rng(seed)
+    size = np.linalg.norm(program.rows, axis=1)
+    more = np.where(program.is_equation, 0.0, rng.exponential(size=len(size)) * size)
+    delta = np.linalg.lstsq(program.rows, program.demand + more)[0]
+    value = program.solved().value
+    assert value <= delta @ delta * (1 + 1e-8) + 1e-10
+
+
+@given(st.integers(0, 10**6))
+def test_what_is_met_already_costs_nothing(seed):
+    program = consistent(seed)
+    idle = Program(program.rows, -np.abs(program.demand), np.zeros(len(program.demand), dtype=bool)).solved()
+    assert idle.value == 0
+    assert not idle.multipliers.any()
+    assert not idle.contradicts
+
+
+def test_nothing_demanded():
+    found = solve_dual(np.empty((0, 0)), np.empty(0), np.empty(0, dtype=bool))
+    assert (found.multipliers.shape, found.value, found.contradicts) == ((0,), 0.0, False)
+
+
+def test_equations_alone():
+    program = consistent(7)
+    program = Program(program.rows, program.demand, np.ones(len(program.demand), dtype=bool))
+    assert len(program.demand) > 3
+    assert_optimal(program, program.solved(), 1e-8)
+    assert np.min(program.solved().multipliers) < 0
+
+
+@pytest.mark.parametrize("seed", SEEDS[:20])
+@pytest.mark.parametrize("are_equations", [False, True])
+@pytest.mark.parametrize("by", [1.0, 1e-2, 1e-4])
+def test_a_contradiction_names_its_rows(seed, are_equations, by):
+    """Row 0 has to be at least what row 0 must not exceed."""
+    program = consistent(seed)
+    size = np.linalg.norm(program.rows, axis=1)
+    gap = by * np.max(np.abs(program.demand) / size) * size[0]
+    sign = 1.0 if are_equations else -1.0
+    rows = np.vstack([program.rows, sign * program.rows[0]])
+    demand = np.append(program.demand, sign * program.demand[0] + gap)
+    flags = np.append(program.is_equation, are_equations)
+    if are_equations:
+        flags[0] = True
+    found = solve_dual(rows @ rows.T, demand, flags)
+    assert found is not None
+    assert found.contradicts
+    blamed = np.abs(found.multipliers) * np.linalg.norm(rows, axis=1)
+    assert set(np.argsort(blamed)[-2:].tolist()) == {0, len(rows) - 1}
+
+
+@pytest.mark.parametrize("seed", SEEDS[:20])
+def test_bounds_that_just_agree_do_not_contradict(seed):
+    program = consistent(seed)
+    rows = np.vstack([program.rows, -program.rows[0]])
+    demand = np.append(program.demand, -program.demand[0] - 1e-9 * np.linalg.norm(program.rows[0]))
+    found = solve_dual(rows @ rows.T, demand, np.append(program.is_equation, False))
+    assert found is not None
+    assert not found.contradicts
+
+
+def test_three_rows_contradict_where_no_two_do():
+    """x ≥ 1, y ≥ 1, x + y ≤ 1."""
+    rows = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+    found = solve_dual(rows @ rows.T, np.array([1.0, 1.0, -1.0, -5.0]), np.zeros(4, dtype=bool))
+    assert found.contradicts
+    np.testing.assert_allclose(found.multipliers[:3] / found.multipliers[0], 1.0, rtol=1e-6)
+    assert found.multipliers[3] == 0
+
+
+def test_a_row_that_no_vector_moves():
+    """A quantity that the samples determine, or that no process enters: it keeps its bounds, or contradicts them."""
+    rows, flags = np.array([[0.0, 0.0], [1.0, 0.0]]), np.zeros(2, dtype=bool)
+    kept = solve_dual(rows @ rows.T, np.array([-0.5, 2.0]), flags)
+    assert (kept.value, kept.contradicts) == (pytest.approx(4.0), False)
+    assert solve_dual(rows @ rows.T, np.array([0.5, 2.0]), flags).contradicts
+
+
+def test_no_answer_for_what_is_no_covariance():
+    indefinite = np.array([[1.0, 2.0], [2.0, 1.0]])
+    assert solve_dual(indefinite, np.ones(2), np.zeros(2, dtype=bool)) is None
+
+
+@pytest.mark.parametrize("seed", SEEDS[:10])
+def test_symmetric_systems_are_solved_in_the_directions_that_they_have(seed):
+    program = consistent(seed)
+    right = program.covariance @ np.random.default_rng(seed).normal(size=len(program.demand))
+    with_nothing = np.pad(program.covariance, (0, 1))
+    found = solve_symmetric(with_nothing, np.append(right, 0.0))
+    np.testing.assert_allclose(program.covariance @ found[:-1], right, rtol=1e-6, atol=1e-9 * np.max(np.abs(right)))
+    assert found[-1] == 0
+
+
+def test_many_rows_are_solved_for_as_few_are(monkeypatch):
+    rng = np.random.default_rng(4)
+    rows = rng.normal(size=(250, 300)) * np.exp(rng.uniform(-4, 4, (250, 1)))
+    covariance, right = rows @ rows.T, rng.normal(size=250)
+    found = solve_symmetric(covariance, right)
+    monkeypatch.setattr("trackably.learning.joint.dual._MANY", 1000)
+    by_eigenvalues = solve_symmetric(covariance, right)
+    np.testing.assert_allclose(found, by_eigenvalues, rtol=1e-7, atol=1e-7 * np.max(np.abs(by_eigenvalues)))
+    assert found.tobytes() != by_eigenvalues.tobytes()

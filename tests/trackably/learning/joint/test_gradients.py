@@ -1,0 +1,69 @@
+"""∂J/∂ln θ by the envelope theorem, against central differences of J with the same places."""
+
+import numpy as np
+import pytest
+
+from tests.trackably.gp import naive
+from tests.trackably.gp.instances import over
+from tests.trackably.learning.joint.instances import ALL, KERNELS, Case, solved
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.registry import KERNELS as REGISTRY
+from trackably.learning.joint.bent import bent_mean
+from trackably.learning.joint.places import Places
+from trackably.learning.joint.search import JointProgram
+
+_RELATIVE = 2e-6
+
+
+def program(case: Case, places: Places) -> JointProgram:
+    return JointProgram(case.problem, places, case.posterior.signals)
+
+
+def assert_is_the_slope(case: Case, places: Places) -> None:
+    joint = program(case, places)
+    found = joint.evaluate(case.prior.log_hyperparameters)
+    slopes = naive.by_log_hyperparameters(lambda at: joint.evaluate(at.log_hyperparameters).value, case.prior)
+    scale = np.max(np.abs(slopes))
+    np.testing.assert_allclose(found.gradient, slopes, atol=_RELATIVE * scale)
+
+
+def test_every_kernel_of_the_registry_is_in_the_table():
+    assert KERNELS.keys() == REGISTRY.keys()
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_is_the_slope(name):
+    assert_is_the_slope(ALL[name], solved(name).places)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_price_alone_has_its_own_slope(name):
+    """The likelihood's slope, which may be larger, hides nothing here."""
+    case, places = ALL[name], solved(name).places
+
+    def price(prior: JointPrior) -> float:
+        return bent_mean(case.problem, JointPosterior(prior, case.samples), places).price
+
+    slopes = naive.by_log_hyperparameters(price, case.prior)
+    found = bent_mean(case.problem, case.posterior, places).price_gradient()
+    np.testing.assert_allclose(found, slopes, atol=_RELATIVE * np.max(np.abs(slopes)))
+
+
+@over(ALL, "case")
+def test_the_value_is_likelihood_and_price(case):
+    places = tuple(np.column_stack([case.times[::13], np.ones(len(case.times[::13]))]) for _ in case.plant.quantities)
+    found = program(case, places).evaluate(case.prior.log_hyperparameters)
+    price = bent_mean(case.problem, case.posterior, places).price
+    likelihood, _ = case.posterior.negative_log_marginal_likelihood()
+    assert found.value == pytest.approx(likelihood + price, rel=1e-12)
+    assert price >= 0 or case.pins
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_more_places_cost_more(name):
+    """Every program on the way is a relaxation."""
+    case, places = ALL[name], solved(name).places
+    prices = [
+        bent_mean(case.problem, case.posterior, tuple(p[:count] for p in places)).price for count in (0, 1, 2, 3, 1000)
+    ]
+    assert np.all(np.diff(prices) >= -1e-9 * prices[-1])

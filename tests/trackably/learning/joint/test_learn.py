@@ -1,0 +1,139 @@
+"""Learning function and hyperparameters together: never worse than hyperparameters alone, never outside its bounds."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.trackably.learning.instances import Instance, instance, tight, wild
+from tests.trackably.learning.joint import naive
+from tests.trackably.learning.joint.instances import Case
+from trackably.gp.joint import JointPosterior
+from trackably.learning.joint.learn import continued, learn_jointly
+from trackably.learning.joint.search import JointProgram, JointSearch
+from trackably.learning.joint.settle import no_places, settled
+from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.search import best_solution
+
+INSTANCES = {
+    **{f"loose_{seed}": instance(seed) for seed in (0, 1)},
+    **{f"tight_{seed}": tight(seed) for seed in (2, 3, 4, 8)},
+    "wild_0": wild(0),
+}
+names = pytest.mark.parametrize("name", INSTANCES)
+
+
+def problem_of(name: str) -> ConstrainedProblem:
+    problem = INSTANCES[name].problem
+    return replace(problem, space=replace(problem.space, starts=2))
+
+
+@cache
+def jointly(name: str) -> Solution:
+    found = learn_jointly(problem_of(name))
+    assert isinstance(found, Solution), found.explanation
+    return found
+
+
+@cache
+def alone(name: str) -> Solution:
+    found = best_solution(problem_of(name))
+    assert isinstance(found, Solution), found.explanation
+    return found
+
+
+def as_case(of: Instance, found: Solution) -> Case:
+    """The problem at the learned θ, for the dense program."""
+    steps = of.problem.constraints[0].index_set
+    return Case((of.samples,), found.posterior.prior, of.plant, steps)
+
+
+@names
+def test_is_never_worse_than_hyperparameters_alone(name):
+    assert jointly(name).objective <= alone(name).objective + 1e-9 * (1 + abs(alone(name).objective))
+
+
+@names
+def test_the_search_itself_is_not_worse(name):
+    """From where hyperparameters alone ended: there the price is zero, and every step makes J smaller."""
+    search = JointSearch(problem_of(name))
+    search.follow(alone(name).posterior.prior.log_hyperparameters)
+    assert search.best is not None
+    assert search.best.objective <= alone(name).objective + 1e-6 * (1 + abs(alone(name).objective))
+
+
+@names
+def test_the_price_is_what_the_bounds_cost(name):
+    """J = l + D ≥ l, and no likelihood is better than the unconstrained one."""
+    found = jointly(name)
+    free = best_solution(replace(problem_of(name), constraints=()))
+    assert found.price >= 0
+    assert found.objective == pytest.approx(found.nlml + found.price, rel=1e-12)
+    assert found.nlml == pytest.approx(found.posterior.negative_log_marginal_likelihood()[0], rel=1e-9, abs=1e-9)
+    assert found.nlml >= free.objective - 1e-6 * (1 + abs(free.objective))
+
+
+@names
+def test_bounds_are_kept_at_every_step(name):
+    found, case = jointly(name), INSTANCES[name]
+    for constraint in case.problem.constraints:
+        steps = np.arange(constraint.index_set.first, constraint.index_set.last + 1)
+        assert np.min(constraint.relative_margin(found, steps * case.plant.sampling_time)) >= 0
+
+
+@pytest.mark.parametrize("name", ["loose_0", "tight_3", "tight_8"])
+def test_the_function_is_optimal_for_what_was_learned(name):
+    """Inputs are bounded up to the step before the last state; the dense program bounds them at the last one too."""
+    found, case = jointly(name), INSTANCES[name]
+    dense = as_case(case, found)
+    posterior = JointPosterior(dense.prior, dense.samples)
+    (part,), (samples,) = posterior.parts, dense.samples
+    energy = part.weights @ (samples.values - part.prior.mean)
+    assert found.price == pytest.approx(naive.least(dense).value - energy, rel=1e-5)
+
+
+@names
+def test_the_slope_of_j_is_zero_or_points_out_of_the_space(name):
+    """In units in which a step of 1 in ln θ changes J by the slope."""
+    found, problem = jointly(name), problem_of(name)
+    theta = found.posterior.prior.log_hyperparameters
+    slope = JointProgram(problem, found.active, found.signals).evaluate(theta).gradient
+    down, up = theta > problem.space.log_lower + 1e-9, theta < problem.space.log_upper - 1e-9
+    left = np.where(slope > 0, slope * down, slope * up)
+    np.testing.assert_allclose(left, 0.0, atol=1e-4 * (1 + abs(found.objective)))
+
+
+@pytest.mark.parametrize("name", ["loose_0", "tight_3"])
+def test_no_hyperparameters_nearby_are_better(name):
+    """J at other θ, with the function that is best there."""
+    found, problem = jointly(name), problem_of(name)
+    at, rng = found.posterior.prior.log_hyperparameters, np.random.default_rng(0)
+    for step in 10.0 ** np.array([-3, -2, -1, -0.5]):
+        near = np.clip(at + step * rng.normal(size=at.size), problem.space.log_lower, problem.space.log_upper)
+        posterior = problem.posterior(near)
+        value = posterior.negative_log_marginal_likelihood()[0]
+        value += settled(problem, posterior, no_places(problem)).bent.price
+        assert value >= found.objective - 1e-7 * (1 + abs(found.objective))
+
+
+@pytest.mark.parametrize("name", ["loose_1", "tight_4"])
+def test_two_calls_give_the_same_bits(name):
+    one, other = jointly(name), learn_jointly(problem_of(name))
+    assert [s.weights.tobytes() for s in one.signals] == [s.weights.tobytes() for s in other.signals]
+    assert one.objective == other.objective
+
+
+@pytest.mark.parametrize("name", ["loose_0", "tight_8"])
+def test_tighter_bounds_cost_more(name):
+    """Continued from the solution for wider bounds."""
+    problem, found = problem_of(name), jointly(name)
+    drawn = tuple(replace(c, backoff=1e-3) for c in problem.constraints)
+    again = continued(found, replace(problem, constraints=drawn))
+    assert isinstance(again, Solution)
+    assert again.objective >= found.objective - 1e-9
+    assert again.alone == found.alone == pytest.approx(alone(name).objective)
+    for constraint in drawn:
+        steps = np.arange(constraint.index_set.first, constraint.index_set.last + 1)
+        margins = constraint.relative_margin(again, steps * INSTANCES[name].plant.sampling_time)
+        assert np.min(margins) >= 1e-3 * (1 - 1e-6)

@@ -1,0 +1,61 @@
+"""Quadratic programs over x ≥ 0: conditions of optimality, and the active-set method of SciPy."""
+
+import numpy as np
+import pytest
+
+from trackably.learning.joint import nonnegative
+from trackably.learning.joint.nonnegative import nonnegative_minimum
+
+
+def gram(count: int, directions: int, seed: int, jitter: float = 1e-10) -> np.ndarray:
+    """Inner products of rows of unit length; singular but for the jitter where there are fewer directions than rows."""
+    rows = np.random.default_rng(seed).standard_normal((count, directions))
+    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    return rows @ rows.T + jitter * np.eye(count)
+
+
+PROGRAMS = {
+    f"{count} rows in {directions} directions, demands {what}": (
+        gram(count, directions, count),
+        shift + np.random.default_rng(1).standard_normal(count),
+    )
+    for count, directions in ((1, 1), (6, 9), (60, 80), (60, 20), (200, 220))
+    for what, shift in (("of both signs", 0.0), ("mostly met", -2.0), ("hardly ever met", 2.0))
+}
+programs = pytest.mark.parametrize("name", PROGRAMS)
+
+
+@programs
+def test_the_minimum_is_optimal_wherever_the_search_begins(name):
+    """x ≥ 0, y = G x − b ≥ 0 and xᵀ y = 0, up to the rounding of G x."""
+    G, b = PROGRAMS[name]
+    for likely in (None, np.zeros(len(b), dtype=bool), np.ones(len(b), dtype=bool), b > 1):
+        x = nonnegative_minimum(G, b, likely)
+        y, rounding = G @ x - b, 1e-14 * (np.abs(x).sum() + np.abs(b).max())
+        assert x.min() >= 0
+        assert y.min() >= -rounding
+        assert np.abs(x * y).max() <= rounding * max(x.max(), 1.0)
+
+
+@programs
+def test_the_minimum_is_that_of_the_active_set_method(name):
+    G, b = PROGRAMS[name]
+    x, other = nonnegative_minimum(G, b), nonnegative._by_single_steps(G, b)
+    rounding = 10 * np.finfo(float).eps * np.linalg.cond(G)
+    assert x @ b == pytest.approx(other @ b, rel=1e-9 + rounding, abs=1e-12)
+
+
+def test_where_exchanges_do_not_end_the_active_set_method_takes_over(monkeypatch):
+    G, b = PROGRAMS["60 rows in 80 directions, demands of both signs"]
+    expected = nonnegative_minimum(G, b)
+    monkeypatch.setattr(nonnegative, "_MOST_EXCHANGES", 1)
+    assert nonnegative_minimum(G, b) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+def test_where_exchanges_go_in_circles_one_variable_is_exchanged_at_a_time(monkeypatch):
+    """From the sets that are all wrong: with no patience at all, the minimum is still found."""
+    G, b = PROGRAMS["60 rows in 80 directions, demands hardly ever met"]
+    expected = nonnegative_minimum(G, b)
+    monkeypatch.setattr(nonnegative, "_PATIENCE", 0)
+    monkeypatch.setattr(nonnegative, "_by_single_steps", lambda *_: pytest.fail("it is not needed"))
+    assert nonnegative_minimum(G, b, expected <= 0) == pytest.approx(expected, rel=1e-9, abs=1e-12)

@@ -1,0 +1,85 @@
+"""Random systems, sets and kernels: from an admissible equilibrium as prior mean follows a proved reference."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.trackably.certificates import naive
+from tests.trackably.learning.joint.random_problems import random_problem
+from trackably.certificates.certified import Certified
+from trackably.certificates.claim import AllPhases
+from trackably.certificates.form import encode_certificate
+from trackably.checker import Proved, check
+from trackably.systems.reference import Reference
+
+SEEDS = (1, 27, 30)
+ROUGH = 20  # Matérn with ν = 3/2, and three states: each place leaves kinks
+seeds = pytest.mark.parametrize("seed", SEEDS)
+
+
+@cache
+def learned(seed: int) -> Certified:
+    found = random_problem(seed).learned()
+    assert isinstance(found, Certified), found.explanation
+    return found
+
+
+def end_of(found: Certified) -> float:
+    """Where all is nearly at rest, or one period later [s]."""
+    claim = found.certificate.claim
+    return claim.period if isinstance(claim, AllPhases) else 6.0
+
+
+@seeds
+def test_the_prior_mean_is_an_admissible_equilibrium(seed):
+    problem = random_problem(seed)
+    levels = [part.mean for part in problem.prior.parts]
+    assert all(q.bounds.strictly_contains(q.at_rest(levels)) for q in problem.plant.quantities)
+
+
+@seeds
+def test_no_bound_is_broken_between_any_two_times_of_a_fine_grid(seed):
+    """Evaluated a second time, in extended precision, with the least margins in many digits."""
+    found = learned(seed)
+    times = np.linspace(0, end_of(found), 3001)
+    for quantity in found.reference.quantities:
+        error = found.certificate.evaluation_error[quantity.name]
+        assert naive.smallest(found.reference, quantity.name, times.tolist()) >= error
+
+
+@seeds
+def test_bounds_matter_and_cost_something(seed):
+    solution = learned(seed).solution
+    assert solution.price > 0
+    assert solution.active_bounds
+    t = np.linspace(0, 3, 2001)
+    reference = learned(seed).reference
+    assert min(np.min(q.margin(reference.signals, t)) / q.bounds.width for q in reference.quantities) < 1e-2
+    plain = Reference(solution.posterior.signals, reference.plant)
+    assert min(np.min(q.margin(plain.signals, t)) for q in plain.quantities) < 0
+
+
+@seeds
+def test_the_system_follows(seed):
+    """x(t + T) = A x(t) + B u(t) + c."""
+    reference = learned(seed).reference
+    t = np.linspace(0, 4, 101)
+    x, u = reference.state_at(t), reference.input_at(t)
+    landed = reference.plant.linear.successor(x, u)
+    after = reference.state_at(t + reference.plant.sampling_time)
+    np.testing.assert_allclose(landed, after, atol=1e-8 * np.max(np.abs(x)))
+
+
+@pytest.mark.parametrize("seed", SEEDS[1:])
+def test_the_independent_checker_agrees(seed):
+    assert isinstance(check(encode_certificate(learned(seed).certificate)), Proved)
+
+
+def test_where_the_function_would_need_too_many_places_hyperparameters_alone_are_proved(monkeypatch):
+    monkeypatch.setattr("trackably.learning.joint.settle._MOST_PLACES", 60)
+    found = learned(ROUGH)
+    assert found.solution.method == "hyperparameters"
+    assert (
+        min(np.min(q.margin(found.reference.signals, np.linspace(0, 6, 3001))) for q in found.reference.quantities) > 0
+    )

@@ -1,0 +1,212 @@
+"""Where on its times a margin is smallest: steps against a loop over plateaus, continua against closed forms."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trackably.gp.kernels.matern import Matern32
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.learning.constraint import Constraint
+from trackably.learning.index_set import AllPhases, Steps, Window
+from trackably.learning.published.scalar import scalar
+from trackably.systems.sets.interval import Interval
+
+KERNEL = SquaredExponential(1.0, 0.5)
+
+
+def minima_of(values: list[float], first: int = 0) -> list[int]:
+    """Indices that `Steps` names for these margins."""
+    steps = Steps(first, first + len(values) - 1, 0.5)
+    times = steps.local_minima(lambda t: np.array(values, dtype=float)[np.rint(t / 0.5).astype(int) - first], [KERNEL])
+    return [round(t / 0.5) - first for t in times.tolist()]
+
+
+def plateaus(values: list[float]) -> list[tuple[int, int]]:
+    """First and last index of each run of equal values that is lower than both of its neighbours."""
+    found, start = [], 0
+    for i in range(1, len(values) + 1):
+        if i == len(values) or values[i] != values[start]:
+            falls_in = start == 0 or values[start - 1] > values[start]
+            rises_out = i == len(values) or values[i] > values[start]
+            if falls_in and rises_out:
+                found.append((start, i - 1))
+            start = i
+    return found
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ([3.0], [0]),
+        ([1.0, 2.0, 3.0], [0]),
+        ([3.0, 2.0, 1.0], [2]),
+        ([3.0, 1.0, 2.0, 0.0, 5.0], [1, 3]),
+        ([1.0, 2.0, 1.0], [0, 2]),
+        ([2.0, 1.0, 1.0, 1.0, 2.0], [1]),
+        ([1.0, 1.0, 1.0], [0]),
+        ([2.0, 2.0, 3.0, 1.0, 1.0], [0, 3]),
+        ([], []),
+    ],
+)
+def test_minima_in_numbers(values, expected):
+    assert minima_of(values) == expected
+
+
+@given(st.lists(st.floats(-10, 10), unique=True, max_size=30), st.integers(0, 5))
+def test_minima_of_distinct_values_are_those_of_a_loop(values, first):
+    assert minima_of(values, first) == [i for i, _ in plateaus(values)]
+
+
+@given(st.lists(st.integers(0, 3).map(float), min_size=1, max_size=30))
+def test_every_lowest_plateau_is_named_once_by_its_first_step(values):
+    named = minima_of(values)
+    for begin, end in plateaus(values):
+        assert [i for i in named if begin <= i <= end] == [begin]
+    for i in named:
+        assert values[i] <= min(values[max(i - 1, 0) : i + 2])
+    assert min(values[i] for i in named) == min(values)
+
+
+def wave(seed, count):
+    """Many steps of a sum of kernels, with its margins at all of them, and a bound of its curvature."""
+    rng = np.random.default_rng(seed)
+    centres, weights = np.sort(rng.uniform(0, 3, 30)), rng.normal(size=30)
+    signal = KernelSum(SquaredExponential(1.0, rng.uniform(0.05, 0.5)), 0.0, centres, weights)
+    steps = Steps(3, count + 2, 3 / count)
+    times = np.arange(3, count + 3, dtype=float) * steps.sampling_time
+    return signal, steps, times
+
+
+@pytest.mark.parametrize("count", [4000, 5000, 60_000])
+@pytest.mark.parametrize("seed", range(5))
+def test_minima_of_many_steps_are_those_of_all_of_them(seed, count):
+    signal, steps, times = wave(seed, count)
+    values = signal(times)
+    walled = np.concatenate([[np.inf], values, [np.inf]])
+    low = times[(walled[1:-1] < walled[:-2]) & (walled[1:-1] <= walled[2:])]
+    found = steps.local_minima(signal, [signal.kernel])
+    assert set(found) <= set(low)
+    assert times[np.argmin(values)] in found
+    inside = [t for t in low if times[0] < t < times[-1]]
+    assert set(inside) <= set(found)
+
+
+@pytest.mark.parametrize("curvature", ["bounded", "unknown"])
+@pytest.mark.parametrize("seed", range(5))
+def test_what_looks_miss_is_found_wherever_it_breaks_a_bound(seed, curvature):
+    """A dip of a few steps, below zero, that no look meets: hidden from the kernels, but not from the curvature."""
+    signal, steps, times = wave(seed, 60_000)
+    values, width = signal(times), 1e-4
+    lowest, top = np.min(values), times[np.argmax(values)]
+    depth = np.ptp(values) + 1.0
+
+    def margin(t):
+        return signal(t) - lowest + 0.1 - depth * np.exp(-(((t - top) / width) ** 2))
+
+    bound = signal.curvature + 2 * depth / width**2 if curvature == "bounded" else np.inf
+    assert not np.any(margin(steps.local_minima(margin, [signal.kernel])) < 0)
+    (found,) = steps.overlooked(margin, [signal.kernel], lambda: bound)
+    assert found == times[np.argmin(margin(times))]
+    assert not len(steps.overlooked(lambda t: signal(t) - lowest + 1e-12, [signal.kernel], lambda: signal.curvature))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_signal_is_more_curved_than_its_bound(seed):
+    signal, _, times = wave(seed, 4000)
+    assert np.max(np.abs(signal.jet(times, 2)[2])) <= signal.curvature
+
+
+def test_times_are_the_instants_of_the_steps():
+    asked: list[np.ndarray] = []
+    Steps(3, 7, 0.01).local_minima(lambda t: (asked.append(t), np.abs(t - 0.05))[1], [KERNEL])
+    np.testing.assert_array_equal(asked[0], np.arange(3, 8) * 0.01)
+
+
+def test_a_window_finds_every_minimum_of_a_wave_and_its_ends():
+    """cos(2t + 1): minima where 2t + 1 is an odd multiple of π, and at an end towards which it falls."""
+    inside = [(np.pi - 1) / 2, (3 * np.pi - 1) / 2]
+    for end, minima in ((5.0, inside), (7.0, [*inside, 7.0])):
+        found = Window(0.0, end).local_minima(lambda t: np.cos(2 * t + 1), [KERNEL])
+        np.testing.assert_allclose(found, minima, atol=1e-6)
+
+
+@given(st.floats(-3, 3), st.floats(0.1, 10), st.floats(-0.5, 1.5))
+def test_a_window_finds_the_bottom_of_a_bowl_or_the_nearer_end(start, length, where):
+    bottom = start + where * length
+    found = Window(start, start + length).local_minima(lambda t: (t - bottom) ** 2, [KERNEL])
+    np.testing.assert_allclose(found, [np.clip(bottom, start, start + length)], atol=1e-6 * length)
+
+
+def test_a_window_follows_a_signal_as_fast_as_its_kernel():
+    """The minima of a dense look are all there, to a much finer resolution than any look."""
+    rng = np.random.default_rng(0)
+    kernel = SquaredExponential(1.0, 0.05)
+    centres, weights = np.sort(rng.uniform(0, 3, 60)), rng.normal(size=60)
+
+    def margin(t):
+        return kernel(t[..., None] - centres) @ weights
+
+    dense = np.linspace(0, 3, 300_001)
+    values = np.concatenate([margin(part) for part in np.array_split(dense, 300)])  # in parts that fit the cache
+    low = np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] <= values[2:])) + 1
+    found = Window(0.0, 3.0).local_minima(margin, [kernel])
+    for t in dense[low]:
+        assert np.min(np.abs(found - t)) < 2e-5
+    assert np.min(margin(found)) <= np.min(values) + 1e-12
+
+
+def test_all_phases_are_one_period_of_the_kernels_as_they_are():
+    for period in (0.7, 3.0663):
+        kernels = [Periodic(1.0, 1.0, period), Periodic(2.0, 0.5, period)]
+        found = AllPhases().local_minima(lambda t, p=period: np.cos(2 * np.pi * t / p), kernels)
+        np.testing.assert_allclose(found, [period / 2], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kernels", "wrong"),
+    [
+        ([Periodic(1.0, 1.0, 2.0), KERNEL], "needs a periodic kernel, got SquaredExponential"),
+        ([Periodic(1.0, 1.0, 2.0), Periodic(1.0, 1.0, 3.0)], r"needs one for all signals, got \[2.0, 3.0\]"),
+    ],
+)
+def test_kernels_without_a_common_period_have_no_phases(kernels, wrong):
+    with pytest.raises(TypeError, match=wrong):
+        AllPhases().local_minima(np.cos, kernels)
+
+
+def test_the_fastest_of_several_kernels_decides_how_closely_to_look():
+    """A narrow dip beside a long one, whichever kernel comes first."""
+    fast, slow = SquaredExponential(1.0, 0.002), SquaredExponential(1.0, 5.0)
+
+    def margin(t):
+        return (t - 2.0) ** 2 - 5 * np.exp(-(((t - 0.5031) / 0.004) ** 2))
+
+    for kernels in ([fast, slow], [slow, fast]):
+        found = Window(0.0, 3.0).local_minima(margin, kernels)
+        assert np.min(np.abs(found - 0.5031)) < 1e-4
+
+
+def test_between_the_centres_of_a_rough_sum_nothing_is_overlooked():
+    """The kernel's correlation time is 10 s, but the signal goes up and down from centre to centre, a second apart."""
+    kernel, centres, signs = Matern32(1.0, 17.0), np.arange(61.0), (-1.0) ** np.arange(61)
+    waves = KernelSum(kernel, 0.0, centres, np.linalg.solve(kernel(centres[:, None] - centres), signs))
+    still = KernelSum(kernel, 0.0, centres, 0 * signs)
+    plant = scalar(1.0, 1.0, state_set=Interval(-0.8, 2.0), input_set=Interval(-9.0, 9.0), sampling_time=0.1)
+    for start, end in ((10.0, 50.0), (10.2, 49.9)):
+        state = Constraint(plant.quantities[0], Window(start, end), 0.0)
+        times, margins = state.overlooked(_Signals((waves,)))
+        assert np.all(margins < 0)
+        assert {round(t) for t in times.tolist()} == set(range(11, 50, 2))
+        assert not len(state.overlooked(_Signals((still,)))[0])
+        smooth = KernelSum(SquaredExponential(1.0, 17.0), 0.0, centres, signs)
+        assert len(state.examined(_Signals((waves, smooth)))) > 0
+        assert not len(state.examined(_Signals((smooth,)))), "the grid shows all that it does"
+
+
+class _Signals(NamedTuple):
+    signals: tuple[KernelSum, ...]

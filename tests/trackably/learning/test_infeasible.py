@@ -1,0 +1,89 @@
+"""Where nothing keeps the bounds, or nothing can be evaluated, the answer says so in true numbers."""
+
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.trackably.learning import naive
+from tests.trackably.learning.infeasible import INFEASIBLE
+from tests.trackably.learning.instances import instance
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning.problem import ConstrainedProblem, NothingFeasible, Solution
+from trackably.learning.published.scalar import interval_sets
+from trackably.learning.search import best_solution
+from trackably.learning.space import SearchSpace
+from trackably.systems.sets.interval import Interval
+
+EXPLANATION = re.compile(
+    r"no reference was found that keeps its bounds: the best attempt \((?P<theta>.*)\) breaks the (?P<quantity>\w+) "
+    r"bounds (?P<bounds>\[.*\]) at t = (?P<time>\S+) s by (?P<violation>[^\s;]+)"
+    r"(; wider bounds of hyperparameters, or more starts, may find one)?$"
+)
+
+
+@cache
+def searched(name: str) -> NothingFeasible | Solution:
+    return best_solution(INFEASIBLE[name][0].problem)
+
+
+@pytest.mark.parametrize("name", INFEASIBLE)
+def test_an_infeasible_problem_is_explained_in_true_numbers(name):
+    case, quantity, at_rest = INFEASIBLE[name]
+    answer = searched(name)
+    assert isinstance(answer, NothingFeasible)
+    said = EXPLANATION.search(answer.explanation)
+    assert said, answer.explanation
+    assert said["quantity"] == answer.quantity.name == quantity
+
+    bounds = dict(zip(("state", "input"), interval_sets(case.plant), strict=True))[quantity]
+    assert said["bounds"] == str(bounds)
+    x, u = naive.states_and_inputs(case, answer.best.prior.parts[0])
+    values = {"state": x, "input": u}[quantity]
+    worst = int(np.argmin(bounds.margin(values)))
+    assert float(said["time"]) == pytest.approx(answer.time, rel=1e-5)
+    assert bounds.margin(values)[round(answer.time / 0.05)] == pytest.approx(bounds.margin(values)[worst], abs=1e-9)
+    assert answer.violation == pytest.approx(-bounds.margin(values)[worst], abs=1e-9)
+    assert float(said["violation"]) == pytest.approx(answer.violation, rel=5e-3)
+    assert np.min(naive.margins(case, answer.best.prior.parts[0])) * bounds.width == pytest.approx(
+        -answer.violation, abs=1e-9
+    )
+    for entry in said["theta"].split(", "):
+        parameter, value = entry.split(" = ")
+        assert float(value) == pytest.approx(answer.best.prior.hyperparameters[parameter], rel=5e-4)
+
+    assert [q.name for q in answer.broken_at_rest] == [quantity]
+    other = {"state": "choose another; ", "input": "no other mean changes that; "}  # it is −c/b with a = 1
+    assert f"feasible: {other[quantity]}" in answer.explanation
+    assert answer.explanation.startswith(
+        f"the prior mean 0 is no admissible equilibrium (its {quantity} {at_rest:.4g} does not lie inside {bounds})"
+    )
+
+
+@pytest.mark.parametrize("name", INFEASIBLE)
+def test_no_point_of_a_grid_violates_less(name):
+    case, answer = INFEASIBLE[name][0], searched(name)
+    space = case.problem.space
+    for log_theta in np.stack(
+        np.meshgrid(*[np.linspace(lo, hi, 25) for lo, hi in zip(space.log_lower, space.log_upper, strict=True)]),
+        axis=-1,
+    ).reshape(-1, 2):
+        margins = naive.margins(case, case.prior.with_log_hyperparameters(log_theta))
+        assert np.min(margins) <= -answer.violation / answer.quantity.bounds.width + 1e-3
+
+
+def test_a_search_that_can_factor_nothing_is_explained():
+    """Noise far too small for so many samples so close: no start has a Cholesky factor."""
+    samples = Samples(np.arange(30) / 100, np.sin(np.arange(30) / 100))
+    prior = Prior(SquaredExponential(1.0, 0.2).as_learned(), 1e-12)
+    case = replace(instance(0), samples=samples, prior=prior)
+    space = SearchSpace({"signal_std": Interval(0.5, 2.0), "lengthscale": Interval(5.0, 50.0)})
+    for constraints in (case.problem.constraints, ()):
+        answer = best_solution(ConstrainedProblem((samples,), JointPrior((prior,)), space, constraints))
+        assert not isinstance(answer, Solution)
+        assert "positive definite" in answer.explanation

@@ -1,0 +1,96 @@
+"""The search that suits the kernels: periods are looked for, however few starts are asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackably.learning.instances import instance, tight
+from tests.trackably.learning.searches import swept, together
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.screening import screened
+from trackably.learning.search import best_solution
+from trackably.learning.space import SearchSpace
+
+TIMES, PERIOD = np.arange(0, 8, 0.15), 1.1
+COURSES = (
+    0.8 * np.sin(2 * np.pi * TIMES / PERIOD),
+    0.5 * np.cos(2 * np.pi * TIMES / PERIOD) + 0.2 * np.sin(4 * np.pi * TIMES / PERIOD),
+)
+
+
+def problem(*kernels, starts: int = 1) -> ConstrainedProblem:
+    """A signal for each kernel, of one period if there is one; no constraints."""
+    rng = np.random.default_rng(0)
+    samples = tuple(
+        Samples(TIMES, course + 0.02 * rng.standard_normal(TIMES.size))
+        for course, _ in zip(COURSES, kernels, strict=False)
+    )
+    shared = frozenset({"period"}) if len(kernels) > 1 else frozenset()
+    prior = JointPrior(
+        tuple(Prior(kernel.as_learned(), 0.02) for kernel in kernels), ("q1", "q2")[: len(kernels)], shared
+    )
+    return ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts=starts))
+
+
+@pytest.mark.parametrize("signals", [1, 2])
+def test_the_period_is_found_though_a_single_start_misses_it(signals):
+    """Every multiple of the period is a minimum too, and that is where the single start ends."""
+    asked = problem(*[Periodic(1.0, 1.0, 1.0)] * signals)
+    found, alone = best_solution(asked), together(asked)
+    assert isinstance(found, Solution)
+    assert found.posterior.prior.hyperparameters["period"] == pytest.approx(PERIOD, abs=0.01)
+    assert isinstance(alone, Solution)
+    assert alone.objective > found.objective + 10
+
+
+def test_of_several_signals_the_most_promising_start_has_the_period_of_both():
+    asked = problem(Periodic(1.0, 1.0, 1.0), Periodic(1.0, 1.0, 1.0))
+    first = np.exp(screened(asked, 4)[0])
+    assert first[asked.prior.learned.index("period")] == pytest.approx(PERIOD, abs=0.05)
+
+
+def test_without_constraints_worse_minima_are_kept_as_starts_for_other_problems():
+    asked = problem(Periodic(1.0, 1.0, 1.0))
+    found = best_solution(asked)
+    assert isinstance(found, Solution)
+    periods = np.exp([found.posterior.prior.log_hyperparameters[2], *(other[2] for other in found.others)])
+    for multiple in (1, 2, 3):
+        assert np.min(np.abs(periods - multiple * PERIOD)) < 0.02
+    for other in found.others:
+        value, slope = asked.posterior(other).negative_log_marginal_likelihood()
+        assert value > found.objective
+        assert np.max(np.abs(slope)) < 0.1 * (1 + abs(value))
+
+
+def test_other_kernels_are_not_screened():
+    with pytest.raises(TypeError, match="screening needs periodic kernels, got SquaredExponential"):
+        screened(problem(SquaredExponential(1.0, 1.0)), 4)
+
+
+@pytest.mark.parametrize("seed", [26, 29, 32, 60])
+@pytest.mark.parametrize("draw", [tight, instance])
+def test_starts_searched_with_places_are_enough(draw, seed):
+    """Searches from all starts without places, and again with those found, lead to nothing better."""
+    asked = draw(seed).problem
+    found, naive = best_solution(asked), swept(asked)
+    assert isinstance(found, Solution)
+    assert isinstance(naive, Solution)
+    assert found.objective <= naive.objective + 1e-6 * (1 + abs(naive.objective))
+    assert found.fits < naive.fits
+
+
+def test_more_hyperparameters_have_more_starts_without_places():
+    """The likelihood of a sum of kernels has several minima: that of the first start leads to a worse solution."""
+    case = tight(10)
+    kernel = SquaredExponential(1.0, 1.0) + SquaredExponential(0.3, 0.1)
+    asked = replace(case, prior=Prior(kernel.as_learned(), 0.03)).problem
+    found, naive = best_solution(asked), swept(asked)
+    assert isinstance(found, Solution)
+    assert isinstance(naive, Solution)
+    assert found.objective <= naive.objective + 1e-6 * (1 + abs(naive.objective))

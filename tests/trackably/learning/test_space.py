@@ -1,0 +1,157 @@
+"""Search spaces: sensible defaults for every name, starts that lie inside, nothing random."""
+
+import numpy as np
+import pytest
+
+from tests.trackably.gp.instances import REPRESENTATIVE, over
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.stencil import Stencil
+from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.space import SearchSpace, amplitude
+from trackably.systems.sets.interval import Interval
+
+SAMPLES = Samples([0.0, 0.5, 0.7, 2.0], [3.0, -3.0, 3.0, -3.0])
+
+
+def joint(kernel, noise_std, **keywords) -> JointPrior:
+    return JointPrior((Prior(kernel.as_learned(), noise_std, **keywords),))
+
+
+@over(REPRESENTATIVE)
+@pytest.mark.parametrize("noise_std", [0.1, Learned(0.1)])
+def test_defaults_exist_for_every_learned_name(kernel, noise_std):
+    prior = joint(kernel, noise_std)
+    space = SearchSpace.around((SAMPLES,), prior)
+    assert tuple(space.bounds) == prior.learned
+    assert np.all(space.log_lower < space.log_upper)
+    assert space.log_lower.shape == prior.log_hyperparameters.shape
+
+
+@over(REPRESENTATIVE)
+@pytest.mark.parametrize("starts", [1, 2, 8, 33])
+def test_starts_lie_inside_and_repeat(kernel, starts):
+    space = SearchSpace.around((SAMPLES,), joint(kernel, 0.1), starts=starts)
+    points = space.start_points()
+    assert points.shape == (starts, len(space.bounds))
+    assert np.all((space.log_lower < points) & (points < space.log_upper))
+    assert len(np.unique(points, axis=0)) == starts
+    assert points.tobytes() == space.start_points().tobytes()
+
+
+def test_where_nothing_is_sought_there_is_one_start():
+    space = SearchSpace.around((SAMPLES,), JointPrior((Prior(SquaredExponential(1.0, 0.5), 0.1),)), starts=8)
+    assert space.start_points().shape == space.points(256).shape == (1, 0)
+
+
+def test_more_starts_only_add():
+    prior = joint(SquaredExponential(1.0, 1.0), 0.1)
+    few, many = (SearchSpace.around((SAMPLES,), prior, starts=n).start_points() for n in (4, 9))
+    np.testing.assert_array_equal(few, many[:4])
+
+
+def test_defaults_follow_the_scales_of_the_samples():
+    prior = joint(SquaredExponential(1.0, 1.0), Learned(0.1))
+    space = SearchSpace.around((SAMPLES,), prior)
+    slower = SearchSpace.around((Samples(10 * SAMPLES.times, SAMPLES.values),), prior)
+    louder = SearchSpace.around((Samples(SAMPLES.times, 10 * SAMPLES.values),), prior)
+    ten = np.log(10)
+    np.testing.assert_allclose(slower.log_lower - space.log_lower, [0, ten, 0], atol=1e-12)
+    np.testing.assert_allclose(louder.log_upper - space.log_upper, [ten, 0, ten], atol=1e-12)
+    assert space.bounds["lengthscale"].contains(Interval(0.2, 2.0))  # smallest spacing, and span
+    assert space.bounds["signal_std"].contains(Interval(0.3, 30.0))
+
+
+def test_samples_on_the_prior_mean_or_alone_still_have_scales():
+    prior = joint(SquaredExponential(1.0, 1.0), 0.1, mean=2.0)
+    for samples in (Samples([0.0, 1.0], [2.0, 2.0]), Samples([0.3], [2.0])):
+        assert np.all(np.isfinite(SearchSpace.around((samples,), prior).start_points()))
+
+
+def test_given_bounds_replace_the_defaults():
+    prior = joint(SquaredExponential(1.0, 1.0), 0.1)
+    space = SearchSpace.around((SAMPLES,), joint(SquaredExponential(lengthscale=(0.2, 0.4)), 0.1))
+    assert space.bounds["lengthscale"] == Interval(0.2, 0.4)
+    assert space.bounds["signal_std"] == SearchSpace.around((SAMPLES,), prior).bounds["signal_std"]
+
+
+def test_bounds_that_are_not_positive_are_refused():
+    with pytest.raises(ValueError, match=r"^search: the lower bound of lengthscale must be positive, got 0$"):
+        SearchSpace({"lengthscale": Interval(0.0, 1.0)})
+
+
+@pytest.mark.parametrize("starts", [0, -3])
+def test_a_search_needs_a_start(starts):
+    with pytest.raises(ValueError, match=rf"^search: starts must be at least 1, got {starts}$"):
+        SearchSpace({"lengthscale": Interval(0.1, 1.0)}, starts=starts)
+
+
+def test_fewer_samples_than_hyperparameters_are_refused():
+    samples, prior = Samples([0.0, 1.0], [1.0, 2.0]), joint(SquaredExponential(1.0, 1.0), Learned(0.1))
+    with pytest.raises(ValueError, match=r"got 2 for 3 \(signal_std, lengthscale, noise_std\)$"):
+        ConstrainedProblem((samples,), prior, SearchSpace.around((samples,), prior))
+
+
+TWO = JointPrior(
+    (Prior(SquaredExponential(1.0, 1.0), 0.1).as_learned(), Prior(SquaredExponential(1.0, 1.0).as_learned(), 0.2, 0.5)),
+    ("x", "y"),
+    frozenset({"lengthscale"}),
+)
+OTHERS = Samples([0.0, 10.0], [100.5, -99.5], stencil=Stencil((2.0,)))
+
+
+def test_each_process_has_bounds_from_its_own_samples():
+    """What is shared follows the first process that has it; amplitudes are those of the process, not of samples."""
+    space = SearchSpace.around((SAMPLES, OTHERS), TWO)
+    assert tuple(space.bounds) == ("x.signal_std", "lengthscale", "x.noise_std", "y.signal_std")
+    alone = [SearchSpace.around((s,), JointPrior((p,))) for s, p in zip((SAMPLES, OTHERS), TWO.parts, strict=True)]
+    for name in ("signal_std", "noise_std"):
+        assert space.bounds[f"x.{name}"] == alone[0].bounds[name]
+    assert space.bounds["lengthscale"] == alone[0].bounds["lengthscale"]
+    assert space.bounds["y.signal_std"] == alone[1].bounds["signal_std"]
+    plain = Samples([0.0, 10.0], [50.25, -49.75])
+    np.testing.assert_allclose(alone[1].log_upper, SearchSpace.around((plain,), JointPrior(TWO.parts[1:])).log_upper)
+
+
+@pytest.mark.parametrize("weights", [(-10.0, 10.0), (0.1, 0.2, -0.3), (5.0, 1e-15, -5.0)])
+def test_samples_of_differences_have_a_scale(weights):
+    """A difference does not see the level of the process, whatever rounding leaves of the sum of its weights."""
+    samples = Samples([0.0, 0.5, 0.7, 2.0], [3.0, -3.0, 3.0, -3.0], stencil=Stencil(weights, 0.1))
+    assert amplitude(samples, Prior(SquaredExponential(1.0, 1.0).as_learned(), 0.1)) == pytest.approx(3.0)
+
+
+def test_fading_lowers_the_amplitudes_of_all_processes():
+    space = SearchSpace.around((SAMPLES, OTHERS), TWO)
+    point = space.start_points()[0]
+    np.testing.assert_allclose(space.scaled_down(point, 2.0) - point, [-np.log(2), 0, 0, -np.log(2)], atol=1e-14)
+
+
+def test_samples_are_needed_for_each_process():
+    space = SearchSpace.around((SAMPLES, OTHERS), TWO)
+    with pytest.raises(ValueError, match=r"^samples: needed for 2 processes, got 1$"):
+        ConstrainedProblem((SAMPLES,), TWO, space)
+    with pytest.raises(ValueError, match=r"got 2 for 4 \(x.signal_std, lengthscale, x.noise_std, y.signal_std\)$"):
+        ConstrainedProblem((Samples([0.0], [1.0]), Samples([0.0], [1.0])), TWO, space)
+
+
+def test_a_search_needs_bounds_for_what_is_learned():
+    space = SearchSpace({"lengthscale": Interval(0.1, 1.0), "signal_std": Interval(0.1, 1.0)})
+    with pytest.raises(
+        ValueError,
+        match=r"^search: bounds are needed for exactly signal_std, lengthscale, in this order, got lengthscale, signal",
+    ):
+        ConstrainedProblem((SAMPLES,), joint(SquaredExponential(1.0, 1.0), 0.1), space)
+
+
+@over(REPRESENTATIVE)
+def test_fading_lowers_every_amplitude_and_nothing_else(kernel):
+    prior = joint(kernel, Learned(0.1))
+    space = SearchSpace.around((SAMPLES,), prior)
+    point = space.start_points()[0]
+    change = space.scaled_down(point, 1.25) - point
+    expected = [-np.log(1.25) if name.endswith("signal_std") else 0.0 for name in prior.learned]
+    np.testing.assert_allclose(change, expected, atol=1e-14)
+    assert np.all(space.scaled_down(point, 1e300) >= space.log_lower)

@@ -1,0 +1,243 @@
+"""The nonlinear programs behind the learning, on problems whose answers are known."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trackably.arrays import Array
+from trackably.learning.solvers.sqp import Evaluation, minimise
+
+Problem = Callable[[Array], Evaluation]
+WIDE = np.full(2, -50.0), np.full(2, 50.0)
+
+
+def unconstrained(value: float, gradient: Array) -> Evaluation:
+    return Evaluation(value, gradient, np.empty(0), np.empty((0, len(gradient))))
+
+
+def rosenbrock(x: Array) -> tuple[float, Array]:
+    a, b = x
+    value = (1 - a) ** 2 + 100 * (b - a**2) ** 2
+    return value, np.array([-2 * (1 - a) - 400 * a * (b - a**2), 200 * (b - a**2)])
+
+
+def in_disc(x: Array) -> Evaluation:
+    """Rosenbrock's valley inside the unit disc: the minimum lies on the circle."""
+    return Evaluation(*rosenbrock(x), np.array([1 - x @ x]), -2 * x[None])
+
+
+def on_curve(x: Array) -> Evaluation:
+    """Powell's example of the Maratos effect: 2(x² + y² − 1) − x on the unit circle, seen as two inequalities."""
+    circle = x @ x - 1
+    value, gradient = 2 * circle - x[0], 4 * x - np.array([1.0, 0.0])
+    return Evaluation(value, gradient, np.array([circle, -circle]), np.stack([2 * x, -2 * x]))
+
+
+def parallel(x: Array) -> Evaluation:
+    """Two hundred nearly parallel constraints, as a fine grid of times gives: y ≥ sin(x + h) for many small h."""
+    shifts = np.linspace(-0.01, 0.01, 200)
+    slack = x[1] - np.sin(x[0] + shifts)
+    jacobian = np.column_stack([-np.cos(x[0] + shifts), np.ones(200)])
+    return Evaluation(float((x[0] - 1) ** 2 + x[1] ** 2), 2 * (x - np.array([1.0, 0.0])), slack, jacobian)
+
+
+@pytest.mark.parametrize("start", [(-1.2, 1.0), (0.0, 0.0), (2.0, -2.0), (10.0, 10.0)])
+def test_rosenbrock(start: tuple[float, float]) -> None:
+    found = minimise(lambda x: unconstrained(*rosenbrock(x)), np.array(start), *WIDE)
+    assert found is not None
+    assert found.converged
+    assert found.x == pytest.approx([1, 1], abs=1e-6)
+
+
+def test_without_constraints_no_point_is_asked_for_twice() -> None:
+    """Steps are corrected for curved constraints only."""
+    asked: list[tuple[float, ...]] = []
+
+    def at(x: Array) -> Evaluation:
+        asked.append(tuple(x.tolist()))
+        return unconstrained(*rosenbrock(x))
+
+    minimise(at, np.array([2.0, -2.0]), *WIDE)
+    assert len(set(asked)) == len(asked)
+
+
+@pytest.mark.parametrize("start", [(-1.2, 1.0), (0.0, 0.0), (3.0, -3.0), (0.9, 0.9)])
+def test_rosenbrock_in_a_disc(start: tuple[float, float]) -> None:
+    found = minimise(in_disc, np.array(start), *WIDE)
+    assert found is not None
+    assert found.x == pytest.approx([0.7864151509, 0.6176983165], abs=1e-7)
+    assert found.at.violation < 1e-11
+
+
+@pytest.mark.parametrize("start", [(0.8, 0.6), (0.0, 2.0), (-0.3, -1.5), (5.0, 1.0)])
+def test_curved_equality_does_not_stall(start: tuple[float, float]) -> None:
+    found = minimise(on_curve, np.array(start), *WIDE)
+    assert found is not None
+    assert found.x == pytest.approx([1, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize("start", [(0.0, 0.0), (1.0, 1.0), (-4.0, 3.0), (2.0, -5.0)])
+def test_nearly_parallel_constraints(start: tuple[float, float]) -> None:
+    found = minimise(parallel, np.array(start), *WIDE)
+    assert found is not None
+    assert found.converged
+    assert found.at.violation < 1e-11
+    dense = np.linspace(-1, 1.5, 2_000_001)
+    lowest = np.min((dense - 1) ** 2 + np.maximum(np.sin(dense + 0.01), 0) ** 2)
+    assert found.at.value == pytest.approx(lowest, abs=1e-9)
+
+
+def test_where_nothing_is_feasible_the_violation_is_least() -> None:
+    """y ≥ x² + 1 and y ≤ −1: the largest violation is smallest, 1, at (0, 0)."""
+
+    def at(x: Array) -> Evaluation:
+        slack = np.array([x[1] - x[0] ** 2 - 1, -1 - x[1]])
+        return Evaluation(0.0, np.zeros(2), slack, np.array([[-2 * x[0], 1.0], [0.0, -1.0]]))
+
+    found = minimise(at, np.array([3.0, 4.0]), *WIDE)
+    assert found is not None
+    assert found.at.violation == pytest.approx(1, abs=1e-6)
+    assert found.x == pytest.approx([0, 0], abs=1e-2)
+
+
+def test_a_far_start_does_not_leave_the_feasible_part_it_can_reach() -> None:
+    """A steep objective pulls away from the feasible set; the penalty has to be raised before the first step."""
+
+    def at(x: Array) -> Evaluation:
+        return Evaluation(1e4 * float(x[0]), np.array([1e4, 0.0]), np.array([x[0] - 1]), np.array([[1.0, 0.0]]))
+
+    found = minimise(at, np.array([1.5, 0.0]), *WIDE)
+    assert found is not None
+    assert found.x[0] == pytest.approx(1, abs=1e-9)
+
+
+@pytest.mark.parametrize("start", [(0.2, 0.1), (-0.25, 0.0), (0.1, -0.22)])
+def test_a_step_that_overshoots_a_narrow_well_is_not_taken(start: tuple[float, float]) -> None:
+    """Outside the well the gradient vanishes: whoever is thrown out of it believes to have arrived."""
+
+    def at(x: Array) -> Evaluation:
+        depth = np.exp(-40 * x @ x)
+        return unconstrained(1 - float(depth), 80 * x * depth)
+
+    found = minimise(at, np.array(start), *WIDE)
+    assert found is not None
+    assert found.x == pytest.approx([0, 0], abs=1e-6)
+
+
+def test_points_without_a_value_are_not_entered() -> None:
+    def at(x: Array) -> Evaluation | None:
+        return None if x[0] < 0.5 else unconstrained(float(x @ x), 2 * x)
+
+    assert minimise(at, np.zeros(2), *WIDE) is None
+    found = minimise(at, np.array([3.0, 3.0]), *WIDE)
+    assert found is not None
+    assert 0.5 <= found.x[0] < 0.6
+
+
+def test_a_search_is_given_up_when_asked() -> None:
+    told: list[tuple[Array, float, float]] = []
+
+    def noted(x: Array, merit: float, gain: float) -> bool:
+        told.append((x, merit, gain))
+        return len(told) == 5
+
+    def at(x: Array) -> Evaluation:
+        return unconstrained(*rosenbrock(x))
+
+    start = np.array([-1.2, 1.0])
+    assert minimise(at, start, *WIDE, give_up=noted) is None
+    assert len(told) == 5
+    for x, merit, gain in told:
+        assert merit == rosenbrock(x)[0]
+        assert gain > 0
+    assert minimise(at, start, *WIDE, give_up=lambda *_: False) is not None
+
+
+@given(
+    st.lists(st.floats(-3, 3), min_size=3, max_size=3),
+    st.lists(st.floats(-2, 2), min_size=3, max_size=3),
+    st.lists(st.floats(0.1, 10), min_size=3, max_size=3),
+)
+def test_a_convex_quadratic_in_a_box_is_clipped(start: list[float], centre: list[float], scales: list[float]) -> None:
+    """Separable, so the answer is the centre, clipped."""
+    weights, at_best = np.array(scales), np.array(centre)
+    found = minimise(
+        lambda x: unconstrained(float(weights @ (x - at_best) ** 2), 2 * weights * (x - at_best)),
+        np.array(start),
+        np.full(3, -1.0),
+        np.full(3, 1.0),
+    )
+    assert found is not None
+    assert found.x == pytest.approx(np.clip(at_best, -1, 1), abs=1e-6)
+
+
+@given(st.integers(0, 10_000))
+def test_linear_programs_with_curvature_against_their_conditions(seed: int) -> None:
+    """A strictly convex quadratic program: at the answer the gradient is a non-negative sum of active normals."""
+    rng = np.random.default_rng(seed)
+    root = rng.standard_normal((3, 3))
+    hessian, linear = root @ root.T + 0.1 * np.eye(3), rng.standard_normal(3)
+    normals, offsets = rng.standard_normal((8, 3)), rng.uniform(0.1, 1, 8)  # the origin is feasible
+
+    def at(x: Array) -> Evaluation:
+        return Evaluation(float(x @ hessian @ x / 2 + linear @ x), hessian @ x + linear, normals @ x + offsets, normals)
+
+    found = minimise(at, rng.uniform(-5, 5, 3), np.full(3, -50.0), np.full(3, 50.0))
+    assert found is not None
+    assert found.at.violation < 1e-10
+    active = normals[found.at.slack < 1e-6]
+    multipliers = np.linalg.lstsq(active.T, found.at.gradient, rcond=None)[0] if len(active) else np.empty(0)
+    assert active.T @ multipliers == pytest.approx(found.at.gradient, abs=1e-4)
+    assert np.all(multipliers > -1e-4)
+
+
+def test_a_quadratic_program_that_takes_many_pivots() -> None:
+    """Three times as many pivots as there are rows, as SciPy allows by default, are not enough here."""
+    slope, normals = np.array([-98.2, 87.3, -243.1]), np.array([[-0.034, -0.122, -0.008], [-0.165, 0.24, -0.454]])
+
+    def at(x: Array) -> Evaluation:
+        return Evaluation(float(slope @ x), slope, normals @ x, normals)
+
+    found = minimise(at, np.zeros(3), np.full(3, -1.0), np.ones(3), radius=0.1)
+    assert found is not None
+    least = scipy.optimize.linprog(slope, -normals, np.zeros(2), bounds=(-1, 1))
+    assert found.at.value == pytest.approx(least.fun, abs=1e-6)
+
+
+STEEP = np.diag([1e6, 1.0]) + 0.5
+
+
+def steep(x: Array, information: Array | None) -> Evaluation:
+    """A bowl around (1, 1), a million times steeper one way than the other."""
+    slope = STEEP @ (x - 1)
+    return Evaluation(float((x - 1) @ slope / 2), slope, np.empty(0), np.empty((0, 2)), information)
+
+
+@pytest.mark.parametrize(("information", "most"), [(STEEP, 6), (STEEP / 4, 12), (None, np.inf)])
+def test_information_saves_evaluations(information: Array | None, most: float) -> None:
+    asked: list[Array] = []
+
+    def at(x: Array) -> Evaluation:
+        asked.append(x)
+        return steep(x, information)
+
+    found = minimise(at, np.zeros(2), *WIDE)
+    assert found is not None
+    assert found.x == pytest.approx([1, 1], abs=1e-6)
+    assert len(asked) <= most
+
+
+@pytest.mark.parametrize("information", [np.diag([1e6, 1e-6]), np.zeros((2, 2)), np.full((2, 2), 1e8)])
+@pytest.mark.parametrize("start", [(-1.2, 1.0), (0.0, 0.0), (2.0, -2.0)])
+def test_wrong_information_does_not_lead_astray(information: Array, start: tuple[float, float]) -> None:
+    def at(x: Array) -> Evaluation:
+        return replace(unconstrained(*rosenbrock(x)), information=information)
+
+    found = minimise(at, np.array(start), *WIDE)
+    assert found is not None
+    assert found.x == pytest.approx([1, 1], abs=1e-5)

@@ -1,0 +1,96 @@
+"""Where the optimiser says that it has converged, no step improves: multipliers exist, on the paper's second example.
+
+Its constraints are curved and nearly parallel, so that penalties become high; rounding must not pass for progress, nor
+for the lack of it.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from pipeline.experiments import load_experiment
+from pipeline.generate import sampled_by
+from tests.project import ROOT
+from tests.trackably.learning.searches import followed
+from trackably.arrays import Array
+from trackably.learning import exchange
+from trackably.learning.methods import all_phases
+from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.screening import screened
+from trackably.learning.solvers import sqp
+from trackably.learning.solvers.quadratic import QuadraticProgram
+
+_ACTIVE = 1e-6
+_MOST_EVALUATIONS = 150
+Ends = list[tuple[Array, sqp.Minimum, int]]
+
+
+@pytest.fixture
+def ends(monkeypatch: pytest.MonkeyPatch) -> Ends:
+    """Every local minimum that is found, with the active constraints, bounds of the box too, and the evaluations."""
+    found: Ends = []
+    minimise: Callable[..., sqp.Minimum | None] = sqp.minimise
+
+    def noted(
+        evaluate: Callable[[Array], sqp.Evaluation | None], start: Array, lower: Array, upper: Array, *options: object
+    ) -> sqp.Minimum | None:
+        points: list[Array] = []
+
+        def counted(x: Array) -> sqp.Evaluation | None:
+            points.append(x)
+            return evaluate(x)
+
+        end = minimise(counted, start, lower, upper, *options)
+        if end is not None:
+            box = np.eye(len(start))
+            active = end.at.jacobian[end.at.slack < _ACTIVE], box[end.x <= lower + 1e-9], -box[end.x >= upper - 1e-9]
+            found.append((np.vstack(active), end, len(points)))
+        return end
+
+    monkeypatch.setattr(sqp, "minimise", noted)
+    monkeypatch.setattr(exchange, "_ROUGH", sqp.PRECISION)  # every program, not only the last one of a search
+    return found
+
+
+def test_multipliers_exist(ends: Ends) -> None:
+    experiment = load_experiment("example2", ROOT / "params.yaml")
+    (samples,), prior = sampled_by(experiment).samples, experiment.learned_prior
+    assert experiment.periodic
+    system, space = experiment.plant, experiment.search_space((samples,))
+    problem = ConstrainedProblem((samples,), prior, space, all_phases(system, experiment.periodic.backoff))
+    outcome = followed(problem, screened(problem, 16))
+    assert isinstance(outcome, Solution)
+    assert outcome.objective == pytest.approx(71.2587, abs=1e-4)
+    assert len(ends) > 10
+    for normals, end, evaluations in ends:
+        assert end.converged
+        assert evaluations <= _MOST_EVALUATIONS  # the penalty does not stay so high that steps are tiny
+        assert end.at.violation == 0
+        left = nnls(normals.T, end.at.gradient)[1] if len(normals) else np.linalg.norm(end.at.gradient)
+        assert left < 1e-5 * np.linalg.norm(end.at.gradient) + 1e-4
+
+
+def nearly_flat(seed: int) -> tuple[Array, sqp.Evaluation]:
+    """A curvature that is nearly flat in one direction, with constraints that are nearly active and parallel."""
+    rng = np.random.default_rng(seed)
+    directions, _ = np.linalg.qr(rng.standard_normal((3, 3)))
+    curvature = directions @ np.diag([1e-6, 50.0, 400.0]) @ directions.T
+    normal = rng.standard_normal(3)
+    rows = normal + 0.1 * rng.standard_normal((6, 3))
+    slack = np.append(rng.uniform(1e-4, 1e-3, 2), rng.uniform(0, 1, 10))
+    gradient = 100 * rng.standard_normal(3) + 200 * normal
+    return (curvature + curvature.T) / 2, sqp.Evaluation(90.0, gradient, slack, np.vstack([rows, -rows]))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_rounding_in_flat_directions_does_not_raise_the_penalty(seed: int) -> None:
+    """Ten times the multipliers are enough: no constraint that the step could keep is then broken."""
+    curvature, here = nearly_flat(seed)
+    program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, np.full(3, -0.3), np.full(3, 0.3))
+    _, multipliers = program.solve(here.slack, 1e7)
+    enough = max(1e2, 10 * float(np.sum(multipliers)))
+    _, _, penalty, left = sqp._steered_step(program, here, enough)
+    assert penalty == enough
+    assert left == 0

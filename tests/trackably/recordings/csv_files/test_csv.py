@@ -1,0 +1,181 @@
+"""What was written in a CSV file is read back, in every layout, unit and time zone."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.trackably.recordings.csv_files.files import COMMAS, EXPECTED, X, pairs, read
+from trackably.errors import InputError
+from trackably.recordings import Column, CsvLayout, DateTimes, Finding, frames, read_csv, sort_rows
+
+FLOATS = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "some.csv"
+
+
+WRITTEN: dict[str, tuple[str | bytes, CsvLayout]] = {
+    "comma": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
+    "semicolon": ("t;x\n0;1.5\n0.1;-2\n0.25;3e-7\n", CsvLayout()),
+    "tab": ("t\tx\n0\t1.5\n0.1\t-2\n0.25\t3e-7\n", CsvLayout()),
+    "given separator": ("t|x\n0|1.5\n0.1|-2\n0.25|3e-7\n", CsvLayout(separator="|")),
+    "decimal commas": ("t;x\n0;1,5\n0,1;-2\n0,25;3e-7\n", COMMAS),
+    "quoted decimal commas": ('"t","x"\n"0","1,5"\n"0,1","-2"\n"0,25","3e-7"\n', COMMAS),
+    "quoted names": ('"t";"x"\n0;1,5\n0,1;-2\n0,25;3e-7\n', COMMAS),
+    "other columns": ("a,x,b,t\n?,1.5,,0\n,-2,text,0.1\n,3e-7,,0.25\n", CsvLayout()),
+    "a name with a separator in quotes": ('"a;b",t,x\n1,0,1.5\n1,0.1,-2\n1,0.25,3e-7\n', CsvLayout()),
+    "a name with a line break in quotes": ('"a\nb",t,x\n1,0,1.5\n1,0.1,-2\n1,0.25,3e-7\n', CsvLayout()),
+    "spaces": (' t ; "x"\n 0 ; 1.5 \n0.1;  -2\n0.25; "3e-7"\n', CsvLayout()),
+    "carriage returns": ("t,x\r\n0,1.5\r\n0.1,-2\r\n0.25,3e-7\r\n", CsvLayout()),
+    "carriage returns alone": ("t,x\r0,1.5\r0.1,-2\r0.25,3e-7", CsvLayout()),
+    "no last line break": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7", CsvLayout()),
+    "blank lines": ("\nt,x\n\n0,1.5\n  \n0.1,-2\n0.25,3e-7\n\n\n", CsvLayout()),
+    "separator at the end": ("t,x,\n0,1.5,\n0.1,-2,\n0.25,3e-7,\n", CsvLayout()),
+    "separator at the end of rows": ("t,x\n0,1.5,\n0.1,-2,\n0.25,3e-7,\n", CsvLayout()),
+    "comments": ("# a; b; c\nt,x\n0,1.5\n#0.05,7\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
+    "other comments": ("% a\nt,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(comment="%")),
+    "lines to skip": ("Device,7\n\nt,x\n[s],[mm]\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(skip=(1, 4))),
+    "mark of UTF-8": (b"\xef\xbb\xbft,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
+    "mark of UTF-8, said": (b"\xef\xbb\xbft,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(encoding="UTF-8-SIG")),
+    "UTF-8": ("t,x,größe\n0,1.5,µ\n0.1,-2,µ\n0.25,3e-7,µ\n", CsvLayout()),
+    "Latin-1": ("t,x,größe\n0,1.5,µ\n0.1,-2,µ\n0.25,3e-7,µ\n".encode("latin-1"), CsvLayout(encoding="latin-1")),
+    "UTF-16": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n".encode("utf-16"), CsvLayout(encoding="utf-16")),
+}
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_layouts(path: Path, name: str) -> None:
+    text, layout = WRITTEN[name]
+    recording = read(path, text, layout=layout)
+    assert pairs(recording) == EXPECTED
+    assert (recording.origin, recording.cleanings[0].findings, recording.cleanings[0].rows) == (0, (), 3)
+
+
+def test_a_name_with_a_comment_sign_can_be_had(path: Path) -> None:
+    text = "#t,x\n0,1\n"
+    path.write_text(text)
+    assert pairs(read_csv(path, "#t", "s", X, CsvLayout(comment=""))) == [(0.0, 1.0)]
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    values=st.lists(FLOATS, min_size=1, max_size=20),
+    steps=st.lists(st.floats(1e-3, 1e3), min_size=20, max_size=20),
+    layout=st.sampled_from([(";", ","), ("\t", ","), (",", "."), (";", "."), (",", ",")]),
+    unit=st.sampled_from([("s", 0), ("ms", 3), ("ns", 9)]),
+)
+def test_round_trip(
+    path: Path, values: list[float], steps: list[float], layout: tuple[str, str], unit: tuple[str, int]
+) -> None:
+    separator, mark = layout
+    times = np.cumsum(steps[: len(values)]).tolist()
+    # A tick of another length moves the point, and loses nothing: 0.1 s are 0.1e3 ms.
+    rows = [(f"{t!r}e{unit[1]}", repr(x)) for t, x in zip(times, values, strict=True)]
+    text = "\n".join(separator.join(f'"{cell.replace(".", mark)}"' for cell in row) for row in [("t", "x"), *rows])
+    recording = read(path, text, unit[0], layout=CsvLayout(decimal=mark))
+    assert recording["x"].times.tobytes() == np.array(times).tobytes()
+    assert recording["x"].values.tobytes() == np.array(values).tobytes()
+
+
+def test_units_and_scales(path: Path) -> None:
+    signals = {"z": Column("x", 1e-3, noise_std="s"), "minus": Column("x", -2, noise_std="s")}
+    recording = read(path, "t;x;s\n0;64,1;0,3\n100;-0,7;0,1\n", "ms", signals=signals, layout=COMMAS)
+    assert pairs(recording, "z") == [(0.0, 0.0641), (0.1, -0.0007)]
+    assert pairs(recording, "minus") == [(0.0, -128.2), (0.1, 1.4)]
+    for name, noise_std in {"z": [0.0003, 0.0001], "minus": [0.6, 0.2]}.items():
+        found = recording[name].noise_std
+        assert found is not None
+        assert found.tolist() == noise_std
+
+
+def test_frames_as_stamps(path: Path) -> None:
+    assert pairs(read(path, "t,x\n0,1\n768,2\n", frames(60))) == [(0.0, 1.0), (12.8, 2.0)]
+
+
+STAMPED: dict[str, tuple[str, str]] = {
+    "ISO 8601": ("ISO 8601", "2023-11-14T22:13:20.000000001Z 2023-11-14T23:13:20.1+01:00"),
+    "epoch s": ("epoch s", "1700000000.000000001 1700000000.1"),
+    "epoch ms": ("epoch ms", "1700000000000.000001 1700000000100"),
+    "epoch us": ("epoch us", "1700000000000000.001 1700000000100000"),
+    "epoch ns": ("epoch ns", "1700000000000000001 1700000000100000000"),
+}
+
+
+@pytest.mark.parametrize("name", STAMPED)
+def test_stamps_since_1970(path: Path, name: str) -> None:
+    unit, stamps = STAMPED[name]
+    first, second = stamps.split()
+    recording = read(path, f"t,x\n{first},1\n{second},2\n", unit)
+    assert recording.origin == 1700000000_000000001
+    assert pairs(recording) == [(0.0, 1.0), (0.099999999, 2.0)]
+    again = read(path, f"t,x\n{first},1\n{second},2\n", unit, origin=1700000000_000000000)
+    assert pairs(again) == [(1e-9, 1.0), (0.1, 2.0)]
+
+
+@pytest.mark.parametrize("cell", ["", " ", "NaN", "nan", "NA", "n/a", "-", "null", '""'])
+def test_missing_values(path: Path, cell: str) -> None:
+    signals = {"x": Column("x"), "y": Column("y")}
+    recording = read(path, f"t,x,y\n0,1,{cell}\n1,{cell},2\n2,{cell},3\n3,4,5", signals=signals)
+    assert pairs(recording, "x") == [(0.0, 1.0), (3.0, 4.0)]
+    assert pairs(recording, "y") == [(1.0, 2.0), (2.0, 3.0), (3.0, 5.0)]
+    assert recording.cleanings[0].findings == (
+        Finding("no value of x", 2, "line 3"),
+        Finding("no value of y", 1, "line 2"),
+    )
+
+
+def test_what_is_missing_can_be_said(path: Path) -> None:
+    recording = read(path, "t,x\n0,1\n1,-9999\n2,LOST\n", layout=CsvLayout(missing=("-9999", "lost")))
+    assert pairs(recording) == [(0.0, 1.0)]
+
+
+def test_a_text_is_the_column_of_that_name(path: Path) -> None:
+    text = "t;Weg [mm];x\n0;1.5;2\n1;-2;3\n"
+    recording = read(path, text, signals={"p": "Weg [mm]", "x": Column("x", scale=2)})
+    assert pairs(recording, "p") == [(0.0, 1.5), (1.0, -2.0)]
+    assert pairs(recording, "x") == [(0.0, 4.0), (1.0, 6.0)]
+
+
+def test_repairs_by_name(path: Path) -> None:
+    text = "t,x\n1,1\n0,2\n0,3\n"
+    by_name = read(path, text, repairs=("sort_rows", "keep_last_of_repeated"))
+    assert pairs(by_name) == [(0.0, 3.0), (1.0, 1.0)]
+    mixed = read(path, text, repairs=[sort_rows, "keep_last_of_repeated"])
+    assert (pairs(mixed), mixed.cleanings) == (pairs(by_name), by_name.cleanings)
+
+
+def test_times_from_the_first_sample_on(path: Path) -> None:
+    signals = {"x": Column("x"), "y": Column("y")}
+    text = "t,x,y\n184230.4,,1\n184330.4,2,\n184430.4,3,4\n"
+    assert pairs(read(path, text, "ms"))[0] == (184.3304, 2.0)
+    recording = read(path, text, "ms", signals=signals, origin="first")
+    assert recording.origin == 184_230_400_000
+    assert pairs(recording, "x") == [(0.1, 2.0), (0.2, 3.0)]
+    assert pairs(recording, "y") == [(0.0, 1.0), (0.2, 4.0)]
+
+
+def test_dates_in_a_format_of_ones_own(path: Path) -> None:
+    text = "t;x\n14.11.2023 23:13:20,000000001;1,5\n14.11.2023 23:13:20,1;2\n"
+    recording = read(path, text, DateTimes("%d.%m.%Y %H:%M:%S", "+01:00"), layout=COMMAS)
+    assert recording.origin == 1700000000_000000001
+    assert pairs(recording) == [(0.0, 1.5), (0.099999999, 2.0)]
+
+
+def test_truncated_anywhere(path: Path) -> None:
+    """A file that lost its end is refused, or gives the whole rows that stand in it."""
+    text = 't;"x";y\n0;1,5;7\n0,1;-2;8\n0,25;3e-7;"9"\n'
+    refused = []
+    for end in range(len(text)):
+        try:
+            found = pairs(read(path, text[:end], layout=COMMAS))
+        except InputError as error:
+            refused.append(str(error))
+        else:
+            assert found == EXPECTED[: len(found)]
+    assert len(refused) > 20
+    assert all(message.startswith(str(path)) for message in refused)

@@ -1,0 +1,130 @@
+"""Damaged files, and encodings that are not supported, are refused in one sentence: every other outcome is a defect."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.writer import CompressionType
+
+from tests.trackably.recordings.mcap_files.writers import STATES, TOPIC, WRITERS, protobuf_state, refusal, write_plain
+from trackably.errors import InputError
+from trackably.recordings import Field, Stamp, read_mcap
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "some.mcap"
+
+
+def test_no_file(path: Path) -> None:
+    assert refusal(path) == ": there is no such file"
+    assert refusal(path.parent) == ": expected a file, got a folder"
+
+
+@pytest.mark.parametrize("data", [b"", b"\xff\xfe\0", b"\x89MCAP0\r\n"])
+def test_no_mcap(path: Path, data: bytes) -> None:
+    path.write_bytes(data)
+    assert refusal(path).startswith(": no MCAP file, or damaged: ")
+
+
+@pytest.mark.parametrize("encodings", [("ros1", "ros1msg"), ("cdr", "ros2idl"), ("cbor", None), ("protobuf", None)])
+def test_encodings(path: Path, encodings: tuple[str, str | None]) -> None:
+    write_plain(path, [b"\0" * 20], encodings=encodings)
+    message, schema = encodings
+    assert refusal(path) == (
+        f", {TOPIC}: expected messages in JSON, in Protobuf, or of ROS 2 (cdr, with schemas in ros2msg), "
+        f"got {message!r} with {f'schemas in {schema!r}' if schema else 'no schema'}"
+    )
+
+
+@pytest.mark.parametrize("encodings", [("cdr", "ros2msg"), ("protobuf", "protobuf")])
+@pytest.mark.parametrize("schema", [b"\xff\xfe", b"float64 X!", b"float63 x"])
+def test_damaged_schema(path: Path, encodings: tuple[str, str], schema: bytes) -> None:
+    write_plain(path, [b"\0\1\0\0" + b"\0" * 8], encodings=encodings, schema=schema)
+    assert refusal(path).startswith(
+        (f", {TOPIC}: its schema cannot be understood (", f", {TOPIC}, message 1: it cannot")
+    )
+
+
+UNDECODABLE: dict[str, tuple[bytes, tuple[str, str | None], bytes]] = {
+    "no JSON": (b"{x: 1}", ("json", None), b""),
+    "cut JSON": (b'{"x": 1', ("json", None), b""),
+    "no text": (b"\xff\xff\xff", ("json", None), b""),
+    "deep JSON": (b"[" * 100000, ("json", None), b""),
+    "large exponent": (b'{"x": 1e99999999999999999999}', ("json", None), b""),
+    "cut CDR": (b"\0\1\0\0\0", ("cdr", "ros2msg"), b"float64 x"),
+    "no CDR": (b"", ("cdr", "ros2msg"), b"float64 x"),
+    "endless array": (b"\0\1\0\0\xff\xff\xff\xff", ("cdr", "ros2msg"), b"float64[] x"),
+    "wide text": (b"\0\1\0\0\0\0\0\0", ("cdr", "ros2msg"), b"wstring x"),
+}
+
+
+@pytest.mark.parametrize("name", UNDECODABLE)
+def test_undecodable(path: Path, name: str) -> None:
+    data, encodings, schema = UNDECODABLE[name]
+    write_plain(path, [data], encodings=encodings, schema=schema)
+    said = refusal(path)
+    assert said.startswith(f", {TOPIC}, message 1: it cannot be decoded (")
+    assert "mcap recover" not in said
+
+
+@pytest.mark.parametrize("checked", [True, False])
+def test_undecodable_protobuf(path: Path, checked: bool) -> None:
+    WRITERS["protobuf"](path, STATES, CompressionType.NONE)
+    data = path.read_bytes()
+    second = protobuf_state(STATES[1]).SerializeToString()
+    damaged = data.replace(second, b"\xff" * len(second))
+    path.write_bytes(damaged if checked else _without_checksums(damaged))
+    if checked:
+        assert re.match(": no MCAP file, or damaged: crc validation failed in Chunk, expected: ", refusal(path))
+    else:
+        assert refusal(path).startswith(f", {TOPIC}, message 2: it cannot be decoded (Error parsing message")
+
+
+@pytest.mark.parametrize(
+    ("name", "compression"),
+    [("json", CompressionType.NONE), ("protobuf", CompressionType.LZ4), ("ros2", CompressionType.ZSTD)],
+)
+def test_truncated_anywhere(path: Path, name: str, compression: CompressionType) -> None:
+    WRITERS[name](path, STATES, compression)
+    data = path.read_bytes()
+    for end in [*range(0, len(data), 61), len(data) - 1]:
+        path.write_bytes(data[:end])
+        assert refusal(path, "position.x").startswith(": no MCAP file, or damaged: ")
+    assert "it ends too early (if a recorder was cut off, 'mcap recover'" in refusal(path, "position.x")
+
+
+@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("crcs", [True, False])
+def test_flipped_bits(path: Path, name: str, crcs: bool) -> None:
+    """Without checksums a flipped bit may go unseen: then it is in a value, or in what is not read."""
+    WRITERS[name](path, STATES, CompressionType.NONE)
+    data = path.read_bytes() if crcs else _without_checksums(path.read_bytes())
+    rng = np.random.default_rng(3)
+    outcomes = {"read": 0, "refused": 0}
+    for at in rng.integers(8, len(data), 40).tolist():
+        damaged = bytearray(data)
+        damaged[at] ^= 1 << int(rng.integers(8))
+        path.write_bytes(damaged)
+        try:
+            read_mcap(path, {"x": Field(TOPIC, "position.x", time=Stamp("stamp"))})
+        except InputError as error:
+            outcomes["refused"] += str(error).startswith(str(path))
+        else:
+            outcomes["read"] += 1
+    assert sum(outcomes.values()) == 40
+    assert min(outcomes.values()) > 3
+
+
+def _without_checksums(data: bytes) -> bytes:
+    """Chunks say 0, which means that there is none."""
+    out, at = bytearray(data), 8
+    while at < len(data) - 8:
+        opcode, length = data[at], int.from_bytes(data[at + 1 : at + 9], "little")
+        if opcode == 6:  # a chunk: start, end, size, then the checksum
+            out[at + 9 + 24 : at + 9 + 28] = bytes(4)
+        if opcode == 15:  # the end of the data: its checksum
+            out[at + 9 : at + 13] = bytes(4)
+        at += 9 + length
+    return bytes(out)

@@ -1,0 +1,54 @@
+"""Lists in messages: an entry is taken by its name; a number that means another frame later is refused."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.trackably.recordings.mcap_files.writers import TOPIC, write_plain
+from trackably.errors import InputError
+from trackably.recordings import Field, read_mcap
+
+X = "transform.translation.x"
+
+
+def write_tf(path: Path, *messages: tuple[str, ...]) -> None:
+    """Write transforms of these child frames, message by message; x is the number of the message."""
+    write_plain(path, [
+        json.dumps({"transforms": [
+            {"child_frame_id": frame, "transform": {"translation": {"x": k + len(frame) / 100}}} for frame in frames
+        ]}).encode()
+        for k, frames in enumerate(messages)
+    ])  # fmt: skip
+
+
+def read(path: Path, field: str) -> list[float]:
+    return read_mcap(path, {"x": Field(TOPIC, field)})["x"].values.tolist()
+
+
+def test_one_frame_by_its_number(tmp_path: Path) -> None:
+    write_tf(tmp_path / "tf.mcap", ("arm",), ("arm", "hand"), ("arm",))
+    assert read(tmp_path / "tf.mcap", f"transforms[0].{X}") == [0.03, 1.03, 2.03]
+
+
+def test_frames_are_not_mixed(tmp_path: Path) -> None:
+    path = tmp_path / "tf.mcap"
+    write_tf(path, ("base",), ("arm",), ("base",), ("arm", "base"))
+    with pytest.raises(InputError) as caught:
+        read(path, f"transforms[0].{X}")
+    assert str(caught.value) == (
+        f"{path}, {TOPIC}, message 2, field 'transforms[0].{X}': is of arm here, and was of base before; name the one "
+        f"that is meant: transforms[child_frame_id=arm].{X}"
+    )
+    assert read(path, f"transforms[child_frame_id=base].{X}") == [0.04, 2.04, 3.04]
+    assert read(path, f"transforms[child_frame_id=arm].{X}") == [1.03, 3.03]
+
+
+def test_names_of_frames_that_are_not_there(tmp_path: Path) -> None:
+    path = tmp_path / "tf.mcap"
+    write_tf(path, ("base",), ("arm", "arm"))
+    with pytest.raises(InputError, match=re.escape("there is no field 'transforms[child_frame_id=leg]")):
+        read(path, f"transforms[child_frame_id=leg].{X}")
+    with pytest.raises(InputError, match=re.escape("expected one entry with child_frame_id = 'arm', got 2")):
+        read(path, f"transforms[child_frame_id=arm].{X}")

@@ -1,0 +1,113 @@
+"""Recordings of breathing, with all their dirt: a file written here, and real ones where they are at hand."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.project import ROOT
+from trackably.errors import InputError
+from trackably.recordings import (
+    Column,
+    CsvLayout,
+    Finding,
+    Recording,
+    Repair,
+    average_repeated,
+    drop_rows_out_of_order,
+    drop_zero_rows,
+    keep_first_of_repeated,
+    read_csv,
+    sort_rows,
+)
+
+REAL = sorted((ROOT.parent / "shared/data/breathing").glob("*.csv"))
+COMMAS = CsvLayout(decimal=",")
+MARKER = {axis: Column(axis, scale=1e-3) for axis in "xyz"}
+
+DIRTY = """\
+"Frame";"Timestamp";"x";"y";"z"
+0;0;-484,4;3;66,1
+6;100;-484,6;2,6;65,5
+12;200;-485;2,3;65
+18;25,6;-485,2;2;64,5
+24;433;-485,5;1,8;64,2
+30;433;-485,7;1,6;64
+36;500;-485,6;1,4;64,1
+0;0;0;0;0
+"""
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    path = tmp_path / "breathing.csv"
+    path.write_bytes(DIRTY.replace("\n", "\r\n").encode())
+    return path
+
+
+def read(path: Path, *repairs: Repair) -> Recording:
+    return read_csv(path, "Timestamp", "ms", MARKER, COMMAS, repairs)
+
+
+def test_dirt_is_counted(path: Path) -> None:
+    recording = read(path, drop_zero_rows, drop_rows_out_of_order, keep_first_of_repeated)
+    for axis, values in {
+        "x": [-0.4844, -0.4846, -0.485, -0.4855, -0.4856],
+        "y": [0.003, 0.0026, 0.0023, 0.0018, 0.0014],
+        "z": [0.0661, 0.0655, 0.065, 0.0642, 0.0641],
+    }.items():
+        assert recording[axis].times.tolist() == [0.0, 0.1, 0.2, 0.433, 0.5]
+        assert recording[axis].values.tolist() == values
+    assert recording.cleanings[0].rows == 8
+    assert recording.cleanings[0].findings == (
+        Finding("zero in every signal, dropped", 1, "line 9"),
+        Finding("out of order, dropped", 1, "line 5"),
+        Finding("time repeated, first kept", 1, "line 7"),
+    )
+
+
+def test_other_choices(path: Path) -> None:
+    recording = read(path, drop_zero_rows, sort_rows, average_repeated)
+    assert recording["z"].times.tolist() == [0.0, 0.0256, 0.1, 0.2, 0.433, 0.5]
+    np.testing.assert_allclose(recording["z"].values, [0.0661, 0.0645, 0.0655, 0.065, 0.0641, 0.0641], rtol=1e-12)
+    assert recording.cleanings[0].findings[1:] == (
+        Finding("out of order, sorted", 1, "line 5"),
+        Finding("time repeated, averaged", 1, "line 7"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("repairs", "message"),
+    [
+        ((), "line 5: times must not decrease, got 0.0256 s after 0.2 s; 2 rows are out of order"),
+        ((drop_zero_rows,), "line 5: times must not decrease, got 0.0256 s after 0.2 s; 1 row is out of order"),
+        ((drop_zero_rows, sort_rows), "line 7: 'x' has a second value at 0.433 s, the first is in line 6"),
+        ((sort_rows,), "line 9: 'x' has a second value at 0 s, the first is in line 2; 2 rows are repeated"),
+    ],
+)
+def test_nothing_is_mended_unasked(path: Path, repairs: tuple[Repair, ...], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        read(path, *repairs)
+    assert str(caught.value).startswith(f"{path}, {message}")
+
+
+@pytest.mark.skipif(not REAL, reason="the recordings are not at hand")
+@pytest.mark.parametrize("path", REAL, ids=lambda path: path.stem)
+def test_real_recordings(path: Path) -> None:
+    with pytest.raises(InputError, match="rows are out of order"):
+        read(path)
+    recording = read(path, drop_zero_rows, drop_rows_out_of_order, keep_first_of_repeated)
+    (cleaning,) = recording.cleanings
+    normal = "-N-" in path.name
+    dirt = [
+        *([] if normal else [Finding("zero in every signal, dropped", 1, "line 1299")]),
+        Finding("out of order, dropped", *((3, "line 836") if normal else (5, "line 130"))),
+    ]
+    assert (cleaning.rows, list(cleaning.findings)) == (1308 if normal else 1298, dirt)
+    for axis in "xyz":
+        signal = recording[axis]
+        assert len(signal) == cleaning.rows - sum(finding.count for finding in dirt)
+        assert np.all(np.abs(np.diff(signal.times) - 0.1) < 0.3)  # [s]; about 10 Hz, less the rows that were dropped
+        assert np.ptp(signal.values) < 0.05  # [m]
+    learned_from = recording.select(30, 60).every(0.3)
+    assert np.ptp(np.diff(learned_from["z"].times)) < 0.4

@@ -1,0 +1,67 @@
+"""A stamp keeps every digit, whatever it counts."""
+
+import re
+from decimal import Decimal
+from typing import Any
+
+import pytest
+
+from trackably.errors import InputError
+from trackably.recordings.clocks import CLOCKS, Ticks, clock_named, frames
+
+TICKS = {
+    "s": ("12.7", "12.7"),
+    "ms": ("25.6", "0.0256"),
+    "us": ("3", "0.000003"),
+    "µs": ("3", "0.000003"),
+    "ns": ("1700000000123456789", "1700000000.123456789"),
+    "min": ("1.5", "90"),
+    "h": ("0.25", "900"),
+    "epoch s": ("1700000000.123456789012", "1700000000.123456789012"),
+    "epoch ms": ("1700000000123.4", "1700000000.1234"),
+    "epoch us": ("1700000000123456", "1700000000.123456"),
+    "epoch ns": ("1700000000123456789", "1700000000.123456789"),
+}
+
+
+@pytest.mark.parametrize("name", TICKS)
+def test_ticks(name: str) -> None:
+    clock = CLOCKS[name]
+    assert isinstance(clock, Ticks)
+    written, seconds = TICKS[name]
+    assert clock.seconds(Decimal(written)) == Decimal(seconds)
+    assert clock.absolute == name.startswith("epoch")
+
+
+def test_the_table_has_every_clock() -> None:
+    assert set(CLOCKS) == {*TICKS, "ISO 8601"}
+
+
+def test_frames() -> None:
+    assert float(frames(60).seconds(Decimal(768))) == 12.8
+    assert float(frames(29.97).seconds(Decimal(2997))) == 100.0
+
+
+@pytest.mark.parametrize("rate", [0, -60, float("inf"), float("nan")])
+def test_no_frames(rate: float) -> None:
+    with pytest.raises(InputError, match=f"clock: expected a positive finite number of frames per second, got {rate}"):
+        frames(rate)
+
+
+@pytest.mark.parametrize("length", ["0", "-1", "NaN", "Infinity"])
+def test_no_ticks(length: str) -> None:
+    with pytest.raises(InputError, match=f"clock: a tick must take a positive finite time, got {length} s"):
+        Ticks(Decimal(length))
+
+
+def test_by_name() -> None:
+    own = frames(100)
+    assert clock_named(own) is own
+    assert clock_named("ms") is CLOCKS["ms"]
+
+
+@pytest.mark.parametrize("unit", ["seconds", "", 1])
+def test_unknown_name(unit: Any) -> None:
+    with pytest.raises(InputError, match=re.escape("one of s, ms, us, µs, ns, min, h, epoch s, ")) as caught:
+        clock_named(unit)
+    assert str(caught.value).endswith(f"ISO 8601, got {unit!r}")

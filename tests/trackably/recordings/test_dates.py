@@ -1,0 +1,167 @@
+"""A date keeps every digit, in whichever format and zone it stands."""
+
+import re
+from datetime import UTC, datetime, timedelta
+from decimal import Decimal
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trackably.errors import InputError
+from trackably.recordings import DateTimes
+
+DATES = {
+    "1970-01-01T00:00:00Z": "0",
+    "1970-01-01 00:00:01": "1",
+    "1969-12-31T23:59:59.25Z": "-0.75",
+    "2023-11-14T22:13:20.123456789Z": "1700000000.123456789",
+    "2023-11-14T22:13:20,123456789": "1700000000.123456789",
+    "2023-11-14T23:13:20.5+01:00": "1700000000.5",
+    "2023-11-14T20:13:20-0200": "1700000000",
+    "20231114T221320Z": "1700000000",
+    "2023-11-14": "1699920000",
+    " 2024-02-29T12:00:00Z ": "1709208000",
+}
+
+NO_DATES = [
+    "",
+    "17",
+    "2024-5-1",
+    "2023-02-29",
+    "2023-02-29T00:00:00",
+    "01.05.2024 12:00:00",
+    "2024-05-01T25:00:00Z",
+    "2024-05-01T12:00",
+]
+
+GERMAN = DateTimes("%d.%m.%Y %H:%M:%S")
+POINTS = DateTimes("%d.%m.%Y %H.%M.%S")
+
+FORMATTED: list[tuple[DateTimes, str, str]] = [
+    (GERMAN, "14.11.2023 22:13:20", "1700000000"),
+    (GERMAN, " 14.11.2023  22:13:20 ", "1700000000"),
+    (GERMAN, "14.11.2023 22:13:20.123456789012", "1700000000.123456789012"),
+    (GERMAN, "14.11.2023 22:13:20,5", "1700000000.5"),
+    (GERMAN, "31.12.1969 23:59:59.25", "-0.75"),
+    (POINTS, "14.11.2023 22.13.20", "1700000000"),
+    (POINTS, "14.11.2023 22.13.20.25", "1700000000.25"),
+    (DateTimes("%d.%m.%Y %H:%M:%S.%f"), "14.11.2023 22:13:20.123456789", "1700000000.123456789"),
+    (DateTimes("%d.%m.%Y %H:%M:%S.%f"), "14.11.2023 22:13:20", "1700000000"),
+    (DateTimes("%d.%m.%Y %H:%M:%S,%f"), "14.11.2023 22:13:20,5", "1700000000.5"),
+    (DateTimes("%d.%m.%Y %H:%M:%S", "+01:00"), "14.11.2023 23:13:20.5", "1700000000.5"),
+    (DateTimes("%d.%m.%Y %H:%M:%S", "-0330"), "14.11.2023 18:43:20", "1700000000"),
+    (DateTimes("%d.%m.%Y %H:%M:%S %z", "+05:00"), "14.11.2023 23:13:20 +0100", "1700000000"),
+    (DateTimes("%d.%m.%Y %H:%M:%S.%f %z"), "14.11.2023 23:13:20.250001 +0100", "1700000000.250001"),
+    (DateTimes("%H:%M:%S %d.%m.%Y"), "22:13:20 14.11.2023", "1700000000"),
+    (DateTimes("%m/%d/%y %I:%M:%S %p"), "11/14/23 10:13:20 PM", "1700000000"),
+    (DateTimes("%d.%m.%Y"), "14.11.2023", "1699920000"),
+    (DateTimes("%d.%m.%Y", "+01:00"), "14.11.2023", "1699916400"),
+    (DateTimes("%d.%m.%Y %H:%M"), "14.11.2023 22:13", "1699999980"),
+    (DateTimes("%Y%m%d%H%M%S"), "20231114221320.000000001", "1700000000.000000001"),
+    (DateTimes(zone="+01:00"), "2023-11-14T23:13:20.5", "1700000000.5"),
+    (DateTimes(zone="+01:00"), "2023-11-14T22:13:20.5Z", "1700000000.5"),
+]
+
+NOT_SO_FORMATTED: list[tuple[DateTimes, str]] = [
+    (GERMAN, "2023-11-14T22:13:20Z"),
+    (GERMAN, "14.11.2023 22:13"),
+    (GERMAN, "14.11.2023 22:13:20."),
+    (GERMAN, "14.11.2023 22:13:20.5.5"),
+    (GERMAN, "14.11.2023 22:13:20 +01:00"),
+    (GERMAN, "30.02.2023 22:13:20"),
+    (GERMAN, "14.11.2023 22:13:60"),
+    (GERMAN, ""),
+    (POINTS, "14.11.2023 22.13"),
+    (DateTimes("%d.%m.%Y %H:%M"), "14.11.2023 22:13.5"),
+    (DateTimes("%d.%m.%Y %H:%M:%S.%f %z"), "14.11.2023 23:13:20.2500011 +0100"),
+]
+
+
+@pytest.mark.parametrize("text", DATES)
+def test_dates(text: str) -> None:
+    assert DateTimes().seconds(text) == Decimal(DATES[text])
+
+
+def test_dates_agree_with_the_standard_library() -> None:
+    moment = datetime(2031, 12, 31, 23, 59, 59, 999999, tzinfo=UTC)
+    assert DateTimes().seconds(moment.isoformat()) == Decimal(repr(moment.timestamp()))
+
+
+@pytest.mark.parametrize("text", NO_DATES)
+def test_no_dates(text: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(f"expected a stamp like 2024-05-01T12:00:00.25Z, got {text!r}")):
+        DateTimes().seconds(text)
+
+
+@pytest.mark.parametrize(("clock", "text", "seconds"), FORMATTED)
+def test_dates_in_a_format(clock: DateTimes, text: str, seconds: str) -> None:
+    assert clock.seconds(text) == Decimal(seconds)
+    assert clock.absolute
+
+
+@given(
+    st.datetimes(datetime(1900, 1, 1), datetime(2100, 1, 1)),
+    st.text("0123456789", min_size=1, max_size=30),
+    st.integers(-14 * 60, 14 * 60),
+    st.sampled_from(["%d.%m.%Y %H:%M:%S", "%d.%m.%Y %H.%M.%S", "%d,%m,%Y,%H,%M,%S", "%Y%m%d%H%M%S"]),
+    st.sampled_from(".,"),
+)
+def test_a_format_reads_what_it_wrote(moment: datetime, fraction: str, minutes: int, form: str, mark: str) -> None:
+    moment = moment.replace(microsecond=0)
+    zone = f"{'-' if minutes < 0 else '+'}{abs(minutes) // 60:02d}:{abs(minutes) % 60:02d}"
+    utc = moment.replace(tzinfo=UTC) - timedelta(minutes=minutes)
+    expected = int(utc.timestamp()) + Fraction(int(fraction), 10 ** len(fraction))
+    found = DateTimes(form, zone).seconds(f"{moment.strftime(form)}{mark}{fraction}")
+    assert Fraction(found) == expected
+
+
+@pytest.mark.parametrize(("clock", "text"), NOT_SO_FORMATTED)
+def test_no_dates_in_a_format(clock: DateTimes, text: str) -> None:
+    assert clock.format is not None
+    example = datetime(2024, 5, 1, 13, tzinfo=UTC).strftime(clock.format)
+    with pytest.raises(ValueError, match="expected") as caught:
+        clock.seconds(text)
+    assert str(caught.value) == f"expected a stamp like {example}, got {text!r}"
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "",
+        "ISO",
+        "dd.mm.yyyy HH:MM:SS",
+        "%H:%M:%S",
+        "%m.%Y",
+        "%d.%m.%Y %M",
+        "%d.%m.%Y %I:%M:%S",
+        "%d.%m.%Y %H:%M:%S %Z",
+        "%d.%m.%Y %Q",
+        "%d.%m.%Y %H %",
+        "%d.%m.%Y %H:%H",
+    ],
+)
+def test_no_format(form: str) -> None:
+    with pytest.raises(InputError) as caught:
+        DateTimes(form)
+    assert str(caught.value) == (
+        "clock: expected a format with day, month and year (and hour), and without the name of a zone, "
+        f'like "%d.%m.%Y %H:%M:%S", got {form!r}'
+    )
+
+
+@pytest.mark.parametrize("zone", ["", "CET", "Europe/Berlin", "1", "+25:00", "+1", "01:00", "+01:00 "])
+def test_no_zone(zone: str) -> None:
+    with pytest.raises(InputError) as caught:
+        DateTimes(zone=zone)
+    assert str(caught.value) == f'clock: expected a zone like "Z" or "+01:00", got {zone!r}'
+
+
+def test_the_way_out_is_said() -> None:
+    with pytest.raises(ValueError, match="expected") as caught:
+        DateTimes().seconds("02.03.2026 14:15:00")
+    assert str(caught.value) == (
+        "expected a stamp like 2024-05-01T12:00:00.25Z, got '02.03.2026 14:15:00' "
+        '(DateTimes("%d.%m.%Y %H:%M:%S") as time unit reads other formats)'
+    )

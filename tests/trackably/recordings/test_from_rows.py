@@ -1,0 +1,140 @@
+"""What no repair was chosen for is refused with its place; times count from the origin, which is exact."""
+
+from decimal import Decimal
+
+import numpy as np
+import pytest
+
+from tests.trackably.recordings.tables import NAN, REPEATED, content, record, rows
+from trackably.errors import InputError
+from trackably.recordings import (
+    Repair,
+    Rows,
+    average_repeated,
+    drop_zero_rows,
+    sort_rows,
+)
+from trackably.recordings.from_rows import recording_from_rows
+
+REFUSALS: dict[str, tuple[Rows, tuple[Repair, ...], str]] = {
+    "no time": (
+        rows(["0", None], x=[1, 2]),
+        (),
+        "a.csv, line 3: the row has no time (drop_rows_without_time leaves such rows out)",
+    ),
+    "no time to sort by": (
+        rows(["0", None], x=[1, 2]),
+        (sort_rows,),
+        "a.csv, line 3: the row has no time (drop_rows_without_time leaves such rows out)",
+    ),
+    "out of order": (
+        rows(["0", "12.70", "0.0256", "0.03", "12.8"], x=range(5)),
+        (),
+        "a.csv, line 4: times must not decrease, got 0.0256 s after 12.7 s; 1 row is out of order "
+        "(sort_rows sorts them, drop_rows_out_of_order leaves them out)",
+    ),
+    "repeated": (
+        REPEATED,
+        (),
+        "a.csv, line 4: 'x' has a second value at 1 s, the first is in line 3; 2 rows are repeated "
+        "(keep_first_of_repeated, keep_last_of_repeated or average_repeated makes one of them)",
+    ),
+    "nothing but gaps": (
+        rows(["0", "1"], x=[1, 2], y=[NAN, NAN]),
+        (),
+        "a.csv: 'y' has no value in any of the 2 rows left",
+    ),
+    "nothing left": (rows(["0"], x=[0]), (drop_zero_rows,), "a.csv: 'x' has no value in any of the 0 rows left"),
+    "noise of zero": (
+        rows(["0", "1"], noise=[0.1, 0], x=[1, 2]),
+        (),
+        "a.csv, line 3: expected a positive standard deviation of 'x', got 0",
+    ),
+    "no noise": (
+        rows(["0", "1"], noise=[0.1, NAN], x=[1, 2]),
+        (),
+        "a.csv, line 3: expected a positive standard deviation of 'x', got none",
+    ),
+    "noise of zero in a mean": (
+        rows(["0", "0"], noise=[0.1, 0], x=[1, 2]),
+        (average_repeated,),
+        "a.csv, line 2: expected a positive standard deviation of 'x', got none",
+    ),
+    "closer than a float64 can tell": (
+        rows(["1", "1.00000000000000000001"], x=[1, 2]),
+        (),
+        "a.csv, line 3: this time and that of line 2 are one and the same float64, 1 s after the origin 0 ns",
+    ),
+    "no float64": (
+        rows(["0", "1e400"], x=[1, 2]),
+        (),
+        "a.csv, line 3: expected a time that fits a float64, got 1E+400 s",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSALS)
+def test_refused(name: str) -> None:
+    table, repairs, message = REFUSALS[name]
+    with pytest.raises(InputError) as caught:
+        record(table, *repairs)
+    assert str(caught.value) == message
+
+
+def test_noise_matters_only_where_there_is_a_value() -> None:
+    recording = record(rows(["0", "1"], noise=[0.1, NAN], x=[1, NAN]))
+    assert recording["x"].noise_std is not None
+    assert recording["x"].noise_std.tolist() == [0.1]
+
+
+EPOCH = ["1700000000.000000001", "1700000000.100000001", "1700000000.300000002"]
+
+
+def test_the_origin_is_the_first_sample_exactly() -> None:
+    recording = record(rows(["0", *EPOCH], x=[NAN, 1, 2, 3]), absolute=True)
+    assert recording.origin == 1700000000_000000001
+    assert recording["x"].times.tolist() == [0.0, 0.1, 0.300000001]
+    for time, stamp in zip(recording["x"].times.tolist(), EPOCH, strict=True):
+        assert recording.origin + round(time * 1e9) == int(Decimal(stamp) * 10**9)
+
+
+@pytest.mark.parametrize(("stamp", "origin"), [("-1.5", -1500000000), ("-0.0000000001", -1), ("0.0000000019", 1)])
+def test_the_origin_is_rounded_down(stamp: str, origin: int) -> None:
+    recording = record(rows([stamp], x=[1]), absolute=True)
+    assert recording.origin == origin
+    assert recording["x"].times[0] == float(Decimal(stamp) - Decimal(origin).scaleb(-9))
+
+
+def test_a_stated_origin_is_kept() -> None:
+    recording = record(rows(EPOCH, x=[1, 2, 3]), absolute=True, origin=1700000000_000000000)
+    assert recording.origin == 1700000000_000000000
+    assert recording["x"].times.tolist() == [1e-9, 0.100000001, 0.300000002]
+
+
+@pytest.mark.parametrize("absolute", [True, False])
+def test_the_first_sample_as_origin(absolute: bool) -> None:
+    table = rows(["1", "184.2304", "184.3304"], x=[NAN, 1, 2], y=[NAN, NAN, 3])
+    recording = record(table, absolute=absolute, origin="first")
+    assert (recording.origin, recording.absolute) == (184_230_400_000, absolute)
+    assert content(recording) == {"x": [(0.0, 1.0), (0.1, 2.0)], "y": [(0.1, 3.0)]}
+
+
+def test_several_tables_have_one_origin() -> None:
+    other = Rows("b", ["message 1"], [Decimal("1699999999")], {"y": np.array([7.0])})
+    recording = recording_from_rows([rows(EPOCH, x=[1, 2, 3]), other], True, (), None)
+    assert recording.origin == 1699999999_000000000
+    assert recording["y"].times.tolist() == [0.0]
+    assert recording["x"].times.tolist() == [1.000000001, 1.100000001, 1.300000002]
+    assert [cleaning.source for cleaning in recording.cleanings] == ["a.csv", "b"]
+
+
+def test_gaps_are_reported() -> None:
+    """Where the longest is, how long it lasts, and how many there are: gaps of 10.5 and 30 times the usual spacing."""
+    stamps = [Decimal(k) / 10 for k in (*range(10), *range(40, 60))]
+    numbers = np.ones(len(stamps))
+    table = Rows("a.csv", [f"line {k}" for k in range(len(stamps))], stamps, {"x": numbers})
+    assert str(record(table)).startswith("x: 30 samples from 0 to 5.9 s, none for 3.1 s after 0.9 s\n")
+    late = Rows("a.csv", [*table.places, "line 30"], [*stamps, Decimal("6.95")], {"x": np.ones(len(stamps) + 1)})
+    assert "none for 3.1 s after 0.9 s, the longest of 2 such gaps\n" in str(record(late))
+    assert record(late)["x"].samples().gaps == [(0.9, 4.0), (5.9, 6.95)]
+    assert "none" not in str(record(rows(EPOCH, x=[1, 2, 3]), absolute=True))

@@ -1,0 +1,175 @@
+"""Streams with what `learn_reference` has too: disturbances, margins, learned means, nonlinear plants, files."""
+
+import json
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS
+from trackably import (
+    ConstrainedSystem,
+    Matern52,
+    NotTrackableError,
+    Polytope,
+    Proved,
+    Samples,
+    SquaredExponential,
+    StreamReference,
+    TrackableReference,
+    Zonotope,
+    check,
+    learn_stream,
+)
+from trackably.certificates.form import encode_certificate
+from trackably.codec import CodecError
+from trackably.errors import InputError
+from trackably.systems.library import tank
+
+TIMES = np.arange(120) / 6
+MOVED = -0.45 + 0.62 * np.sin(1.1 * TIMES + np.sin(0.4 * TIMES)) + 0.02 * np.random.default_rng(4).standard_normal(120)
+PUSHED = Zonotope.box([-1e-3, -5e-3], [1e-3, 5e-3])
+NOISE = Zonotope.box([-1e-3, -2e-3], [1e-3, 2e-3])
+OPTIONS = {
+    "nominal": {},
+    "all times": {"claim": "all_times"},
+    "margin": {"margin": 0.05},
+    "pushed": {"disturbance": PUSHED},
+    "measured with noise": {"disturbance": PUSHED, "measurement_noise": NOISE, "feedback": [[-15.0, -7.0]]},
+}
+learn = partial(learn_stream, Samples(TIMES, MOVED), AXIS, SquaredExponential(0.6, 0.9), window=8.0, noise_std=0.02)
+
+
+@cache
+def learned(name: str) -> StreamReference:
+    return learn(**{"claim": (0.0, 20.0), "mean": -0.45, "centres": None, **OPTIONS[name]})
+
+
+each = pytest.mark.parametrize("name", OPTIONS)
+
+
+@each
+def test_the_checker_proves_what_is_saved_and_loaded(name, tmp_path):
+    reference = learned(name)
+    reference.save(tmp_path / "stream.json")
+    loaded = StreamReference.load(tmp_path / "stream.json")
+    assert repr(loaded) == repr(reference)
+    assert loaded.stream.claim == reference.stream.claim
+    (file,), (again,) = (r.save_certificate(tmp_path / f"{i}.json") for i, r in enumerate((reference, loaded)))
+    assert file.read_bytes() == again.read_bytes()
+    verdict = check(file)
+    assert isinstance(verdict, Proved)
+    assert ("every sequence" in verdict.statement or "w(k)" in verdict.statement) == ("disturbance" in OPTIONS[name])
+
+
+@pytest.mark.parametrize("name", ["pushed", "measured with noise"])
+def test_the_disturbed_system_keeps_the_given_bounds(name):
+    """The corners of W and V, drawn at random and held for some steps, drive errors far out."""
+    reference, draw, steps = learned(name), np.random.default_rng(0), 380
+    K = reference.tightening.invariant.feedback
+    pushed, noise = np.array([1e-3, 5e-3]), np.array([1e-3, 2e-3]) * ("measured" in name)
+    x = reference.state(0)
+    for k in range(steps):
+        if k % 7 == 0:
+            w, v = pushed * draw.choice([-1.0, 1.0], 2), noise * draw.choice([-1.0, 1.0], 2)
+        u = reference.input(k) + K @ (x + v - reference.state(k))
+        assert np.all((AXIS.state_set.lower <= x) & (x <= AXIS.state_set.upper))
+        assert np.all((AXIS.input_set.lower <= u) & (u <= AXIS.input_set.upper))
+        x = AXIS.system.A @ x + AXIS.system.B @ u + w
+    assert np.linalg.norm(x - reference.state(steps)) > 1e-3
+
+
+def test_a_margin_is_kept_free():
+    reference, (lower, upper) = learned("margin"), (AXIS.state_set.lower, AXIS.state_set.upper)
+    states, free = reference.state(np.arange(400)), 0.05 * (upper - lower)
+    assert np.all((lower + free <= states) & (states <= upper - free))
+    assert "0.05 of each width is kept free at either bound" in reference.explanation
+
+
+def test_given_values_are_met_and_proved(tmp_path):
+    """At the start, where windows meet, and within one; each is a little beside the samples."""
+    x, v, later = MOVED[0] + 0.03, 0.8, MOVED[48] - 0.03
+    at = {0.0: {"position": x, "velocity": v}, 8.0: {"position": later}, 13.1: {"velocity": 0.2}}
+    reference = learn(claim=(0.0, 20.0), mean=-0.45, centres=None, at=at, at_tolerance={"position": 1e-4})
+    found = reference.reference.state_at(np.array([*at]))
+    assert found[0] == pytest.approx([x, v], abs=1e-4)
+    assert (found[1, 0], found[2, 1]) == pytest.approx((later, 0.2), abs=1e-4)
+    assert f"position = {later:.6g} ± 0.000101 at 8 s" in reference.explanation
+    files = reference.save_certificate(tmp_path / "stream.json")
+    assert [type(check(file)) for file in files] == [Proved] * 4
+    reference.save(tmp_path / "saved.json")
+    loaded = StreamReference.load(tmp_path / "saved.json")
+    again = loaded.save_certificate(tmp_path / "again.json")
+    assert [file.read_bytes() for file in again] == [file.read_bytes() for file in files]
+
+
+def test_a_mean_is_learned_from_the_first_window_without_bounds():
+    found = learn(claim=(0.0, 20.0), mean=(-1.0, 0.1), centres=None)
+    (prior,) = found.stream.prior.parts
+    assert prior.mean == pytest.approx(-0.45, abs=0.15)
+    assert prior.mean not in {-1.0, 0.1}
+    assert learn(claim=(0.0, 20.0), mean=prior.mean, centres=None).fingerprint == found.fingerprint
+
+
+def test_a_nonlinear_plant_is_followed_by_its_inputs():
+    plant = ConstrainedSystem(
+        tank(sampling_time=5.0, area=1.0, outflow=0.05), Polytope.box([0.7], [1.15]), Polytope.box([0.03], [0.065])
+    )
+    t = np.arange(0.0, 400.0, 4.0)
+    level = 0.9 + 0.26 * np.sin(2 * np.pi * t / 140) + 0.01 * np.random.default_rng(3).standard_normal(t.size)
+    found = learn_stream(
+        Samples(t, level), plant, Matern52(0.2, 30.0), (0.0, 396.0), window=100.0, noise_std=0.03, mean=0.9
+    )
+    assert isinstance(check(encode_certificate(found.certificate)), Proved)
+    steps = np.arange(79)
+    x, u = found.state(steps), found.input(steps)
+    follow = x[0]
+    for k in steps[:-1]:
+        follow = follow + 5.0 * (u[k] - 0.05 * np.sqrt(follow))
+        np.testing.assert_allclose(follow, x[k + 1], atol=1e-9)
+    assert 0.7 <= x.min() < 0.705
+    assert 1.145 < x.max() <= 1.15
+    assert 0.03 <= u.min() < u.max() <= 0.065
+
+
+@pytest.fixture
+def saved(tmp_path) -> Path:
+    learned("pushed").save(tmp_path / "stream.json")
+    return tmp_path / "stream.json"
+
+
+def test_another_kind_of_file_is_refused(saved, tmp_path):
+    with pytest.raises(CodecError, match=r"stream\.json: is no saved reference"):
+        TrackableReference.load(saved)
+    learned("pushed").save_certificate(tmp_path / "c.json")
+    with pytest.raises(InputError, match="holds a certificate"):
+        StreamReference.load(tmp_path / "c.json")
+
+
+def test_options_of_learn_reference_alone_are_refused_with_what_helps():
+    for name, said in [("method", "leave it out"), ("learn_from", "give them as known"), ("windows", "help\\(learn")]:
+        with pytest.raises(TypeError, match=f"learn_stream: takes no '{name}': .*{said}"):
+            learn(claim=(0.0, 20.0), **{name: None})
+
+
+HARM = {
+    "no length": (lambda d: d.update(length=0.0), CodecError, "and a length"),
+    "no samples": (lambda d: d.update(samples=[]), CodecError, "of each flat output"),
+    "half a window": (lambda d: d.update(proved_from=None), CodecError, "both or none"),
+    "other bounds": (lambda d: d["tightening"].update(margin=0.01), CodecError, "not those that it leaves"),
+    "a reference that breaks its bounds": (
+        lambda d: d["learned"]["signals"][0]["weights"].__setitem__(50, 99.0),
+        NotTrackableError,
+        "position",
+    ),
+}
+
+
+@pytest.mark.parametrize(("harm", "error", "said"), HARM.values(), ids=HARM)
+def test_files_that_were_changed_are_refused(saved, harm, error, said):
+    data = json.loads(saved.read_text())
+    harm(data)
+    saved.write_text(json.dumps(data))
+    with pytest.raises(error, match=said):
+        StreamReference.load(saved)

@@ -1,0 +1,191 @@
+"""Learning in the loop from public names: windows are proved, late ones are told, and the old reference stays."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS
+from trackably import (
+    Controller,
+    Infeasible,
+    Late,
+    Plan,
+    Proved,
+    Relearner,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    Zonotope,
+    check,
+    learn_reference,
+)
+from trackably.control.step.result import Status
+from trackably.learning.joint.places import places_of
+
+KERNEL = SquaredExponential(0.5, 0.5)
+TIMES = 0.2 * np.arange(24)  # s
+VALUES = -0.45 + 0.68 * np.sin(TIMES) + 0.02 * np.random.default_rng(3).standard_normal(TIMES.size)
+RATES = 0.68 * np.cos(TIMES) + 0.02 * np.random.default_rng(4).standard_normal(TIMES.size)
+OPTIONS: dict[str, Any] = {"noise_std": 0.02, "mean": -0.4, "starts": 1, "progress": False}
+
+
+def window(first: int, values: np.ndarray = VALUES) -> Samples:
+    chosen = slice(first, first + 12)
+    return Samples(TIMES[chosen], values[chosen])
+
+
+@pytest.fixture(scope="module")
+def learned() -> TrackableReference:
+    return learn_reference(window(0), AXIS, KERNEL, "all_times", **OPTIONS)
+
+
+def test_each_window_is_what_is_learned_from_nothing_and_a_stranger_checks_it(learned, tmp_path):
+    relearn = Relearner(learned)
+    for i in (2, 4):
+        found, anew = relearn(window(i)), learn_reference(window(i), AXIS, KERNEL, "all_times", **OPTIONS)
+        assert isinstance(found, TrackableReference)
+        assert relearn.reference is learned
+        k = np.arange(100)
+        np.testing.assert_allclose(found.state(k), anew.state(k), atol=1e-3)
+        assert found.objective == pytest.approx(anew.objective, abs=1e-3)
+        assert found.active_bounds
+        assert found.misfit == pytest.approx(anew.misfit, rel=1e-2)
+    found.save_certificate(tmp_path / "certificate.json")
+    assert isinstance(check(tmp_path / "certificate.json"), Proved)
+    found.save(tmp_path / "reference.json")
+    assert TrackableReference.load(tmp_path / "reference.json").fingerprint == found.fingerprint
+    assert len(relearn.seconds) == 2
+
+
+def test_a_window_begins_with_the_bounds_that_held_the_given_reference_back(learned):
+    names = [quantity.name for quantity in learned.reference.plant.quantities]
+    places = places_of(learned.active_bounds, names)
+    given = {name: [(time, side) for time, side in of.tolist()] for name, of in zip(names, places, strict=True)}
+    assert given == {
+        name: [
+            (bound.time, {"lower": 1.0, "upper": -1.0}[bound.side])
+            for bound in learned.active_bounds
+            if bound.name == name
+        ]
+        for name in names
+    }
+    assert given["position"]
+    assert all(len(of) == len(there) for of, there in zip(places, _started(learned), strict=True))
+
+
+def _started(learned: TrackableReference):
+    """The places with which the next window begins."""
+    return Relearner(learned)._windows.last.solution.active
+
+
+def test_what_is_late_keeps_the_reference(learned):
+    ticks = iter([0.0, 2.0, 2.0, 2.5])
+    relearn = Relearner(learned, budget=1.0, clock=lambda: next(ticks))
+    late = relearn(window(2))
+    assert isinstance(late, Late)
+    assert late.explanation == "learning and proof took 2 s, longer than the budget of 1 s"
+    assert relearn.reference is learned
+    assert isinstance(relearn(window(4)), TrackableReference)
+    assert relearn.seconds == [2.0, 0.5]
+
+
+class Recorded:
+    """A controller that remembers along which references it planned."""
+
+    def __init__(self) -> None:
+        self.controller = Controller(AXIS, 20, np.eye(2), np.eye(1))
+        self.asked: list[TrackableReference] = []
+
+    def step(self, k, state, reference, initial_guess=None):
+        self.asked.append(reference)
+        return self.controller.step(k, state, reference, initial_guess)
+
+
+def test_a_step_goes_over_where_a_plan_ends_on_the_new_reference(learned):
+    relearn, controller = Relearner(learned), Recorded()
+    found, k = relearn(window(2)), 40
+    answer = relearn.step(controller, k, learned.state(k))
+    assert isinstance(answer, Plan)
+    assert relearn.reference is found
+    np.testing.assert_array_equal(answer.inputs, controller.controller.step(k, learned.state(k), found).inputs)
+    relearn.step(controller, k + 1, found.state(k + 1))
+    assert controller.asked == [found, found]
+
+
+def test_a_reference_that_the_controller_refuses_is_not_tracked(learned):
+    """The new one lies 0.3 m off: two steps do not lead there."""
+    brief = Controller(AXIS, 2, np.eye(2), np.eye(1))
+    relearn, k = Relearner(learned), 40
+    found = relearn(window(2, VALUES - 0.3))
+    assert isinstance(brief.step(k, learned.state(k), found), Infeasible)
+    assert relearn.step(brief, k, learned.state(k)).cost == pytest.approx(0.0, abs=1e-12)
+    assert relearn.reference is learned
+    controller = Recorded()
+    relearn.step(controller, k, learned.state(k))
+    assert controller.asked == [learned]  # it was tried once
+
+
+def test_a_plan_within_the_tolerance_only_is_no_reason_to_go_over(learned, monkeypatch):
+    relearn, controller = Relearner(learned), Recorded()
+    relearn(window(2))
+    plan = controller.controller.step(40, learned.state(40), learned)
+    monkeypatch.setattr(Recorded, "step", lambda *_: replace(plan, slack=-2e-12, status=Status.SOLVED))
+    assert relearn.step(controller, 40, learned.state(40)).slack == -2e-12
+    assert relearn.reference is learned
+
+
+@pytest.mark.parametrize("status", Status)
+def test_a_plan_keeps_sets_up_to_rounding_whatever_its_status(learned, status):
+    plan = replace(Controller(AXIS, 20).step(40, learned.state(40), learned), status=status)
+    slacks = {0.1: True, 0.0: True, -1e-12: True, -2e-12: False, -1e-8: False, -2e-7: False}
+    assert {slack: replace(plan, slack=slack).keeps_sets for slack in slacks} == slacks
+
+
+def test_hyperparameters_move_where_that_is_asked_for():
+    first = learn_reference(window(0), AXIS, SquaredExponential(), "all_times", **OPTIONS)
+    still, moved = Relearner(first)(window(2)), Relearner(first, moving_every=1)(window(2))
+    assert still.hyperparameters == first.hyperparameters
+    assert moved.hyperparameters != first.hyperparameters
+    assert moved.objective <= still.objective
+
+
+def test_room_for_disturbances_is_left_in_every_window(tmp_path):
+    pushed = Zonotope.box([0.0, -0.005], [0.0, 0.005])
+    first = learn_reference(window(0), AXIS, KERNEL, "all_times", disturbance=pushed, **OPTIONS)
+    found = Relearner(first)(window(2))
+    assert found.tightening is first.tightening
+    assert "under every disturbance" in found.explanation
+    found.save_certificate(tmp_path / "certificate.json")
+    verdict = check(tmp_path / "certificate.json")
+    assert isinstance(verdict, Proved)
+    assert "disturbance" in verdict.statement
+
+
+def test_several_states_that_show_one_signal_keep_their_noise():
+    noise = {"position": 0.02, "velocity": 0.05}
+    given = {"position": window(0), "velocity": window(0, RATES)}
+    first = learn_reference(given, AXIS, KERNEL, "all_times", **{**OPTIONS, "noise_std": noise})
+    arrived = {"position": window(2), "velocity": window(2, RATES)}
+    found = Relearner(first, noise_std=noise)(arrived)
+    anew = learn_reference(arrived, AXIS, KERNEL, "all_times", **{**OPTIONS, "noise_std": noise})
+    assert found.objective == pytest.approx(anew.objective, abs=1e-3)
+    with pytest.raises(ValueError, match=r"noise_std: must be known for each of position and velocity"):
+        Relearner(first)(arrived)
+
+
+def test_what_does_not_fit_is_refused(learned):
+    brief = learn_reference(window(0), AXIS, KERNEL, (0.0, 2.0), **OPTIONS)
+    with pytest.raises(ValueError, match=r"reference: .* proved for all times, but it is for .*'all_times' or"):
+        Relearner(brief)
+    with pytest.raises(TypeError, match="reference: expected one that learn_reference returns"):
+        Relearner(learned.reference)
+    with pytest.raises(ValueError, match="budget: expected a positive number of seconds, got 0"):
+        Relearner(learned, budget=0)
+    with pytest.raises(ValueError, match="moving_every must be at least 0, got -1"):
+        Relearner(learned, moving_every=-1)
+    with pytest.raises(ValueError, match="samples: expected samples of position, as of the first ones, got z1"):
+        Relearner(learned)({"z1": window(2)})
+    with pytest.raises(ValueError, match="known cannot move, got moving_every = 2"):
+        Relearner(learn_reference(window(0), AXIS, KERNEL, "all_times", **OPTIONS), moving_every=2)

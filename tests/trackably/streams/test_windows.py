@@ -1,0 +1,164 @@
+"""Windows that continue one another: without bounds the posterior of all samples, with bounds one reference, proved.
+
+The second implementation learns from all samples at once.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS, CART
+from trackably import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExponential
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.pinned import Pinned
+from trackably.gp.joint import JointPrior
+from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.signal import KernelSum
+from trackably.learning.joint.learn import learn_function
+from trackably.learning.problem import NoFunction, NoSolution
+from trackably.streams.continued import Continued, part_of, together, with_memory
+from trackably.streams.windows import Stream, learn_proved
+from trackably.systems.sampling import sampled_signals
+
+TIMES = np.cumsum(np.random.default_rng(7).uniform(0.05, 0.25, 200))
+VALUES = -0.4 + 0.5 * np.sin(1.2 * TIMES) + 0.05 * np.random.default_rng(8).standard_normal(TIMES.size)
+SAMPLES = Samples(TIMES, VALUES)
+KERNELS = {"smooth": SquaredExponential(0.6, 0.9), "rough": Matern52(0.6, 1.2)}
+FREE = ConstrainedSystem(AXIS.system, Polytope.box([-9, -9], [9, 9]), Polytope.box([-99], [99]))
+TIGHT = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.5], [0.02, 0.5]), Polytope.box([-2.5], [2.5]))
+each_kernel = pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
+
+
+def stream(kernel, plant, length, claim=(0.0, 29.0), mean=-0.4) -> Stream:
+    _, seen = sampled_signals(plant, {"position": SAMPLES})
+    return Stream(seen, JointPrior((Prior(kernel, 0.05, mean),), ("position",)), plant, length, claim)
+
+
+def learned(*given, **more):
+    found = learn_proved(stream(*given, **more))
+    assert isinstance(found, tuple), found.explanation
+    return found
+
+
+@each_kernel
+@pytest.mark.parametrize("now", [TIMES[0], 8.0, 20.0])
+def test_with_all_of_the_past_the_update_is_the_posterior_of_all_samples(kernel, now):
+    """Exactly, by linearity: zeros have the covariance of any values."""
+    prior, before = Prior(kernel, 0.05, -0.4), now > TIMES
+    nothing = KernelSum(kernel, -0.4, np.empty(0), np.empty(0))
+    base = Posterior(prior, Samples(TIMES[before], VALUES[before])).signal if before.any() else nothing
+    beside = with_memory(SAMPLES, base, -np.inf, now, np.inf)
+    assert beside is not None
+    at = np.linspace(-1, TIMES[-1] + 2, 300)
+    found = Continued(prior, beside, base).signal(at)
+    np.testing.assert_allclose(found, Posterior(prior, SAMPLES).mean(at), atol=1e-9)
+
+
+@each_kernel
+@pytest.mark.parametrize("length", [3.0, 7.0, 100.0])
+def test_without_bounds_it_is_the_posterior_mean(kernel, length):
+    of = stream(kernel, FREE, length)
+    reference, certificate = learned(kernel, FREE, length)
+    assert isinstance(certificate, Certificate)
+    mean = Posterior(of.prior.parts[0], of.samples[0]).mean(at := np.linspace(0, 29, 400))
+    np.testing.assert_allclose(reference.signals[0](at), mean, atol=2e-4)
+
+
+@each_kernel
+@pytest.mark.parametrize("seen", [TIMES < 8, (TIMES < 5) | (TIMES > 24)], ids=["at first", "at both ends"])
+def test_one_flat_output_is_learned_where_another_has_no_samples(kernel, seen):
+    """For longer than the kernel's memory: each is the posterior mean of its own samples."""
+    free = ConstrainedSystem(CART.system, *(Polytope.box([-99, -99], [99, 99]),) * 2)
+    _, samples = sampled_signals(free, {"a": SAMPLES, "b": Samples(TIMES[seen], VALUES[seen])})
+    prior = JointPrior((Prior(kernel, 0.05, -0.4),) * 2, ("a", "b"))
+    found = learn_proved(Stream(samples, prior, free, 3.0, (0.0, 29.0)))
+    assert isinstance(found, tuple)
+    for part, of, signal in zip(prior.parts, samples, found[0].signals, strict=True):
+        mean = Posterior(part, of).mean(at := np.linspace(0, 29, 400))
+        np.testing.assert_allclose(signal(at), mean, atol=2e-4)
+
+
+@each_kernel
+@pytest.mark.parametrize("length", [3.0, 7.0])
+def test_given_values_are_those_of_all_samples_at_once(kernel, length):
+    """Before the first sample, within a window, where two of them meet, and long after the last sample."""
+    tolerances = {"position": 1e-6}
+    pinned = tuple(
+        Pinned(t, {"position": x}, tolerances) for t, x in [(0.0, -1.0), (7.05, 0.3), (10.0, -0.9), (70.0, 0.2)]
+    )
+    windows, whole = (
+        learn_proved(replace(stream(kernel, FREE, of, (0.0, 71.0)), pinned=pinned))[0].signals for of in (length, 100.0)
+    )
+    position = FREE.flatness.states[0]
+    assert position(windows, np.array([at.time for at in pinned])) == pytest.approx([-1.0, 0.3, -0.9, 0.2], abs=1e-6)
+    at = np.linspace(0, 71, 900)
+    np.testing.assert_allclose(position(windows, at), position(whole, at), atol=2e-4)
+
+
+def test_with_bounds_it_stays_near_what_all_samples_give_at_once():
+    of, at = stream(KERNELS["smooth"], TIGHT, 5.0), np.linspace(0, 29, 600)
+    (whole,), (windows,) = (learned(KERNELS["smooth"], TIGHT, length)[0].signals for length in (100.0, 5.0))
+    bent = np.max(np.abs(whole(at) - Posterior(of.prior.parts[0], of.samples[0]).mean(at)))
+    assert bent > 0.05
+    assert np.max(np.abs(windows(at) - whole(at))) < 0.5 * bent
+
+
+def test_a_window_is_divided_where_its_program_has_too_many_places(monkeypatch):
+    """The sum is the same, as without bounds it does not depend on windows."""
+    solved = []
+
+    def only_short(problem):
+        solved.append(float(problem.samples[0].times[-1]))
+        return NoFunction(()) if solved[-1] > 16 and len(solved) < 3 else learn_function(problem)
+
+    (whole,) = learned(KERNELS["smooth"], FREE, 12.0)[0].signals
+    monkeypatch.setattr("trackably.streams.windows.learn_function", only_short)
+    (divided,) = learned(KERNELS["smooth"], FREE, 12.0)[0].signals
+    assert len(solved) == 5
+    assert sorted(solved[2:]) == solved[2:]
+    np.testing.assert_allclose(divided(at := np.linspace(0, 29, 100)), whole(at), atol=1e-3)
+
+
+@pytest.mark.parametrize("claim", [(0.0, 29.0), (-2.0, 40.0), "all_times"])
+def test_bounds_are_kept_and_touched_across_all_windows(claim):
+    reference, _ = learned(KERNELS["smooth"], TIGHT, 5.0, claim=claim)
+    states = reference.state_at(np.linspace(0, 29, 20001))
+    lower, upper = TIGHT.state_set.lower, TIGHT.state_set.upper
+    assert np.all((lower <= states) & (states <= upper))
+    for window in np.split(states[:20000], 5):  # each touches a bound
+        assert min(np.min(window - lower), np.min(upper - window)) < 1e-4
+
+
+def test_each_window_can_be_followed_by_rest():
+    """A stream that stops at full speed towards its bound: the function turns in time, as nothing may follow."""
+    full_speed = Samples(TIMES[TIMES < 4], -1.0 + 0.25 * TIMES[TIMES < 4])
+    _, seen = sampled_signals(TIGHT, {"position": full_speed})
+    prior = JointPrior((Prior(KERNELS["smooth"], 0.05, -0.4),), ("position",))
+    found = learn_proved(Stream(seen, prior, TIGHT, 1.0, "all_times"))
+    assert isinstance(found, tuple)
+
+
+def test_a_gap_longer_than_a_window_is_passed_at_rest():
+    there = (TIMES < 6) | (TIMES > 25)
+    _, seen = sampled_signals(TIGHT, {"position": Samples(TIMES[there], VALUES[there])})
+    reference, _ = learn_proved(replace(stream(KERNELS["smooth"], TIGHT, 4.0), samples=seen))
+    assert reference.signals[0](np.array(15.0)) == pytest.approx(-0.4, abs=1e-6)
+
+
+def test_what_cannot_be_kept_is_said():
+    """The prior mean lies outside of the bounds, where no reference can come to rest."""
+    of = stream(KERNELS["smooth"], TIGHT, 5.0, claim="all_times", mean=0.5)
+    found = learn_proved(replace(of, samples=(part_of(of.samples[0], 0.0, 3.0),)))
+    assert isinstance(found, NoSolution | Counterexample | Unproved)
+
+
+def test_sums_are_added():
+    kernel, at = KERNELS["smooth"], np.linspace(-3, 3, 50)
+    one = KernelSum(kernel, 0.2, np.array([0.0, 1.0]), np.array([1.0, -2.0]))
+    other = KernelSum(kernel, 0.2, np.array([1.0, 2.0]), np.array([0.5, 3.0]))
+    both = together(one, other)
+    np.testing.assert_allclose(both(at), one(at) + other(at) - 0.2, atol=1e-12)
+    assert len(both.centres) == 3

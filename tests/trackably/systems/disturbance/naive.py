@@ -1,0 +1,50 @@
+"""Second implementations, as the definitions read: slow, and of few thoughts."""
+
+from fractions import Fraction
+
+import numpy as np
+import scipy
+
+from trackably.systems.disturbance.hull import ConvexHull
+from trackably.systems.disturbance.invariant import InvariantSet
+from trackably.systems.disturbance.sets import DisturbanceSet
+
+
+def support_by_program(bounded: DisturbanceSet, row: np.ndarray) -> float:
+    """max row · w over the weights of the generators, or of the vertices."""
+    if isinstance(bounded, ConvexHull):
+        value = row @ np.array(bounded.vertices, dtype=float).T
+        program = scipy.optimize.linprog(-value, A_eq=np.ones((1, len(value))), b_eq=[1.0], bounds=(0, 1))
+        return -program.fun
+    constant = float(row @ np.array(bounded.centre, dtype=float))
+    if not bounded.generators:
+        return constant
+    value = row @ np.array(bounded.generators, dtype=float).T
+    return constant - scipy.optimize.linprog(-value, bounds=(-1, 1)).fun
+
+
+def exact_support(bounded: DisturbanceSet, row: list[Fraction]) -> Fraction:
+    if isinstance(bounded, ConvexHull):
+        return max(dot(row, vertex) for vertex in bounded.vertices)
+    return dot(row, bounded.centre) + sum((abs(dot(row, of)) for of in bounded.generators), Fraction(0))
+
+
+def naive_support(Z: InvariantSet, row: list[Fraction]) -> Fraction:
+    """h_Z by the powers of A + B K, one matrix product after the other."""
+    A, B, K = (
+        [[Fraction(v) for v in line] for line in matrix.tolist()] for matrix in (Z.system.A, Z.system.B, Z.feedback)
+    )
+    n = len(A)
+    A_K = [[A[i][j] + sum(B[i][a] * K[a][j] for a in range(len(K))) for j in range(n)] for i in range(n)]
+    sum_over_W = sum_over_P = Fraction(0)
+    for i in range(Z.head + Z.terms):
+        if i < Z.head:
+            sum_over_W += exact_support(Z.disturbance, row)
+        else:
+            sum_over_P += sum((abs(r) * Fraction(p) for r, p in zip(row, Z.box.tolist(), strict=True)), Fraction(0))
+        row = [sum((row[i] * A_K[i][j] for i in range(n)), Fraction(0)) for j in range(n)]
+    return sum_over_W + sum_over_P / (1 - Fraction(Z.contraction))
+
+
+def dot(a, b) -> Fraction:
+    return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))

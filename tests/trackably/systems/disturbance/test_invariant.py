@@ -1,0 +1,96 @@
+"""The invariant set: its definition, in exact arithmetic, on systems of all kinds."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from tests.trackably.systems.disturbance.instances import ALL, CART, DISTURBED
+from tests.trackably.systems.disturbance.naive import exact_support, naive_support
+from trackably.systems.disturbance.decay import NoInvariantSetError
+from trackably.systems.disturbance.tightening import tightening
+from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.flat.rationals import exact, fraction
+
+
+def exact_rows(seed: int, n: int, count: int = 4) -> list[list[Fraction]]:
+    rows = np.random.default_rng(seed).integers(-9, 10, (count, n)).tolist()
+    return [[Fraction(r) for r in row] for row in rows if any(row)]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_set_is_invariant(name):
+    """A_K Z ⊕ W ⊆ Z: h_Z(A_Kᵀ row) + h_W(row) ≤ h_Z(row), without any tolerance."""
+    Z = ALL[name].tightening.invariant
+    closed, n = exact(Z.system.A) + exact(Z.system.B) * exact(Z.feedback), len(Z.system.A)
+    for row in exact_rows(1, n):
+        moved = [sum((row[i] * fraction(closed[i, j]) for i in range(n)), Fraction(0)) for j in range(n)]
+        assert Z.support(moved) + exact_support(Z.disturbance, row) <= Z.support(row)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_parts_of_the_set_keep_their_conditions(name):
+    """W ⊆ P and A_Kˢ P ⊆ α P with α < 1."""
+    Z = ALL[name].tightening.invariant
+    n = len(Z.box)
+    A_K = exact(Z.system.A) + exact(Z.system.B) * exact(Z.feedback)
+    power = A_K**Z.terms
+    box = [Fraction(p) for p in Z.box.tolist()]
+    assert 0 <= Z.contraction < 1
+    for i in range(n):
+        axis = [Fraction(int(i == j)) for j in range(n)]
+        assert max(exact_support(Z.disturbance, axis), exact_support(Z.disturbance, [-a for a in axis])) <= box[i]
+        reached = sum((abs(fraction(power[i, j])) * box[j] for j in range(n)), Fraction(0))
+        assert reached <= Fraction(Z.contraction) * box[i]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_support_is_that_of_the_definition(name):
+    Z = ALL[name].tightening.invariant
+    for row in exact_rows(2, len(Z.box), 2):
+        assert Z.support(row) == naive_support(Z, row)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_worst_disturbances_nearly_reach_the_bounds_of_the_set(name):
+    """Greedy vertices reach what Z allows for each row that is bounded, but for some hundredths."""
+    found = ALL[name].tightening
+    Z = found.invariant
+    for row, side in [(c.row, c.side) for c in found.given.given_constraints]:
+        of_state = np.array([float(r) for r in row])
+        of_state = of_state if side == "state" else of_state @ Z.feedback
+        reached, power = 0.0, of_state
+        for _ in range(3 * (Z.head + Z.terms)):
+            reached += float(power @ Z.disturbance.farthest(power))
+            power = power @ Z.closed_loop
+        allowed = float(Z.support(list(row)) if side == "state" else Z.support_of_input(list(row)))
+        width = next(c.bounds.width for c in found.given.given_constraints if c.row == row and c.side == side)
+        assert reached <= allowed * (1 + 1e-12)
+        assert allowed <= 1.03 * reached + 2e-5 * width
+
+
+def test_without_disturbance_the_set_is_zero():
+    Z = tightening(CART, Zonotope.box([0.0, 0.0], [0.0, 0.0])).invariant
+    assert Z.support([Fraction(3), Fraction(-7)]) == 0
+
+
+def test_the_set_shrinks_with_the_disturbance():
+    """For one feedback, h_Z is nearly linear in W; nothing jumps as W shrinks to zero."""
+    disturbed = DISTURBED["pushed"]
+    K = disturbed.tightening.invariant.feedback
+    row = [Fraction(1), Fraction(1, 2)]
+    sizes = [Fraction(1, 10**e) for e in range(6)]
+    found = [tightening(disturbed.plant, disturbed.disturbance.scaled(f), K).invariant.support(row) for f in sizes]
+    for h, f in zip(found, sizes, strict=True):  # the last part of Z may count up to 1e-5 of a width of 2
+        assert 0.9 * f * found[0] <= h <= 1.1 * f * found[0] + Fraction(1, 10**4)
+    assert found[-1] < Fraction(1, 10**4)
+
+
+def test_a_feedback_under_which_errors_grow_is_refused():
+    with pytest.raises(NoInvariantSetError, match=r"inside the unit circle, but one has the size 1\.1"):
+        tightening(CART, DISTURBED["pushed"].disturbance, [[1.0, 1.0]])
+
+
+def test_a_feedback_under_which_errors_hardly_decay_is_refused():
+    with pytest.raises(NoInvariantSetError, match="too slowly"):
+        tightening(CART, DISTURBED["pushed"].disturbance, [[-1e-5, -1e-2]])

@@ -1,0 +1,103 @@
+"""Disturbance sets: support functions against linear programs, vertices of half-spaces, and what is refused."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import scipy
+
+from tests.trackably.systems.disturbance.instances import ALL
+from tests.trackably.systems.disturbance.naive import exact_support, support_by_program
+from trackably.systems.disturbance.hull import ConvexHull
+from trackably.systems.disturbance.sets import checked
+from trackably.systems.disturbance.zonotope import Zonotope
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_support_function_is_the_optimum_of_a_linear_program(name):
+    bounded = ALL[name].disturbance
+    rows = np.random.default_rng(1).normal(size=(5, bounded.dimension))
+    found = bounded.support(rows)
+    for row, value in zip(rows, found, strict=True):
+        assert value == pytest.approx(support_by_program(bounded, row), rel=1e-9, abs=1e-12)
+        exact = [Fraction(r) for r in row.tolist()]
+        assert float(exact_support(bounded, exact)) == pytest.approx(value, rel=1e-12)
+        assert bounded.farthest(row) @ row == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_exact_support_is_that_of_the_definition(name):
+    bounded = ALL[name].disturbance
+    whole = np.random.default_rng(2).integers(-9, 9, bounded.dimension).tolist()
+    found = Fraction(bounded.whole_support(whole), bounded.denominator)
+    assert found == exact_support(bounded, [Fraction(r) for r in whole])
+    assert exact_support(bounded.scaled(Fraction(1, 3)), [Fraction(r) for r in whole]) == found / 3
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_draws_are_inside(name):
+    bounded, rng = ALL[name].disturbance, np.random.default_rng(3)
+    rows = rng.normal(size=(20, bounded.dimension))
+    for _ in range(10):
+        assert np.all(rows @ bounded.draw(rng) <= bounded.support(rows) + 1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_halfspaces_have_the_support_of_their_linear_program(seed):
+    rng = np.random.default_rng(seed)
+    n = 2 + seed % 2
+    H = np.vstack([np.eye(n), -np.eye(n), rng.normal(size=(3, n))])
+    h = rng.uniform(0.5, 1.5, len(H))
+    bounded = ConvexHull.halfspaces(H, h)
+    for row in rng.normal(size=(5, n)):
+        program = scipy.optimize.linprog(-row, A_ub=H, b_ub=h, bounds=(None, None))
+        assert bounded.support(row) == pytest.approx(-program.fun, rel=1e-9)
+    for vertex in bounded.vertices:  # exactly
+        assert all(
+            sum(Fraction(a) * v for a, v in zip(row, vertex, strict=True)) <= Fraction(side)
+            for row, side in zip(H.tolist(), h.tolist(), strict=True)
+        )
+
+
+def test_a_box_is_exact_and_says_what_it_is():
+    box = Zonotope.box([-0.1, 0.0], [0.3, 0.0])
+    assert box.centre[0] + sum(g[0] for g in box.generators) == Fraction(0.3)
+    assert len(box.generators) == 1
+    assert str(box) == "[-0.1, 0.3] × [0, 0]"
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (Zonotope.box([0.1], [0.2]), "must hold 0"),
+        (Zonotope([0.0, 1.0], [[1.0, 0.0]]), "must hold 0"),
+        (ConvexHull([[1.0, 0.0], [0.0, 1.0]]), "must hold 0"),
+        (Zonotope.box([-1.0] * 3, [1.0] * 3), "an entry for each of"),
+    ],
+)
+def test_sets_without_zero_or_of_another_dimension_are_refused(given, words):
+    with pytest.raises(ValueError, match=words):
+        checked(given, 1 if given.dimension == 1 else 2)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Zonotope.box([1.0], [0.0]), "lower ≤ upper"),
+        (lambda: Zonotope.box([1.0], [0.0, 2.0]), "as many lower as upper"),
+        (lambda: Zonotope.box([-np.inf], [0.0]), "finite"),
+        (lambda: Zonotope([0.0], [[1.0, 2.0]]), "every generator needs 1 entries"),
+        (lambda: ConvexHull([[np.nan]]), "finite"),
+        (lambda: ConvexHull([1.0, 2.0]), "must be a matrix"),
+        (lambda: ConvexHull.halfspaces([[1.0, 0.0], [-1.0, 0.0]], [1.0, 1.0]), "bounded"),
+        (lambda: ConvexHull.halfspaces([[1.0], [-1.0]], [1.0, -2.0]), "interior"),
+    ],
+)
+def test_what_is_no_set_is_refused(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()
+
+
+def test_only_sets_are_taken():
+    with pytest.raises(TypeError, match="Zonotope"):
+        checked([[0.0, 1.0]], 1)

@@ -1,0 +1,173 @@
+"""Tightened sets against brute force; what is left, what is short, and what would do."""
+
+import re
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+import pytest
+
+from tests.trackably.systems.disturbance.instances import ALL, CART, DISTURBED, EXAMPLE1, OBLIQUE
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.decay import closed_loop, spectral_radius
+from trackably.systems.disturbance.feedback import INPUT_WEIGHTS, RATES, best_feedback, regulator, room
+from trackably.systems.disturbance.tightening import tightening
+from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.sets.polytope import Polytope
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_no_disturbance_takes_a_state_or_an_input_from_the_tightened_sets_out_of_the_given_ones(name):
+    """From each row's tightened bound, every greedy run of errors stays inside the given one."""
+    found = ALL[name].tightening
+    Z, states = found.invariant, len(found.given.state_set.rows)
+    rows = np.vstack([found.given.state_set.rows, found.given.input_set.rows @ Z.feedback])
+    drawn, given = ([*p.state_set.intervals, *p.input_set.intervals] for p in (found.plant, found.given))
+    for i, row in enumerate(rows):
+        for sign, room_left in (
+            (1, given[i][1].upper - drawn[i][1].upper),
+            (-1, drawn[i][1].lower - given[i][1].lower),
+        ):
+            aim, e, worst = sign * row, np.zeros(len(Z.box)), 0.0
+            responses = [aim]
+            for _ in range(40):
+                responses.append(responses[-1] @ Z.closed_loop)
+            for response in reversed(responses):
+                e = Z.closed_loop @ e + Z.disturbance.farthest(response)
+                worst = max(worst, float(aim @ e))
+            assert worst <= room_left * (1 + 1e-12)
+    assert states
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_tightened_bounds_leave_the_exact_support(name):
+    found = ALL[name].tightening
+    for before, after, (low, high) in zip(
+        found.given.given_constraints, found.plant.given_constraints, found.taken, strict=True
+    ):
+        assert before.row == after.row
+        assert Fraction(after.bounds.upper) + high <= Fraction(before.bounds.upper)
+        assert Fraction(after.bounds.lower) - low >= Fraction(before.bounds.lower)
+        assert after.bounds.upper + float(high) == pytest.approx(before.bounds.upper, rel=1e-14)
+
+
+def test_without_disturbance_bounds_stay_to_the_last_bit():
+    found = tightening(CART, Zonotope.box([0.0, 0.0], [0.0, 0.0])).plant
+    for after, before in ((found.state_set, CART.state_set), (found.input_set, CART.input_set)):
+        assert np.array_equal(after.lower, before.lower)
+        assert np.array_equal(after.upper, before.upper)
+
+
+def test_a_margin_is_a_part_of_each_width():
+    found = tightening(EXAMPLE1, margin=0.1).plant
+    assert found.state_set.lower.tolist() == pytest.approx([-2 + 0.205])
+    assert found.input_set.upper.tolist() == pytest.approx([0.4])
+
+
+def test_margin_and_disturbance_add():
+    disturbance = DISTURBED["pushed"].disturbance
+    both, alone = (tightening(CART, disturbance, margin=part).plant.state_set for part in (0.1, 0.0))
+    assert alone.upper - both.upper == pytest.approx([0.2, 0.2])
+
+
+@pytest.mark.parametrize("name", ["example1", "pushed", "oblique", "triangle"])
+@pytest.mark.parametrize("margin", [0.0, 0.2])
+def test_the_largest_fraction_is_the_largest(name, margin):
+    """A little less leaves something, a little more leaves nothing; for the same feedback."""
+    given = DISTURBED[name]
+    found = tightening(given.plant, given.disturbance, margin=margin)
+    K, size = found.invariant.feedback, Fraction(found.largest_fraction)
+    less, more = (given.disturbance.scaled(size * Fraction(part)) for part in (0.95, 1.05))
+    tightening(given.plant, less, K, margin)
+    with pytest.raises(ValueError, match=r"0\.9\d* of this disturbance set would do"):
+        tightening(given.plant, more, K, margin)
+
+
+def test_a_shortage_says_which_bound_is_short_and_by_how_much():
+    with pytest.raises(ValueError, match="disturbance") as caught:
+        tightening(EXAMPLE1, Zonotope.box([-0.5], [0.5]), [[-1.8]])
+    said = str(caught.value)
+    assert "the errors take 1.8 of the 1 between the bounds [-0.5, 0.5] of input" in said
+    assert "too close by 0.8 at least" in said
+    assert "0.556 of this disturbance set would do" in said
+
+
+def test_bounds_that_leave_nothing_together_are_said_to():
+    """Each row alone has room left, but no point keeps all three."""
+    plant = ConstrainedSystem(OBLIQUE.system, _thin_triangle(), OBLIQUE.input_set)
+    with pytest.raises(ValueError, match="all of the bounds together") as caught:
+        tightening(plant, Zonotope.box([-0.02, -0.02], [0.02, 0.02]))
+    fraction = float(re.search(r"with this feedback (\S+) of", str(caught.value)).group(1))
+    assert 0 < fraction < 1
+
+
+def test_no_disturbance_set_would_do_beside_too_large_a_margin():
+    plant = ConstrainedSystem(OBLIQUE.system, _thin_triangle(), OBLIQUE.input_set)
+    with pytest.raises(ValueError, match="no disturbance set would do"):
+        tightening(plant, Zonotope.box([-0.01, -0.01], [0.01, 0.01]), margin=0.4)
+
+
+@pytest.mark.parametrize("name", ["example1", "pushed", "oblique"])
+def test_the_feedback_leaves_nearly_the_most_room_and_forgets_errors_fastest(name):
+    given = DISTURBED[name]
+    plant = given.plant
+    sets = plant.state_set, plant.input_set
+    K = best_feedback(plant.system, *sets, given.disturbance)
+    others = [regulator(plant.system, *sets, weight, rate) for weight, rate in product(INPUT_WEIGHTS, RATES)]
+    rooms = [room(plant.system, *sets, given.disturbance, other) for other in others]
+    left, radius = room(plant.system, *sets, given.disturbance, K), spectral_radius(closed_loop(plant.system, K))
+    assert left >= max(rooms) - 0.05 > min(rooms)
+    for other, of_other in zip(others, rooms, strict=True):
+        assert of_other < max(rooms) - 0.05 or spectral_radius(closed_loop(plant.system, other)) >= radius
+
+
+@pytest.mark.parametrize("rate", [0.95, 0.8])
+def test_errors_decay_at_the_rate_that_is_asked_for(rate):
+    K = regulator(CART.system, CART.state_set, CART.input_set, 1.0, rate)
+    assert spectral_radius(closed_loop(CART.system, K)) < rate
+
+
+def test_the_feedback_does_not_depend_on_units():
+    """The same plant in millimetres has the same feedback, of the error in millimetres."""
+    system, unit = CART.system, np.array([1000.0, 1.0])
+    scaled = ConstrainedSystem(
+        type(system)(system.A * unit[:, None] / unit, system.B * unit[:, None], sampling_time=0.1),
+        Polytope.box(-unit, unit),
+        CART.input_set,
+    )
+    K, K_scaled = (
+        tightening(plant, Zonotope.box(-0.01 * by, 0.01 * by)).invariant.feedback
+        for plant, by in ((CART, np.ones(2)), (scaled, unit))
+    )
+    assert K_scaled * unit == pytest.approx(K, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"margin": 0.5}, "less than 0.5"),
+        ({"margin": -0.1}, "at least 0"),
+        ({"feedback": [[1.0, 0.0]]}, "only of use with a disturbance set"),
+        ({"disturbance": DISTURBED["pushed"].disturbance, "feedback": [[1.0]]}, r"shape \(1, 2\)"),
+        ({"disturbance": Zonotope.box([-1.0], [1.0])}, "each of 2 states"),
+    ],
+)
+def test_what_does_not_fit_is_refused(arguments, words):
+    with pytest.raises(ValueError, match=words):
+        tightening(CART, **arguments)
+
+
+def test_nonlinear_systems_are_refused():
+    plant = ConstrainedSystem(
+        NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * u[0]], ("x",), ("u",), 0.1),
+        Polytope.box([-1.0], [1.0]),
+        Polytope.box([-1.0], [1.0]),
+    )
+    with pytest.raises(ValueError, match="must be linear"):
+        tightening(plant, Zonotope.box([-0.1], [0.1]))
+
+
+def _thin_triangle() -> Polytope:
+    """0 ≤ v ≤ 1 and 0 ≤ p, with p + v ≤ 0.1: far rows leave little where they meet."""
+    return Polytope([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]], [0.0, 0.0, -9.0], [1.0, 1.0, 0.1])

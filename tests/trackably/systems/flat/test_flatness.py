@@ -1,0 +1,227 @@
+"""Flat outputs: whatever the signals are, the system follows; exactly. And what cannot be led is refused."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from tests.trackably.gp.instances import over
+from tests.trackably.systems.instances import SYSTEMS, controllable
+from trackably.systems.flat.flatness import Flatness
+from trackably.systems.flat.functional import Functional
+from trackably.systems.linear import LinearSystem
+
+T_S = 0.1
+
+TABLE: dict[str, LinearSystem] = SYSTEMS | {
+    "double_integrator": LinearSystem.discretised(np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]]), T_S),
+    "falling": LinearSystem.discretised(
+        np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]]), T_S, np.array([0.0, -9.81])
+    ),
+    "triple_integrator": LinearSystem.discretised(np.eye(3, k=1), np.eye(3)[:, 2:], 0.01),
+    "two_axes": LinearSystem.discretised(
+        np.kron(np.eye(2), np.eye(2, k=1)), np.kron(np.eye(2), np.array([[0.0], [1.0]])), T_S
+    ),
+    "long_and_short": LinearSystem(np.eye(4, k=1) * [1, 1, 1, 0], np.eye(4)[:, 2:], np.arange(4.0), sampling_time=T_S),
+    "leading_column_shared": LinearSystem(
+        np.eye(4, k=1), np.array([[0, 0], [0, 1], [0, 1], [1, 1.0]]), sampling_time=T_S
+    ),
+    "fully_actuated": LinearSystem(
+        np.array([[0.9, 0.2], [-0.3, 1.1]]), np.array([[1.0, 0.5], [0.0, -2.0]]), np.ones(2), sampling_time=T_S
+    ),
+    "one_state_two_inputs": LinearSystem(np.array([[0.8]]), np.array([[0.5, 1.0]]), np.array([0.2]), sampling_time=T_S),
+    "redundant_input": LinearSystem(np.eye(3, k=1), np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 2.0]]), sampling_time=T_S),
+    "idle_input": LinearSystem(np.array([[0.9]]), np.array([[0.5, 0.0]]), sampling_time=T_S),
+    "three_inputs_for_two": LinearSystem(
+        np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]), sampling_time=T_S
+    ),
+    "forgets_all": LinearSystem(np.zeros((2, 2)), np.eye(2), np.array([1.0, -1.0]), sampling_time=T_S),
+}
+CASES = TABLE | {f"random_{seed}": controllable(seed, inputs=3) for seed in range(40)}
+REDUNDANT = {name: system for name, system in CASES.items() if np.linalg.matrix_rank(system.B) < system.B.shape[1]}
+
+
+def exactly(numbers) -> np.ndarray:
+    """An array of fractions."""
+    return np.vectorize(Fraction, otypes=[object])(np.asarray(numbers))
+
+
+def look(functionals: tuple[Functional, ...], c: int, j: int) -> np.ndarray:
+    """The weights of z_c(t + j T_s), zero where there is none."""
+    return np.array([q.weights[c][j] if 0 <= j < len(q.weights[c]) else Fraction(0) for q in functionals])
+
+
+def offsets(functionals: tuple[Functional, ...]) -> np.ndarray:
+    return np.array([q.offset for q in functionals])
+
+
+@over(CASES, "system")
+def test_the_system_follows_whatever_the_signals_are(system):
+    """M_(j−1) = A M_j + B N_j for each signal, zeros beyond the ends, and x₀ = A x₀ + B u₀ + c: as fractions."""
+    flat, A, B = system.flatness(), exactly(system.A), exactly(system.B)
+    for c, order in enumerate(flat.orders):
+        for j in range(order + 2):
+            assert np.all(look(flat.states, c, j - 1) == A @ look(flat.states, c, j) + B @ look(flat.inputs, c, j))
+    x, u = offsets(flat.states), offsets(flat.inputs)
+    assert np.all(x == A @ x + B @ u + exactly(system.c))
+
+
+@over(CASES, "system")
+def test_every_state_can_be_written(system):
+    """As many looks at signals as states, and the matrix from them to the states has an inverse."""
+    flat, n = system.flatness(), len(system.states)
+    assert (len(flat.states), len(flat.inputs)) == system.B.shape
+    assert sum(flat.orders) == n
+    assert len(flat.orders) == np.linalg.matrix_rank(system.B)
+    for functionals, extra in ((flat.states, 0), (flat.inputs, 1)):
+        for q in functionals:
+            assert [len(w) for w in q.weights] == [order + extra for order in flat.orders]
+            assert q.sampling_time == system.sampling_time
+    columns = [look(flat.states, c, j) for c, order in enumerate(flat.orders) for j in range(order)]
+    rows = [list(row) for row in np.array(columns)]
+    for k in range(n):  # Gauss, exactly
+        pivot = next(i for i in range(k, n) if rows[i][k])
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        for i in range(k + 1, n):
+            rows[i] = [a - rows[i][k] / rows[k][k] * b for a, b in zip(rows[i], rows[k], strict=True)]
+
+
+@over(CASES, "system")
+def test_any_motion_of_the_system_is_one_of_the_signals(system):
+    """Driven by random inputs in the row space of B; the signals solved for from the states alone."""
+    rng, flat = np.random.default_rng(0), system.flatness()
+    steps = 12
+    inputs = rng.normal(size=(steps, system.B.shape[1])) @ np.linalg.pinv(system.B) @ system.B
+    states = [rng.normal(size=len(system.states))]
+    for u in inputs:
+        states.append(system.successor(states[-1], u))
+    columns = [(c, j) for c, order in enumerate(flat.orders) for j in range(order)]
+    M = np.array([look(flat.states, c, j).astype(float) for c, j in columns]).T
+    looks = np.linalg.solve(M, (np.array(states) - offsets(flat.states).astype(float)).T)
+    first = [columns.index((c, 0)) for c in range(len(flat.orders))]
+    for k in range(steps - max(flat.orders)):
+        u = offsets(flat.inputs).astype(float)
+        for c, order in enumerate(flat.orders):
+            for j in range(order + 1):
+                u = u + look(flat.inputs, c, j).astype(float) * looks[first[c], k + j]
+        np.testing.assert_allclose(u, inputs[k], atol=1e-7 * (1 + np.max(np.abs(states))))
+
+
+@over(REDUNDANT, "system")
+def test_of_many_inputs_the_smallest_is_chosen(system):
+    """By the pseudo-inverse: u = B⁺ B u, and so for each weight and the offset."""
+    flat, smallest = system.flatness(), np.linalg.pinv(system.B) @ system.B
+    weights = [look(flat.inputs, c, j) for c, order in enumerate(flat.orders) for j in range(order + 1)]
+    for column in [*weights, offsets(flat.inputs)]:
+        u = column.astype(float)
+        np.testing.assert_allclose(smallest @ u, u, atol=1e-11 * (1 + np.max(np.abs(u))))
+
+
+def test_the_table_has_redundant_inputs():
+    assert len(REDUNDANT) >= 8
+    assert {system.B.shape[1] for system in REDUNDANT.values()} == {2, 3}
+
+
+@over(CASES, "system")
+def test_a_signal_has_the_unit_of_the_first_state_that_it_moves_at_rest(system):
+    flat = system.flatness()
+    for c in range(len(flat.orders)):
+        gains = [sum(q.weights[c]) for q in flat.states]
+        assert next((gain for gain in gains if gain), 1) == 1
+
+
+@over({k: TABLE[k] for k in ("fully_actuated", "three_inputs_for_two", "forgets_all", "example1")}, "system")
+def test_where_every_state_is_moved_at_will_the_states_are_the_signals(system):
+    flat, n = system.flatness(), len(system.states)
+    assert flat.orders == (1,) * n
+    for i, q in enumerate(flat.states):
+        assert q.weights == tuple((Fraction(int(i == c)),) for c in range(n))
+        assert q.offset == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "orders"),
+    [("double_integrator", (2,)), ("two_axes", (2, 2)), ("long_and_short", (3, 1)), ("redundant_input", (3,))],
+)
+def test_chains_are_as_long_as_the_states_that_they_move(name, orders):
+    assert TABLE[name].flatness().orders == orders
+
+
+def test_a_double_integrator_in_numbers():
+    """The position at rest is the signal; the velocity its difference; the acceleration its second difference."""
+    exact = LinearSystem(np.array([[1.0, 0.5], [0.0, 1.0]]), np.array([[0.125], [0.5]]), sampling_time=0.5)
+    flat: Flatness = exact.flatness()
+    half = Fraction(1, 2)
+    assert [q.weights for q in flat.states] == [((half, half),), ((-2, 2),)]
+    assert [q.weights for q in flat.inputs] == [((4, -8, 4),)]
+    assert [q.offset for q in (*flat.states, *flat.inputs)] == [0, 0, 0]
+
+
+NEITHER = (
+    "the columns of B must be clearly independent or exactly dependent, but are neither; for redundant inputs, "
+    "give columns that are exact multiples or sums of each other"
+)
+REFUSED = "must be controllable, so that its states can follow a reference"
+TWO, UP = np.diag([0.5, 0.8]), np.array([[0.0, 1.0], [0.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("A", "B", "message"),
+    [
+        (TWO, [[1.0], [0.0]], f"{REFUSED}: its inputs reach 1 of 2 dimensions, and none of them ever changes x2"),
+        (
+            np.eye(2),
+            [[1.0], [1.0]],
+            f"{REFUSED}: its inputs reach 1 of 2 dimensions, and none of them ever changes x1-x2",
+        ),
+        (TWO, [[0.0], [0.0]], f"{REFUSED}: its inputs reach 0 of 2 dimensions, and none of them ever changes x1"),
+        (
+            np.eye(3),
+            [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]],
+            f"{REFUSED}: its inputs reach 2 of 3 dimensions, and none of them ever changes x3",
+        ),
+        (
+            np.eye(2),
+            [[1.0, 3.0], [2.0, 6.0]],
+            f"{REFUSED}: its inputs reach 1 of 2 dimensions, and none of them ever changes x1-0.5x2",
+        ),
+        (
+            np.eye(2) + 1e-14 * UP,
+            [[0.0], [1.0]],
+            rf"{REFUSED}, but nearly is not: \[B, A B, …\] has condition number 2e\+14",
+        ),
+        (
+            np.eye(2),
+            [[1.0, 1.0], [0.0, 1e-14]],
+            NEITHER,
+        ),
+        (
+            np.eye(2),
+            [[0.1, 0.3], [0.2, 0.2 * 3]],
+            NEITHER,
+        ),
+    ],
+)
+def test_what_cannot_be_led_is_refused(A, B, message):
+    with pytest.raises(ValueError, match=f"^system: {message}$"):
+        LinearSystem(A, B, sampling_time=T_S).flatness()
+
+
+def test_what_is_refused_goes_by_its_names():
+    system = LinearSystem(TWO, np.array([[1.0], [0.0]]), states=("warm", "cold"), inputs=("heat",), sampling_time=T_S)
+    with pytest.raises(ValueError, match=r"reach 1 of 2 dimensions, and none of them ever changes cold$"):
+        system.flatness()
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e9])
+def test_units_of_the_inputs_do_not_matter(scale):
+    """An input in nanometres is as good as one in kilometres."""
+    system = controllable(7)
+    flat, scaled = (LinearSystem(system.A, system.B * s, system.c, sampling_time=T_S).flatness() for s in (1.0, scale))
+    assert scaled.orders == flat.orders
+    for c, order in enumerate(flat.orders):
+        for j in range(order):
+            ours, theirs = (look(f.states, c, j).astype(float) for f in (flat, scaled))
+            np.testing.assert_allclose(theirs, ours, rtol=1e-9, atol=1e-9)
+    apart = LinearSystem(np.eye(2), np.diag([scale, 1.0]), sampling_time=T_S)
+    assert apart.flatness().orders == (1, 1)

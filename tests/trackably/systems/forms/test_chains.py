@@ -1,0 +1,219 @@
+"""Fifty random chains and robots: flat forms are found, references proved, and followed by simulating f."""
+
+import json
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from tests.trackably.checker.instances import changed
+from tests.trackably.systems.forms.instances import through
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.prove import prove, prove_on_window
+from trackably.checker import Failed, Proved, check
+from trackably.codec.converter import dumps, loads
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.formulas.expression import all_nodes, size_and_depth
+from trackably.systems.library import kinematic_bicycle, mobile_robot, pendulum, two_tanks
+from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
+
+T_S = 0.1
+
+
+def random_chain(rng: np.random.Generator) -> NonlinearSystem:
+    """Strict feedback of two or three states, with drifts and gains that vary; now and then two chains that meet."""
+    return strict_feedback(rng, int(rng.integers(2, 4)), bool(rng.integers(2)))
+
+
+def strict_feedback(rng: np.random.Generator, length: int, several: bool = False) -> NonlinearSystem:
+    a, b, c, d = rng.uniform(-0.5, 0.5, (4, length))
+
+    def f(x, u):
+        later = []
+        for i in range(length):
+            drift = a[i] * np.sin(x[i]) + b[i] * x[0] * x[i]
+            gain = 1.5 + c[i] * np.cos(x[i]) + d[i] * x[0]
+            later.append(x[i] + T_S * (drift + gain * (x[i + 1] if i + 1 < length else u[0])))
+        if several:
+            later.append(x[length] + T_S * (u[1] * (2 + np.cos(x[0])) - a[0] * x[length] ** 3))
+        return later
+
+    states = [f"x{i}" for i in range(length + several)]
+    return NonlinearSystem.of(f, states, ["u0", "u1"][: 1 + several], T_S)
+
+
+def bounded(system: NonlinearSystem, signals: tuple[KernelSum, ...]) -> Reference:
+    """A reference with bounds around what its inputs are."""
+    wide = ConstrainedSystem(system, free(len(system.states)), free(len(system.inputs)))
+    inputs = Reference(signals, wide).input_at(np.linspace(0.0, 12.0, 2001))
+    room = 0.1 + 0.2 * np.ptp(inputs, axis=0)
+    within = Polytope.box(np.min(inputs, axis=0) - room, np.max(inputs, axis=0) + room)
+    return Reference(signals, ConstrainedSystem(system, free(len(system.states)), within))
+
+
+def free(dimension: int) -> Polytope:
+    return Polytope.box(np.full(dimension, -np.inf), np.full(dimension, np.inf))
+
+
+def chain(seed: int) -> Reference:
+    rng = np.random.default_rng(seed)
+    system = random_chain(rng)
+    return bounded(system, tuple(through(0.4 * rng.uniform(-1, 1, 8)) for _ in system.inputs))
+
+
+def long_chain(length: int) -> Reference:
+    system, rng = strict_feedback(np.random.default_rng(0), length), np.random.default_rng(1)
+    return bounded(system, (through(0.4 * rng.uniform(-1, 1, 8)),))
+
+
+def arm() -> NonlinearSystem:
+    """An arm with two joints: its torques are coupled by the inverse of the inertia."""
+
+    def f(x, u):
+        first, second, rate, other = x
+        inertia = 1.2 + 0.6 * np.cos(second), 0.4 + 0.3 * np.cos(second), 0.4
+        size = inertia[0] * inertia[2] - inertia[1] * inertia[1]
+        torques = (
+            u[0] + 0.3 * np.sin(second) * other * (2 * rate + other) - 0.1 * rate,
+            u[1] - 0.3 * np.sin(second) * rate * rate - 0.1 * other,
+        )
+        return [
+            first + T_S * rate,
+            second + T_S * other,
+            rate + T_S * (inertia[2] * torques[0] - inertia[1] * torques[1]) / size,
+            other + T_S * (inertia[0] * torques[1] - inertia[1] * torques[0]) / size,
+        ]
+
+    return NonlinearSystem.of(f, ["first", "second", "rate", "other"], ["shoulder", "elbow"], T_S)
+
+
+def vehicle(seed: int) -> Reference:
+    """A robot or a car on an oval with waves, in either direction."""
+    rng = np.random.default_rng(seed)
+    phase = rng.choice([-1, 1]) * 2 * np.pi * (np.arange(16) / 16 + rng.uniform())
+    x = rng.uniform(1.0, 2.0) * np.cos(phase) + 0.1 * rng.uniform(-1, 1) * np.cos(3 * phase)
+    y = rng.uniform(1.0, 2.0) * np.sin(phase)
+    system = mobile_robot(T_S) if rng.integers(2) else kinematic_bicycle(T_S, float(rng.uniform(0.2, 3.0)))
+    return bounded(system, (through(x), through(y)))
+
+
+def assert_follows(reference: Reference, steps: int = 60) -> None:
+    system, window = reference.plant.system, reference.window(0, steps)
+    x = window.states[0]
+    for k in range(steps):
+        off = system.successor(window.states[k], window.inputs[k]) - window.states[k + 1]
+        assert np.max(np.abs(off)) < 1e-9, (k, off)
+        x = system.successor(x, window.inputs[k])
+    assert np.max(np.abs(x - window.states[-1])) < 1e-5
+
+
+PROVED = {chain: (11, 14, 0), vehicle: (0, 1, 2, 3)}
+
+
+@pytest.mark.parametrize("make", [chain, vehicle])
+def test_random_references_are_proved_and_followed(make: Callable[[int], Reference]):
+    for seed in range(25):
+        reference = make(seed)
+        assert_follows(reference)
+        if seed in PROVED[make]:  # all fifty are proved, which takes a minute
+            found = prove(reference)
+            assert isinstance(found, Certificate), (seed, found)
+
+
+def test_a_chain_of_five_is_followed_and_its_parts_are_few():
+    """Written out, the formula of its input has 20,000 parts; evaluated are those that differ, read again or not."""
+    reference = long_chain(5)
+    assert_follows(reference)
+    system = reference.plant.system
+    for flat in (system.flat, loads(NonlinearSystem, dumps(system)).flat):
+        (formula,) = flat.inputs
+        assert size_and_depth(formula)[0] > 20_000
+        assert len(list(all_nodes(formula))) < 500
+    assert len(str(system.needs[-1])) < 500
+
+
+def test_coupled_inputs_are_found_together():
+    rng = np.random.default_rng(2)
+    reference = bounded(arm(), tuple(through(0.3 * rng.uniform(-1, 1, 8)) for _ in range(2)))
+    assert reference.plant.flatness.orders == (2, 2)
+    assert_follows(reference)
+
+
+def test_coupled_inputs_that_are_one_are_not_found():
+    def f(x, u):
+        return [x[0] + x[1], x[1] + np.cos(x[0]) * (u[0] + u[1]), x[2] + x[0] * (u[0] + u[1])]
+
+    with pytest.raises(ValueError, match="flat form"):
+        NonlinearSystem.of(f, ["a", "b", "c"], ["u", "v"], T_S)
+
+
+@pytest.mark.parametrize(("make", "seed"), [(chain, 11), (vehicle, 1)])
+def test_the_checker_agrees(make, seed):
+    found = prove(make(seed))
+    assert isinstance(found, Certificate)
+    verdict = check(json.loads(json.dumps(encode_certificate(found))))
+    assert isinstance(verdict, Proved), verdict
+
+
+def test_a_chain_of_four_is_proved_and_checked():
+    found = prove_on_window(long_chain(4), 0.0, 0.3)
+    assert isinstance(found, Certificate)
+    assert isinstance(check(json.loads(json.dumps(encode_certificate(found)))), Proved)
+
+
+def tanks() -> Reference:
+    """A level that decays to its mean: for all times."""
+    signal = KernelSum(SquaredExponential(1.0, 20.0), 0.8, np.array([0.0, 30.0]), np.array([0.05, -0.05]))
+    plant = ConstrainedSystem(two_tanks(1.0), Polytope.box([0.2, 0.2], [2.0, 2.0]), Polytope.box([0.0], [1.5]))
+    return Reference((signal,), plant)
+
+
+def test_two_tanks_are_proved_for_all_times_and_checked():
+    found = prove(tanks())
+    assert isinstance(found, Certificate), found
+    assert_follows(tanks())
+    data = encode_certificate(found)
+    assert isinstance(check(data), Proved)
+    # Without the claim that the root is positive, √(p²) might be −p.
+    without = changed(data, "reference.plant.system.flat.positive", [1.0])
+    assert isinstance(check(without), Failed)
+
+
+def test_a_pendulum_is_proved_for_all_times():
+    signal = KernelSum(SquaredExponential(1.0, 0.6), 0.0, np.array([0.0, 1.0]), np.array([0.5, -0.8]))
+    plant = ConstrainedSystem(pendulum(0.02), Polytope.box([-2.0, -5.0], [2.0, 5.0]), Polytope.box([-3.0], [3.0]))
+    assert isinstance(prove(Reference((signal,), plant)), Certificate)
+    assert_follows(Reference((signal,), plant))
+
+
+def test_a_system_with_its_flat_form_is_stored_losslessly():
+    for system in (two_tanks(1.0), mobile_robot(0.1)):
+        assert loads(NonlinearSystem, dumps(system)) == system
+
+
+def test_a_wrong_wheelbase_is_refused():
+    found = prove(vehicle(next(s for s in range(25) if "steering" in vehicle(s).plant.system.inputs)))
+    assert isinstance(found, Certificate)
+    data = encode_certificate(found)
+    steering = data["reference"]["plant"]["system"]["flat"]["inputs"][1]
+
+    def longer(formula):
+        if isinstance(formula, list):
+            return [longer(part) for part in formula]
+        return formula * 1.01 if isinstance(formula, float) and formula not in (2.0, T_S) else formula
+
+    tampered = longer(steering)
+    assert tampered != steering
+    verdict = check(changed(data, "reference.plant.system.flat.inputs.1", tampered))
+    assert isinstance(verdict, Failed)
+    assert "flat" in verdict.reason
+
+
+def test_what_is_no_chain_is_refused():
+    with pytest.raises(ValueError, match="found for short chains only"):
+        NonlinearSystem.of(lambda x, u: [x[0] + x[1] ** 2, u[0] * x[0]], ["a", "b"], ["u"], T_S)

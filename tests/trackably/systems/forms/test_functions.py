@@ -1,0 +1,125 @@
+"""Angles, arc tangents and sizes: derivatives, enclosures and rounding bounds hold the truth."""
+
+import numpy as np
+import pytest
+from flint import arb
+from mpmath import mp
+
+from trackably.certificates.balls.arithmetic import ball_arithmetic
+from trackably.certificates.balls.formulas import UndefinedError, at_balls
+from trackably.checker.arithmetic.domains import UndefinedError as CheckerUndefined
+from trackably.checker.arithmetic.intervals import ZERO, between, exactly
+from trackably.checker.arithmetic.models import Model
+from trackably.checker.arithmetic.models import Models as CheckerModels
+from trackably.checker.formulas.formula import evaluate as checker_evaluate
+from trackably.checker.formulas.slopes import Sloped, SlopedFormulas
+from trackably.checker.formulas.tracked import Tracked, TrackedFormulas
+from trackably.checker.formulas.values import Intervals
+from trackably.checker.reading.formulas import a_formula
+from trackably.systems.formulas.algebra import derivative
+from trackably.systems.formulas.evaluation import evaluate_floats
+from trackably.systems.formulas.nested_lists import to_lists
+from trackably.systems.formulas.tracing import traced
+
+FORMULAS = {
+    "atan2": np.arctan2,
+    "atan": lambda a, b: np.arctan(a * b),
+    "hypot": np.hypot,
+    "abs": lambda a, b: abs(a) + b,
+    "tanh": lambda a, b: np.tanh(a + b),
+    "tan": lambda a, b: np.tan(0.3 * a) * b,
+    "turn": lambda a, b: np.arctan2(a * b - 0.3, a + b**2),
+}
+AT = [(0.7, 0.4), (-0.7, 0.4), (0.9, -0.2), (-0.05, 1.3), (1.7, 0.02), (-1.2, -0.3)]
+
+
+def formula(name):
+    return traced(lambda x, u: [FORMULAS[name](x[0], u[0])], ("a",), ("b",))[0]
+
+
+def truth(name, a, b):
+    """The formula in many digits."""
+    mp.prec = 200
+    a, b = mp.mpf(a), mp.mpf(b)
+    values = {
+        "atan2": lambda: mp.atan2(a, b),
+        "atan": lambda: mp.atan(a * b),
+        "hypot": lambda: mp.sqrt(a * a + b * b),
+        "abs": lambda: abs(a) + b,
+        "tanh": lambda: mp.tanh(a + b),
+        "tan": lambda: mp.tan(mp.mpf(0.3) * a) * b,
+        "turn": lambda: mp.atan2(a * b - mp.mpf(0.3), a + b * b),
+    }
+    return values[name]()
+
+
+def checkers(middle, half):
+    return Model([exactly(middle), exactly(half)] + [ZERO] * 4, ZERO)
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_derivatives_are_those_of_differences(name):
+    of = formula(name)
+    for a, b in AT:
+        for which, step in (("a", (1e-6, 0.0)), ("b", (0.0, 1e-6))):
+            slope = derivative(of, which)
+            at = {"a": np.array(a), "b": np.array(b)}
+            found = float(evaluate_floats(slope, at)) if slope is not None else 0.0
+            ahead, behind = (
+                float(evaluate_floats(of, {"a": np.array(a + s * step[0]), "b": np.array(b + s * step[1])}))
+                for s in (1, -1)
+            )
+            assert found == pytest.approx((ahead - behind) / 2e-6, rel=1e-6, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_enclosures_contain_the_truth(name):
+    of, theirs = formula(name), a_formula(to_lists(formula(name)), "f")
+    for a, b in AT:
+        x = np.linspace(-1.0, 1.0, 5)
+        true = [truth(name, a + 0.01 * s, b - 0.02 * s) for s in x.tolist()]
+        mine = {"a": checkers(a, 0.01), "b": checkers(b, -0.02)}
+        found = checker_evaluate(theirs, mine, CheckerModels(6))
+        for s, value in zip(x.tolist(), true, strict=True):
+            middle = sum((c * s**k for k, c in enumerate(found.coefficients)), ZERO)
+            reach = found.missed.b + 2.0**-45
+            assert (middle - reach).a <= float(value) <= (middle + reach).b
+        lines = {name: Tracked(model, exactly(2.0**-50)) for name, model in mine.items()}
+        tracked = checker_evaluate(theirs, lines, TrackedFormulas(6))
+        for s, value in zip(x.tolist(), true, strict=True):
+            off = float(evaluate_floats(of, {"a": np.array(a + 0.01 * s), "b": np.array(b - 0.02 * s)})) - value
+            assert abs(off) <= float(tracked.error.b)
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_slopes_of_the_checker_are_those_of_the_prover(name):
+    of, theirs = formula(name), a_formula(to_lists(formula(name)), "f")
+    for a, b in AT:
+        values = {"a": Sloped(exactly(a), [exactly(1), ZERO]), "b": Sloped(exactly(b), [ZERO, exactly(1)])}
+        found = checker_evaluate(theirs, values, SlopedFormulas(2))
+        at = {"a": np.array(a), "b": np.array(b)}
+        for which, slope in zip("ab", found.slopes, strict=True):
+            own = derivative(of, which)
+            expected = float(evaluate_floats(own, at)) if own is not None else 0.0
+            assert float(slope.mid) == pytest.approx(expected, rel=1e-12, abs=1e-14)
+
+
+SINGULAR = {
+    "the zero vector": ("atan2", (-0.1, 0.1), (-0.1, 0.1)),
+    "across ±π": ("atan2", (-0.1, 0.1), (-1.0, -0.5)),
+    "at a kink": ("abs", (-0.1, 0.2), (0.5, 0.6)),
+    "length zero": ("hypot", (-0.1, 0.1), (0.0, 0.1)),
+}
+
+
+@pytest.mark.parametrize("which", SINGULAR)
+def test_both_sides_refuse_where_there_may_be_no_value(which):
+    name, a, b = SINGULAR[which]
+    with ball_arithmetic(), pytest.raises(UndefinedError):
+        at_balls(formula(name), {"a": arb(a[0]).union(arb(a[1])), "b": arb(b[0]).union(arb(b[1]))})
+    theirs = a_formula(to_lists(formula(name)), "f")
+    with pytest.raises(CheckerUndefined):
+        checker_evaluate(theirs, {"a": between(*a), "b": between(*b)}, Intervals())
+    own = {k: checkers((v[0] + v[1]) / 2, (v[1] - v[0]) / 2) for k, v in (("a", a), ("b", b))}
+    with pytest.raises(CheckerUndefined):
+        checker_evaluate(theirs, own, CheckerModels(6))

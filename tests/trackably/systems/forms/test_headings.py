@@ -1,0 +1,135 @@
+"""Headings that cross ±π: formulas of them do not jump where they need not, and where they must nothing is proved."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.trackably.checker.instances import changed
+from tests.trackably.systems.forms.instances import INPUTS, STATES, T_S, along, drives, eight, robot
+from trackably.certificates import prove as proofs
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.outcome import Unproved
+from trackably.certificates.prove import prove, prove_on_window
+from trackably.checker import Failed, Proved, check
+from trackably.codec.converter import dumps, loads
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.flat.form import FlatForm
+from trackably.systems.flat.headings import with_heading_in, without_jumps
+from trackably.systems.formulas.evaluation import evaluate_floats
+from trackably.systems.formulas.expression import Angle, Variable
+from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+from trackably.systems.sets.polytope import Polytope
+
+HEADING = FlatForm((Angle(Variable("z2[0]"), Variable("z1[0]")),), (Variable("z1[1]"),), ("heading",))
+INPUT_SET = Polytope.box([0.1, -2.5], [1.5, 2.5])
+
+
+def differences(z):
+    """The flat form as users write it: the turn rate is a difference of headings."""
+    states, (speed, _) = along(z)
+    now, later = z[1] - z[0], z[2] - z[1]
+    return states, [speed, (np.arctan2(later[1], later[0]) - np.arctan2(now[1], now[0])) / T_S]
+
+
+def by_cosine(z):
+    """The speed is the length of a step along the heading."""
+    states, (_, turn) = along(z)
+    now = z[1] - z[0]
+    return states, [(now[0] * np.cos(states[2]) + now[1] * np.sin(states[2])) / T_S, turn]
+
+
+@pytest.mark.parametrize("half", [2.3, 3.05])
+@pytest.mark.parametrize("middle", np.linspace(-12.0, 12.0, 17))
+def test_a_heading_within_bounds_is_the_same_direction_and_does_not_jump_inside_of_them(middle: float, half: float):
+    form = with_heading_in(HEADING, 0, Interval(middle - half, middle + half))
+    true = middle + np.linspace(-half, half, 51)
+    at = {"z1[0]": 2.0 * np.cos(true), "z2[0]": 2.0 * np.sin(true)}
+    np.testing.assert_allclose(evaluate_floats(form.states[0], at), true, atol=1e-12)
+
+
+@pytest.mark.parametrize("bounds", [(-3.0, 3.0), (-0.5, 1.0), (90.0, 91.0), (-4.0, 4.0), (-3.05, 3.25), (-3.0, 5.0)])
+def test_other_headings_stay_as_they_are(bounds: tuple[float, float]):
+    assert with_heading_in(HEADING, 0, Interval(*bounds)) is HEADING
+
+
+@pytest.mark.parametrize("flat", [differences, by_cosine])
+def test_an_eight_is_proved_however_its_turns_are_written(flat):
+    plant = ConstrainedSystem(robot(flat), eight().plant.state_set, INPUT_SET)
+    reference, same = Reference(eight().signals, plant), eight()
+    steps = np.arange(240)
+    np.testing.assert_allclose(reference.input(steps), same.input(steps), atol=1e-9)
+    assert isinstance(prove(reference), Certificate)
+
+
+def test_a_difference_that_is_no_angle_stays_as_it_is():
+    """Where whole turns matter, a smaller turn is not the same: the integral of the turn rate counts them."""
+
+    def f(state, inputs):
+        return [*drives(state[:3], inputs), state[3] + inputs[1]]
+
+    def flat(z):
+        states, inputs = along(z[:, :2])
+        return [*states, z[0][2]], [inputs[0], z[1][2] - z[0][2]]
+
+    with pytest.raises(ValueError, match="flat form"):
+        NonlinearSystem.of(f, (*STATES, "turned"), INPUTS, T_S, FlatForm.of(flat, 3, ["heading"]))
+    form = FlatForm.of(along, 2, ["heading"])
+    assert without_jumps(form) is form
+
+
+def westward(low: float, high: float) -> Reference:
+    """A path that weaves about the direction of ±π, with bounds of its heading."""
+    times = np.arange(-1.0, 8.0, 0.5)
+    kernel = SquaredExponential(1.0, 2.0)
+    gram = kernel.jet(times[:, None] - times, 0)[0] + 1e-8 * np.eye(len(times))
+    x, y = (KernelSum(kernel, 0.0, times, np.linalg.solve(gram, v)) for v in (-0.5 * times, 0.3 * np.sin(1.2 * times)))
+    states = Polytope.box([-30.0, -3.0, low], [30.0, 3.0, high])
+    return Reference((x, y), ConstrainedSystem(robot(), states, INPUT_SET))
+
+
+@pytest.mark.parametrize("turns", [-1, 0, 1])
+def test_bounds_of_a_heading_around_pi_are_proved_and_checked(turns: int):
+    low, high = np.pi - 1.0 + 2 * np.pi * turns, np.pi + 1.0 + 2 * np.pi * turns
+    reference = westward(low, high)
+    found = prove_on_window(reference, 0.0, 6.0)
+    assert isinstance(found, Certificate), found
+    data = json.loads(json.dumps(encode_certificate(found)))
+    if turns == 0:
+        assert isinstance(check(data), Proved)
+    heading = reference.state_at(np.linspace(0.0, 6.0, 301))[:, 2]
+    assert low < np.min(heading) < np.pi * (1 + 2 * turns) < np.max(heading) < high
+    assert loads(NonlinearSystem, dumps(reference.plant.system)) == reference.plant.system
+    quarters = "reference.plant.system.flat.states.2.1.1"
+    for wrong in (1.0, 2.0 + 4 * turns + 1e-9, -1.0 + 4 * turns):
+        verdict = check(changed(data, quarters, wrong))
+        assert isinstance(verdict, Failed)
+        assert "flat: f does not lead" in verdict.reason
+
+
+def test_bounds_of_nearly_a_turn_are_proved_and_checked():
+    """The heading jumps opposite to their middle, which is no whole number of quarter turns."""
+    reference = westward(np.pi - 2.5, np.pi + 3.3)
+    found = prove_on_window(reference, 0.0, 6.0)
+    assert isinstance(found, Certificate), found
+    written = json.dumps(encode_certificate(found))
+    assert isinstance(check(json.loads(written)), Proved)
+    assert "247.0" in written, "cosine and sine are 247/265 and 96/265"
+    verdict = check(json.loads(written.replace("247.0", "246.0", 1)))
+    assert isinstance(verdict, Failed)
+    assert "flat: f does not lead" in verdict.reason
+
+
+def test_a_heading_that_jumps_is_refused_at_once(monkeypatch):
+    monkeypatch.setattr(proofs, "cover", None)  # no box is tried
+    found = prove(eight(heading=4.0))
+    assert isinstance(found, Unproved)
+    assert "6.1 rad wide" in found.reason
+    start, end = found.box
+    before, after = eight().state_at(np.array([start - 1e-6, end + 1e-6]))[:, 2]
+    assert abs(before - after) == pytest.approx(2 * np.pi, abs=1e-3)

@@ -1,0 +1,75 @@
+"""Systems that come with the library follow the differential equations that they are made from."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from trackably.systems.library import GRAVITY, kinematic_bicycle, mobile_robot, pendulum, tank, two_tanks
+
+
+def robot_rate(x, u):
+    return [u[0] * np.cos(x[2]), u[0] * np.sin(x[2]), u[1]]
+
+
+def bicycle_rate(x, u):
+    return [u[0] * np.cos(x[2]), u[0] * np.sin(x[2]), u[0] * np.tan(u[1]) / 2.7]
+
+
+def tank_rate(x, u):
+    return [(u[0] - 0.6 * np.sqrt(x[0])) / 2.0]
+
+
+def tanks_rate(x, u):
+    return [(u[0] - 0.6 * np.sqrt(x[0])) / 2.0, 0.6 * (np.sqrt(x[0]) - np.sqrt(x[1])) / 2.0]
+
+
+def pendulum_rate(x, u):
+    return [x[1], (u[0] - 0.02 * x[1]) / (0.2 * 0.5**2) - GRAVITY / 0.5 * np.sin(x[0])]
+
+
+SYSTEMS = {
+    "mobile_robot": (mobile_robot, robot_rate, [0.3, -0.2, 0.7], [0.8, 0.5]),
+    "bicycle": (lambda h: kinematic_bicycle(h, 2.7), bicycle_rate, [0.3, -0.2, 0.7], [8.0, 0.2]),
+    "tank": (tank, tank_rate, [0.8], [0.4]),
+    "two_tanks": (two_tanks, tanks_rate, [0.8, 0.5], [0.4]),
+    "pendulum": (pendulum, pendulum_rate, [0.8, -0.5], [0.1]),
+}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_steps_approach_the_differential_equation(name):
+    system_of, rate, start, u = SYSTEMS[name]
+    solved = solve_ivp(lambda t, x: rate(x, u), (0.0, 0.2), start, rtol=1e-11, atol=1e-12).y[:, -1]
+
+    def error(steps):
+        system, x = system_of(0.2 / steps), np.array(start)
+        for _ in range(steps):
+            x = system.successor(x, np.array(u))
+        return np.max(np.abs(x - solved))
+
+    assert error(80) < 0.02
+    assert error(160) < 0.6 * error(80)  # Euler's method: half the step, half the error
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_each_has_as_many_flat_outputs_as_inputs(name):
+    system = SYSTEMS[name][0](0.1)
+    assert len(system.flatness().orders) == len(system.inputs)
+
+
+def test_an_exact_robot_is_where_the_lines_of_its_chords_meet():
+    """The flat outputs of the exact unicycle: headings, and distances of chords from the origin (`mobile_robot`)."""
+    rng, step, state = np.random.default_rng(0), 0.5, np.array([0.3, -0.2, 0.7])
+    states = [state]
+    for _ in range(6):
+        u = rng.uniform(0.5, 1.5, 2)
+        state = solve_ivp(lambda t, x, u=u: robot_rate(x, u), (0.0, step), state, rtol=1e-11, atol=1e-12).y[:, -1]
+        states.append(state)
+    positions, headings = np.array(states)[:, :2], np.array(states)[:, 2]
+    chords = (headings[1:] + headings[:-1]) / 2
+    normals = np.stack([-np.sin(chords), np.cos(chords)], axis=1)
+    distances = np.sum(normals * positions[:-1], axis=1)
+    np.testing.assert_allclose(distances, np.sum(normals * positions[1:], axis=1), atol=1e-9)
+    for k in range(1, 6):
+        met = np.linalg.solve(normals[k - 1 : k + 1], distances[k - 1 : k + 1])
+        np.testing.assert_allclose(met, positions[k], atol=1e-8)

@@ -1,0 +1,90 @@
+"""A robot with a flat form: it is proved to follow its reference, and it does; where it has no heading nothing is."""
+
+import numpy as np
+import pytest
+
+from tests.trackably.systems.forms.instances import PERIOD, T_S, along, certificate, drives, eight, robot
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.outcome import Unproved
+from trackably.certificates.prove import prove
+from trackably.checker import Proved, check
+
+
+def test_a_proof_is_found_and_checked():
+    verdict = check(certificate())
+    assert isinstance(verdict, Proved)
+    assert '"heading" up to whole turns' in verdict.statement
+    assert '0.1 ≤ "speed" ≤ 1.5' in verdict.statement
+
+
+def test_the_robot_follows_the_reference_with_its_inputs():
+    reference, steps = eight(), np.arange(3 * round(PERIOD / T_S) + 1.0)
+    states, inputs = reference.state(steps), reference.input(steps)
+    x = states[0]
+    for k in range(len(steps) - 1):
+        x = np.array(drives(x, inputs[k]))
+        off = x - states[k + 1]
+        off[2] -= 2 * np.pi * np.rint(off[2] / (2 * np.pi))
+        assert np.max(np.abs(off)) < 1e-11
+
+
+def test_dense_samples_keep_the_proved_bounds():
+    found = prove(eight())
+    inputs = eight().input_at(np.linspace(0.0, PERIOD, 5001))
+    for column, quantity in zip(inputs.T, eight().quantities[-2:], strict=True):
+        assert np.all((quantity.bounds.lower < column) & (column < quantity.bounds.upper))
+    assert isinstance(found, Certificate)
+
+
+def test_the_heading_that_windows_show_does_not_jump():
+    states = eight().window(0, 240).states
+    inputs = eight().window(0, 240).inputs
+    np.testing.assert_allclose(np.diff(states[:, 2]), T_S * inputs[:, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize(("width", "height"), [(1.5, 0.0), (0.0, 0.8), (0.0, 0.0)])
+def test_a_robot_that_stands_still_has_no_proof_even_without_a_bound_of_its_speed(width, height):
+    found = prove(eight(width, height, slowest=-1.0))
+    assert isinstance(found, Unproved)
+
+
+def test_what_is_missing_is_said():
+    found = prove(eight(1.5, 0.0, slowest=-1.0))
+    assert isinstance(found, Unproved)
+    assert "a lower bound of its speed above zero" in found.reason
+
+
+def forms():
+    def of(change):
+        return lambda z: change(z, *along(z))
+
+    yield "a sign", of(lambda z, x, u: (x, [u[0], -u[1]]))
+    yield "backwards", of(lambda z, x, u: (x, [-u[0], u[1]]))
+    yield "half a turn", of(lambda z, x, u: ([*x[:2], np.arctan2(z[0][1] - z[1][1], z[0][0] - z[1][0])], u))
+    yield "a shift", lambda z: (along(z)[0], along(_Later(z))[1])
+    yield "a state's shift", lambda z: (along(_Later(z))[0], along(z)[1])
+    yield "a slower clock", of(lambda z, x, u: (x, [u[0] * 0.999, u[1]]))
+    yield "exchanged", of(lambda z, x, u: ([x[1], x[0], x[2]], u))
+
+
+class _Later:
+    def __init__(self, z):
+        self.z = z
+
+    def __getitem__(self, j):
+        return self.z[j + 1]
+
+
+@pytest.mark.parametrize("flat", [pytest.param(flat, id=name) for name, flat in forms()])
+def test_a_wrong_flat_form_is_refused(flat):
+    with pytest.raises(ValueError, match="flat form is not one of f"):
+        robot(flat)
+
+
+def test_states_that_are_no_angles_cannot_be_called_so():
+    def f(state, inputs):
+        x, y, heading = drives(state, inputs)
+        return [x, y + 1e-3 * state[2], heading]
+
+    with pytest.raises(ValueError, match="calls heading an angle, but the formula of y changes"):
+        robot(f=f)

@@ -1,0 +1,163 @@
+"""Expressions: one function in floats, balls, intervals and many digits; its derivative; its text and lists."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from mpmath import mp
+
+from tests.trackably.systems.formulas.random_expressions import expressions, in_balls, many_digits, points
+from trackably.checker.arithmetic.intervals import iv
+from trackably.checker.formulas.formula import evaluate as checked_value
+from trackably.checker.formulas.values import Intervals
+from trackably.checker.reading.formulas import a_formula
+from trackably.systems.formulas.algebra import derivative
+from trackably.systems.formulas.evaluation import evaluate_floats
+from trackably.systems.formulas.expression import (
+    BINARY,
+    FUNCTIONS,
+    Constant,
+    Variable,
+    all_nodes,
+    operands,
+    size_and_depth,
+    variables,
+)
+from trackably.systems.formulas.nested_lists import from_lists, to_lists
+
+
+def test_balls_intervals_and_floats_agree():
+    examined, in_floats = [], []
+
+    @settings(max_examples=150, deadline=None)
+    @given(expressions, points)
+    def law(expression, point):
+        values = dict(zip("xy", point, strict=True))
+        ball = in_balls(expression, values)
+        if ball is None:
+            return
+        examined.append(expression)
+        with mp.workdps(60):
+            true = many_digits(expression, values)
+            assert not isinstance(true, mp.mpc)
+            middle, radius = mp.mpf(ball.mid().str(45, radius=False)), mp.mpf(float(ball.rad()))
+            assert abs(true - middle) <= radius + abs(middle) * mp.mpf(10) ** -40 + mp.mpf(10) ** -40
+            tree = a_formula(to_lists(expression), "f")
+            interval = checked_value(tree, {name: iv.mpf(v) for name, v in values.items()}, Intervals())
+            assert mp.mpf(interval.a._mpi_[0]) <= true <= mp.mpf(interval.b._mpi_[1])
+        seen = float(evaluate_floats(expression, {name: np.array(v) for name, v in values.items()}))
+        conditions = [in_balls(node, values) for node in all_nodes(expression)]
+        if all(c is not None and 1e-3 < abs(float(c)) < 1e3 for c in conditions):
+            in_floats.append(expression)
+            assert seen == pytest.approx(float(true), rel=1e-8, abs=1e-8)
+
+    law()
+    assert len(examined) > 120
+    assert len(in_floats) > 100
+
+
+def test_derivatives_are_those_of_central_differences():
+    examined = []
+
+    @settings(max_examples=150, deadline=None)
+    @given(expressions, points)
+    def law(expression, point):
+        values = dict(zip("xy", point, strict=True))
+        if in_balls(expression, values) is None:
+            return
+        examined.append(expression)
+        with mp.workdps(80):
+            for name in "xy":
+                slope, h = derivative(expression, name), mp.mpf(10) ** -25
+                ends = [many_digits(expression, {**values, name: mp.mpf(values[name]) + s * h}) for s in (1, -1)]
+                difference = (ends[0] - ends[1]) / (2 * h)
+                found = mp.mpf(0) if slope is None else many_digits(slope, values)
+                if abs(difference) < 1e30:
+                    assert abs(found - difference) <= mp.mpf(10) ** -12 * (1 + abs(difference)), str(expression)
+
+    law()
+    assert len(examined) > 120
+
+
+def test_a_derivative_in_several_names_moves_them_together():
+    x, y = Variable("x"), Variable("y")
+    assert derivative(BINARY[1](x, y), "x", "y") == BINARY[1](Constant(1.0), Constant(1.0))
+    assert derivative(x, "y") is None
+
+
+@given(expressions)
+def test_lists_return(expression):
+    assert from_lists(to_lists(expression)) == expression
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        True,
+        None,
+        math.nan,
+        math.inf,
+        10**400,
+        [],
+        ["+", 1.0],
+        ["tanh", "x"],
+        ["^", "x", "y"],
+        ["^", "x", True],
+        {},
+        ["+"],
+    ],
+)
+def test_what_is_no_formula_is_refused(data):
+    with pytest.raises(ValueError, match="a formula must be a number, a name or a list"):
+        from_lists(data)
+
+
+def test_formulas_may_not_be_nested_too_deeply():
+    data = "x"
+    for _ in range(101):
+        data = ["exp", data]
+    with pytest.raises(ValueError, match="a formula must not be nested more than 100 deep"):
+        from_lists(data)
+
+
+def test_the_text_of_a_formula_is_the_formula():
+    examined = []
+
+    @settings(max_examples=60, deadline=None)
+    @given(expressions, points)
+    def law(expression, point):
+        values = dict(zip("xy", point, strict=True))
+        if in_balls(expression, values) is None:
+            return
+        examined.append(expression)
+        text = str(expression).replace("^", "**")
+        with np.errstate(all="ignore"):
+            found = eval(
+                text, {name: getattr(np, name) for name in FUNCTIONS}, {n: np.float64(v) for n, v in values.items()}
+            )
+        assert float(found) == pytest.approx(float(evaluate_floats(expression, values)), rel=1e-9)
+
+    law()
+    assert len(examined) > 45
+
+
+def test_what_is_shared_counts_each_time_it_is_written():
+    x = Variable("x")
+    for _ in range(40):
+        x = BINARY[0](x, x)
+    assert size_and_depth(x) == (2**41 - 1, 41)
+    assert variables(x) == {"x"}
+    assert float(evaluate_floats(x, {"x": np.array(1.0)})) == 2.0**40
+
+
+def test_the_steps_of_a_formula_compute_each_node_once_after_its_operands():
+    x, y = Variable("x"), Variable("y")
+    shared = BINARY[2](x, y)
+    formula = BINARY[0](shared, BINARY[1](shared, x))
+    computed = [node for node, _ in formula.steps]
+    assert len(computed) == len({id(node) for node in computed}) == 5
+    assert computed[-1] is formula
+    for place, (node, operands_at) in enumerate(formula.steps):
+        assert [id(computed[i]) for i in operands_at] == [id(operand) for operand in operands(node)]
+        assert all(i < place for i in operands_at)

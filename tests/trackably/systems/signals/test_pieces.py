@@ -1,0 +1,103 @@
+"""Polynomial pieces are what SciPy says of the same numbers, whatever lies beyond them."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.interpolate import Akima1DInterpolator, CubicSpline, PPoly
+
+from tests.trackably.plants import AXIS
+from trackably.codec.converter import decode, encode
+from trackably.codec.values import CodecError
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.reference import Reference
+from trackably.systems.signals.pieces import PolynomialPieces
+
+TIMES = np.array([0.0, 0.7, 1.0, 2.5, 4.0])
+VALUES = np.array([0.3, -1.0, 0.5, 0.2, 0.3])
+PARTNERS = {
+    "cubic": CubicSpline(TIMES, VALUES),
+    "periodic": CubicSpline(TIMES, VALUES, bc_type="periodic"),
+    "akima": Akima1DInterpolator(TIMES, VALUES),
+    "steps": PPoly(np.array([[1.0, -2.0, 0.5, 3.0]]), TIMES),
+    "quintic": PPoly(np.random.default_rng(0).standard_normal((6, 4)), TIMES),
+}
+
+
+def pieces(partner, beyond):
+    return PolynomialPieces(partner.x, partner.c[::-1].T, beyond)
+
+
+@pytest.mark.parametrize("name", PARTNERS)
+def test_jets_are_those_of_scipy(name):
+    partner, t = PARTNERS[name], np.linspace(0, 3.99, 120).reshape(4, 30)
+    jet = pieces(partner, "end").jet(t, 3)
+    assert jet.shape == (4, 4, 30)
+    for order in range(4):
+        expected = partner(t, order) if order else partner(t)
+        assert jet[order] == pytest.approx(expected, rel=1e-12, abs=1e-11)
+
+
+@pytest.mark.parametrize("name", PARTNERS)
+def test_at_rest_a_signal_keeps_its_first_and_its_last_value(name):
+    signal = pieces(PARTNERS[name], "rest")
+    assert signal(np.array([-1e9, -1.0])) == pytest.approx(np.full(2, signal(0.0)))
+    assert signal(np.array([4.0, 7.0, 1e9])) == pytest.approx(np.full(3, PARTNERS[name](4.0)))
+    assert np.all(signal.jet(np.array([-1.0, 4.0, 9.0]), 2)[1:] == 0)
+
+
+@pytest.mark.parametrize("name", PARTNERS)
+def test_a_periodic_signal_repeats(name):
+    signal, t = pieces(PARTNERS[name], "period"), np.linspace(0.01, 3.99, 50)
+    for turns in (-3, 1, 1000):
+        assert signal.jet(t + 4 * turns, 1) == pytest.approx(signal.jet(t, 1), rel=1e-9, abs=1e-9)
+    assert signal.period == 4.0
+
+
+@pytest.mark.parametrize(
+    ("breakpoints", "coefficients", "beyond", "reason"),
+    [
+        ([0.0], [], "rest", "breakpoints must be two"),
+        ([0.0, 0.0], [[1.0]], "rest", "each larger"),
+        ([0.0, np.nan], [[1.0]], "rest", "finite"),
+        ([0.0, 1.0], [[1.0], [2.0]], "rest", r"got shape \(2, 1\)"),
+        ([0.0, 1.0], [[np.inf]], "rest", "must be finite"),
+        ([0.0, 1.0], [[1.0]], "for ever", "one of rest, period, end"),
+        ([0.1, 1.3], [[1.0]], "period", "must be exact"),
+    ],
+)
+def test_what_is_no_signal_is_refused_in_a_sentence(breakpoints, coefficients, beyond, reason):
+    with pytest.raises(ValueError, match=reason):
+        PolynomialPieces(breakpoints, coefficients, beyond)
+
+
+def test_a_period_is_exact():
+    signal = PolynomialPieces([0.5, 0.7], [[1.0]], "period")  # Sterbenz: the difference of such numbers is a float64
+    assert Fraction(signal.period) == Fraction(0.7) - Fraction(0.5)
+
+
+def test_references_of_pieces_are_written_and_read_losslessly():
+    reference = Reference((pieces(PARTNERS["akima"], "period"),), AXIS)
+    data = encode(reference)
+    again = decode(Reference, data)
+    assert encode(again) == data
+    assert again.pieces[0].beyond == "period"
+    assert np.array_equal(again.state(np.arange(9)), reference.state(np.arange(9)))
+    with pytest.raises(CodecError, match="beyond"):
+        decode(Reference, {**data, "signals": [{**data["signals"][0], "beyond": "nowhere"}]})
+
+
+def test_states_and_inputs_of_pieces_obey_the_system():
+    reference, k = Reference((pieces(PARTNERS["cubic"], "rest"),), AXIS), np.arange(100)
+    x, u = reference.state(k), reference.input(k)
+    assert reference.state(k + 1) == pytest.approx(AXIS.system.successor(x, u), rel=1e-9, abs=1e-12)
+
+
+def test_kinds_of_signals_are_not_mixed_up():
+    kernels = KernelSum(SquaredExponential(1.0, 1.0), 0.0, np.zeros(1), np.ones(1))
+    reference = Reference((pieces(PARTNERS["cubic"], "rest"),), AXIS)
+    with pytest.raises(ValueError, match="must be sums of kernels here"):
+        _ = reference.kernel_sums
+    assert Reference((kernels,), AXIS).kernel_sums == (kernels,)
+    assert Reference((kernels,), AXIS).pieces == ()

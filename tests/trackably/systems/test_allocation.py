@@ -1,0 +1,204 @@
+"""Control allocation: attainable effects against linear programs, smallest inputs against quadratic programs."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+from tests.trackably.gp.instances import over
+from tests.trackably.systems.instances import SIGNAL
+from tests.trackably.systems.redundant_instances import (
+    CASES,
+    ONE_STATE,
+    excess,
+    least,
+)
+from trackably.systems.allocation import Allocation
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.defect import smallest_defect
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
+
+
+@over(CASES, "case")
+def test_the_rows_say_what_a_linear_program_says(case):
+    system, wanted = case
+    rows = Allocation.of(system, wanted).attainable
+    inside = []
+    for u in least(system, wanted, 40):
+        margins = [bounds.margin(np.dot([float(r) for r in row], u)) for row, bounds in rows]
+        if abs(off := excess(system, wanted, u)) > 1e-7:
+            assert (min(margins, default=1.0) > 0) == (off < 0)
+            inside.append(off < 0)
+    assert len(inside) > 30
+    assert sum(inside) > 5
+
+
+@over(CASES, "case")
+def test_rows_do_not_tell_inputs_apart_that_push_alike(case):
+    system, wanted = case
+    for row, _ in Allocation.of(system, wanted).attainable:
+        r = np.array([float(v) for v in row])
+        assert np.max(np.abs(r)) == 1
+        np.testing.assert_allclose(np.linalg.pinv(system.B) @ system.B @ r, r, atol=1e-13)
+
+
+@over(CASES, "case")
+def test_the_smallest_admissible_input_is_that_of_a_quadratic_program(case):
+    system, wanted = case
+    allocation = Allocation.of(system, wanted)
+    inputs = least(system, wanted, 15)
+    chosen = allocation.smallest(inputs)
+    np.testing.assert_allclose(chosen @ system.B.T, inputs @ system.B.T, atol=1e-12)
+    admissible = [excess(system, wanted, u) <= -1e-7 for u in inputs]
+    assert sum(admissible) > 2
+    for u, found in zip(inputs[admissible], chosen[admissible], strict=True):
+        v = cp.Variable(len(u))
+        kept = [wanted.rows @ v <= wanted.upper, wanted.rows @ v >= wanted.lower, system.B @ v == system.B @ u]
+        cp.Problem(cp.Minimize(cp.sum_squares(v)), kept).solve(solver=cp.CLARABEL)
+        np.testing.assert_allclose(found, v.value, atol=1e-5)
+        assert wanted.margin(found) > -1e-13
+
+
+@over(CASES, "case")
+def test_slopes_are_those_of_the_smallest_input(case):
+    system, wanted = case
+    allocation = Allocation.of(system, wanted)
+    onto, step = np.linalg.pinv(system.B) @ system.B, 1e-7
+    # With one step inside and the next outside, the law may change: only inputs well inside.
+    inside = [u for u in least(system, wanted, 15) if excess(system, wanted, u) <= -1e-3]
+    assert len(inside) > 1
+    for u in inside:
+        for direction in onto.T:
+            ends = allocation.smallest(np.array([u + step * direction, u - step * direction]))
+            np.testing.assert_allclose(allocation.slopes(u) @ direction, (ends[0] - ends[1]) / (2 * step), atol=1e-6)
+
+
+def test_many_at_once_are_those_one_by_one():
+    system, wanted = CASES["two_states"]
+    allocation, inputs = Allocation.of(system, wanted), least(system, wanted, 70_000)
+    one_by_one = np.array([allocation.smallest(u) for u in inputs[::1000]])
+    np.testing.assert_array_equal(allocation.smallest(inputs)[::1000], one_by_one)
+
+
+@over({"one": ([0.7, 0.7], [1.2, 0.2]), "other": ([-0.9, -0.9], [-1.6, -0.2])}, "pair")
+def test_where_none_is_admissible_the_set_is_left_by_a_small_part_of_its_width(pair):
+    """The wide side gives more: by as much as they are apart, it is left by a smaller part."""
+    allocation = Allocation.of(*CASES["small_second"])
+    np.testing.assert_allclose(allocation.smallest(np.array(pair[0])), pair[1], atol=1e-15)
+
+
+@over(
+    {
+        "a bound never reached": ([1.0, 1.0], [-1.0, 0.0], [1.0, 1e13], -0.8, [-0.8, 0.0]),
+        "narrow beside wide": ([1.0, 1.0, 1.0], [-1e-3, -1e-3, -1e3], [1e-3, 1e-3, 1e3], 27.19, [1e-3, 1e-3, 27.188]),
+        "narrow and far": (
+            [1.0, 1.0, 1.0],
+            [300.0, 300.0, 0.0],
+            [300.01, 300.01, 1e3],
+            700.3,
+            [300.0, 300.0, 100.3],
+        ),
+    },
+    "case",
+)
+def test_widths_of_all_sizes(case):
+    row, lower, upper, push, wanted = case
+    allocation = Allocation.of(
+        LinearSystem(np.array([[0.5]]), np.array([row]), sampling_time=0.1), Polytope.box(lower, upper)
+    )
+    np.testing.assert_allclose(allocation.smallest(np.full(len(row), push / len(row))), wanted, rtol=1e-9, atol=1e-12)
+
+
+@over({"parallel": (1e-9, 1.0), "nearly": (1e-12, 1.0), "tiny": (1.0, 1e-9)}, "case")
+def test_inputs_push_alike_whatever_columns_of_b_come_first(case):
+    """The first two columns are hardly independent, or the second is small; together they are fine."""
+    apart, size = case
+    B = np.array([[1.0, size, 0.3, 0.7], [1.0, size * (1 + apart), 0.7, 0.1]])
+    wanted = Polytope.box(-np.array([1, 0.5, 0.2, 0.3]), np.array([1, 0.5, 0.2, 0.3]))
+    u = np.random.default_rng(0).uniform(-0.6, 0.6, (50, 2)) @ np.linalg.pinv(B).T
+    chosen = Allocation.of(LinearSystem(np.eye(2) / 2, B, sampling_time=0.1), wanted).smallest(u)
+    np.testing.assert_allclose(chosen @ B.T, u @ B.T, atol=1e-14)
+    assert np.sum(wanted.margin(u) < 0) > 5
+
+
+def test_numbers_at_the_end_of_the_range():
+    huge = np.finfo(float).max
+    ((row, bounds),) = Allocation.of(ONE_STATE, Polytope.box([-huge, -huge], [huge, huge])).attainable
+    assert row == (1, 1)
+    assert (bounds.lower, bounds.upper) == (-huge, huge)
+
+
+def test_a_set_that_only_rounding_leaves_open_is_refused():
+    """Its interior is smaller than the linear program's tolerance; exactly there is none."""
+    rows = np.array([[1.0, 0.0], [1.0, 1e-13], [0.0, 1.0]])
+    wanted = Polytope(rows, np.array([0.0, -1.0, -1.0]), np.array([1.0, 1.0, 1.0]))
+    object.__setattr__(wanted, "lower", np.array([0.0, 1.5, -1.0]))
+    object.__setattr__(wanted, "upper", np.array([1.0, 2.0, 1.0]))
+    with pytest.raises(ValueError, match="set: must have an interior, but no input lies strictly inside"):
+        _ = Allocation.of(ONE_STATE, wanted).attainable
+
+
+def test_names_do_not_meet_and_do_not_grow():
+    system = LinearSystem(
+        np.array([[0.5]]), np.array([[1.0, -1.0]]), states=("u1-u2",), inputs=("u1", "u2"), sampling_time=0.1
+    )
+    plant = ConstrainedSystem(system, Polytope.box([-3.0], [3.0]), Polytope.box([-1.0, -0.2], [1.0, 0.2]))
+    assert [quantity.name for quantity in plant.quantities] == ["u1-u2", "u1-u2 (2)"]
+    long = LinearSystem(
+        np.array([[0.5]]), np.ones((1, 3)), inputs=tuple("abc"[i] * 60 for i in range(3)), sampling_time=0.1
+    )
+    plant = ConstrainedSystem(long, Polytope.box([-3.0], [3.0]), Polytope.box(-np.ones(3), np.ones(3)))
+    assert [len(quantity.name) for quantity in plant.quantities] == [2, 80]
+
+
+def test_shapes_are_kept():
+    allocation = Allocation.of(*CASES["small_second"])
+    assert allocation.smallest(np.array([0.4, 0.4])) == pytest.approx([0.6, 0.2])
+    assert allocation.smallest(np.full((3, 5, 2), 0.4)).shape == (3, 5, 2)
+    assert allocation.slopes(np.full((3, 5, 2), 0.4)).shape == (3, 5, 2, 2)
+
+
+def test_without_redundancy_or_bounds_there_is_nothing_to_choose():
+    nothing = Polytope(np.empty((0, 2)), np.empty(0), np.empty(0), 2)
+    assert Allocation.of(ONE_STATE, nothing) is None
+    assert (
+        Allocation.of(LinearSystem(np.eye(2), np.eye(2), sampling_time=0.1), Polytope.box([-1.0, -1.0], [1.0, 1.0]))
+        is None
+    )
+
+
+def test_too_many_rows_are_refused():
+    system, m = LinearSystem(np.array([[0.9]]), np.ones((1, 12)), sampling_time=0.1), 12
+    with pytest.raises(ValueError, match="11 redundant inputs are too many for an input set of 12 rows"):
+        ConstrainedSystem(system, Polytope.box([-1.0], [1.0]), Polytope.box(-np.ones(m), np.ones(m)))
+
+
+@over(CASES, "case")
+def test_a_reference_is_trackable_where_some_input_is_admissible(case):
+    """Definition 1, by a convex program over all inputs: quantities inside their bounds, and inputs in U."""
+    system, wanted = case
+    n = len(system.A)
+    free = Polytope(np.empty((0, n)), np.empty(0), np.empty(0), n)
+    plant = ConstrainedSystem(system, free, wanted)
+    reference = Reference((SIGNAL,) * n, plant)
+    k = np.arange(12)
+    t = reference.instants(k)
+    np.testing.assert_allclose(
+        system.successor(reference.state(k), reference.input(k)), reference.state(k + 1), atol=1e-12
+    )
+    margins = [float(np.min(quantity.margin(reference.signals, t))) for quantity in reference.quantities]
+    margin = min(margins, default=np.inf)
+    defect = smallest_defect(reference, len(k) - 1)
+    assert (margin < 0) == (defect > 1e-6) or abs(margin) < 1e-5
+    if margin > 0:
+        assert np.min(wanted.margin(reference.input(k))) > -1e-12
+
+
+def test_quantities_and_limits_are_called_as_they_are_written():
+    system, wanted = CASES["small_second"]
+    plant = ConstrainedSystem(system, Polytope.box([-3.0], [3.0]), wanted)
+    assert [limit.name for limit in plant.given_constraints] == ["x1", "u1", "u2"]
+    assert [quantity.name for quantity in plant.quantities] == ["x1", "u1+u2"]
+    assert plant.quantities[1].bounds.lower >= -1.2
+    assert plant.quantities[1].bounds.upper <= 1.2

@@ -1,0 +1,62 @@
+"""A system with its sets: which quantities are bounded, what they are called, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.sets.interval import Interval
+from trackably.systems.sets.polytope import Polytope
+
+AXIS = LinearSystem(
+    np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.005], [0.1]]), states=("position", "velocity"), sampling_time=0.1
+)
+STATES = Polytope(np.array([[1.0, 0.0], [1.0, 0.5], [1.0, 0.0], [0.0, -1.0]]), -np.ones(4), np.array([1.0, 1, 2, 1]))
+INPUTS = Polytope.box(np.array([-3.0]), np.array([4.0]))
+PLANT = ConstrainedSystem(AXIS, STATES, INPUTS)
+
+
+def signal(t):
+    return np.sin(3 * t) + 0.2 * t
+
+
+def test_each_row_is_a_quantity_with_a_name_of_its_own():
+    """As it is written; rows that are written alike are numbered."""
+    names = ["position", "position+0.5velocity", "position (2)", "-velocity", "u1"]
+    assert [q.name for q in PLANT.quantities] == names
+    nearly = Polytope(np.array([[1 / 3, -1.0], [0.33333, -1.0], [1.0, 1e-9]]), -np.ones(3), np.ones(3))
+    names = ["0.333position-velocity", "0.333position-velocity (2)", "position+1e-09velocity", "u1"]
+    assert [q.name for q in replace(PLANT, state_set=nearly).quantities] == names
+    bounds = [Interval(-1, 1), Interval(-1, 1), Interval(-1, 2), Interval(-1, 1), Interval(-3, 4)]
+    assert [q.bounds for q in PLANT.quantities] == bounds
+
+
+def test_quantities_are_the_rows_of_the_states_and_inputs():
+    t = np.linspace(0, 3, 31)
+    states = np.stack([x((signal,), t) for x in PLANT.flatness.states], axis=-1)
+    inputs = np.stack([u((signal,), t) for u in PLANT.flatness.inputs], axis=-1)
+    expected = np.hstack([states @ STATES.rows.T, inputs @ INPUTS.rows.T])
+    found = np.stack([q((signal,), t) for q in PLANT.quantities], axis=-1)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_unbounded_coordinates_are_no_quantities():
+    free = Polytope.box(np.array([-np.inf, -1.0]), np.array([np.inf, 1.0]))
+    assert [q.name for q in replace(PLANT, state_set=free).quantities] == ["velocity", "u1"]
+    nothing = Polytope(np.empty((0, 1)), np.empty(0), np.empty(0))
+    assert [q.name for q in replace(PLANT, state_set=free, input_set=nothing).quantities] == ["velocity"]
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong", "message"),
+    [
+        ("state_set", INPUTS, "state_set must have dimension 2, got 1"),
+        ("input_set", STATES, "input_set must have dimension 1, got 2"),
+        ("system", LinearSystem(np.eye(2), np.array([[1.0], [1.0]]), sampling_time=0.1), "must be controllable, .*"),
+    ],
+)
+def test_what_does_not_fit_is_refused(name, wrong, message):
+    with pytest.raises(ValueError, match=f"^system: {message}$"):
+        replace(PLANT, **{name: wrong})

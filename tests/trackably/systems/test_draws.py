@@ -1,0 +1,210 @@
+"""Draws given samples and bounds, and bands: within the bounds, true to the samples, and about the truth."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from pipeline.published.ground_truth import setpoint_change
+from tests.project import ROOT
+from tests.trackably.checker.redundant import learned as redundant
+from tests.trackably.plants import CART
+from trackably.gp.bounded.normal import NoRoom
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+from trackably.learn import learn_reference
+from trackably.reference import TrackableReference
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.draws import MOST_VALUES, band, bounded_steps, draws_within_bounds
+from trackably.systems.linear import LinearSystem
+from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
+
+NONE = np.empty(0)
+SLOW = ConstrainedSystem(
+    LinearSystem([[1.0]], [[0.1]], sampling_time=0.1), Polytope.box([-1.0], [0.601]), Polytope.box([-99.0], [99.0])
+)
+STEPS = np.arange(101)
+WITHIN = np.arange(61)  # from the first sample to the last
+
+
+def plant(lower: float, upper: float) -> ConstrainedSystem:
+    system = LinearSystem([[0.9]], [[0.5]], sampling_time=0.01)
+    return ConstrainedSystem(system, Polytope.box([lower], [upper]), Polytope.box([-0.5], [0.5]))
+
+
+@cache
+def example1(upper: float = 0.01) -> TrackableReference:
+    k, y = np.loadtxt(ROOT / "data/paper/example1_samples.csv", delimiter=",", skiprows=1).T
+    samples, kernel = Samples(k * 0.01, y), SquaredExponential()
+    return learn_reference(samples, plant(-2.0, upper), kernel, "all_times", noise_std=0.01, starts=2, progress=False)
+
+
+@cache
+def drawn(upper: float = 0.01):
+    return example1(upper).draws(STEPS, 400)
+
+
+def test_every_draw_keeps_the_bounds_and_is_a_way_the_system_can_go():
+    (states, inputs), sets = drawn(), example1().reference.plant
+    assert (states.shape, inputs.shape) == ((400, 101, 1), (400, 101, 1))
+    assert np.min(sets.state_set.margin(states)) >= 0
+    assert np.min(sets.input_set.margin(inputs)) >= 0
+    np.testing.assert_allclose(sets.system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
+    off = states[:, WITHIN[::10], 0] - example1().samples[0].values
+    assert np.max(np.abs(np.mean(off, axis=0))) < 0.01
+
+
+def test_bands_of_example_1_hold_the_truth_and_stay_within_bounds():
+    """Between its samples. The band without the bounds leaves the set at 37 of these 61 steps."""
+    found, truth = example1(), setpoint_change(WITHIN * 0.01)
+    (lower, upper), _ = found.bands(WITHIN)
+    assert np.mean((lower[:, 0] <= truth) & (truth <= upper[:, 0])) >= 0.95
+    assert np.max(upper) <= 0.01
+    mean, std = found.state(WITHIN)[:, 0], found.state_std(WITHIN)[:, 0]
+    assert 30 <= np.sum(mean + 1.96 * std > 0.01) <= 45
+    assert np.mean(upper - lower) < 0.85 * np.mean(2 * 1.96 * std)
+
+
+def test_bounds_that_are_far_away_leave_the_posterior_as_it_is():
+    samples = example1().samples
+    posterior = JointPosterior(example1().prior, samples)
+    wide = ConstrainedSystem(example1().reference.plant.system, Polytope.box([-99], [99]), Polytope.box([-99], [99]))
+    free = Reference(posterior.signals, wide)
+    k = np.array([[3, 15], [44, 71]])
+    states, inputs = draws_within_bounds(free, posterior, k, NONE, 4000, 0)
+    found = replace(example1(), fit=replace(example1().fit, reference=free))
+    for values, mean, std in ((states, free.state(k), found.state_std(k)), (inputs, free.input(k), found.input_std(k))):
+        np.testing.assert_allclose(np.mean(values, axis=0), mean, atol=4 * np.max(std) / np.sqrt(4000))
+        np.testing.assert_allclose(np.std(values, axis=0), std, rtol=0.05)
+
+
+def test_bands_hold_as_much_as_they_promise_of_truths_from_the_prior():
+    """Averaged over truths that keep the bounds, and noise, a credible set holds the truth as often as it says."""
+    k = np.arange(0.0, 12.0)
+    prior, sets = JointPrior((Prior(Matern52(1.0, 0.05), 0.3),)), plant(-0.4, 0.6)
+    sets = replace(sets, input_set=Polytope.box([-9.0], [9.0]))
+    half = np.linalg.cholesky(prior.parts[0].kernel((k[:, None] - k) * 0.01) + 1e-9 * np.eye(12))
+    rng = np.random.default_rng(4)
+    truths = rng.standard_normal((3000, 12)) @ half.T
+    truths = truths[np.all((truths > -0.4) & (truths < 0.6), axis=1)][:50]
+    assert len(truths) == 50
+    held = []
+    for truth in truths:
+        samples = Samples(k[::3] * 0.01, truth[::3] + 0.3 * rng.standard_normal(4))
+        posterior = JointPosterior(prior, (samples,))
+        states, _ = draws_within_bounds(Reference(posterior.signals, sets), posterior, k, NONE, 250, 0)
+        lower, upper = band(states[..., 0], 0.8)
+        held.append((lower <= truth) & (truth <= upper))
+    assert 0.75 < np.mean(held) < 0.85
+
+
+def test_what_a_band_says_hardly_depends_on_which_steps_are_asked_for():
+    """Bounds count between the samples also where nothing is drawn."""
+    alone, together = example1().bands(np.array([35])), example1().bands(STEPS)
+    for one, of_many in zip(alone, together, strict=True):
+        np.testing.assert_allclose(np.array(one), np.array(of_many)[:, 35:36], atol=0.002)
+    assert alone.states.upper.item() <= 0.01
+
+
+def test_which_reference_is_looked_at_makes_no_difference_for_a_linear_system():
+    found = example1()
+    posterior = JointPosterior(found.prior, found.samples)
+    signal = posterior.signals[0]
+    bent = replace(signal, weights=1.01 * signal.weights)
+    moved = draws_within_bounds(replace(found.reference, signals=(bent,)), posterior, STEPS, NONE, 50, 0)
+    same = draws_within_bounds(found.reference, posterior, STEPS, NONE, 50, 0)
+    np.testing.assert_allclose(moved.states, same.states, atol=1e-9)
+    np.testing.assert_allclose(moved.inputs, same.inputs, atol=1e-9)
+
+
+def test_draws_are_the_same_for_the_same_seed():
+    again = example1().draws(STEPS, 400)
+    np.testing.assert_array_equal(again.states, drawn().states)
+    assert np.all(example1().draws(STEPS, 400, seed=1).states[0] != drawn().states[0])
+
+
+def test_of_redundant_inputs_every_draw_takes_admissible_ones():
+    found, k = redundant(), np.arange(0, 80, 2)
+    states, inputs = found.draws(k, 100)
+    sets = found.reference.plant
+    assert np.min(sets.input_set.margin(inputs)) >= -1e-12
+    assert np.min(sets.state_set.margin(states)) >= 0
+    assert np.any(np.abs(inputs[..., 1]) > 0.2 - 1e-9)
+
+
+def test_several_signals_are_drawn_together():
+    times = np.linspace(0, 2, 9)
+    seen = {"a": Samples(times, 1.9 * np.sin(times)), "b": Samples(times, np.cos(times))}
+    found = learn_reference(seen, CART, Matern52(), (0.0, 1.9), noise_std=0.1, starts=1, progress=False)
+    states, inputs = found.draws(np.arange(18), 50)
+    assert (states.shape, inputs.shape) == ((50, 18, 2), (50, 18, 2))
+    np.testing.assert_allclose(CART.system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
+    assert np.min(CART.state_set.margin(states)) >= 0
+    assert np.min(CART.input_set.margin(inputs)) >= 0
+
+
+def test_inputs_of_a_nonlinear_system_are_drawn_to_first_order():
+    tank = NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * (u[0] - 0.6 * np.sqrt(x[0]))], ("level",), ("inflow",), 0.1)
+    sets = ConstrainedSystem(tank, Polytope.box([0.5], [1.3]), Polytope.box([0.0], [0.84]))
+    posterior = JointPosterior(
+        JointPrior((Prior(SquaredExponential(0.3, 1.0), 0.02, 1.0),)),
+        (Samples([0.0, 0.5, 1.0, 1.5], [1.0, 1.1, 1.2, 1.2]),),
+    )
+    found = Reference(posterior.signals, sets)
+    k = np.arange(15)
+    states, inputs = draws_within_bounds(found, posterior, k, NONE, 200, 0)
+    assert np.min(sets.state_set.margin(states)) >= 0
+    assert np.min(sets.input_set.margin(inputs)) >= 0
+    assert np.max(found.input(k)) > 0.84
+    x = states[:, :-1, 0]
+    exactly = (states[:, 1:, 0] - x) / 0.1 + 0.6 * np.sqrt(x)
+    np.testing.assert_allclose(inputs[:, :-1, 0], exactly, atol=0.01)
+    empty = Reference((replace(posterior.signals[0], mean=0.0, weights=0 * posterior.signals[0].weights),), sets)
+    with pytest.raises(ValueError, match="no finite derivative"):
+        draws_within_bounds(empty, posterior, k, NONE, 1, 0)
+
+
+def test_bounds_count_on_a_grid_and_where_the_reference_is_next_to_one():
+    """Over 900 s, two bumps between the steps of the grid nearly touch the upper bound; a third stays well below it."""
+    samples = (Samples([0.0, 1000.0], [0.0, 0.0]),)
+    signal = KernelSum(SquaredExponential(1.0, 1.0), 0.0, np.array([200.2, 501.0, 803.0]), np.array([0.6, 0.6, 0.5]))
+    steps = bounded_steps(Reference((signal,), SLOW), samples, (0.0, 900.0))
+    assert np.min(np.abs(steps - 2002)) <= 2
+    assert np.min(np.abs(steps - 5010)) <= 2
+    assert np.min(np.abs(steps - 8030)) > 50
+    assert (steps.min(), steps.max()) == (0, 9000)
+    assert len(steps) <= 53
+    assert bounded_steps(Reference((signal,), SLOW), samples, (1001.0, 1002.0)).size == 0
+
+
+def test_a_band_is_the_shortest_that_holds_so_many_draws():
+    draws = np.array([[5.0], [0.0], [1.0], [1.5], [2.0], [9.0]])
+    assert [end.item() for end in band(draws, 0.5)] == [0.0, 2.0]
+    assert [end.item() for end in band(draws, 0.999)] == [0.0, 9.0]
+    for wrong in (0.0, 1.0, float("nan")):
+        with pytest.raises(ValueError, match="coverage: must be between 0 and 1"):
+            band(draws, wrong)
+    with pytest.raises(ValueError, match="at least two draws"):
+        band(draws[:1], 0.5)
+
+
+def test_what_cannot_be_drawn_is_refused():
+    found = example1()
+    with pytest.raises(ValueError, match=f"{MOST_VALUES} can be drawn together"):
+        found.draws(np.arange(MOST_VALUES))
+    with pytest.raises(ValueError, match="outside of what is proved"):
+        found.draws(-1)
+    tight = plant(-2.0, -0.5)
+    posterior = JointPosterior(example1().prior, (replace(found.samples[0], values=0 * found.samples[0].values),))
+    drawn = draws_within_bounds(Reference(posterior.signals, tight), posterior, np.array([35]), NONE, 10, 0)
+    assert np.max(drawn.states) <= -0.5
+    known = JointPosterior(JointPrior((Prior(Matern52(1.0, 1.0), 1e-12),)), posterior.samples)
+    with pytest.raises(NoRoom):
+        draws_within_bounds(Reference(known.signals, tight), known, np.array([30, 40]), NONE, 10, 0)

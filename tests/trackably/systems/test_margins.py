@@ -1,0 +1,43 @@
+"""Finely sampled margins against a loop, and Definition 1 against its algebraic equivalent."""
+
+import numpy as np
+import pytest
+
+from tests.trackably.gp.instances import over
+from tests.trackably.systems.instances import PLANTS, SIGNAL, bounded
+from trackably.learning.published.scalar import coefficients, interval_sets
+from trackably.systems.defect import smallest_defect
+from trackably.systems.margins import margin_profile
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+
+
+@over({"state": 0, "input": 1}, "which")
+@over(PLANTS, "plant")
+def test_margin_profile_against_a_loop(plant, which):
+    reference = Reference((SIGNAL,), plant)
+    quantity = reference.quantities[which]
+    profile = margin_profile(reference, quantity, last_step=30, instants_per_step=7)
+    smallest, at_steps = [], []
+    for k in range(31):
+        inside = [(k + j / 7) * plant.sampling_time for j in range(7)]
+        margins = [float(quantity.bounds.margin(quantity((SIGNAL,), np.array(t)))) for t in inside]
+        smallest.append(min(margins))
+        at_steps.append(margins[0])
+    np.testing.assert_allclose(profile.margins, smallest, atol=1e-12)
+    np.testing.assert_allclose(profile.at_steps, at_steps, atol=1e-12)
+    np.testing.assert_allclose(quantity.bounds.margin(quantity((SIGNAL,), profile.times)), profile.margins, atol=1e-15)
+    assert np.all(profile.times >= np.arange(31) * plant.sampling_time - 1e-12)
+    assert np.all(profile.times < np.arange(1, 32) * plant.sampling_time)
+    assert profile.worst == (np.min(profile.margins), profile.times[np.argmin(profile.margins)])
+    assert profile.violated_steps == [k for k in range(31) if profile.at_steps[k] < 0]
+
+
+@over(PLANTS, "plant")
+def test_smallest_defect_is_what_the_input_bound_is_broken_by(plant):
+    """|b| times the worst violation of U, or zero: no other input does better."""
+    for input_set in (interval_sets(plant)[1], Interval(-10.0, 10.0)):
+        reference = Reference((SIGNAL,), bounded(plant, input_set=input_set))
+        margins = input_set.margin(reference.input(np.arange(41)))
+        expected = abs(coefficients(plant)[1]) * max(0.0, -float(np.min(margins)))
+        assert smallest_defect(reference, 40) == pytest.approx(expected, abs=1e-6)

@@ -1,0 +1,250 @@
+"""Nonlinear systems: solved for the input, followed exactly, and refused where that cannot be."""
+
+from ast import literal_eval
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+from tests.trackably.systems.nonlinear_instances import INSTANCES, LINEAR, T_S, as_formulas, exactly, moving
+from trackably.checker.formulas.affine import inputs_of
+from trackably.checker.formulas.formula import text
+from trackably.checker.reading.formulas import a_formula
+from trackably.codec import CodecError, decode, dumps, encode, loads
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning.constraint import Constraint
+from trackably.learning.index_set import Window
+from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.published.scalar import growth_rates
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.defect import smallest_defect
+from trackably.systems.flat.functional import Functional
+from trackably.systems.flat.trajectory import Trajectory
+from trackably.systems.formulas.nested_lists import to_lists
+from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+from trackably.systems.sets.polytope import Polytope
+
+
+@pytest.mark.parametrize("name", INSTANCES)
+def test_the_system_follows_the_reference(name):
+    reference, k = moving(INSTANCES[name]), np.arange(40.0)
+    x, u = reference.state(k), reference.input(k)
+    np.testing.assert_allclose(reference.plant.system.successor(x[:-1], u[:-1]), x[1:], rtol=0, atol=1e-12)
+    window = reference.window(3, 5)
+    np.testing.assert_array_equal(window.states, x[3:9])
+    np.testing.assert_array_equal(window.inputs, u[3:8])
+
+
+@pytest.mark.parametrize("name", INSTANCES)
+def test_states_and_inputs_are_those_of_many_digits(name):
+    instance = INSTANCES[name]
+    reference = moving(instance, seed=1)
+    with mp.workdps(40):
+        for t in (0.0, 0.37, 2.0):
+            true = exactly(instance, reference, t)
+            seen = [*reference.state_at(np.array(t)), *reference.input_at(np.array(t))]
+            assert [float(v) for v in true.values()] == pytest.approx(seen, abs=1e-11)
+
+
+@pytest.mark.parametrize("name", INSTANCES)
+def test_taken_apart_and_put_together(name):
+    system, rng = INSTANCES[name].system, np.random.default_rng(0)
+    n = len(system.states)
+    x, u = rng.uniform(0.3, 1.2, (5, 4, n)), rng.uniform(-1, 1, (5, 4, n))
+    drift, gain = system.affine(x)
+    assert (drift.shape, gain.shape) == ((5, 4, n), (5, 4, n, n))
+    np.testing.assert_allclose(drift + (gain @ u[..., None])[..., 0], system.successor(x, u), atol=1e-13)
+
+
+@pytest.mark.parametrize("name", INSTANCES)
+def test_the_checker_finds_the_same_formulas(name):
+    """Which float64 operations give u is part of what a certificate claims."""
+    system = INSTANCES[name].system
+    formulas = [a_formula(to_lists(f), "f") for f in system.f]
+    found = inputs_of(formulas, system.successors, system.inputs)
+    # What stands for a successor in a solution is no name that a certificate may have.
+    ours = {u: literal_eval(repr(to_lists(e)).replace("⁺", "_next")) for u, e in system.solution.inputs.items()}
+    same = {u: text(formula).replace("⁺", "_next") for u, formula in found.items()}
+    assert same == {u: text(a_formula(lists, "u")) for u, lists in ours.items()}
+
+
+@pytest.mark.parametrize("name", INSTANCES)
+def test_admissible_inputs_exist_by_a_convex_program_that_solves_nothing(name):
+    assert smallest_defect(moving(INSTANCES[name], size=0.02), 20) < 1e-6
+
+
+def both(state_set: Polytope, input_set: Polytope) -> tuple[ConstrainedSystem, ConstrainedSystem]:
+    return tuple(ConstrainedSystem(s, state_set, input_set) for s in (LINEAR, as_formulas(LINEAR)))
+
+
+def test_a_linear_system_written_as_a_nonlinear_one_has_the_same_quantities():
+    rows = np.array([[1.0, 0.0], [1.0, -0.5]])
+    sets = Polytope(rows, [-2.0, -1.0], [2.0, 3.0]), Polytope(np.array([[2.0, 0.0], [1.0, 1.0]]), [-3.0, -3], [3.0, 3])
+    plain, written = both(*sets)
+    signals, t = moving(INSTANCES["vehicle"]).signals, np.linspace(0, 3, 50)
+    assert [q.name for q in plain.quantities] == [q.name for q in written.quantities]
+    for p, w in zip(plain.quantities, written.quantities, strict=True):
+        np.testing.assert_allclose(p(signals, t), w(signals, t), atol=1e-12)
+        np.testing.assert_allclose(p.margin(signals, t), w.margin(signals, t), atol=1e-12)
+        assert p.at_rest([0.3, -0.2]) == pytest.approx(w.at_rest([0.3, -0.2]), abs=1e-13)
+
+
+@pytest.mark.parametrize("name", ["tank", "reactor", "vehicle", "linear"])
+def test_gradients_of_constraints_are_those_of_differences(name):
+    plant = INSTANCES[name].plant if name != "linear" else both(Polytope.box([-2.0] * 2, [2.0] * 2),
+                                                                 Polytope.box([-9.0] * 2, [9.0] * 2))[1]  # fmt: skip
+    n, times = plant.signal_count, np.linspace(0, 2, 8)
+    rng = np.random.default_rng(2)
+    samples = tuple(Samples(times, 0.7 + 0.1 * rng.standard_normal(8)) for _ in range(n))
+    names = tuple(plant.system.states)
+    prior = JointPrior(tuple(Prior(SquaredExponential(0.3, 0.6).as_learned(), 0.1, 0.7) for _ in range(n)), names)
+    problem = ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior))
+    theta, places = prior.log_hyperparameters, np.array([0.1, 0.83, 1.7])
+    for quantity in plant.quantities:
+        constraint = Constraint(quantity, Window(0.0, 2.0))
+        _, gradient = constraint.value_and_gradient(problem.posterior(theta), places)
+        for p in range(len(theta)):
+            step = 1e-5 * np.eye(len(theta))[p]
+            ends = [constraint.value_and_gradient(problem.posterior(theta + s * step), places)[0] for s in (1, -1)]
+            np.testing.assert_allclose(gradient[p], (ends[0] - ends[1]) / 2e-5, rtol=1e-5, atol=1e-7)
+
+
+def test_where_a_formula_is_not_defined_the_margin_is_infinitely_negative():
+    reference = moving(INSTANCES["tank"], size=5.0)
+    quantity, t = reference.quantity("inflow"), np.linspace(0, 4, 400)
+    undefined = reference.state_at(t)[:, 0] < 0
+    assert undefined.any()
+    assert not undefined.all()
+    assert np.all(quantity.margin(reference.signals, t)[undefined] == -np.inf)
+    assert np.all(np.isfinite(quantity.margin(reference.signals, t)[~undefined]))
+    assert np.isnan(quantity.at_rest([-1.0]))
+
+
+def bumped(signal, at: float, by: float):
+    return lambda t: signal(t) + by * (np.abs(t - at) < 1e-6)
+
+
+def test_small_changes_of_signals_move_an_input_by_its_weights():
+    reference, t, h = moving(INSTANCES["reactor"]), np.array([0.4]), 1e-6
+    for q in reference.plant.flatness.inputs:
+        assert isinstance(q, Trajectory)
+        for c, w in q.weights_at(reference.signals, t):
+            for j, weight in enumerate(w):
+                moved = list(reference.signals)
+                moved[c] = bumped(moved[c], 0.4 + j * T_S, h)
+                slope = (q(moved, t) - q(reference.signals, t))[0] / h
+                assert slope == pytest.approx(weight, rel=1e-4, abs=1e-6)
+
+
+def test_states_are_functionals():
+    assert all(isinstance(q, Functional) for q in INSTANCES["reactor"].plant.flatness.states)
+
+
+@pytest.mark.parametrize("name", INSTANCES)
+def test_references_return_from_json(name):
+    reference = moving(INSTANCES[name])
+    again = loads(Reference, dumps(reference))
+    assert again.plant.system == reference.plant.system
+    assert dumps(again) == dumps(reference)
+    t = np.linspace(0, 3, 30)
+    assert again.input_at(t).tobytes() == reference.input_at(t).tobytes()
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"f": [["+", "level"]]}, "a formula must be a number, a name or a list"),
+        ({"f": [["+", "level", True]]}, "a formula must be a number"),
+        ({"f": [["sqrt", "inflow"]]}, r"must be affine in its inputs, .* but holds sqrt\(inflow\)"),
+        ({"f": ["nobody"]}, "the formula of level uses nobody, which is no state or input"),
+        ({"f": []}, "f must have a formula for each of 1 states, got 0"),
+        ({"A": [[1.0]]}, "NonlinearSystem has no A"),
+        ({"states": "level"}, "states and inputs need names, all different"),
+        ({"states": [1.0]}, "must be of type str"),
+    ],
+)
+def test_json_that_is_no_system_is_refused(change, reason):
+    data = encode(moving(INSTANCES["tank"]))
+    data["plant"]["system"].update(change)
+    with pytest.raises(CodecError, match=reason):
+        decode(Reference, data)
+
+
+AFFINE = r"must be affine in its inputs, x⁺ = f0\(x\) \+ G\(x\) u, so that it can be solved for them, but holds "
+REFUSED = {
+    "a square": (lambda x, u: [x[0] + u[0] ** 2], rf"{AFFINE}p\^2"),
+    "a product": (lambda x, u: [u[0] * x[0] * u[0]], rf"{AFFINE}p \* a \* p"),
+    "a denominator": (lambda x, u: [x[0] / u[0]], rf"{AFFINE}a / p"),
+    "a function": (lambda x, u: [x[0] + np.sin(u[0] + x[0])], rf"{AFFINE}sin\(p \+ a\)"),
+    "no input": (lambda x, u: [x[0]], "it cannot be solved for p: .* is singular"),
+    "an input without effect": (lambda x, u: [x[0] + 0 * u[0]], "it cannot be solved for p: .* is singular"),
+    "an effect that cancels": (lambda x, u: [x[0] + u[0] - u[0]], "but that would divide by 1 - 1"),
+    "a long formula": (lambda x, u: [sum(x[0] ** i for i in range(2, 300)) + u[0]], "is too long: .* 1000 and 100 are"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_f_that_cannot_be_solved_is_refused(name):
+    f, reason = REFUSED[name]
+    with pytest.raises(ValueError, match=reason):
+        NonlinearSystem.of(f, ("a",), ("p",), T_S)
+
+
+@pytest.mark.parametrize(
+    ("f", "states", "inputs", "reason"),
+    [
+        (lambda x, u: [x[0], x[1] + u[0]], "ab", "p", r"as many inputs as states, .* got 1 \(p\) for 2 \(a, b\)"),
+        (lambda x, u: [x[0] + u[0] + u[1]], "a", "pq", r"as many inputs as states, .* got 2 \(p, q\) for 1 \(a\)"),
+        (lambda x, u: [x[0] + u[0]], "a", "a", "need names, all different, got a and a"),
+        (lambda x, u: [], "", "", "need names, all different, got no states and no inputs"),
+        (lambda x, u: x + (u[0] + u[1]), "ab", "pq", "would divide by 1 - 1"),
+        (lambda x, u: x + np.array([u[0], 2 * u[0]]), "ab", "pq", "it cannot be solved for q"),
+        (lambda x, u: x + (x[0] + np.arange(1, 17.0).reshape(4, 4) ** 2) @ u, "abcd", "pqrs",
+         "at most 3 inputs may be coupled with each other, but p, q, r, s are"),
+    ],
+)  # fmt: skip
+def test_names_and_numbers_have_to_fit(f, states, inputs, reason):
+    with pytest.raises(ValueError, match=reason):
+        NonlinearSystem.of(f, tuple(states), tuple(inputs), T_S)
+
+
+def test_every_input_has_to_be_bounded():
+    plant = INSTANCES["reactor"].plant
+    with pytest.raises(ValueError, match=r"every input of a nonlinear system must be bounded, .* but cooling is free"):
+        replace(plant, input_set=Polytope(np.array([[1.0, 0.0]]), [-1.0], [1.0]))
+
+
+def test_sets_have_to_fit():
+    with pytest.raises(ValueError, match="state_set must have dimension 1, got 2"):
+        replace(INSTANCES["tank"].plant, state_set=Polytope.box([0.0, 0.0], [1.0, 1.0]))
+
+
+def test_only_linear_systems_have_growth_rates():
+    with pytest.raises(ValueError, match="only a linear system has growth rates, got a nonlinear one"):
+        growth_rates(INSTANCES["tank"].plant, Interval(0.5, 1.0))
+
+
+def test_four_inputs_may_lead_four_states_where_few_are_coupled():
+    system = NonlinearSystem.of(
+        lambda x, u: [x[0] + u[0], x[1] + u[1] * x[0] + u[0], x[2] + u[2] + u[3], x[3] + x[0] * u[2] - u[3]],
+        tuple("abcd"), tuple("pqrs"), T_S,
+    )  # fmt: skip
+    plant = ConstrainedSystem(system, Polytope.box([0.1] * 4, [9.0] * 4), Polytope.box([-9.0] * 4, [9.0] * 4))
+    signals = tuple(replace(moving(INSTANCES["tank"], seed).signals[0], mean=2.0) for seed in range(4))
+    reference, k = Reference(signals, plant), np.arange(20.0)
+    x, u = reference.state(k), reference.input(k)
+    np.testing.assert_allclose(system.successor(x[:-1], u[:-1]), x[1:], atol=1e-12)
+    assert Interval(0.1, 9.0).margin(x).min() > 0
+
+
+def test_what_is_done_with_linear_systems_only_says_so():
+    assert ConstrainedSystem(LINEAR, *2 * [Polytope.box([-9.0] * 2, [9.0] * 2)]).linear is LINEAR
+    with pytest.raises(ValueError, match=r"must be linear here, got one with level \+ 0.05 \* \(inflow"):
+        _ = INSTANCES["tank"].plant.linear

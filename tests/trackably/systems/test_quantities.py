@@ -1,0 +1,86 @@
+"""Quantities evaluated together have the values and margins that each of them has alone, and local minima too."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackably.certificates.instances import case, general_case
+from tests.trackably.systems.nonlinear_instances import INSTANCES, moving
+from trackably.learning.constraint import Constraint
+from trackably.learning.index_set import Steps, Window
+from trackably.learning.joint.minima import Seen
+from trackably.systems.quantities import Quantities
+from trackably.systems.reference import Reference
+
+
+def references() -> list[Reference]:
+    linear = [make(seed).reference for make in (case, general_case) for seed in range(8200, 8206)]
+    return [*linear, *map(moving, INSTANCES.values())]
+
+
+def both(reference: Reference) -> tuple[Quantities, float]:
+    signals = reference.kernel_sums
+    end = max(float(np.max(signal.centres)) for signal in signals)
+    return Quantities(reference.quantities, signals), end
+
+
+def differs(reference: Reference, seed: int = 0) -> bool:
+    """Whether any value or margin is another one than that of a quantity alone, up to rounding."""
+    several, end = both(reference)
+    rng = np.random.default_rng(seed)
+    for shape in ((40,), (3, 7), (0,)):
+        t = rng.uniform(0, end, shape)
+        which = rng.integers(0, len(several), shape[-1])
+        values = np.stack([quantity(several.signals, t) for quantity in several.quantities])
+        margins = np.stack([quantity.margin(several.signals, t) for quantity in several.quantities])
+        of_each = np.arange(shape[-1])
+        size = 1e-9 * (1 + np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+        for found, expected in (
+            (several.values(t), values),
+            (several.margins(t), margins),
+            (several.values_of(which, t), np.moveaxis(values, -1, 1)[which, of_each].T.reshape(shape)),
+            (several.margins_of(which, t), np.moveaxis(margins, -1, 1)[which, of_each].T.reshape(shape)),
+        ):
+            if not np.allclose(found, expected, rtol=1e-9, atol=size, equal_nan=True):
+                return True
+    return False
+
+
+@pytest.mark.parametrize("reference", references())
+def test_together_they_are_what_each_is_alone(reference):
+    assert not differs(reference)
+
+
+def test_a_shift_that_is_overlooked_is_seen(monkeypatch):
+    right = Quantities._shifted
+    monkeypatch.setattr(Quantities, "_shifted", lambda self, t: ((w, x[::-1]) for w, x in right(self, t)))
+    assert differs(general_case(8200).reference)
+
+
+@pytest.mark.parametrize("reference", [general_case(8201).reference, moving(INSTANCES["tank"])])
+@pytest.mark.parametrize("steps", [True, False])
+def test_local_minima_are_those_of_each_constraint_alone(reference, steps):
+    several, end = both(reference)
+    index_set = Steps(0, 300, end / 300) if steps else Window(0.0, end)
+    bounds = [
+        np.quantile(quantity(several.signals, np.linspace(0, end, 99)), [0.2, 0.7]) for quantity in several.quantities
+    ]
+    quantities = [
+        replace(quantity, bounds=replace(quantity.bounds, lower=low, upper=high))
+        for quantity, (low, high) in zip(several.quantities, bounds, strict=True)
+    ]
+    constraints = [Constraint(quantity, index_set) for quantity in quantities]
+    seen = Seen(constraints, several.signals)
+    places = tuple(
+        np.column_stack([np.sort(np.linspace(0.1, 0.9, 3 + i) * end), np.ones(3 + i)]) for i in range(len(constraints))
+    )
+    alone = [
+        (c.closest(seen), c.between(seen, at[:, 0]), c.overlooked(seen))
+        for c, at in zip(constraints, places, strict=True)
+    ]
+    found = seen.closest(places)
+    for (closest, between, overlooked), once, twice in zip(alone, found, seen.with_overlooked(found), strict=True):
+        for x in range(2):
+            np.testing.assert_allclose(once[x], np.concatenate([closest[x], between[x]]), rtol=1e-6, atol=1e-6 * end)
+            np.testing.assert_allclose(twice[x], np.concatenate([once[x], overlooked[x]]), rtol=1e-6, atol=1e-6 * end)

@@ -1,0 +1,184 @@
+"""A reference's own states and inputs: the system, driven by them, goes where they say."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from tests.trackably.gp.instances import over
+from tests.trackably.systems.instances import (
+    PLANTS,
+    SIGNAL,
+    controllable,
+    is_stable,
+    plants,
+    random_signal,
+    unbounded,
+)
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.signal import KernelSum
+from trackably.learning.published.scalar import (
+    coefficients,
+    equilibrium_input,
+    interval_sets,
+    reachable_tube,
+    state_and_input,
+)
+from trackably.systems.reference import Reference
+
+TIMES = np.linspace(-0.2, 2.0, 45)
+
+
+@over(PLANTS, "plant")
+def test_quantities_against_their_formulas(plant):
+    (a, b, c), (state, entry) = coefficients(plant), state_and_input(plant)
+    now, then = SIGNAL(TIMES), SIGNAL(TIMES + plant.sampling_time)
+    np.testing.assert_array_equal(state((SIGNAL,), TIMES), now)
+    np.testing.assert_allclose(entry((SIGNAL,), TIMES), (then - a * now - c) / b, atol=1e-13)
+    assert (state.name, entry.name) == ("state", "input")
+    for quantity, bounds in zip((state, entry), (plant.state_set, plant.input_set), strict=True):
+        assert [interval for _, interval in bounds.intervals] == [quantity.bounds]
+
+
+def test_the_derivative_of_a_quantity_combines_the_derivative():
+    (_, entry), step = state_and_input(PLANTS["unstable"]), 1e-6
+    by_differences = (entry((SIGNAL,), TIMES + step) - entry((SIGNAL,), TIMES - step)) / (2 * step)
+    combined = replace(entry.functional, offset=Fraction(0))((SIGNAL.derivative,), TIMES)
+    np.testing.assert_allclose(combined, by_differences, atol=1e-7)
+
+
+@over(PLANTS, "plant")
+@pytest.mark.parametrize("level", [-0.4, 0.0, 1.1])
+def test_at_rest_a_quantity_is_that_of_a_constant_signal(plant, level):
+    state, entry = state_and_input(plant)
+    for quantity in (state, entry):
+        assert quantity.functional.at_rest([level]) == pytest.approx(
+            float(quantity((lambda t: np.full_like(t, level),), np.array(0.3))), abs=1e-13
+        )
+    assert state.functional.at_rest([level]) == level
+    assert entry.functional.at_rest([level]) == pytest.approx(equilibrium_input(plant, level), abs=1e-13)
+
+
+@over(PLANTS, "plant")
+def test_stepping_from_a_state_with_its_input_lands_on_the_next(plant):
+    reference = Reference((SIGNAL,), plant)
+    landed = plant.system.successor(reference.state_at(TIMES), reference.input_at(TIMES))
+    np.testing.assert_allclose(landed, reference.state_at(TIMES + plant.sampling_time), atol=1e-13)
+
+
+def test_driving_the_system_by_the_inputs_reproduces_the_reference():
+    plant = PLANTS["example1"]
+    reference = Reference((SIGNAL,), plant)
+    steps = np.arange(40)
+    x, visited = reference.state(0), []
+    for u in reference.input(steps):
+        visited.append(x)
+        x = plant.system.successor(x, u)
+    np.testing.assert_allclose(visited, reference.state(steps), atol=1e-12)
+
+
+@given(plants, st.lists(st.floats(-3, 3), min_size=3, max_size=3), st.floats(-1, 3))
+def test_tube_holds_the_next_state_exactly_where_the_input_is_admissible(plant, weights, time):
+    signal = KernelSum(Matern52(1.0, 0.5), 0.1, np.array([0.0, 0.5, 1.5]), np.array(weights))
+    reference, t = Reference((signal,), plant), np.array(time)
+    low, high = reachable_tube(reference, t)
+    following = reference.state_at(t + plant.sampling_time)[0]
+    margin = interval_sets(plant)[1].margin(reference.input_at(t)[0])
+    assume(abs(margin) > 1e-9)  # on the bound itself, rounding decides
+    assert (low <= following <= high) == (margin > 0)
+
+
+def test_instants_and_quantities():
+    reference = Reference((SIGNAL,), PLANTS["example1"])
+    np.testing.assert_allclose(reference.instants(np.array([0, 1, 30])), [0.0, 0.05, 1.5], rtol=1e-15)
+    assert [q.name for q in reference.quantities] == ["state", "input"]
+    assert [reference.quantity(name) for name in ("state", "input")] == list(reference.quantities)
+    with pytest.raises(ValueError, match=r"there is no bounded quantity 'speed'; there are state, input$"):
+        reference.quantity("speed")
+
+
+@over(PLANTS, "plant")
+def test_states_and_inputs_of_a_scalar_system_are_its_bounded_quantities(plant):
+    reference, steps = Reference((SIGNAL,), plant), np.arange(30)
+    t = reference.instants(steps)
+    for values, quantity in zip((reference.state(steps), reference.input(steps)), state_and_input(plant), strict=True):
+        np.testing.assert_array_equal(values[:, 0], quantity((SIGNAL,), t))
+
+
+@pytest.mark.parametrize("count", [0, 2, 3])
+def test_a_signal_is_needed_for_each_flat_output(count):
+    with pytest.raises(ValueError, match=f"^reference: the system needs 1 signals, got {count}$"):
+        Reference((SIGNAL,) * count, PLANTS["example1"])
+
+
+# Systems with several states and inputs.
+
+STEPS = np.arange(3000)
+
+
+def general(seed: int) -> Reference:
+    rng, system = np.random.default_rng(1000 + seed), controllable(seed)
+    plant = unbounded(system)
+    return Reference(tuple(random_signal(rng) for _ in range(plant.signal_count)), plant)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_every_step_of_a_random_system_lands_on_the_next(seed):
+    reference = general(seed)
+    system, x, u = reference.plant.system, reference.state(STEPS), reference.input(STEPS)
+    assert (x.shape, u.shape) == ((3000, system.A.shape[0]), (3000, system.B.shape[1]))
+    assert np.ptp(x) > 1e-3
+    landed = system.successor(x[:-1], u[:-1])
+    np.testing.assert_allclose(landed, x[1:], rtol=0, atol=1e-9 * np.max(np.abs(x)))
+
+
+@pytest.mark.parametrize("seed", [seed for seed in range(50) if is_stable(controllable(seed))])
+def test_a_stable_system_stays_on_its_reference_without_feedback(seed):
+    reference = general(seed)
+    states, inputs = reference.state(STEPS), reference.input(STEPS)
+    x, off = states[0], []
+    for expected, u in zip(states, inputs, strict=True):
+        off.append(np.max(np.abs(x - expected)))
+        x = reference.plant.system.successor(x, u)
+    assert max(off) <= 1e-9 * np.max(np.abs(states))
+
+
+def test_random_systems_are_of_all_kinds():
+    systems = [controllable(seed) for seed in range(50)]
+    assert {system.B.shape for system in systems} == {(n, m) for n in (1, 2, 3, 4) for m in (1, 2)}
+    assert sum(is_stable(system) for system in systems) >= 15
+    assert len({unbounded(system).flatness.orders for system in systems}) >= 7
+    assert sum(bool(np.any(system.c)) for system in systems) >= 15
+
+
+@pytest.mark.parametrize("seed", range(0, 50, 7))
+def test_a_window_is_what_lies_ahead(seed):
+    reference = general(seed)
+    for k, horizon in ((0, 1), (5, 20), (2999, 3)):
+        states, inputs = reference.window(k, horizon)
+        assert (len(states), len(inputs)) == (horizon + 1, horizon)
+        for i in range(horizon):
+            np.testing.assert_allclose(states[i], reference.state(k + i), rtol=1e-12, atol=1e-12)
+            np.testing.assert_allclose(inputs[i], reference.input(k + i), rtol=1e-12, atol=1e-11)
+        np.testing.assert_allclose(states[-1], reference.state(k + horizon), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("shape", [(), (4,), (2, 3), (0,)])
+def test_coordinates_come_last(shape):
+    reference = general(3)
+    n, m = reference.plant.system.B.shape
+    k = np.arange(int(np.prod(shape))).reshape(shape)
+    assert reference.state(k).shape == reference.state_at(k * 0.05).shape == (*shape, n)
+    assert reference.input(k).shape == reference.input_at(k * 0.05).shape == (*shape, m)
+    np.testing.assert_array_equal(reference.state(k), reference.state_at(reference.instants(k)))
+    np.testing.assert_array_equal(reference.input(k), reference.input_at(reference.instants(k)))
+
+
+def test_the_system_follows_in_real_time_too():
+    reference = general(4)
+    t = np.linspace(-0.3, 4, 777)
+    landed = reference.plant.system.successor(reference.state_at(t), reference.input_at(t))
+    np.testing.assert_allclose(landed, reference.state_at(t + 0.05), atol=1e-10)

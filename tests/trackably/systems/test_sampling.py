@@ -1,0 +1,186 @@
+"""Which samples show which flat output, and what is said of samples that do not."""
+
+import re
+
+import numpy as np
+import pytest
+
+from tests.trackably.systems.instances import random_signal, unbounded
+from trackably.gp.samples import Samples
+from trackably.gp.stencil import POINT
+from trackably.systems.flat.flatness import outputs_in_states
+from trackably.systems.formulas.wording import weighted_sum_text
+from trackably.systems.library import mobile_robot, pendulum
+from trackably.systems.linear import LinearSystem
+from trackably.systems.sampling import default_sample, kinds_by_name, sampled_signals, stencils_by_name
+
+T_S = 0.1
+BOTH = "(learn_reference takes both)"
+NEITHER = (
+    "is neither a state (position, velocity, acceleration) nor a flat output (z1), nor the rate of one, as rate of "
+    "position"
+)
+NO_LEVEL = "says how its flat output moves, but not where it is"
+AXIS = unbounded(
+    LinearSystem.discretised(np.eye(3, k=1), np.eye(3)[:, 2:], T_S, states=("position", "velocity", "acceleration"))
+)
+PLANE = unbounded(
+    LinearSystem(
+        np.array([[1.0, T_S, 0.0], [0.0, 1.0, 0.0], [0.2, 0.0, 0.9]]),
+        np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
+        states=("x", "v", "level"),
+        sampling_time=T_S,
+    )
+)
+MIXED = unbounded(
+    LinearSystem(np.array([[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.3, 0.2, 0.9]]), np.eye(3)[:, :2] * 2, sampling_time=T_S)
+)
+PENDULUM, ROBOT = unbounded(pendulum(T_S)), unbounded(mobile_robot(T_S))
+
+
+@pytest.mark.parametrize(
+    ("plant", "names"), [(AXIS, ["position"]), (AXIS, ["z1"]), (PLANE, ["level", "x"]), (PLANE, ["z2", "x"])]
+)
+def test_stencils_see_what_they_are_named_for(plant, names):
+    """On random signals: each sample is its state, or its flat output, at that time."""
+    rng, t = np.random.default_rng(0), np.linspace(0, 2, 9)
+    signals = [random_signal(rng) for _ in range(plant.signal_count)]
+    found = stencils_by_name(plant, names)
+    assert sorted(found) == sorted(names)
+    for signal, (name, stencil) in zip(signals, found.items(), strict=True):
+        seen = stencil.offset + sum(w * signal(t + j * stencil.step) for j, w in enumerate(stencil.weights))
+        states = plant.system.states
+        state = plant.flatness.states[states.index(name)](signals, t) if name in states else signal(t)
+        np.testing.assert_allclose(seen, state, atol=1e-12)
+
+
+def test_samples_come_in_the_order_of_the_flat_outputs():
+    given = {name: Samples([0.0, 1.0], [i, i]) for i, name in enumerate(("z2", "x"))}
+    names, samples = sampled_signals(PLANE, given)
+    assert names == ("x", "z2")
+    assert [s.values[0] for s in samples] == [1.0, 0.0]
+    assert samples[1].stencil == POINT
+    assert samples[0].stencil == PLANE.flatness.states[0].stencil[1]
+
+
+def test_samples_without_a_name_are_those_of_the_first_state_that_shows_the_flat_output():
+    assert default_sample(AXIS) == "position"
+    with pytest.raises(ValueError, match=r"^samples: must be given by name, one for each of 2 flat outputs: one of x"):
+        default_sample(PLANE)
+
+
+SHOWN = {
+    "linear": (AXIS, ["position", "velocity", "rate of velocity", "rate of z1"]),
+    "pendulum": (PENDULUM, ["angle", "rate", "rate of angle", "rate of rate"]),
+    "robot": (ROBOT, ["x", "y", "rate of x", "rate of z2"]),
+}
+
+
+@pytest.mark.parametrize("which", SHOWN)
+def test_a_stencil_measures_what_its_name_says(which: str):
+    """Of states that are formulas too; a rate is the change of a state in one step, per second."""
+    plant, names = SHOWN[which]
+    signals, t, step = (
+        [random_signal(np.random.default_rng(c)) for c in range(plant.signal_count)],
+        np.linspace(-1.0, 1.0, 7),
+        0.1,
+    )
+    coordinates = dict(zip(plant.system.states, plant.flatness.states, strict=True)) | {
+        f"z{c + 1}": (lambda signals, t, c=c: signals[c](t)) for c in range(plant.signal_count)
+    }
+    for c, kinds in enumerate(kinds_by_name(plant, names)):
+        for name, stencil in kinds.items():
+            of = coordinates[name.removeprefix("rate of ") if name not in coordinates else name]
+            now, later = (of(signals, at) for at in (t, t + step))
+            expected = now if name in coordinates else (later - now) / step
+            np.testing.assert_allclose(stencil.measured(signals[c], t), expected, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("plant", "names", "message"),
+    [
+        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead {BOTH}"),
+        (
+            AXIS,
+            ["acceleration"],
+            f"acceleration {NO_LEVEL}; give samples of position, z1 instead {BOTH}",
+        ),
+        (AXIS, ["speed"], f"speed {NEITHER}"),
+        (AXIS, ["z2"], f"z2 {NEITHER}"),
+        (AXIS, ["rate of z2"], f"z2 {NEITHER}"),
+        (AXIS, ["rate of position"], f"rate of position {NO_LEVEL}; give samples of position, z1 instead {BOTH}"),
+        (
+            ROBOT,
+            ["heading"],
+            "heading is no weighted sum of shifts of one flat output; give samples of z1, z2, or of "
+            "states that show one each",
+        ),
+        (
+            ROBOT,
+            ["x", "y", "rate of heading"],
+            "heading is no weighted sum of shifts of one flat output; give samples "
+            "of z1, z2, or of states that show one each",
+        ),
+        (
+            MIXED,
+            ["x1"],
+            "x1 shows several flat outputs at once, each of which is learned by itself from samples that show no "
+            "other; give samples of z1, z2, or of states that show one each",
+        ),
+        (AXIS, ["position", "z1"], "z1 and position show the same flat output; give one of them"),
+    ],
+)
+def test_samples_that_do_not_show_the_flat_outputs_are_refused(plant, names, message):
+    with pytest.raises(ValueError, match=f"^samples: {re.escape(message)}$"):
+        stencils_by_name(plant, names)
+
+
+def test_missing_samples_are_named():
+    with pytest.raises(ValueError, match=r"but 1 of them cannot be seen in samples of x: also give one of .*z2$"):
+        stencils_by_name(PLANE, ["x"])
+    with pytest.raises(ValueError, match=r"samples: none are given; expected one of .*; one of "):
+        stencils_by_name(PLANE, [])
+
+
+def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it():
+    """Sums of float64 weights are not zero where the exact ones are."""
+    rounded = []
+    for sampling_time in (0.1, 0.07, 0.03, 0.013, 0.007, 0.0031):
+        system = LinearSystem.discretised(
+            np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -2.3, -0.7]]), np.eye(3)[:, 2:], sampling_time
+        )
+        plant = unbounded(system)
+        rounded += [sum(x.stencil[1].weights) for x in plant.flatness.states[1:]]
+        for name in ("x2", "x3"):
+            with pytest.raises(ValueError, match=NO_LEVEL):
+                stencils_by_name(plant, [name])
+    assert sum(bool(left) for left in rounded) >= 3
+    nearly = unbounded(
+        LinearSystem(np.array([[1.0, T_S], [1e-17, 1.0]]), np.array([[T_S**2 / 2], [T_S]]), sampling_time=T_S)
+    )
+    assert sum(nearly.flatness.states[1].weights[0]) != 0
+    with pytest.raises(ValueError, match=NO_LEVEL):
+        stencils_by_name(nearly, ["x2"])
+
+
+def test_flat_outputs_that_no_state_shows_are_told_in_states():
+    """On a trajectory from random inputs, states follow from the flat outputs as they are told, and their shifts."""
+    A, B = np.array([[1.0, 0.25, 0.0], [0.0, 0.5, 0.5], [0.0, 0.0, 0.0]]), np.array([[0, 0.125], [0, 0.25], [1, 0]])
+    c = np.array([0.0625, 0.0, 0.0])
+    delayed = unbounded(LinearSystem(A, B, c, states=("x", "v", "held"), sampling_time=0.25))
+    outputs = outputs_in_states(delayed.flatness)
+    with pytest.raises(ValueError, match=r"also give one of z1, where z1 = ") as raised:
+        kinds_by_name(delayed, ["x"])
+    said = str(raised.value).rpartition("z1 = ")[2]
+    assert said == weighted_sum_text(outputs[0], ["x", "v", "held"], 9) == "-2x+v"
+    rng = np.random.default_rng(0)
+    states, inputs = [rng.standard_normal(3)], rng.standard_normal((6, 2))
+    for u in inputs:
+        states.append(delayed.linear.successor(states[-1], u))
+    x = np.array(states)
+    z = [x @ np.array([float(v) for v in row]) for row in outputs]
+    for i, of_state in enumerate(delayed.flatness.states):
+        shifted = float(of_state.offset) + sum(
+            float(v) * z[c][j : len(x) - 1 + j] for c, ws in enumerate(of_state.weights) for j, v in enumerate(ws)
+        )
+        np.testing.assert_allclose(shifted, x[: len(x) - 1, i], atol=1e-12)

@@ -1,0 +1,119 @@
+import math
+import os
+import signal
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from trackably.files import from_json, to_json, write_atomically, write_json, write_text
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(entry.name for entry in folder.iterdir())
+
+
+def test_what_is_written_is_there_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "folder" / "result.bin"
+    write_atomically(path, b"first")
+    write_atomically(path, b"second")
+    assert path.read_bytes() == b"second"
+    assert names(path.parent) == ["result.bin"]
+
+
+def test_a_result_has_the_permissions_of_any_new_file(tmp_path: Path) -> None:
+    (tmp_path / "ordinary").write_bytes(b"")
+    write_atomically(tmp_path / "result", b"")
+    modes = {stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("ordinary", "result")}
+    assert len(modes) == 1
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace"])
+@pytest.mark.parametrize("failure", [OSError("disk full"), KeyboardInterrupt()], ids=["error", "interrupt"])
+def test_a_failure_leaves_what_was_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str, failure: BaseException
+) -> None:
+    def fail(*_: object) -> None:
+        raise failure
+
+    path = tmp_path / "result"
+    write_atomically(path, b"before")
+    monkeypatch.setattr(os, step, fail)
+    with pytest.raises(type(failure)):
+        write_atomically(path, b"after")
+    assert path.read_bytes() == b"before"
+    assert names(tmp_path) == ["result"]
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system cannot kill like that")
+@pytest.mark.parametrize("existed", [True, False])
+def test_a_kill_leaves_what_was_there_and_at_most_a_hidden_file(tmp_path: Path, existed: bool) -> None:
+    path = tmp_path / "result"
+    if existed:
+        path.write_bytes(b"before")
+    killed_before_the_end = (
+        "import os, signal, sys; from pathlib import Path; from trackably.files import write_atomically\n"
+        "os.fsync = lambda _: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "write_atomically(Path(sys.argv[1]), b'after')"
+    )
+    done = subprocess.run([sys.executable, "-c", killed_before_the_end, str(path)], check=False)
+    assert done.returncode == -signal.SIGKILL
+    visible = [name for name in names(tmp_path) if not (name.startswith(".result.") and name.endswith(".tmp"))]
+    assert visible == ["result"] * existed
+    assert not existed or path.read_bytes() == b"before"
+
+
+def test_a_link_is_replaced_and_its_target_kept(tmp_path: Path) -> None:
+    shared, path = tmp_path / "shared", tmp_path / "result"
+    shared.write_bytes(b"shared")
+    path.symlink_to(shared)
+    write_atomically(path, b"own")
+    assert (shared.read_bytes(), path.read_bytes(), path.is_symlink()) == (b"shared", b"own", False)
+
+
+def test_text_is_utf8_with_its_own_newlines(tmp_path: Path) -> None:
+    write_text(tmp_path / "text", "σ_n\nκ\n")
+    assert (tmp_path / "text").read_bytes() == "σ_n\nκ\n".encode()
+
+
+def test_json_keeps_the_order_and_reads_back(tmp_path: Path) -> None:
+    value = {"z": 0.1 + 0.2, "a": [1, None, True], "θ": "κ"}
+    write_json(tmp_path / "value.json", value)
+    data = (tmp_path / "value.json").read_bytes()
+    assert data.startswith(b'{\n  "z": 0.30000000000000004,\n  "a": [')
+    assert data.endswith(b"\n}\n")
+    assert "θ".encode() in data
+    assert list(from_json(data).items()) == list(value.items())  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_json_without_a_number_is_not_written(tmp_path: Path, value: float) -> None:
+    with pytest.raises(ValueError, match="JSON"):
+        write_json(tmp_path / "value.json", {"x": [value]})
+    assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("data", "complaint"),
+    [
+        (b'{"x": NaN}', "NaN is no JSON number"),
+        (b"[-Infinity]", "-Infinity is no JSON number"),
+        (b'{"x": 1, "x": 1}', "'x' appears twice"),
+        (b"{", "expected JSON, got the end of the file in line 1, column 2"),
+        (b"", "expected JSON, got the end of the file in line 1, column 1"),
+        (b'"\xff"', "no text in UTF-8"),
+        ("[1]".encode("utf-16"), "no text in UTF-8"),
+        (b"[" * 200_000, "too deeply"),
+    ],
+    ids=["nan", "infinity", "twice", "cut", "empty", "bytes", "utf-16", "deep"],
+)
+def test_json_is_read_strictly(data: bytes, complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        from_json(data)
+
+
+def test_json_round_trip() -> None:
+    value = {"numbers": [0.1, -0.0, 5e-324, 1.7976931348623157e308], "text": "½ \n", "nothing": None}
+    assert to_json(from_json(to_json(value))) == to_json(value)

@@ -1,0 +1,178 @@
+"""What a learned reference says of itself: what its bounds cost, and whether it follows its samples."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackably.learning.published import example1
+from tests.trackably.plants import AXIS, KERNEL, SAMPLES
+from trackably import (
+    ConstrainedSystem,
+    IgnoresSamplesWarning,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    learn_reference,
+)
+from trackably.fit.misfit import Misfit
+from trackably.gp.joint import JointPosterior
+from trackably.learning.joint.contacts import contacts
+from trackably.learning.problem import ActiveBound
+
+SLOW = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.9], [0.2, 0.9]), AXIS.input_set)
+LOW = ConstrainedSystem(example1.SYSTEM.system, Polytope.box([-2.0], [0.001]), example1.SYSTEM.input_set)
+
+
+def learned(method: str) -> TrackableReference:
+    return learn_reference({"position": SAMPLES}, SLOW, KERNEL, "all_times", noise_std=0.02, method=method)
+
+
+@pytest.fixture(scope="module")
+def joint() -> TrackableReference:
+    return learned("joint")
+
+
+@pytest.fixture(scope="module")
+def alone() -> TrackableReference:
+    return learned("hyperparameters")
+
+
+def least(reference: TrackableReference) -> float:
+    return reference.fit.unconstrained_posterior.negative_log_marginal_likelihood()[0]
+
+
+def test_the_price_is_what_the_objective_exceeds_the_least_likelihood_by(joint, alone):
+    """J = l(θ) + D(θ) ≥ l(θ) ≥ min l, and D is the sum of the bounds' prices."""
+    for found in (joint, alone):
+        nlml = JointPosterior(found.prior, found.samples).negative_log_marginal_likelihood()[0]
+        assert found.objective == pytest.approx(nlml + sum(b.price for b in found.active_bounds), rel=1e-9)
+        assert found.price == pytest.approx(found.objective - least(found), rel=1e-9)
+        assert least(found) <= nlml <= found.objective
+    assert 0 < joint.price < alone.price
+    assert least(joint) == pytest.approx(least(alone), rel=1e-6)
+
+
+def test_the_method_that_was_taken_is_named(joint, alone):
+    assert (joint.method, alone.method) == ("joint", "hyperparameters")
+    assert joint.active_bounds
+    assert alone.active_bounds == ()
+    np.testing.assert_array_equal(alone.fit.posterior.signals[0].weights, alone.reference.signals[0].weights)
+
+
+def test_the_gap_is_the_cost_minus_the_dual_with_the_plants_own_bounds(joint, alone):
+    """δ = g − m⁺ costs λᵀ K λ, and L_a δ = Σ_b K_ab λ_b; the dual at λ is 2 λᵀ (b − L m⁺) − λᵀ K λ."""
+    mean, primal, demanded = joint.fit.posterior.signals, 0.0, 0.0
+    for bound in joint.active_bounds:
+        quantity, at = joint.reference.quantity(bound.name), np.asarray(bound.time)
+        sign = 1.0 if bound.side == "lower" else -1.0
+        limit = quantity.bounds.lower if bound.side == "lower" else quantity.bounds.upper
+        value, before = quantity(joint.reference.signals, at).item(), quantity(mean, at).item()
+        primal += sign * bound.multiplier * (value - before)
+        demanded += sign * bound.multiplier * (limit - before)
+    assert joint.duality_gap == pytest.approx(primal - (2 * demanded - primal), rel=1e-3)
+    assert 0 < joint.duality_gap < 0.01 * joint.price
+    assert alone.duality_gap == 0
+
+
+def test_both_misfits_are_those_of_the_states(joint):
+    for reference, said in ((joint.reference, joint.misfit), (joint.unconstrained(), joint.unconstrained_misfit)):
+        off = SAMPLES.values - reference.state_at(SAMPLES.times)[:, 0]
+        assert said == pytest.approx({"position": np.sqrt(np.mean(off**2))}, rel=1e-9)
+    assert joint.unconstrained_misfit["position"] < joint.misfit["position"]
+
+
+def test_the_explanation_names_the_dearest_bound_and_when_it_is_active(joint, alone):
+    times = [bound.time for bound in joint.active_bounds if (bound.name, bound.side) == ("velocity", "upper")]
+    assert f"the velocity upper bound costs {joint.fit.contacts[0].price:.3g} between" in joint.explanation
+    assert joint.fit.contacts[0].start == min(times)
+    assert f"the bounds cost {joint.price:.3g} in −2 ln p" in joint.explanation
+    assert "for these hyperparameters, no function costs less" in joint.explanation
+    assert alone.explanation.endswith(f"the bounds cost {alone.price:.3g} in −2 ln p")
+    assert joint.explanation.startswith("proved for all real t ≥ 0")
+
+
+def test_what_is_saved_says_the_same(joint, tmp_path):
+    joint.save(tmp_path / "axis.json")
+    again = TrackableReference.load(tmp_path / "axis.json")
+    assert (again.explanation, again.method) == (joint.explanation, joint.method)
+    assert (again.price, again.active_bounds) == (joint.price, joint.active_bounds)
+
+
+def test_a_reference_that_ignores_its_samples_is_announced_first(tmp_path):
+    """Example 1 with an upper bound far below the noise: hyperparameters alone collapse, the function does not."""
+    given = (example1.SAMPLES, LOW, SquaredExponential(), "all_times")
+    with pytest.warns(IgnoresSamplesWarning) as caught:
+        collapsed = learn_reference(*given, noise_std=0.01, mean=0.0, method="hyperparameters")
+    sentence = str(caught[0].message)
+    assert caught[0].filename == __file__
+    assert collapsed.explanation.startswith(sentence.removesuffix(', or method="joint"'))
+    assert sentence.startswith("the reference keeps its bounds but does not follow its samples: it is 0.")
+    assert sentence.endswith('wider bounds or another prior mean may help, or method="joint"')
+    assert collapsed.misfit["state"] > 20 * 0.01
+    followed = learn_reference(*given, noise_std=0.01, mean=0.0)
+    assert followed.misfit["state"] < 0.01
+    assert followed.explanation.startswith("proved")
+
+
+def test_a_bound_that_keeps_the_reference_off_its_samples_is_named_first():
+    crawl = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.3], [0.2, 0.3]), AXIS.input_set)
+    kernel = SquaredExponential(0.5, 0.7)
+    with pytest.warns(IgnoresSamplesWarning, match=r"the velocity upper bound costs .*: wider bounds or another"):
+        found = learn_reference(SAMPLES, crawl, kernel, "all_times", noise_std=0.02)
+    assert found.explanation.startswith("the reference keeps its bounds but does not follow its samples")
+
+
+N = 20
+SIGNS = np.tile([1.0, -1.0], N // 2)
+RAMP = Samples(np.arange(N), np.linspace(-1, 1, N))
+LARGE = Misfit("x", RAMP, 0.2 * SIGNS, 0.02 * SIGNS, 0.05, 0.05, True)
+
+
+@pytest.mark.parametrize(
+    ("changed", "is_large"),
+    {
+        "all three": ({}, True),
+        "near the unconstrained fit": ({"unconstrained": 0.07 * SIGNS}, False),
+        "far from both": ({"unconstrained": 0.06 * SIGNS}, True),
+        "within the noise": ({"noise_unconstrained": 0.21}, False),
+        "within a noise that bounds have inflated": ({"noise_std": 0.21}, True),
+        "a hair of the spread": ({"off": 0.06 * SIGNS}, False),
+        "noisy samples do not count": (
+            {
+                "off": np.where(RAMP.times < 2, 2.0, 0.01) * SIGNS,
+                "samples": Samples(RAMP.times, RAMP.values, np.where(RAMP.times < 2, 1e3, 1.0)),
+            },
+            False,
+        ),
+    }.values(),
+)
+def test_samples_are_ignored_where_three_conditions_hold(changed, is_large):
+    assert replace(LARGE, **changed).is_large == is_large
+
+
+def test_contacts_join_what_is_close_on_one_side_of_one_quantity():
+    def active(name, side, time, price):
+        return ActiveBound(name, side, time, 1.0, price)
+
+    found = contacts(
+        [
+            active("v", "upper", 0.9, 2.0),
+            active("v", "upper", 0.6, 1.0),
+            active("v", "lower", 0.7, 0.5),
+            active("x", "upper", 0.7, 7.0),
+            active("v", "upper", 2.0, 0.25),
+            active("x", "equal", 0.0, 4.0),
+            active("x", "equal", 0.1, 3.5),
+        ],
+        apart=0.5,
+    )
+    assert [str(contact) for contact in found] == [
+        "the x upper bound costs 7 at 0.7 s",
+        "the given value of x costs 4 at 0 s",
+        "the given value of x costs 3.5 at 0.1 s",
+        "the v upper bound costs 3 between 0.6 and 0.9 s",
+        "the v lower bound costs 0.5 at 0.7 s",
+        "the v upper bound costs 0.25 at 2 s",
+    ]

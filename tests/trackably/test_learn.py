@@ -1,0 +1,248 @@
+"""`learn_reference` from outside: what it gives."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS, CART, KERNEL, MIXED, MOVED, SAMPLES, TIMES
+from trackably import (
+    ConstrainedSystem,
+    DoubtfulInputWarning,
+    Failed,
+    IgnoresSamplesWarning,
+    LinearSystem,
+    NotTrackableError,
+    Periodic,
+    Polytope,
+    Proved,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    check,
+    learn_reference,
+)
+from trackably.certificates.form import encode_certificate
+from trackably.checking import check_file
+from trackably.codec import CodecError
+from trackably.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def axis() -> TrackableReference:
+    return learn_reference({"position": SAMPLES}, AXIS, KERNEL, "all_times", noise_std=0.02)
+
+
+def test_the_system_follows_inside_its_sets(axis: TrackableReference) -> None:
+    k = np.arange(3000)
+    states, inputs = axis.state(k), axis.input(k)
+    assert (states.shape, inputs.shape) == ((3000, 2), (3000, 1))
+    np.testing.assert_allclose(AXIS.system.successor(states[:-1], inputs[:-1]), states[1:], atol=1e-9)
+    assert np.min(AXIS.state_set.margin(states)) >= 0
+    assert np.min(AXIS.input_set.margin(inputs)) >= 0
+    np.testing.assert_allclose(states[:60:4, 0], np.interp(k[:60:4] * 0.05, TIMES, MOVED), atol=0.15)
+
+
+def test_a_window_is_what_the_steps_give(axis: TrackableReference) -> None:
+    window = axis.window(7, 12)
+    np.testing.assert_array_equal(window.states, axis.state(np.arange(7, 20)))
+    np.testing.assert_array_equal(window.inputs, axis.input(np.arange(7, 19)))
+    assert axis.state(5).shape == (2,)
+
+
+def test_deviations_are_those_of_the_states_that_many_draws_would_have(axis: TrackableReference) -> None:
+    """Against a dense covariance of z at all times that are looked at."""
+    kernel, noise = axis.prior.parts[0].kernel, axis.prior.parts[0].noise_std
+    step, (seen,) = 0.05, axis.samples
+    z = np.array([0.31, 0.31 + step, 0.31 + 2 * step])
+    at = np.concatenate([seen.times, seen.times + step])
+    half = np.hstack([np.eye(16), np.eye(16)]) / 2  # position = (z + z⁺)/2
+    gram = half @ kernel(at[:, None] - at) @ half.T + noise**2 * np.eye(16)
+    cross = kernel(z[:, None] - at) @ half.T
+    covariance = kernel(z[:, None] - z) - cross @ np.linalg.solve(gram, cross.T)
+    rows = np.array([[0.5, 0.5, 0], [-1 / step, 1 / step, 0], [1 / step**2, -2 / step**2, 1 / step**2]])
+    expected = np.sqrt(np.diag(rows @ covariance @ rows.T))
+    np.testing.assert_allclose(axis.state_std(0.31 / step), expected[:2], rtol=1e-4)
+    np.testing.assert_allclose(axis.input_std(0.31 / step), expected[2:], rtol=1e-2)
+
+
+def test_what_is_saved_is_loaded_and_proved_again(axis: TrackableReference, tmp_path: Path) -> None:
+    axis.save(tmp_path / "axis.json")
+    again = TrackableReference.load(tmp_path / "axis.json")
+    np.testing.assert_array_equal(again.state(np.arange(99)), axis.state(np.arange(99)))
+    np.testing.assert_array_equal(again.state_std(np.arange(99)), axis.state_std(np.arange(99)))
+    assert encode_certificate(again.certificate) == encode_certificate(axis.certificate)
+    assert (again.hyperparameters, again.objective) == (axis.hyperparameters, axis.objective)
+
+
+def test_a_file_that_was_changed_is_refused(axis: TrackableReference, tmp_path: Path) -> None:
+    path = tmp_path / "axis.json"
+    axis.save(path)
+    content = json.loads(path.read_text())
+    content["fit"]["reference"]["signals"][0]["weights"][3] *= 1.5
+    path.write_text(json.dumps(content))
+    with pytest.raises(NotTrackableError, match="certainly breaks"):
+        TrackableReference.load(path)
+    path.write_text(json.dumps({**content, "more": 1}))
+    with pytest.raises(CodecError, match="has no more"):
+        TrackableReference.load(path)
+    with pytest.raises(InputError, match="there is no such file"):
+        TrackableReference.load(tmp_path / "nothing.json")
+
+
+def test_the_certificate_stands_alone(axis: TrackableReference, tmp_path: Path) -> None:
+    axis.save_certificate(tmp_path / "proof.json")
+    content = json.loads((tmp_path / "proof.json").read_text())
+    verdict = check(tmp_path / "proof.json")
+    assert isinstance(verdict, Proved)
+    assert check(content) == check(str(tmp_path / "proof.json")) == verdict
+    content["reference"]["signals"][0]["weights"][3] *= 1.5
+    assert isinstance(check(content), Failed)
+    assert "proved for all real t ≥ 0" in axis.explanation
+    assert "lengthscale = " in repr(axis)
+
+
+def test_the_wrong_file_is_told_from_the_right_one(axis: TrackableReference, tmp_path: Path) -> None:
+    axis.save(tmp_path / "axis.json")
+    axis.save_certificate(tmp_path / "proof.json")
+    with pytest.raises(InputError, match=r"proof.json: holds a certificate; what can be loaded is the reference"):
+        TrackableReference.load(tmp_path / "proof.json")
+    with pytest.raises(InputError, match=r"axis.json: is a saved reference, not a certificate; `save_certificate`"):
+        check_file(tmp_path / "axis.json")
+    with pytest.raises(InputError, match=r"nothing.json: there is no such file$"):
+        check_file(tmp_path / "nothing.json")
+    with pytest.raises(InputError, match=r"expected a file, got a folder$"):
+        check_file(tmp_path)
+    assert "For all real t ≥ 0" in check_file(tmp_path / "proof.json")
+
+
+def test_how_far_the_samples_are_is_said(axis: TrackableReference) -> None:
+    """Against the states themselves: position is what was sampled."""
+    off = SAMPLES.values - axis.reference.state_at(TIMES)[:, 0]
+    assert axis.misfit == pytest.approx({"position": np.sqrt(np.mean(off**2))}, rel=1e-9)
+    times = np.sqrt(np.mean(off**2)) / 0.02
+    spread = np.std(SAMPLES.values)
+    assert (
+        f"{axis.misfit['position']:.3g} off the samples of position, which spread by {spread:.3g}" in axis.explanation
+    )
+    assert f"{times:.3g} times their noise" in axis.explanation
+    far = learn_reference({"position": SAMPLES}, AXIS, SquaredExponential(0.01, 3.0), "all_times", noise_std=0.02)
+    assert far.misfit["position"] > 0.3
+
+
+def test_the_usual_process_is_at_hand_to_compare_with(axis: TrackableReference) -> None:
+    """It is closer to the samples, and breaks the bounds."""
+    weak = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.5], [0.2, 0.5]), AXIS.input_set)
+    with pytest.warns(IgnoresSamplesWarning, match="the velocity upper bound costs"):
+        slow = learn_reference({"position": SAMPLES}, weak, KERNEL, "all_times", noise_std=0.02)
+    usual = slow.unconstrained()
+    assert usual.plant is slow.reference.plant
+    off = SAMPLES.values - usual.state_at(TIMES)[:, 0]
+    assert np.sqrt(np.mean(off**2)) < 0.5 * slow.misfit["position"]
+    assert np.min(weak.state_set.margin(usual.state(np.arange(60)))) < -0.1
+
+
+def test_what_is_not_proved_is_refused(axis: TrackableReference) -> None:
+    for ask in (axis.state, axis.input, lambda k: axis.window(k, 5)):
+        with pytest.raises(ValueError, match=r"^step -1 \(-0.05 s\) is outside of what is proved, all real t ≥ 0"):
+            ask(-1)
+    assert axis.reference.state(-1).shape == (2,)
+    with pytest.raises(ValueError, match="a horizon of one step at least is needed, got 0"):
+        axis.window(3, 0)
+    with pytest.raises(TypeError, match="horizon: expected a whole number, got 2"):
+        axis.window(3, 2.5)
+    assert axis.window(10**9, 3).states.shape == (4, 2)
+
+
+def test_one_signal_needs_no_name_and_noise_may_be_learned() -> None:
+    found = learn_reference(SAMPLES, AXIS, KERNEL, "all_times")
+    assert 0.005 < found.hyperparameters["noise_std"] < 0.1
+
+
+def test_each_sample_may_have_its_own_noise() -> None:
+    """A sample that is known to be bad does not matter."""
+    spoilt = SAMPLES.values.copy()
+    spoilt[4] += 0.5
+    noise = np.full(16, 0.02)
+    noise[4] = 100.0
+    with pytest.warns(IgnoresSamplesWarning, match=r"does not follow its samples"):
+        trusting = learn_reference(Samples(TIMES, spoilt), AXIS, KERNEL, "all_times", noise_std=0.02)
+    knowing = learn_reference(Samples(TIMES, spoilt, noise), AXIS, KERNEL, "all_times", noise_std=1.0)
+    at = TIMES[4] / 0.05
+    assert abs(knowing.state(at)[0] - MOVED[4]) < 0.1 < abs(trusting.state(at)[0] - MOVED[4])
+
+
+def test_a_window_is_proved_and_nothing_else() -> None:
+    up = Samples(TIMES, -0.9 + 0.3 * TIMES)
+    found = learn_reference(up, AXIS, KERNEL, (0.0, 3.0), noise_std=0.02, mean=-5.0)
+    assert "from 0 s to 3 s" in found.explanation
+    assert np.min(AXIS.state_set.margin(found.state(np.arange(61)))) >= 0
+    assert found.window(50, 10).states.shape == (11, 2)
+    for ask in (lambda: found.state(61), lambda: found.input(np.arange(70)), lambda: found.window(51, 10)):
+        with pytest.raises(ValueError, match=r"^step 61 \(3.05 s\) is outside of what is proved, all real t from 0"):
+            ask()
+
+
+def test_two_periodic_signals_share_their_period() -> None:
+    t = np.linspace(0, 4, 20)
+    samples = {"a": Samples(t, np.sin(2 * np.pi * t / 1.7)), "b": Samples(t + 0.03, 0.5 * np.cos(2 * np.pi * t / 1.7))}
+    found = learn_reference(samples, CART, Periodic(), "all_phases", noise_std=0.05)
+    assert found.hyperparameters["period"] == pytest.approx(1.7, abs=0.05)
+    assert "proved for all real t:" in found.explanation
+    assert re.search(r"\(evaluated in float64 up to \S+ s, \S+ years\)", found.explanation)
+    assert found.state(-70).shape == (2,)
+    k = np.arange(5000)
+    assert np.min(CART.input_set.margin(found.input(k))) >= 0
+    assert isinstance(check(encode_certificate(found.certificate)), Proved)
+    assert_late_steps_are_refused(found)
+
+
+def assert_late_steps_are_refused(found: TrackableReference) -> None:
+    """Whole periods have to be counted in float64."""
+    until, step = found.certificate.last_time, found.reference.plant.sampling_time
+    last = int(until / step)
+    assert found.window(last - 6, 5).states.shape[0] == 6
+    for refused in (last + 1, -last - 1, 10**16, np.array([0, 10**16])):
+        with pytest.raises(ValueError, match=r"^step -?\S+ \(\S+ s\) is further from zero than \S+ s, up to which"):
+            found.input(refused)
+    with pytest.raises(ValueError, match="further from zero"):
+        found.window(last - 3, 5)
+    assert found.reference.input(10**16).shape == found.input(0).shape
+
+
+def test_the_shared_period_is_not_a_multiple_of_itself() -> None:
+    """Three periods only: every multiple has a minimum of its own, and a longer memory to fit with."""
+    t, rng = np.arange(0, 8, 0.25), np.random.default_rng(0)
+    values = {
+        "q1": 0.8 * np.sin(2 * np.pi * t / 2.5),
+        "q2": 0.5 * np.cos(2 * np.pi * t / 2.5) + 0.2 * np.sin(4 * np.pi * t / 2.5),
+    }
+    samples = {name: Samples(t, y + 0.02 * rng.standard_normal(t.size)) for name, y in values.items()}
+    joints = ConstrainedSystem(
+        LinearSystem.discretised(
+            np.kron(np.eye(2), np.eye(2, k=1)), np.eye(4)[:, 1::2], 0.05, states=("q1", "w1", "q2", "w2")
+        ),
+        Polytope.box([-1.5, -2.2] * 2, [1.5, 2.2] * 2),
+        Polytope.box([-6.0] * 2, [6.0] * 2),
+    )
+    found = learn_reference(samples, joints, Periodic(), "all_phases", noise_std=0.02)
+    assert found.hyperparameters["period"] == pytest.approx(2.5, abs=0.05)
+
+
+def test_flat_outputs_themselves_can_be_sampled() -> None:
+    rng = np.random.default_rng(1)
+    samples = {f"z{i}": Samples(np.arange(12) * 0.3, np.cumsum(rng.standard_normal(12)) / 5) for i in (1, 2)}
+    found = learn_reference(samples, MIXED, KERNEL, "all_times", noise_std=0.1)
+    states, inputs = found.state(np.arange(500)), found.input(np.arange(500))
+    np.testing.assert_allclose(MIXED.system.successor(states, inputs), found.state(np.arange(1, 501)), atol=1e-9)
+
+
+def test_known_and_bounded_hyperparameters_stay_where_they_are() -> None:
+    kernel = SquaredExponential(signal_std=(0.1, 0.5), lengthscale=1.2)
+    with pytest.warns(DoubtfulInputWarning, match=r"signal_std = 0\.5 .* noise_std = 0\.03 lies at the upper end"):
+        found = learn_reference(SAMPLES, AXIS, kernel, "all_times", noise_std=(0.01, 0.03))
+    assert found.hyperparameters["lengthscale"] == 1.2
+    assert 0.1 <= found.hyperparameters["signal_std"] <= 0.5
+    assert 0.01 <= found.hyperparameters["noise_std"] <= 0.03

@@ -1,0 +1,200 @@
+"""References learned for a disturbed system, or with a margin: what is said, kept, and stored."""
+
+import json
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS, CART, SAMPLES
+from trackably import (
+    ConvexHull,
+    Proved,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    Zonotope,
+    check,
+    learn_reference,
+)
+from trackably.certificates.form import encode_certificate
+from trackably.codec import CodecError
+from trackably.systems.disturbance.tightening import tightening
+
+KERNEL = SquaredExponential(0.5, 0.5)
+PUSHED = Zonotope.box([0.0, -0.005], [0.0, 0.005])
+NOISE = Zonotope.box([-0.001, -0.002], [0.001, 0.002])
+ARGUMENTS = {"noise_std": 0.02, "starts": 1}
+WINDOW = (0.0, 3.0)
+
+
+@cache
+def learned(name: str) -> TrackableReference:
+    extra = {
+        "nominal": {},
+        "without disturbance": {"disturbance": Zonotope.box([0.0, 0.0], [0.0, 0.0])},
+        "pushed": {"disturbance": PUSHED},
+        "triangle": {"disturbance": ConvexHull([[0.004, 0.0], [-0.004, 0.004], [0.0, -0.004]]), "margin": 0.02},
+        "margin": {"margin": 0.05},
+        "noisy": {"disturbance": PUSHED, "measurement_noise": NOISE},
+        "hyperparameters": {"disturbance": PUSHED, "method": "hyperparameters"},
+    }[name]
+    kernel = SquaredExponential() if name == "hyperparameters" else KERNEL
+    return learn_reference(SAMPLES, AXIS, kernel, WINDOW, **ARGUMENTS, **extra)
+
+
+@pytest.mark.parametrize("name", ["pushed", "triangle", "hyperparameters"])
+def test_a_robust_reference_keeps_the_tightened_bounds_and_says_so(name):
+    found = learned(name)
+    Z, steps = found.tightening.invariant, np.arange(61)
+    assert found.certificate.robust.invariant is Z
+    for bounded, rows, values in (
+        (AXIS.state_set, np.eye(2), found.state(steps)),
+        (AXIS.input_set, Z.feedback, found.input(steps[:-1])),
+    ):
+        for i, row in enumerate(rows.tolist()):
+            exact = [Fraction(r) for r in row]
+            assert np.max(values[:, i]) <= bounded.upper[i] - float(Z.support(exact))
+            assert np.min(values[:, i]) >= bounded.lower[i] + float(Z.support([-r for r in exact]))
+    verdict = check(encode_certificate(found.certificate))
+    assert isinstance(verdict, Proved)
+    assert "for every sequence of w in W" in verdict.statement
+    assert f"under every disturbance in {Z.disturbance}" in found.explanation
+    assert "keeps position in [-1.1, 0.2], velocity in [-1, 1], force in [-2.5, 2.5]" in found.explanation
+
+
+@pytest.mark.parametrize("name", ["pushed", "triangle"])
+def test_disturbed_runs_keep_the_given_bounds(name):
+    """Greedy against each bound, from the far end of Z: u = u_r + K (x − x_r), for the window that is proved."""
+    found = learned(name)
+    Z, system, rng = found.tightening.invariant, AXIS.system, np.random.default_rng(0)
+    aims = [*np.vstack([np.eye(2), -np.eye(2), Z.feedback, -Z.feedback]), *rng.normal(size=(4, 2))]
+    for aim in aims:
+        x = found.state(0) + np.zeros(2)
+        for k in range(60):
+            u = found.input(k) + Z.feedback @ (x - found.state(k))
+            assert AXIS.input_set.margin(u) >= 0
+            x = system.successor(x, u) + Z.disturbance.farthest(aim)
+            assert AXIS.state_set.margin(x) >= 0
+
+
+def test_the_feedback_of_a_noisy_measurement_keeps_the_given_bounds():
+    """Greedy pushes and noise against each bound: u = u_r + K (x + v − x_r)."""
+    found = learned("noisy")
+    K, system = found.tightening.invariant.feedback, AXIS.system
+    for aim in np.vstack([np.eye(2), -np.eye(2), K, -K]):
+        x = found.state(0) + np.zeros(2)
+        for k in range(60):
+            u = found.input(k) + K @ (x + NOISE.farthest(aim if k % 2 else -aim) - found.state(k))
+            assert AXIS.input_set.margin(u) >= 0
+            x = system.successor(x, u) + PUSHED.farthest(aim)
+            assert AXIS.state_set.margin(x) >= 0
+    assert found.objective > learned("pushed").objective
+    assert isinstance(check(encode_certificate(found.certificate)), Proved)
+    assert "and measurement noise in [-0.001, 0.001] × [-0.002, 0.002]" in found.explanation
+    assert "u = u_r + K (y - x_r)" in found.explanation
+
+
+def test_room_for_disturbances_costs_something():
+    assert learned("pushed").objective > learned("nominal").objective + 0.1
+
+
+def test_without_disturbance_the_nominal_reference_comes_back():
+    nominal, same = learned("nominal"), learned("without disturbance")
+    assert same.objective == nominal.objective
+    for one, other in zip(nominal.reference.signals, same.reference.signals, strict=True):
+        assert np.array_equal(one.weights, other.weights)
+    assert same.certificate.covers == nominal.certificate.covers
+
+
+def test_small_disturbances_change_little():
+    """J tends to the nominal one."""
+    nominal = learned("nominal").objective
+    small = learn_reference(SAMPLES, AXIS, KERNEL, WINDOW, **ARGUMENTS, disturbance=PUSHED.scaled(Fraction(1, 10**4)))
+    assert abs(small.objective - nominal) < 0.02 * (learned("pushed").objective - nominal)
+
+
+def test_a_margin_is_kept_free():
+    found = learned("margin")
+    values = found.state(np.arange(61))
+    assert np.all(values <= AXIS.state_set.upper - 0.05 * np.array([1.3, 2.0]))
+    assert "0.05 of each width is kept free at either bound" in found.explanation
+    assert found.certificate.robust is None
+
+
+@pytest.mark.parametrize("name", ["pushed", "triangle", "margin", "noisy"])
+def test_what_is_saved_comes_back(name, tmp_path: Path):
+    found = learned(name)
+    found.save(tmp_path / "r.json")
+    again = TrackableReference.load(tmp_path / "r.json")
+    assert again.explanation == found.explanation
+    again.save(tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_bytes() == (tmp_path / "r.json").read_bytes()
+
+
+def test_a_nominal_reference_is_saved_as_before(tmp_path: Path):
+    learned("nominal").save(tmp_path / "r.json")
+    assert list(json.loads((tmp_path / "r.json").read_text())) == ["fit", "proved_from", "proved_until"]
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("disturbance", "generators", 0, 1), "1/100"),
+        (("feedback", 0, 0), -1.0),
+        (("margin",), 0.01),
+        (("given", "state_set", "upper"), [0.3, 1.0]),
+        (("given", "system", "A", 0, 1), 0.06),
+        (("disturbance", "centre", 0), "one"),
+    ],
+)
+def test_a_saved_tightening_that_was_changed_is_refused(path, value, tmp_path: Path):
+    learned("pushed").save(tmp_path / "r.json")
+    data = json.loads((tmp_path / "r.json").read_text())
+    at = data["tightening"]
+    for key in path[:-1]:
+        at = at[key]
+    at[path[-1]] = value
+    (tmp_path / "r.json").write_text(json.dumps(data))
+    with pytest.raises(CodecError, match=r"tightening|rational"):
+        TrackableReference.load(tmp_path / "r.json")
+
+
+def test_too_large_a_disturbance_is_refused_in_one_sentence():
+    with pytest.raises(ValueError, match=r"^disturbance: the errors take .* of this disturbance set would do$"):
+        learn_reference(SAMPLES, AXIS, KERNEL, WINDOW, **ARGUMENTS, disturbance=PUSHED.scaled(Fraction(40)))
+
+
+def test_a_mean_that_the_disturbance_leaves_outside_is_refused_beside_the_given_bounds():
+    said = r"not inside \[-1\.0.*, 0\.1.*\]: .*; disturbance, noise and margin leave no more of \[-1\.1, 0\.2\]$"
+    with pytest.raises(ValueError, match=said):
+        learn_reference(SAMPLES, AXIS, KERNEL, "all_times", **ARGUMENTS, mean=0.19, margin=0.05)
+    with pytest.raises(
+        ValueError, match=r"could not be followed for ever; give a mean inside, .* as mean=\(-1.1, 0.2\)$"
+    ):
+        learn_reference(SAMPLES, AXIS, KERNEL, "all_times", **ARGUMENTS, mean=0.21)
+
+
+def test_the_plant_is_the_one_that_was_given(tmp_path: Path):
+    for name in ("nominal", "pushed", "margin"):
+        learned(name).save(tmp_path / "r.json")
+        for found in (learned(name), TrackableReference.load(tmp_path / "r.json")):
+            np.testing.assert_array_equal(found.plant.state_set.upper, AXIS.state_set.upper)
+
+
+def test_several_flat_outputs_are_learned_for_a_disturbed_system():
+    times = np.linspace(0, 2, 9)
+    samples = {name: Samples(times, 0.5 * np.sin(times + i)) for i, name in enumerate("ab")}
+    box = Zonotope.box([-0.05, -0.1], [0.05, 0.1])
+    found = learn_reference(
+        samples, CART, SquaredExponential(1.0, 1.0), (0.0, 2.0), noise_std=0.05, starts=1, disturbance=box
+    )
+    assert found.tightening.invariant.feedback.shape == (2, 2)
+    assert "[-0.05, 0.05] × [-0.1, 0.1]" in found.explanation
+
+
+def test_tightening_twice_gives_the_same_bits():
+    one, other = (tightening(AXIS, PUSHED).plant for _ in range(2))
+    assert one.state_set.lower.tobytes() == other.state_set.lower.tobytes()

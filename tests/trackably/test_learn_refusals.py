@@ -1,0 +1,125 @@
+"""`learn_reference` from outside: every way in which it refuses."""
+
+import re
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS, CART, KERNEL, MIXED, SAMPLES
+from trackably import (
+    ConstrainedSystem,
+    NotTrackableError,
+    Periodic,
+    Polytope,
+    SquaredExponential,
+    learn_reference,
+)
+from trackably.learning.problem import NothingFeasible
+from trackably.systems.reference import Reference
+
+
+def refusals() -> dict[str, tuple[dict[str, object], str]]:
+    both = {"a": SAMPLES, "b": SAMPLES}
+    on_cart = {"plant": CART, "samples": both}
+    return {
+        "no name for two": (
+            {"plant": CART},
+            "must be given by name, one for each of 2 flat outputs: one of a, z1; one",
+        ),
+        "unknown name": ({"samples": {"speed": SAMPLES}}, "speed is neither a state (position, velocity) nor a flat"),
+        "no level": (
+            {"samples": {"velocity": SAMPLES}},
+            "velocity says how its flat output moves, but not where it is",
+        ),
+        "two, learned noise": (
+            {"samples": {"position": SAMPLES, "velocity": SAMPLES}, "noise_std": (0.01, 0.1)},
+            "noise_std: must be known for each of position and velocity, which show the same flat output",
+        ),
+        "two, one noise": (
+            {"samples": {"position": SAMPLES, "velocity": SAMPLES}, "noise_std": {"position": 0.1}},
+            "noise_std: is missing for velocity, given for position",
+        ),
+        "not seen": ({"plant": CART, "samples": {"a": SAMPLES}}, "cannot be seen in samples of a: also give one of b"),
+        "mixed": ({"plant": MIXED, "samples": {"x1": SAMPLES, "x2": SAMPLES}}, "x1 shows several flat outputs at once"),
+        "no kernel for b": ({**on_cart, "kernel": {"a": KERNEL}}, "kernel: is missing for b, given for a"),
+        "no noise for b": ({**on_cart, "noise_std": {"a": 0.1}}, "noise_std: is missing for b, given for a"),
+        "no equilibrium": (
+            {"mean": 0.5},
+            "mean: must be an admissible equilibrium, but at rest there the position is 0.5, not inside [-1.1, 0.2]: "
+            "what fades to it could not be followed for ever; give a mean inside, or a pair between which it is "
+            "learned, as mean=(-1.1, 0.2)",
+        ),
+        "no equilibrium to swing about": (
+            {"mean": 0.5, "claim": "all_phases", "kernel": Periodic()},
+            "what swings about it could not be followed for ever; give a mean inside",
+        ),
+        "on a bound": (
+            {"mean": 0.2},
+            "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: a reference that fades to it has in the end "
+            "no margin, and rounding alone needs one; widen this bound or move the mean inside, if only by a millionth",
+        ),
+        "just beyond a bound": (
+            {"mean": 0.2 + 1e-9},
+            "at rest there the position is 0.200000001, not inside [-1.1, 0.2]",
+        ),
+        "does not decay": ({"kernel": Periodic(period=1.0)}, "claim: all_times needs kernels that decay, got Per"),
+        "no period": (
+            {"claim": "all_phases"},
+            "claim: all_phases needs periodic kernels of one period, got Squared",
+        ),
+        "no claim": (
+            {"claim": "ever"},
+            "'all_times', 'all_phases' or (start, end) in seconds, got 'ever'",
+        ),
+        "no end": ({"claim": (0.0, float("inf"))}, "or (start, end) in seconds, got (0.0, inf)"),
+        "no start": ({"claim": (1.0,)}, "or (start, end) in seconds, got (1.0,)"),
+        "the wrong way": ({"claim": (3.0, 1.0)}, "claim: a window needs start < end, got [3.0, 1.0]"),
+        "no method": ({"method": "mean"}, "method: expected 'joint' or 'hyperparameters', got 'mean'"),
+        "noise": (
+            {"noise_std": (2, 1)},
+            "noise_std must be a positive number (known) or [lower, upper] with 0 <",
+        ),
+    }
+
+
+WRONG_TYPES = {
+    "values": ({"samples": {"position": SAMPLES.values}}, "expected Samples(times, values) of position, got ndarray"),
+    "no mapping": ({"samples": [SAMPLES]}, "expected Samples, or a mapping from names to Samples, got list"),
+    "kernel class": (
+        {"kernel": SquaredExponential},
+        "expected a kernel such as SquaredExponential(), got ",
+    ),
+    "kernel number": ({"kernel": 1.0}, "expected a kernel such as SquaredExponential(), got float"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_TYPES)
+def test_what_is_no_sample_or_kernel_is_refused(name: str) -> None:
+    changed, sentence = WRONG_TYPES[name]
+    with pytest.raises(TypeError, match=re.escape(sentence)):
+        learn_reference(**{"samples": SAMPLES, "plant": AXIS, "kernel": KERNEL, "claim": "all_times"} | changed)
+
+
+@pytest.mark.parametrize("name", refusals())
+def test_refusals_say_what_is_wrong(name: str) -> None:
+    changed, sentence = refusals()[name]
+    given = {"samples": SAMPLES, "plant": AXIS, "kernel": KERNEL, "claim": "all_times", "noise_std": 0.02} | changed
+    with pytest.raises(ValueError, match=re.escape(sentence)):
+        learn_reference(**given)
+
+
+def test_what_cannot_be_followed_says_by_how_much() -> None:
+    """An amplitude that is known, and a force that is too small for it."""
+    weak = ConstrainedSystem(AXIS.system, AXIS.state_set, Polytope.box([-0.01], [0.01]))
+    with pytest.raises(NotTrackableError, match=r"breaks the .* bounds .* at t = .* s by") as raised:
+        learn_reference(
+            SAMPLES, weak, SquaredExponential(1.0, 0.5), "all_times", noise_std=0.02, method="hyperparameters"
+        )
+    outcome = raised.value.outcome
+    assert isinstance(outcome, NothingFeasible)
+    assert repr(outcome) == f"NothingFeasible({outcome.explanation})"
+    given = {quantity.name: quantity for quantity in weak.quantities}[outcome.quantity.name]
+    assert outcome.quantity.bounds == given.bounds
+    broken = Reference(outcome.best.signals, weak)
+    margin = given.margin(broken.signals, np.array(outcome.time))
+    assert outcome.violation == pytest.approx(-margin, rel=1e-6)

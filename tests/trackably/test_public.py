@@ -1,0 +1,114 @@
+"""The library's face: every public name is there, has its type, and loads no more than it needs."""
+
+import ast
+import inspect
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+import trackably
+from tests.project import ROOT
+from trackably import NotACertificate, check
+from trackably.errors import InputError
+
+SOURCE = ast.parse((ROOT / "trackably" / "__init__.py").read_text(encoding="utf-8"))
+USER = Path(__file__).parent / "user.py"
+
+
+def seen_by_type_checkers() -> dict[str, str]:
+    (block,) = [node for node in SOURCE.body if isinstance(node, ast.If)]
+    assert ast.unparse(block.test) == "TYPE_CHECKING"
+    imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
+    assert len(imports) == len(block.body)
+    assert all(name.asname == name.name for node in imports for name in node.names)
+    return {name.name: str(node.module).removeprefix("trackably.") for node in imports for name in node.names}
+
+
+def test_type_checkers_see_what_is_loaded() -> None:
+    assert seen_by_type_checkers() == trackably._MODULES
+    assert len(trackably._MODULES) >= 30
+
+
+def test_what_is_public_is_there() -> None:
+    assert sorted(trackably.__all__) == dir(trackably)
+    for name in dir(trackably):
+        assert getattr(trackably, name).__name__ == name
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = trackably.nothing
+
+
+def test_the_first_page_of_help_names_what_is_there() -> None:
+    named = {name.partition(".")[0] for name in re.findall(r"`([\w.]+)`", trackably.__doc__ or "")}
+    assert "learn_reference" in named
+    assert named <= {*dir(trackably)}
+
+
+def signatures() -> Iterator[tuple[str, str]]:
+    """Yield names and signatures of all public functions, classes and their public methods, as help() shows them."""
+    for name in trackably.__all__:
+        public = getattr(trackably, name)
+        methods = inspect.getmembers(public, callable) if inspect.isclass(public) else []
+        for called, of in [(name, public), *((f"{name}.{m}", f) for m, f in methods if not m.startswith("_"))]:
+            with suppress(ValueError):  # one of C
+                yield called, str(inspect.signature(of))
+
+
+def test_signatures_are_shown_with_the_names_of_types() -> None:
+    """Modules with `from __future__ import annotations` show ArrayLike, others the five lines that it stands for."""
+    shown = dict(signatures())
+    assert "kernel: 'Kernel | Mapping[str, Kernel]'" in shown["learn_reference"]
+    assert {name for name, text in shown.items() if "_typing" in text or len(text) > 1000} == set()
+
+
+def test_the_package_says_that_it_is_typed() -> None:
+    assert (ROOT / "trackably" / "py.typed").exists()
+
+
+def test_a_users_program_uses_all_that_is_public() -> None:
+    """`make lint` checks its types by mypy --strict, without the project's own settings: marked mistakes are found."""
+    used = {name for node in ast.walk(ast.parse(USER.read_text())) if isinstance(node, ast.ImportFrom)
+            and node.module == "trackably" for name in (alias.name for alias in node.names)}  # fmt: skip
+    assert used == {*trackably.__all__}
+
+
+LOADED = {
+    "learn_reference": (
+        "matplotlib",
+        "cvxpy",
+        "dvc",
+        "mcap",
+        "pydantic",
+        "click",
+        "IPython",
+        "scipy.optimize",
+        "scipy.fft",
+        "tqdm",
+        "cattrs",
+    ),
+    "read_csv": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy.optimize", "flint"),
+    "check": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy", "flint", "cattrs"),
+    "SquaredExponential": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "scipy.linalg", "flint", "cattrs"),
+}
+
+
+@pytest.mark.parametrize("name", LOADED)
+def test_importing_is_light(name: str) -> None:
+    """Neither figures nor convex programs nor data versions are loaded for a reference."""
+    code = f"import sys; from trackably import {name}; print([m for m in {LOADED[name]} if m in sys.modules])"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+def test_what_is_no_certificate_is_said_to_be_none(tmp_path: Path) -> None:
+    assert isinstance(check({}), NotACertificate)
+    (tmp_path / "list.json").write_text("[]")
+    assert isinstance(check(tmp_path / "list.json"), NotACertificate)
+    with pytest.raises(InputError, match="there is no such file"):
+        check(str(tmp_path / "nothing.json"))

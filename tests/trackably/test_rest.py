@@ -1,0 +1,138 @@
+"""References that come to rest after a finite time, exactly, by kernels with compact support; proved for all times."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from trackably import (
+    ConstrainedSystem,
+    Failed,
+    LinearSystem,
+    PiecewisePolynomial2,
+    PiecewisePolynomial3,
+    Polytope,
+    Proved,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    check,
+    learn_reference,
+)
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.claim import AllTimes
+from trackably.certificates.form import encode_certificate, encode_subject
+from trackably.certificates.prove import prove
+from trackably.checker.arithmetic.intervals import exactly
+from trackably.checker.reading.subjects import subject_of
+from trackably.checker.steps.tail import envelope
+from trackably.gp.signal import KernelSum
+from trackably.systems.reference import Reference
+
+TIMES = np.linspace(0, 0.6, 13)
+MOVED = np.where(TIMES < 0.4, -0.5 - 0.5 * np.cos(np.pi * TIMES / 0.4), 0.0)
+SAMPLES = Samples(TIMES, MOVED + 0.01 * np.random.default_rng(4).standard_normal(TIMES.size))
+SCALAR = ConstrainedSystem(
+    LinearSystem([[0.9]], [[0.5]], states=("state",), inputs=("input",), sampling_time=0.01),
+    Polytope.box([-2.0], [0.05]),
+    Polytope.box([-0.5], [0.5]),
+)
+AXIS = ConstrainedSystem(
+    LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.01, states=("position", "velocity"), inputs=("force",)),
+    Polytope.box([-1.2, -5.0], [0.1, 5.0]),
+    Polytope.box([-40.0], [40.0]),
+)
+MEANS = {"at zero": 0.0, "elsewhere": 0.0125}
+
+
+def learned(plant, kernel, mean=0.0) -> TrackableReference:
+    return learn_reference(SAMPLES, plant, kernel, "all_times", noise_std=0.01, mean=mean, progress=False)
+
+
+@pytest.fixture(scope="module", params=[PiecewisePolynomial2, PiecewisePolynomial3], ids=lambda kernel: kernel.__name__)
+def family(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def axis(family) -> TrackableReference:
+    return learned(AXIS, family())
+
+
+@pytest.fixture(scope="module")
+def scalar(family) -> TrackableReference:
+    return learned(SCALAR, family())
+
+
+def rest(reference: TrackableReference) -> float:
+    """Return the last centre + θ₂ [s]."""
+    (signal,) = reference.reference.signals
+    return float(signal.centres[-1]) + signal.kernel.vanishing_distance
+
+
+@pytest.mark.parametrize("mean", MEANS.values(), ids=MEANS)
+def test_the_state_is_the_prior_mean_in_every_digit(family, mean):
+    found = learned(SCALAR, family(), mean)
+    k = np.arange(int(np.ceil(rest(found) / 0.01)) + 1, 20_000)
+    assert set(found.state(k)[:, 0].tolist()) == {mean}
+    assert np.all(found.state(k[0] - 5) != mean)
+    if mean == 0:
+        assert not np.any(found.input(k))
+    np.testing.assert_allclose(found.input(k), 0.2 * mean, rtol=1e-12)
+    np.testing.assert_array_equal(found.reference.signals[0].jet(k * 0.01, 3)[1:], 0)
+
+
+def test_all_states_and_inputs_come_to_rest(axis):
+    k = np.arange(int(np.ceil(rest(axis) / 0.01)) + 1, 20_000)
+    assert not np.any(axis.state(k))
+    assert not np.any(axis.input(k))
+    np.testing.assert_allclose(axis.state(np.arange(0, 60, 5))[:, 0], MOVED[:-1], atol=0.06)
+
+
+def test_a_squared_exponential_does_not(axis):
+    """It comes as close as one likes: later, and never there while float64 has numbers that small."""
+    slow = learned(AXIS, SquaredExponential())
+    at = np.array([1.2 * rest(axis)])
+    assert 0 < np.max(np.abs(slow.reference.signals[0](at))) < 1e-3
+
+
+def test_the_proof_ends_where_rest_begins(axis):
+    """After the last centre + θ₂ nothing is left to bound: the envelope is zero, exactly."""
+    claim = axis.certificate.claim
+    assert isinstance(claim, AllTimes)
+    assert TIMES[-1] < claim.tail_start <= np.nextafter(rest(axis), np.inf)
+    for signal in subject_of(encode_subject(axis.reference)).signals:
+        assert envelope(signal, exactly(rest(axis)) + exactly(2) ** -50) == (0, 0)
+        assert envelope(signal, exactly(rest(axis) - 0.05)).size.a > 0
+
+
+def test_a_bound_that_is_nearly_touched_at_rest_needs_no_longer_proof(family):
+    """The mean lies 1e-9 inside of a bound: other kernels have to decay that far, this one has come to rest before."""
+    narrow = ConstrainedSystem(SCALAR.system, Polytope.box([-2.0], [1e-9]), Polytope.box([-9.0], [9.0]))
+    signal = KernelSum(family(1.0, 0.3), 0.0, np.array([0.0, 0.2]), np.array([-0.6, -0.5]))
+    found = prove(Reference((signal,), narrow))
+    assert isinstance(found, Certificate)
+    assert isinstance(found.claim, AllTimes)
+    assert 0.45 < found.claim.tail_start <= np.nextafter(0.5, 1)
+    assert isinstance(check(encode_certificate(found)), Proved)
+
+
+def test_the_checker_agrees_and_a_changed_length_scale_is_refused(scalar):
+    content = encode_certificate(scalar.certificate)
+    assert content["reference"]["signals"][0]["kernel"]["type"].startswith("piecewise_polynomial")
+    assert isinstance(check(content), Proved)
+    for factor in (0.5, 2.0):
+        changed = copy.deepcopy(content)
+        changed["reference"]["signals"][0]["kernel"]["lengthscale"] *= factor
+        assert isinstance(check(changed), Failed), factor
+
+
+def test_a_tail_that_begins_too_early_is_refused(scalar):
+    changed = copy.deepcopy(encode_certificate(scalar.certificate))
+    changed["claim"]["tail_start"] = float(TIMES[-1])
+    for boxes in changed["claim"]["covers"].values():
+        kept = [end for end in boxes["ends"] if end < TIMES[-1]]
+        boxes["ends"], boxes["radii"] = [*kept, float(TIMES[-1])], boxes["radii"][: len(kept)]
+    verdict = check(changed)
+    assert isinstance(verdict, Failed)
+    assert verdict.reason.startswith("tail")

@@ -1,0 +1,339 @@
+"""Coq proves committed certificates, and refuses each whose statement is false."""
+
+import json
+import re
+import shutil
+import subprocess
+from copy import deepcopy
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from tests.project import ROOT
+from trackably.__main__ import main
+from trackably.errors import InputError
+from trackably.theorem import theorem
+
+THEORY = ("Statement", "Jets", "Polynomials", "Forms", "Disturbance", "Checker")
+RESULTS = ROOT / "data" / "results"
+
+
+def certificate(name: str) -> dict:
+    return json.loads((RESULTS / (name.replace("/", "/certificates/") + ".json")).read_text())
+
+
+@pytest.fixture(scope="module")
+def coq(tmp_path_factory):
+    """Compile the theory in a folder of its own; return what compiles a certificate there."""
+    if shutil.which("coqc") is None:
+        pytest.skip("Coq is not installed")
+    found = subprocess.run(["coqc", "-where"], capture_output=True, text=True, check=True).stdout.strip()
+    if not (Path(found) / "user-contrib" / "Interval").is_dir():
+        pytest.skip("CoqInterval is not installed")
+    folder = tmp_path_factory.mktemp("theorem")
+
+    def run(name):
+        return subprocess.run(
+            ["coqc", "-q", "-Q", ".", "Trackably", name], cwd=folder, capture_output=True, text=True, check=False
+        )
+
+    for name in (*THEORY, "Assumptions"):
+        shutil.copy(ROOT / "theorem" / f"{name}.v", folder)
+    for name in THEORY:
+        assert run(f"{name}.v").returncode == 0
+
+    def compiled(content, emulated=False, more=""):
+        (folder / "given.json").write_text(json.dumps(content))
+        (folder / "stated.v").write_text(theorem(folder / "given.json", emulated) + more)
+        return run("stated.v")
+
+    compiled.run = run
+    return compiled
+
+
+def refused(answer) -> bool:
+    """Return whether it was the checker's answer, and nothing else, that Coq did not accept."""
+    said = " ".join(answer.stderr.split())
+    return answer.returncode != 0 and 'has type "true = true" while it is expected to have type "Native.check' in said
+
+
+mp.dps = 50
+
+
+def kappa(kernel, r):
+    """Return κ(r) in 50 digits, by its formula."""
+    kind = kernel["type"]
+    if kind in ("sum", "product"):
+        left, right = kappa(kernel["left"], r), kappa(kernel["right"], r)
+        return left + right if kind == "sum" else left * right
+    s, length = mpf(kernel["signal_std"]), mpf(kernel["lengthscale"])
+    if kind == "periodic":
+        return s**2 * mp.exp(-2 * mp.sin(mp.pi * r / mpf(kernel["period"])) ** 2 / length**2)
+    if kind == "squared_exponential":
+        return s**2 * mp.exp(-(r**2) / (2 * length**2))
+    x = mp.sqrt({"matern32": 3, "matern52": 5}[kind]) * abs(r) / length
+    return s**2 * (1 + x + (x**2 / 3 if kind == "matern52" else 0)) * mp.exp(-x)
+
+
+def signal(z, t):
+    """Return z(t) in 50 digits."""
+    terms = zip(z["weights"], z["centres"], strict=True)
+    return sum((mpf(c) * kappa(z["kernel"], t - mpf(at)) for c, at in terms), mpf(z["mean"]))
+
+
+def exactly(fraction):
+    return mpf(fraction.numerator) / fraction.denominator
+
+
+def value(content, of, t, row=(1,)):
+    """Return this row of x(t) or u(t) in 50 digits."""
+    T, total = mpf(content["reference"]["plant"]["system"]["sampling_time"]), mpf(0)
+    for factor, one in zip(row, content["trajectories"][of], strict=True):
+        total += factor * exactly(Fraction(one["offset"]))
+        for z, weights in zip(content["reference"]["signals"], one["weights"], strict=True):
+            for j, weight in enumerate(map(Fraction, weights)):
+                if weight:
+                    total += factor * exactly(weight) * signal(z, t + j * T)
+    return total
+
+
+def highest(content, of, until):
+    """Return where x(t) or u(t) is largest on [0, until], as a float64, by searches that are finer and finer."""
+    lower, upper = 0.0, until
+    for _ in range(7):
+        times = np.linspace(lower, upper, 61)
+        best = times[max(range(61), key=lambda i: value(content, of, mpf(times[i])))]
+        step = (upper - lower) / 60
+        lower, upper = max(best - step, 0.0), min(best + step, until)
+    return float(best)
+
+
+def weight_changed():
+    content = certificate("example1/joint")
+    (z,) = content["reference"]["signals"]
+    at = highest(content, "states", 1.2)
+    k = int(np.argmin(np.abs(np.array(z["centres"]) - at)))
+    unit = deepcopy(content)
+    unit["reference"]["signals"][0]["weights"] = [float(i == k) for i in range(len(z["weights"]))]
+    z["weights"][k] += float((mpf(0.05) + mpf("1e-6") - value(content, "states", at)) / value(unit, "states", at))
+    return content, "states", at, 0.05
+
+
+def state_bound_drawn_in():
+    content = certificate("example1/joint")
+    at = highest(content, "states", 1.2)
+    bound = float(value(content, "states", at) - mpf("1e-6"))
+    content["reference"]["plant"]["state_set"]["upper"] = [bound]
+    return content, "states", at, bound
+
+
+def input_bound_drawn_in():
+    content = certificate("example2/exact")
+    at = highest(content, "inputs", content["claim"]["period"])
+    bound = float(value(content, "inputs", at) - mpf("1e-6"))
+    content["reference"]["plant"]["input_set"]["upper"] = [bound]
+    return content, "inputs", at, bound
+
+
+def tail_that_starts_too_early():
+    content = certificate("example1/joint")
+    (z,) = content["reference"]["signals"]
+    at = content["claim"]["tail_start"] + 2.0
+    z["centres"].append(at)
+    z["weights"].append(0.06 / z["kernel"]["signal_std"] ** 2)
+    return content, "states", at, 0.05
+
+
+def elementary(kind, **more):
+    return {"type": kind, "signal_std": 0.7, "lengthscale": 0.3, **more}
+
+
+PERIODIC = elementary("periodic", period=1.7)
+KERNELS = {
+    "squared exponential": elementary("squared_exponential"),
+    "periodic": PERIODIC,
+    "Matérn 3/2": elementary("matern32"),
+    "Matérn 5/2": elementary("matern52"),
+    "a sum": {"type": "sum", "left": elementary("matern52"), "right": elementary("squared_exponential")},
+    "a product": {"type": "product", "left": PERIODIC, "right": elementary("matern32")},
+}
+
+
+def with_kernel(kernel, margin):
+    """Return a certificate with this kernel whose bound is this far above the largest state, and where that is."""
+    content = certificate("example1/joint")
+    (z,) = content["reference"]["signals"]
+    z.update(kernel=kernel, mean=0.25, centres=[0.0, 0.15, 0.4, 0.5], weights=[0.3, -1.1, 1.2, 0.4])
+    plant = content["reference"]["plant"]
+    plant["input_set"].update(lower=[-9.0], upper=[9.0])
+    if kernel is PERIODIC:
+        content["claim"] = {
+            "kind": "all_phases",
+            "period": 1.7,
+            **{k: content["claim"][k] for k in ("covers", "terms")},
+        }
+    at = highest(content, "states", 1.7)
+    plant["state_set"]["upper"] = [float(value(content, "states", at) + mpf(margin))]
+    return content, "states", at, plant["state_set"]["upper"][0]
+
+
+def kernel_fault(name):
+    def fault():
+        return with_kernel(KERNELS[name], "-1e-6")
+
+    fault.__name__ = name
+    return fault
+
+
+FAULTS = (
+    weight_changed,
+    state_bound_drawn_in,
+    input_bound_drawn_in,
+    tail_that_starts_too_early,
+    *map(kernel_fault, KERNELS),
+)
+
+
+@pytest.mark.parametrize(
+    "name", ["example1/joint", "example1/hyperparameters", "example1/sound", "example2/exact", "vehicle/joint"]
+)
+def test_coq_proves_what_is_certified(coq, name):
+    answer = coq(certificate(name))
+    assert answer.returncode == 0, answer.stderr
+
+
+def test_coq_proves_it_without_the_processors_floats(coq):
+    answer = coq(certificate("example1/joint"), emulated=True)
+    assert answer.returncode == 0, answer.stderr
+
+
+def test_coq_proves_that_a_counterexample_refutes(coq):
+    answer = coq(certificate("example1/unconstrained.counterexample"))
+    assert answer.returncode == 0, answer.stderr
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_coq_refuses_what_is_false(coq, fault):
+    content, of, at, bound = fault()
+    assert value(content, of, mpf(at)) > mpf(bound)
+    assert refused(coq(content))
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_coq_proves_that_what_is_false_does_not_hold(coq, fault):
+    content, of, at, _ = fault()
+    answer = coq(as_counterexample(content, {"states": "state", "inputs": "input"}[of], at))
+    assert answer.returncode == 0, answer.stderr
+
+
+def as_counterexample(content, quantity, at):
+    header = {"format": "trackably counterexample", "version": 1, "claim": {"kind": content["claim"]["kind"]}}
+    said = {name: content[name] for name in ("reference", "trajectories")}
+    return {**header, **said, "quantity": quantity, "at": {"time": at}, "violation": 1e-9}
+
+
+def test_coq_refuses_and_refutes_a_false_bound_of_an_acceleration(coq):
+    content = certificate("vehicle/joint")
+    rows = content["reference"]["plant"]["input_set"]
+    assert rows["rows"][0] == [1.0, 1.0]
+    at = max(np.linspace(0.0, 10.0, 81), key=lambda t: value(content, "inputs", mpf(t), (1, 1)))
+    rows["upper"][0] = float(value(content, "inputs", mpf(at), (1, 1)) - mpf("1e-6"))
+    assert refused(coq(content))
+    answer = coq(as_counterexample(content, "ax+ay", float(at)))
+    assert answer.returncode == 0, answer.stderr
+
+
+def test_coq_refuses_trajectories_that_do_not_solve_the_system(coq):
+    content = certificate("example1/joint")
+    content["trajectories"]["inputs"][0]["weights"][0][1] = "2000000000001/1000000000000"
+    system, t = content["reference"]["plant"]["system"], mpf(0.3)
+    x, u, after = (
+        value(content, "states", t),
+        value(content, "inputs", t),
+        value(content, "states", t + system["sampling_time"]),
+    )
+    assert abs(after - mpf(system["A"][0][0]) * x - mpf(system["B"][0][0]) * u) > mpf("1e-15")
+    assert refused(coq(content))
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_coq_proves_what_is_true_by_a_millionth(coq, kernel):
+    answer = coq(with_kernel(KERNELS[kernel], "1e-6")[0])
+    assert answer.returncode == 0, answer.stderr
+
+
+@pytest.mark.parametrize("name", ["example1/robust", "example2/robust", "vehicle/robust"])
+def test_coq_proves_what_is_certified_of_disturbed_systems(coq, name):
+    answer = coq(certificate(name), more="Check trackable_though_disturbed : withstands reference disturbed.\n")
+    assert answer.returncode == 0, answer.stderr
+
+
+def test_coq_refuses_disturbances_that_break_a_bound(coq):
+    content = certificate("example1/robust")
+    disturbance, system = content["disturbance"], content["reference"]["plant"]["system"]
+    disturbance["set"]["generators"] = [["1/39"]]
+    T, A, B = mpf(system["sampling_time"]), mpf(system["A"][0][0]), mpf(system["B"][0][0])
+    start, K = mpf(highest(content, "states", 1.2)) - 3 * T, mpf(disturbance["feedback"][0][0])
+    assert A + B * K > 0  # pushes in one direction add up
+    x = value(content, "states", start)
+    for k in range(3):
+        t = start + k * T
+        u = value(content, "inputs", t) + K * (x - value(content, "states", t))
+        x = A * x + B * u + mpf(1) / 39
+    assert x > mpf(disturbance["state_set"]["upper"][0])
+    assert refused(coq(content))
+
+
+def names_of(printed: str) -> list[set[str]]:
+    """Return the axioms of each theorem from what `Print Assumptions` prints."""
+    return [set(re.findall(r"^[A-Z][\w.]+", one, re.MULTILINE)) for one in printed.split("Axioms:")[1:]]
+
+
+def test_nothing_else_is_taken_on_trust(coq):
+    committed = names_of((ROOT / "theorem" / "assumptions.txt").read_text())
+    assert names_of(coq.run("Assumptions.v").stdout) == committed
+    native, emulated = committed
+    for emulate, trusted in ((False, native), (True, emulated)):
+        answer = coq(certificate("example1/joint"), emulate, "Print Assumptions trackable.\n")
+        (used,) = names_of(answer.stdout)
+        assert used <= trusted
+
+
+def test_the_theory_has_no_axioms_of_its_own():
+    for file in (ROOT / "theorem").glob("*.v"):
+        assert not re.search(
+            r"\b(Admitted|admit|Axiom|Axioms|Parameter|Parameters|Conjecture|Hypothesis)\b", file.read_text()
+        )
+
+
+@pytest.mark.parametrize("name", ["example1/joint", "example2/joint", "vehicle/joint", "robot-axis/joint"])
+def test_each_number_of_the_signals_is_written_exactly(name, tmp_path):
+    content = certificate(name)
+    text = theorem(RESULTS / (name.replace("/", "/certificates/") + ".json"))
+    written = [
+        (Fraction(int(n), eval(d.replace("^", "**"))), Fraction(int(m), eval(e.replace("^", "**"))))
+        for n, d, m, e in re.findall(r"weight := \((-?\d+) # ([\d ^]+)\); centre := \((-?\d+) # ([\d ^]+)\)", text)
+    ]
+    signals = content["reference"]["signals"]
+    assert written == [
+        (Fraction(c), Fraction(t)) for z in signals for c, t in zip(z["weights"], z["centres"], strict=True)
+    ]
+
+
+@pytest.mark.parametrize("name", ["tank/joint", "mobile-robot/joint"])
+def test_what_coq_does_not_cover_is_refused_in_a_sentence(name):
+    with pytest.raises(InputError, match=r"Coq covers linear systems"):
+        theorem(RESULTS / (name.replace("/", "/certificates/") + ".json"))
+
+
+def test_the_command_writes_the_file_and_says_what_it_leaves_out(tmp_path, capsys):
+    output = tmp_path / "example.v"
+    file = RESULTS / "example1" / "certificates" / "joint.json"
+    assert main(["theorem", str(file), "--output", str(output)]) == 0
+    assert output.read_text() == theorem(file)
+    printed = capsys.readouterr().out
+    assert "coqc -Q theorem Trackably" in printed
+    assert "nothing about evaluation in float64" in printed

@@ -1,0 +1,336 @@
+"""Values at given times: met up to a tolerance that is proved, or refused."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.trackably.checker.redundant import PLANT as REDUNDANT
+from tests.trackably.plants import AXIS, CART, SAMPLES
+from trackably import (
+    ConstrainedSystem,
+    Failed,
+    LinearSystem,
+    NonlinearSystem,
+    NotTrackableError,
+    Polytope,
+    Proved,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    check,
+    learn_reference,
+    learn_stream,
+    mobile_robot,
+)
+from trackably import learn as learning
+from trackably.certificates.form import encode_certificate
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.pinned import Pinned, coordinates
+from trackably.explanation import given_values
+from trackably.feasibility.impossible import Impossible
+from trackably.learning.joint.learn import learn_jointly
+from trackably.learning.learner import JOINT
+from trackably.learning.problem import Contradiction
+from trackably.systems.sets.interval import Interval
+
+KNOWN = SquaredExponential(0.5, 0.6)
+AT = {1.0: {"force": -1.0}, 0.0: {"position": -0.98, "velocity": 0.0}}
+TANK = ConstrainedSystem(
+    NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * u[0] - 0.05 * x[0] ** 2], ["level"], ["inflow"], 0.1),
+    Polytope.box([0.1], [2.0]),
+    Polytope.box([-2.0], [4.0]),
+)
+FREE = ConstrainedSystem(AXIS.system, Polytope.box([-np.inf, -1.0], [np.inf, 1.0]), AXIS.input_set)
+SLOPING = ConstrainedSystem(CART.system, Polytope([[1.0, 1.0], [1.0, -1.0]], [-1.0, -1.0], [1.0, 1.0]), CART.input_set)
+
+
+def learned(at, plant=AXIS, kernel=KNOWN, **options) -> TrackableReference:
+    return learn_reference({"position": SAMPLES}, plant, kernel, "all_times", noise_std=0.02, at=at, **options)
+
+
+@pytest.fixture(scope="module")
+def axis() -> TrackableReference:
+    return learned(AT)
+
+
+def test_values_are_met_within_a_ten_thousandth_of_their_bounds(axis):
+    assert np.all(np.abs(axis.state(0) - [-0.98, 0.0]) <= [1.3e-4, 2e-4])
+    np.testing.assert_allclose(axis.input(20), [-1.0], atol=5e-4, rtol=0)
+    assert "position = -0.98 ± 0.00013, velocity = 0 ± 0.0002 at 0 s; force = -1 ± 0.0005 at 1 s" in axis.explanation
+    assert np.min(AXIS.state_set.margin(axis.state(np.arange(999)))) >= 0
+
+
+def test_a_certificate_for_each_time_proves_it(axis, tmp_path):
+    files = axis.save_certificate(tmp_path / "proof.json")
+    assert [file.name for file in files] == ["proof.json", "proof.at1.json", "proof.at2.json"]
+    verdicts = [check(file) for file in files[1:]]
+    assert all(isinstance(verdict, Proved) for verdict in verdicts)
+    assert (
+        'For all real t from -5e-08 s to 5e-08 s the reference keeps -0.98013 ≤ "position" ≤ -0.97987'
+        in verdicts[0].statement
+    )
+    content = json.loads(files[2].read_text())
+    content["reference"]["plant"]["input_set"]["lower"] = [-0.9999]
+    assert isinstance(check(content), Failed)
+
+
+def test_what_is_saved_is_proved_again_at_each_time(axis, tmp_path):
+    axis.save(tmp_path / "axis.json")
+    again = TrackableReference.load(tmp_path / "axis.json")
+    assert again.explanation == axis.explanation
+    assert len(again.pin_certificates) == 2
+    content = json.loads((tmp_path / "axis.json").read_text())
+    content["fit"]["pinned"][0]["values"]["position"] += 0.001
+    (tmp_path / "axis.json").write_text(json.dumps(content))
+    with pytest.raises(NotTrackableError, match=r"at t = .* s the position certainly breaks"):
+        TrackableReference.load(tmp_path / "axis.json")
+
+
+def test_given_values_have_prices_like_bounds(axis):
+    names = {(bound.name, bound.time) for bound in axis.active_bounds if bound.side == "equal"}
+    assert names == {("position", 0.0), ("velocity", 0.0), ("force", 1.0)}
+    assert "the given value of position costs" in axis.explanation
+    assert "the bounds and given values cost" in axis.explanation
+
+
+@pytest.mark.parametrize("value", [-0.98, 0.3015113011, 1 / 3, 1e-5, 12345.6789])
+@pytest.mark.parametrize("tolerance", [1.3e-4, 1.34e-4, 1.3456e-4, 2e-7])
+def test_what_is_printed_of_a_value_is_no_closer_than_what_is_proved(value, tolerance):
+    words = str(Pinned(0.0, {"x": value}, {"x": tolerance})).split()
+    printed, by = float(words[2]), float(words[4])
+    off = tolerance + abs(printed - value)
+    assert off * (1 - 1e-11) <= by <= 1.01 * off
+
+
+def test_a_tolerance_can_be_given():
+    found = learned({0.0: {"position": -0.98}, 0.5: {"position": -0.74}}, at_tolerance={"position": 1e-6})
+    assert [pinned.tolerances for pinned in found.fit.pinned] == [{"position": 1e-6}] * 2
+    np.testing.assert_allclose(found.state(np.array([0, 10]))[:, 0], [-0.98, -0.74], atol=1e-6, rtol=0)
+
+
+def test_a_value_on_its_bound_is_met_from_inside():
+    found = learned({0.75: {"velocity": 1.0}})
+    assert 1 - 2e-4 <= found.state(15)[1] <= 1
+
+
+def test_what_is_not_bounded_needs_a_tolerance():
+    with pytest.raises(ValueError, match="at_tolerance: is needed for position, which has no bounds"):
+        learned({0.0: {"position": -0.95}}, plant=FREE)
+    found = learned({0.0: {"position": -0.95}}, plant=FREE, at_tolerance=1e-3)
+    assert found.state(0)[0] == pytest.approx(-0.95, abs=1e-3)
+
+
+def test_formulas_are_met_too():
+    times = np.linspace(0, 4, 15)
+    found = learn_reference(
+        Samples(times, 1 + 0.5 * np.sin(times)),
+        TANK,
+        SquaredExponential(0.5, 1.0),
+        "all_times",
+        noise_std=0.05,
+        mean=1.0,
+        at={0.0: {"level": 1.02}, 1.0: {"inflow": 1.25}},
+    )
+    assert found.input(10)[0] == pytest.approx(1.25, abs=6e-4)
+    assert found.state(0)[0] == pytest.approx(1.02, abs=2e-4)
+    assert all(isinstance(check(encode_certificate(proof)), Proved) for proof in found.pin_certificates)
+
+
+def test_states_of_a_system_with_redundant_inputs_are_met():
+    times = np.linspace(0, 8, 25)
+    values = 2 * np.exp(-((times - 4) ** 2) / 4)
+    kernel = SquaredExponential(1.0, 2.0)
+    found = learn_reference(
+        Samples(times, values), REDUNDANT, kernel, "all_times", noise_std=0.05, at={0.0: {"x1": 0.0}}
+    )
+    assert abs(found.state(0)[0]) <= 6e-4
+    with pytest.raises(ValueError, match="at: u1 is one of several inputs that act alike; only their effect is"):
+        learn_reference(Samples(times, values), REDUNDANT, kernel, "all_times", at={0.0: {"u1": 0.0}})
+
+
+def test_what_contradicts_the_bounds_is_no_reference():
+    with pytest.raises(NotTrackableError, match=r"position = 0.1 at t = 0.05 s is out of reach by at least") as raised:
+        learned({0.0: {"position": -0.95}, 0.05: {"position": 0.1}})
+    assert isinstance(raised.value.outcome, Impossible)
+
+
+def test_what_contradicts_the_bounds_between_steps_is_no_reference():
+    """No whole number of steps links these times: it is the kernel's length scale that excludes them."""
+    with pytest.raises(NotTrackableError, match=r"position \(given value\) at t = 0.051 s") as raised:
+        learned({0.0: {"position": -0.95}, 0.051: {"position": 0.1}})
+    assert isinstance(raised.value.outcome, Contradiction)
+
+
+def test_values_that_are_not_met_are_no_reference(monkeypatch):
+    """A planted fault: a learner that forgets them."""
+    forgetful = replace(JOINT, solve=lambda problem: learn_jointly(replace(problem, pins=())))
+    monkeypatch.setitem(learning._LEARNERS, "joint", forgetful)
+    with pytest.raises(NotTrackableError, match="the position certainly breaks") as raised:
+        learned({0.0: {"position": -0.5}})
+    assert isinstance(raised.value.outcome, Counterexample)
+
+
+def curve(low: float, high: float) -> Samples:
+    """From one level to another in 3 s, with noise."""
+    t = np.arange(0.0, 3.01, 0.15)
+    part = np.clip(t / 3.0, 0.0, 1.0)
+    noise = 0.003 * np.random.default_rng(0).normal(size=len(t))
+    return Samples(t, low + (high - low) * (10 * part**3 - 15 * part**4 + 6 * part**5) + noise)
+
+
+def arm(x, u):
+    """Two links, with the inverse of their mass matrix written out."""
+    q, v, c, s = x[:2], x[2:], np.cos(x[1]), np.sin(x[1])
+    y = u - np.array([-s * (2 * v[0] * v[1] + v[1] ** 2), s * v[0] ** 2])
+    a, b, d = 3 + 2 * c, 1 + c, 1.0
+    return [*(q + 0.1 * v), *(v + 0.1 * np.array([[d, -b], [-b, a]]) @ y / (a * d - b * b))]
+
+
+LEAKY = LinearSystem([[0.9]], [[0.5]], [0.1], states=("level",), inputs=("inflow",), sampling_time=0.1)
+RESTING = {
+    "an axis": (AXIS, {"position": SAMPLES}),
+    "a leaky tank": (
+        ConstrainedSystem(LEAKY, Polytope.box([0.0], [3.0]), Polytope.box([-1.0], [1.0])),
+        {"level": curve(1.2, 1.9)},
+    ),
+    "a tank": (TANK, {"level": curve(0.6, 1.5)}),
+    "two outputs": (CART, {"a": curve(-0.3, 0.2), "b": curve(0.1, -0.4)}),
+    "an arm": (
+        ConstrainedSystem(
+            NonlinearSystem.of(arm, ["q1", "q2", "v1", "v2"], ["t1", "t2"], 0.1),
+            Polytope.box([-3, -3, -2, -2], [3, 3, 2, 2]),
+            Polytope.box([-15, -8], [15, 8]),
+        ),
+        {"q1": curve(-0.5, 0.6), "q2": curve(0.9, 0.3)},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", RESTING)
+def test_at_rest_the_system_stays_where_it_is_with_the_input_that_holds_it(name, tmp_path):
+    plant, samples = RESTING[name]
+    at, start = ({3.0: "rest"}, 2.0) if name == "an arm" else ({0.0: "rest", 3.0: "rest"}, 0.0)
+    found = learn_reference(samples, plant, SquaredExponential(1.0, 1.0), (start, 3.0), noise_std=0.02, at=at)
+    assert [pinned.time for pinned in found.fit.pinned] == list(at)
+    for pinned in found.fit.pinned:
+        k = round(pinned.time / plant.sampling_time)
+        x, u = (np.array([pinned.values[of] for of in names]) for names in (plant.system.states, plant.system.inputs))
+        np.testing.assert_allclose(plant.system.successor(x, u), x, rtol=0, atol=1e-12)
+        tolerances = np.array([pinned.tolerances[of] for of in plant.system.states])
+        for step in (k, k + 1):
+            assert np.all(np.abs(found.reference.state(step) - x) <= tolerances)
+    files = found.save_certificate(tmp_path / "proof.json")
+    assert all(isinstance(check(file), Proved) for file in files)
+    found.save(tmp_path / "reference.json")
+    assert TrackableReference.load(tmp_path / "reference.json").explanation == found.explanation
+
+
+@pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
+def test_rest_has_a_price_for_each_rate():
+    found = learned({1.5: "rest"})
+    equal = {(bound.name, bound.time) for bound in found.active_bounds if bound.side == "equal"}
+    assert equal == {("rate of position", 1.5), ("rate of velocity", 1.5)}
+
+
+def test_a_stream_comes_to_rest_in_the_window_of_that_time():
+    found = learn_stream(SAMPLES, AXIS, KNOWN, "all_times", window=1.0, noise_std=0.02, at={1.5: "rest"})
+    (pinned,) = found.stream.pinned
+    assert (pinned.values["velocity"], pinned.values["force"]) == (0.0, 0.0)
+    assert found.state(31) == pytest.approx(found.state(30), abs=2e-4)
+
+
+def test_rest_that_is_not_met_is_no_reference(monkeypatch):
+    """A planted fault: a learner that forgets it."""
+    forgetful = replace(JOINT, solve=lambda problem: learn_jointly(replace(problem, pins=())))
+    monkeypatch.setitem(learning._LEARNERS, "joint", forgetful)
+    with pytest.raises(NotTrackableError, match="certainly breaks"):
+        learned({1.0: "rest"})
+
+
+@pytest.mark.parametrize("name", RESTING)
+def test_a_rate_is_the_change_in_a_step(name):
+    plant, _ = RESTING[name]
+    signals, t = [np.sin, np.cos][: plant.signal_count], np.linspace(0.0, 3.0, 7)
+    for of in coordinates(plant).values():
+        change = of(signals, t + plant.sampling_time) - of(signals, t)
+        np.testing.assert_allclose(of.rate(signals, t), change / plant.sampling_time, rtol=0, atol=1e-9)
+        assert (of.rate.functional is None) == (of.functional is None)
+
+
+ROBOT = ConstrainedSystem(
+    mobile_robot(0.1), Polytope.box([-3, -3, -np.inf], [3, 3, np.inf]), Polytope.box([0.1, -2], [1.5, 2])
+)
+
+
+@pytest.mark.parametrize(
+    ("plant", "samples", "sentence"),
+    [
+        (ROBOT, {"x": SAMPLES, "y": SAMPLES}, "at: rest at 1 s cannot be asked for, as the heading is not defined whi"),
+        (REDUNDANT, SAMPLES, "at: rest at 1 s cannot be asked for, as several inputs act alike"),
+        (FREE, SAMPLES, "at_tolerance: is needed for position, which has no bounds"),
+    ],
+)
+def test_where_rest_is_not_known_it_is_refused(plant, samples, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        learn_reference(samples, plant, KNOWN, (0.0, 2.0), noise_std=0.02, at={1.0: "rest"})
+
+
+def test_other_words_than_rest_are_refused():
+    with pytest.raises(TypeError, match='at: expected values by name of a state or an input, or "rest", at 1 s, got'):
+        learned({1.0: "stop"})
+
+
+REFUSALS = {
+    "alone": ({"method": "hyperparameters"}, 'at: values at given times need method="joint"'),
+    "unknown": ({"at": {0.0: {"speed": 1.0}}}, "at: speed is neither a state nor an input (position, velocity, force)"),
+    "unknown tolerance": ({"at_tolerance": {"speed": 1.0}}, "at_tolerance: speed is neither"),
+    "nothing": ({"at": {0.0: {}}}, "at: nothing is given at 0 s"),
+    "too early": (
+        {"at": {-0.1: {"position": 0.0}}},
+        "at: -0.1 s is outside of the times that are claimed, from 0 s to",
+    ),
+    "too late": ({"claim": (0.0, 2.0), "at": {2.1: {"position": 0.0}}}, "that are claimed, from 0 s to 2 s"),
+    "outside": ({"at": {0.0: {"velocity": 1.5}}}, "at: velocity must be inside [-1, 1] at 0 s, got 1.5"),
+    "no number": ({"at": {0.0: {"velocity": np.nan}}}, "at: velocity must be inside [-1, 1] at 0 s, got nan"),
+    "no tolerance": ({"at_tolerance": 0.0}, "at_tolerance: must be positive, got 0 for position"),
+    "together outside": (
+        {"plant": SLOPING, "samples": {"a": SAMPLES, "b": SAMPLES}, "at": {0.0: {"a": 0.9, "b": 0.9}}},
+        "at: a = 0.9 ± 0.0002, b = 0.9 ± 0.0002 at 0 s lies outside of {x : -1 ≤ 1 x1 + 1 x2 ≤ 1",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSALS)
+def test_refusals_say_what_is_wrong(name):
+    changed, sentence = REFUSALS[name]
+    given = {"samples": SAMPLES, "plant": AXIS, "kernel": KNOWN, "claim": "all_times", "at": {0.0: {"position": 0.0}}}
+    with pytest.raises(ValueError, match=re.escape(sentence)):
+        learn_reference(**given | changed, noise_std=0.02)
+
+
+def test_a_window_that_is_proved_holds_the_neighbours_of_its_time(axis):
+    for time in (0.0, 1.0, 12345.678):
+        outcome = Pinned(time, {"velocity": 0.0}, {"velocity": 9.0}).prove(axis.reference)
+        assert outcome.claim.start < np.nextafter(time, -np.inf) < np.nextafter(time, np.inf) < outcome.claim.end
+
+
+def test_the_extent_of_a_coordinate_is_that_of_the_corners():
+    corners = np.array([[0.0, 0.0], [2.0, 1.0], [-1.0, 3.0]])
+    triangle = Polytope.halfspaces([[1.0, -2.0], [2.0, 3.0], [-3.0, -1.0]], [0.0, 7.0, 0.0])
+    for i in range(2):
+        extent = triangle.extent(i)
+        assert (extent.lower, extent.upper) == pytest.approx((corners[:, i].min(), corners[:, i].max()))
+    assert Polytope([[-2.0, 0.0], [1.0, 0.0]], [-2.0, -0.5], [2.0, 3.0]).extent(0) == Interval(-0.5, 1.0)
+    assert Polytope([[-2.0, 0.0]], [-2.0], [2.0]).extent(1) is None
+    assert Polytope([[1.0, 1.0]], [-2.0], [2.0]).extent(1) is None
+
+
+def test_an_explanation_shows_few_of_many_given_values() -> None:
+    many = [Pinned(0.5 * i, {"position": 0.1}, {"position": 1e-3}) for i in range(25)]
+    said = given_values(many)
+    assert said == [*map(str, many[:3]), "21 more such times", str(many[-1])]
+    for few in (many[:0], many[:1], many[:5]):
+        assert given_values(few) == [*map(str, few)]

@@ -1,0 +1,242 @@
+"""Arguments of a wrong type or value end in one sentence that names the argument, what was expected, and what came."""
+
+import re
+from collections.abc import Callable
+from datetime import datetime
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS, CART, KERNEL, SAMPLES
+from trackably import (
+    ConstrainedSystem,
+    Controller,
+    LinearSystem,
+    NonlinearSystem,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    certify,
+    check,
+    learn_reference,
+    simulate,
+    tank,
+)
+from trackably.certificates.claim import OnWindow
+from trackably.certificates.goal import on_window
+from trackably.checking import check_file
+from trackably.learning.space import SearchSpace
+from trackably.recordings import Signal
+
+DAYS = np.array(["2024-05-01", "2024-05-02"], dtype="datetime64[ns]")
+SECONDS = "(times - times[0]) / np.timedelta64(1, 's') are seconds"
+Q, R = np.eye(2), [[0.1]]
+system = partial(LinearSystem, sampling_time=0.1)
+learn = partial(
+    learn_reference, **{"samples": SAMPLES, "plant": AXIS, "kernel": KERNEL, "claim": (0.0, 1.0), "noise_std": 0.02}
+)
+plant = partial(ConstrainedSystem, system=AXIS.system, state_set=AXIS.state_set, input_set=AXIS.input_set)
+
+RESTING: Any = certify(np.zeros(30), AXIS, interpolation="linear")
+
+WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
+    "dates": (lambda: Samples(DAYS, [1, 2]), TypeError, f"times: expected numbers, got datetime64[ns]; {SECONDS}"),
+    "durations": (lambda: Samples(DAYS - DAYS[0], [1, 2]), TypeError, "times: expected numbers, got timedelta64[ns]"),
+    "Python's dates": (lambda: Samples([datetime(2024, 5, 1)], [1]), TypeError, "samples: times[0]: expected a number"),
+    "dates in a signal": (lambda: Signal(DAYS, [1, 2]), TypeError, "times: expected numbers, got datetime64[ns]"),
+    "complex": (lambda: Samples([0, 1], np.array([1j, 2])), TypeError, "values: expected real numbers, got complex128"),
+    "complex noise": (lambda: Samples([0, 1], [0, 1], [1j, 1]), TypeError, "relative_noise: expected real numbers"),
+    "texts": (lambda: Samples(["0", "1"], [1, 2]), TypeError, "samples: times: expected numbers, got ['0', '1']"),
+    "nothing": (lambda: Samples([0, 1], [None, 1.0]), TypeError, "samples: values[0]: expected a number, got None"),
+    "ragged": (lambda: Samples([0, 1], [[1], [1, 2]]), TypeError, "values: expected numbers, in lists of one length"),
+    "a mapping": (lambda: Samples([0], {1: 2}), TypeError, "samples: values: expected a number, got {1: 2}"),
+    "masked": (lambda: Samples([0, 1], np.ma.array([1.0, 2.0], mask=[1, 0])), TypeError, "some values are masked"),
+    "A of texts": (lambda: system([["a"]], [[1]]), TypeError, "system: A: expected numbers, got [['a']]"),
+    "ragged A": (lambda: system([[1, 2], [1]], [[1]]), TypeError, "system: A: expected numbers, in lists of one"),
+    "complex B": (lambda: system([[1]], [[1j]]), TypeError, "system: B: expected real numbers, got complex128"),
+    "states as a text": (lambda: system(np.eye(2), np.eye(2), states="xv"), TypeError, "expected a list of names"),
+    "a name that is none": (lambda: system([[1]], [[1]], states=(1,)), TypeError, "states[0]: expected a text, got 1"),
+    "sampling time, text": (
+        lambda: system([[1]], [[1]], sampling_time="0.1"),
+        TypeError,
+        "sampling_time: expected a nu",
+    ),
+    "sampling time, none": (
+        lambda: system([[1]], [[1]], sampling_time=None),
+        TypeError,
+        "sampling_time: expected a num",
+    ),
+    "sampled every 0 s": (lambda: LinearSystem.discretised([[0]], [[1]], 0), ValueError, "sampling_time must be a pos"),
+    "sampled backwards": (
+        lambda: LinearSystem.discretised([[0]], [[1]], -1),
+        ValueError,
+        "sampling_time must be a pos",
+    ),
+    "of formulas": (
+        lambda: NonlinearSystem.of(lambda x, u: [u[0]], ["a"], ["b"], "1"),
+        TypeError,
+        "sampling_time: expected a",
+    ),
+    "box of texts": (lambda: Polytope.box(["a"], [1]), TypeError, "set: lower: expected numbers, got ['a']"),
+    "halfspaces of texts": (lambda: Polytope.halfspaces([[1]], ["a"]), TypeError, "set: h: expected numbers"),
+    "set as a tuple": (
+        lambda: plant(state_set=(-1, 1)),
+        TypeError,
+        "state_set: expected a Polytope, as of Polytope.box",
+    ),
+    "second set": (
+        lambda: plant(input_set=([-1], [1])),
+        TypeError,
+        "input_set: expected a Polytope, as of Polytope.box",
+    ),
+    "no system": (
+        lambda: plant(system=(1, 2)),
+        TypeError,
+        "system: expected a LinearSystem or a NonlinearSystem, got (1, 2)",
+    ),
+    "two sampling times": (lambda: plant(sampling_time=0.01), TypeError, "unexpected keyword argument 'sampling_time'"),
+    "bare system": (
+        lambda: learn(plant=AXIS.system),
+        TypeError,
+        "plant: expected a ConstrainedSystem(system, state_set",
+    ),
+    "window of texts": (lambda: learn(claim=("0", "1")), ValueError, "or (start, end) in seconds, got ('0', '1')"),
+    "window of three": (lambda: learn(claim=(0.0, 1.0, 2.0)), ValueError, "or (start, end) in seconds, got (0.0, 1.0"),
+    "window array": (lambda: learn(claim=np.array([0.0, 1.0])), ValueError, "in seconds, got array([0., 1.])"),
+    "window of truths": (lambda: learn(claim=(False, True)), ValueError, "in seconds, got (False, True)"),
+    "endless window": (lambda: learn(claim=(0, float("inf"))), ValueError, "in seconds, got (0, inf)"),
+    "endless proof": (
+        lambda: OnWindow(0.0, float("inf")),
+        ValueError,
+        "a window needs finite ends, got [0.0, inf]",
+    ),
+    "endless goal": (
+        lambda: on_window(0.0, float("inf")),
+        ValueError,
+        "a window needs finite ends, got [0.0, inf]",
+    ),
+    "starts": (lambda: learn(starts=1.5), TypeError, "search: starts: expected a whole number, got 1.5"),
+    "starts, text": (lambda: learn(starts="8"), TypeError, "search: starts: expected a whole number, got '8'"),
+    "no starts": (lambda: learn(starts=0), ValueError, "search: starts must be at least 1, got 0"),
+    "too many starts": (
+        lambda: learn(starts=10**9),
+        ValueError,
+        "search: starts must be at most 10000, got 1000000000",
+    ),
+    "noise, text": (
+        lambda: learn(noise_std="0.1"),
+        ValueError,
+        "with 0 < lower < upper (learned), got '0.1' for posit",
+    ),
+    "noise of another": (
+        lambda: learn(noise_std={"position": 1, "velocity": 1}),
+        ValueError,
+        "noise_std: is given for velocity, expected for ",
+    ),
+    "mean, text": (lambda: learn(mean="0"), TypeError, "mean of position: expected a number, got '0'"),
+    "mean of another": (lambda: learn(mean={"position": 0.0, "velocity": None}), ValueError, "mean: is given for velo"),
+    "methods": (
+        lambda: learn(method=["joint"]),
+        ValueError,
+        "method: expected 'joint' or 'hyperparameters', got ['joint",
+    ),
+    "centres, three": (lambda: learn(centres=3), ValueError, "centres must be at least 4, got 3"),
+    "centres, a part": (lambda: learn(centres=0.5), TypeError, "centres: expected a whole number, got 0.5"),
+    "centres, a word": (lambda: learn(centres="few"), ValueError, "expected a whole number, 'auto' or None, got 'few'"),
+    "values in a list": (lambda: learn(at=[1]), TypeError, "at: expected a mapping from times [s] to values by name"),
+    "values alone": (
+        lambda: learn(at={0.0: 0.1}),
+        TypeError,
+        'at: expected values by name of a state or an input, or "rest", at 0 s',
+    ),
+    "time, text": (lambda: learn(at={"0": {"position": 0.1}}), TypeError, "at: time: expected a number, got '0'"),
+    "value, text": (lambda: learn(at={0.0: {"position": "1"}}), TypeError, "at: expected a number for position at 0 s"),
+    "tolerance": (
+        lambda: learn(at={0.0: {"position": 0.1}}, at_tolerance="1"),
+        TypeError,
+        "at_tolerance: expected a num",
+    ),
+    "stencil": (lambda: Samples([0], [1], [1], "a"), TypeError, "stencil: expected a Stencil, or Stencils, got 'a'"),
+    "a name as names": (
+        lambda: NonlinearSystem.of(lambda x, u: [u[0]], "a", "b", 1),
+        TypeError,
+        "states: expected a list of n",
+    ),
+    "no function": (
+        lambda: NonlinearSystem.of(3, ["a"], ["b"], 1),
+        TypeError,
+        "f: expected a function of x and u, got 3",
+    ),
+    "enormous": (lambda: learn(samples=Samples([0, 1, 2], [1e300, -1e300, 0])), ValueError, "choose another unit"),
+    "learn from": (lambda: learn(learn_from=[1]), TypeError, "learn_from: expected Samples, or a mapping from names"),
+    "interval": (lambda: SearchSpace({"lengthscale": 1.0}), TypeError, "bounds of lengthscale: expected an Interval"),
+    "horizon": (
+        lambda: Controller(AXIS, 1.5, Q, R),
+        TypeError,
+        "controller: horizon: expected a whole number, got 1.5",
+    ),
+    "horizon, text": (lambda: Controller(AXIS, "9", Q, R), TypeError, "controller: horizon: expected a whole number"),
+    "weights": (lambda: Controller(AXIS, 9, "Q", R), TypeError, "controller: Q: expected numbers, got 'Q'"),
+    "bare system to control": (
+        lambda: Controller(AXIS.system, 9, Q, R),
+        TypeError,
+        "controller: plant: expected a Cons",
+    ),
+    "a push that is no function": (
+        lambda: simulate(Controller(AXIS, 9, Q, R), RESTING, [0, 0], 1, disturbances=[0, 0]),
+        TypeError,
+        "simulate: disturbances: expected a function of the step k and the state, got [0, 0]",
+    ),
+    "one number for two states": (
+        lambda: simulate(Controller(AXIS, 9, Q, R), RESTING, [0, 0], 1, noise=lambda k, x: 0.1),
+        ValueError,
+        "simulate: noise: expected 2 numbers at step 0, got shape ()",
+    ),
+    "joints in a list": (
+        lambda: RESTING.to_ros2("r.yaml", ["arm"]),
+        TypeError,
+        "joints: expected mappings such as {'sh",
+    ),
+    "no controller of do-mpc": (
+        lambda: RESTING.to_do_mpc(None),
+        TypeError,
+        "expected a controller or simulator of do-",
+    ),
+    "no samples": (lambda: learn(samples={}), ValueError, "samples: none are given; expected one of position, z1"),
+    "a tank without an area": (lambda: tank(1.0, area=0), ValueError, "area must be positive, got 0"),
+    "a whole number that float64 cannot hold": (lambda: tank(10**400), TypeError, "sampling_time: expected a nu"),
+    "a mapping as file": (lambda: check_file({}), TypeError, "certificate: expected a path, got {}"),
+    "no certificate": (lambda: check(None), TypeError, "certificate: expected a path, got None"),
+}
+
+
+@pytest.mark.filterwarnings("ignore::trackably.DoubtfulInputWarning")  # a question may come before a refusal
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_arguments_are_named(name: str) -> None:
+    call, error, sentence = WRONG[name]
+    with pytest.raises(error, match=re.escape(sentence)):
+        call()
+
+
+def test_numbers_of_every_kind_are_taken() -> None:
+    for values in ([1, 2.5], (np.float32(1), 2.5), [Fraction(1), Fraction(5, 2)], np.array([1, 2.5], dtype=object)):
+        np.testing.assert_array_equal(Samples([False, True], values).values, [1.0, 2.5])
+    assert SearchSpace({}, np.int64(3)).starts == 3
+    assert SquaredExponential(np.float32(0.5), (np.int64(1), np.float64(2.0))).signal_std == 0.5
+    assert CART.sampling_time == 0.1
+
+
+def test_a_certificate_is_found_by_its_path_as_text(tmp_path) -> None:
+    (tmp_path / "list.json").write_text("[]")
+    with pytest.raises(Exception, match=r"list\.json: "):
+        check_file(str(tmp_path / "list.json"))
+
+
+@pytest.mark.parametrize("seconds", [-1, 0, 0.0, float("nan"), float("inf"), "1"])
+def test_a_check_needs_a_positive_time(seconds: object) -> None:
+    expected = TypeError if isinstance(seconds, str) else ValueError
+    with pytest.raises(expected, match=r"^check: seconds"):
+        check({}, seconds=seconds)  # type: ignore[arg-type]

@@ -1,0 +1,199 @@
+"""A user's program, as type checkers see it: `test_public.py` runs mypy --strict on it. Nothing here is executed."""
+
+import sys
+import warnings
+from pathlib import Path
+from typing import assert_type
+
+import numpy as np
+import numpy.typing as npt
+
+from trackably import (
+    CertifiedReference,
+    CertifiedTable,
+    Column,
+    ConstrainedSystem,
+    Controller,
+    ConvexHull,
+    Counterexample,
+    CsvLayout,
+    DoubtfulInputWarning,
+    Failed,
+    Field,
+    FlatForm,
+    Fleet,
+    IgnoresSamplesWarning,
+    Impossible,
+    Infeasible,
+    InfeasibleTightening,
+    InputError,
+    Kernel,
+    Late,
+    LinearSystem,
+    Matern32,
+    Matern52,
+    NonlinearSystem,
+    NotACertificate,
+    NotTrackableError,
+    Periodic,
+    PiecewisePolynomial2,
+    PiecewisePolynomial3,
+    Plan,
+    PolynomialPieces,
+    Polytope,
+    Product,
+    Proved,
+    RationalQuadratic,
+    Recording,
+    Refuted,
+    RefutedTable,
+    Relearner,
+    Samples,
+    Source,
+    SquaredExponential,
+    StreamReference,
+    Sum,
+    Table,
+    TrackableReference,
+    TubeController,
+    Undecided,
+    Unproved,
+    Unsolved,
+    Zonotope,
+    certify,
+    certify_table,
+    check,
+    kinematic_bicycle,
+    learn_many,
+    learn_reference,
+    learn_stream,
+    mobile_robot,
+    parts_of_csv,
+    parts_of_parquet,
+    pendulum,
+    read_csv,
+    read_mcap,
+    read_parquet,
+    recordings_in,
+    repair,
+    simulate,
+    topics_of,
+    two_tanks,
+)
+from trackably import (
+    tank as draining,
+)
+
+kernel = SquaredExponential(lengthscale=(0.1, 2.0))
+assert_type(kernel.lengthscale, float)
+assert_type(Matern32(1.0, 0.2).signal_std, float)
+assert_type(RationalQuadratic().shape, float)
+assert_type(Periodic(period=2.0).period, float)
+assert_type(PiecewisePolynomial2(lengthscale=2.0) * PiecewisePolynomial3(), Product)
+assert_type(Periodic() * kernel, Product)
+assert_type(Periodic() * kernel + Matern52(), Sum)
+general: Kernel = kernel
+assert_type(general.period, float | None)
+
+assert_type(Samples([0.0, 1.0], [0.1, 0.2]).times, npt.NDArray[np.float64])
+try:
+    recording = read_csv("axis.csv", time="t", time_unit="s", signals={"position": Column("y")}, layout=CsvLayout())
+except InputError as wrong:
+    sys.exit(str(wrong))
+assert_type(recording, Recording)
+assert_type(read_mcap("axis.mcap", {"position": Field("/axis", "position")}), Recording)
+assert_type(recording.samples("position"), Samples)
+
+axis = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.01, states=("position", "velocity"))
+assert_type(axis, LinearSystem)
+tank = NonlinearSystem.of(lambda x, u: [x[0] + u[0]], ["level"], ["inflow"], 5.0)
+assert_type(tank, NonlinearSystem)
+for system in (mobile_robot(0.1), kinematic_bicycle(0.1, wheelbase=2.7), two_tanks(1.0), pendulum(0.05), draining(1.0)):
+    assert_type(system, NonlinearSystem)
+chain = FlatForm.of(lambda z: ([z[0][0], z[1][0] - z[0][0]], [z[2][0] - 2 * z[1][0] + z[0][0]]), outputs=1)
+assert_type(
+    NonlinearSystem.of(lambda x, u: [x[0] + x[1], x[1] + u[0]], ["x", "v"], ["a"], 1.0, flat=chain), NonlinearSystem
+)
+plant = ConstrainedSystem(axis, Polytope.box([-1.0, -1.0], [1.0, 1.0]), Polytope.box([-1.0], [1.0]))
+assert_type(plant.sampling_time, float)
+
+try:
+    reference = learn_reference(recording.samples("position"), plant, kernel, "all_times", noise_std=(0.01, 0.1))
+    assert_type(reference, TrackableReference)
+    assert_type(reference.hyperparameters, dict[str, float])
+    assert_type(reference.price, float)
+    assert_type(reference([0.0, 1.0]), npt.NDArray[np.float64])
+    assert_type(reference.eval(0.5).inputs, npt.NDArray[np.float64])
+    assert_type(reference.to_acados(20).at(0).yref_e, npt.NDArray[np.float64])
+    assert_type(reference.to_csv("r.csv", units={"position": "m"}), Path)
+    assert_type(reference.to_c("r.h", "axis"), Path)
+    assert_type(reference.to_ros2("r.mcap", {"slide": {"positions": "position"}}), Path)
+    assert_type(reference.to_control().response().inputs, npt.NDArray[np.float64])
+    assert_type([bound.multiplier for bound in reference.active_bounds], list[float])
+except NotTrackableError as error:
+    assert_type(error.outcome.explanation, str)
+    if isinstance(error.outcome, Impossible):
+        assert_type(error.outcome.missing, float)
+    if isinstance(error.outcome, InfeasibleTightening):
+        assert_type(error.outcome.tightening.margin, float)
+learn_reference({"position": recording.samples("position")}, plant, {"position": kernel}, (0.0, 10.0), starts=3)
+learn_reference(recording.samples("position"), plant, kernel, "all_times", method="hyperparameters")
+learn_reference(recording.samples("position"), plant, kernel, "all_times", at={0.0: {"x1": 0.1}}, at_tolerance=1e-3)
+learn_reference(recording.samples("position"), plant, kernel, "all_times", at={0.0: {"x1": 0.1}, 6.0: "rest"})
+pushed, cut = Zonotope.box([0, -0.1], [0, 0.1]), ConvexHull([[0.1, 0], [-0.1, 0.1], [0, -0.1]])
+learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=pushed, feedback=[[-1, -1]])
+learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=cut, margin=0.01)
+learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=pushed, measurement_noise=pushed)
+learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), centres=600)
+stream = learn_stream(recording.samples("position"), plant, kernel, "all_times", window=20.0, centres=None)
+assert_type(stream, StreamReference)
+assert_type(stream.misfit, dict[str, float])
+assert_type(StreamReference.load("stream.json"), StreamReference)
+learn_stream(recording.samples("position"), plant, kernel, "all_times", window=20.0, disturbance=pushed, margin=0.01)
+several = recordings_in("measured/*.csv", lambda path: read_csv(path, "t", "s", {"position": "y"}))
+assert_type(several, tuple[Source, ...])
+fleet = learn_many(several, plant, kernel, "recorded", folder="learned", workers=2, noise_std=0.01)
+assert_type(fleet, Fleet)
+assert_type(fleet.reference("axis"), TrackableReference)
+learn_many(parts_of_csv("all.csv", "name", "t", "s", {"position": "y"}), plant, kernel, "all_times", folder="learned")
+assert_type(learn_many(several, plant, kernel, "recorded", folder="l", learn=learn_stream).stream("a"), StreamReference)
+learn_many({"axis": recording.samples("position")}, plant, kernel, (0.0, 1.0), folder="learned", cluster="tcp://a:1")
+assert_type(parts_of_parquet("all.parquet", "name", "t", "s", {"position": "y"}), tuple[Source, ...])
+assert_type(topics_of("all.mcap", {"position": Field("/{name}/pose", "y")}), tuple[Source, ...])
+assert_type(read_parquet("axis.parquet", "t", "ISO 8601", {"position": Column("y")}), Recording)
+curve = PolynomialPieces([0, 1, 2], [[0, 0.1], [0.1, 0]], "rest")
+certified = certify({"position": curve}, plant, "all_times")
+assert_type(certified, CertifiedReference | Counterexample | Unproved)
+assert_type(certify([0, 0.1, 0.2], plant, (0.0, 0.1), interpolation="cubic").explanation, str)
+if isinstance(certified, CertifiedReference):
+    assert_type(certified.off["position"], float)
+repaired = repair(curve, plant, "all_times")
+if isinstance(repaired, CertifiedReference) and repaired.moved is not None:
+    assert_type(repaired.moved["position"].rms, float)
+at_steps = certify_table(Table([[0.0, 0.0], [0.0, 0.1]], [[1.0]]), plant, tolerance=1e-3)
+assert_type(at_steps, CertifiedTable | RefutedTable | Unproved)
+warnings.simplefilter("error", IgnoresSamplesWarning)
+warnings.simplefilter("ignore", DoubtfulInputWarning)
+
+controller = Controller(plant, 10, [[1, 0], [0, 1]], [[0.1]])
+assert_type(controller.step(0, [0.0, 0.0], reference.reference), Plan | Infeasible | Unsolved)
+simulate(controller, reference.reference, [0, 0], 100)
+if reference.tightening is not None:
+    tube = TubeController(reference.tightening, 10)
+    assert_type(tube.step(0, np.zeros(2), reference), Plan | Infeasible | Unsolved)
+    simulate(tube, reference, np.zeros(2), 100, disturbances=lambda k, successor: 0.01 * successor)
+relearn = Relearner(reference, budget=0.05, moving_every=10)
+answer = relearn(recording.samples("position"))
+if isinstance(answer, TrackableReference):
+    assert_type(relearn.step(controller, 0, np.zeros(2)), Plan | Infeasible | Unsolved)
+else:
+    assert_type(answer.explanation, str)
+    assert_type(answer.seconds if isinstance(answer, Late) else 0.0, float)
+assert_type(check(Path("proof.json"), seconds=9.0), Proved | Refuted | Failed | NotACertificate | Undecided)
+
+# What is wrong is found: without the mistake, mypy complains of the comment.
+SquaredExponential("long")  # type: ignore[arg-type]
+LinearSystem(np.eye(1), np.eye(1))  # type: ignore[call-arg]
+learn_reference(recording.samples("position"), plant, kernel, "for ever")  # type: ignore[arg-type]
+kernel + 1.0  # type: ignore[operator]
+print(reference.wieght)  # type: ignore[attr-defined]

@@ -1,7 +1,0 @@
-"""What a reference is made of: signals that can be evaluated here, and enclosed by a proof."""
-
-from trackable.gp.signal import KernelSum
-from trackable.systems.signals.pieces import PolynomialPieces
-
-Signal = KernelSum | PolynomialPieces
-"""A sum of kernels, as samples are learned, or polynomial pieces, as splines and planners give them."""

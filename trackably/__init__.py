@@ -1,0 +1,179 @@
+"""Trackably: learn a reference from noisy samples, and guarantee that the controlled system can follow it.
+
+All that a notebook or a program needs is imported from here:
+
+- samples: `Samples`, or recordings by `read_csv`, `read_mcap` and `read_parquet`
+- the plant: a `ConstrainedSystem` of a `LinearSystem` or a `NonlinearSystem`, and of sets such as `Polytope.box`
+- the prior: kernels such as `SquaredExponential` and `Periodic`, which add and multiply
+- learning with a proof: `learn_reference`, `learn_stream` for long recordings, `learn_many` for many of them
+- trajectories from elsewhere: `certify`, `repair`, `certify_table`
+- proofs of others: `check`
+- control: `Controller`, `TubeController`, `simulate`, and `Relearner` to learn in the loop
+
+A name is loaded when it is first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from trackably.certificates.judge import NotTrackableError as NotTrackableError
+    from trackably.certificates.outcome import Counterexample as Counterexample
+    from trackably.certificates.outcome import Unproved as Unproved
+    from trackably.checker import Failed as Failed
+    from trackably.checker import NotACertificate as NotACertificate
+    from trackably.checker import Proved as Proved
+    from trackably.checker import Refuted as Refuted
+    from trackably.checker import Undecided as Undecided
+    from trackably.checking import check as check
+    from trackably.control.controller import Controller as Controller
+    from trackably.control.simulation import simulate as simulate
+    from trackably.control.step.result import Infeasible as Infeasible
+    from trackably.control.step.result import Plan as Plan
+    from trackably.control.step.result import Unsolved as Unsolved
+    from trackably.control.tube.controller import TubeController as TubeController
+    from trackably.control.windows import Late as Late
+    from trackably.errors import DoubtfulInputWarning as DoubtfulInputWarning
+    from trackably.errors import InputError as InputError
+    from trackably.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
+    from trackably.feasibility.impossible import Impossible as Impossible
+    from trackably.feasibility.impossible import InfeasibleTightening as InfeasibleTightening
+    from trackably.fleet.learn_many import Fleet as Fleet
+    from trackably.fleet.learn_many import learn_many as learn_many
+    from trackably.fleet.parts import parts_of_csv as parts_of_csv
+    from trackably.fleet.parts import parts_of_parquet as parts_of_parquet
+    from trackably.fleet.parts import topics_of as topics_of
+    from trackably.fleet.sources import Source as Source
+    from trackably.fleet.sources import recordings_in as recordings_in
+    from trackably.given.certified import CertifiedReference as CertifiedReference
+    from trackably.given.certify import certify as certify
+    from trackably.given.repair import repair as repair
+    from trackably.given.table import CertifiedTable as CertifiedTable
+    from trackably.given.table import RefutedTable as RefutedTable
+    from trackably.given.table import Table as Table
+    from trackably.given.table_proof import certify_table as certify_table
+    from trackably.gp.kernels.base import Kernel as Kernel
+    from trackably.gp.kernels.base import Product as Product
+    from trackably.gp.kernels.base import Sum as Sum
+    from trackably.gp.kernels.matern import Matern32 as Matern32
+    from trackably.gp.kernels.matern import Matern52 as Matern52
+    from trackably.gp.kernels.periodic import Periodic as Periodic
+    from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2 as PiecewisePolynomial2
+    from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial3 as PiecewisePolynomial3
+    from trackably.gp.kernels.rational_quadratic import RationalQuadratic as RationalQuadratic
+    from trackably.gp.kernels.squared_exponential import SquaredExponential as SquaredExponential
+    from trackably.gp.samples import Samples as Samples
+    from trackably.learn import learn_reference as learn_reference
+    from trackably.recordings.csv_files.reader import read_csv as read_csv
+    from trackably.recordings.csv_files.reading import Column as Column
+    from trackably.recordings.csv_files.table import CsvLayout as CsvLayout
+    from trackably.recordings.mcap_files.reader import Field as Field
+    from trackably.recordings.mcap_files.reader import read_mcap as read_mcap
+    from trackably.recordings.parquet_files.reader import read_parquet as read_parquet
+    from trackably.recordings.recording import Recording as Recording
+    from trackably.reference import TrackableReference as TrackableReference
+    from trackably.streams.learn import learn_stream as learn_stream
+    from trackably.streams.reference import StreamReference as StreamReference
+    from trackably.streams.relearner import Relearner as Relearner
+    from trackably.systems.constrained import ConstrainedSystem as ConstrainedSystem
+    from trackably.systems.disturbance.hull import ConvexHull as ConvexHull
+    from trackably.systems.disturbance.zonotope import Zonotope as Zonotope
+    from trackably.systems.flat.form import FlatForm as FlatForm
+    from trackably.systems.library import kinematic_bicycle as kinematic_bicycle
+    from trackably.systems.library import mobile_robot as mobile_robot
+    from trackably.systems.library import pendulum as pendulum
+    from trackably.systems.library import tank as tank
+    from trackably.systems.library import two_tanks as two_tanks
+    from trackably.systems.linear import LinearSystem as LinearSystem
+    from trackably.systems.nonlinear import NonlinearSystem as NonlinearSystem
+    from trackably.systems.sets.polytope import Polytope as Polytope
+    from trackably.systems.signals.pieces import PolynomialPieces as PolynomialPieces
+
+_MODULES = {
+    "CertifiedReference": "given.certified",
+    "CertifiedTable": "given.table",
+    "Column": "recordings.csv_files.reading",
+    "ConstrainedSystem": "systems.constrained",
+    "Controller": "control.controller",
+    "ConvexHull": "systems.disturbance.hull",
+    "Counterexample": "certificates.outcome",
+    "CsvLayout": "recordings.csv_files.table",
+    "DoubtfulInputWarning": "errors",
+    "Failed": "checker",
+    "Field": "recordings.mcap_files.reader",
+    "FlatForm": "systems.flat.form",
+    "Fleet": "fleet.learn_many",
+    "IgnoresSamplesWarning": "explanation",
+    "Impossible": "feasibility.impossible",
+    "Infeasible": "control.step.result",
+    "InfeasibleTightening": "feasibility.impossible",
+    "InputError": "errors",
+    "Kernel": "gp.kernels.base",
+    "Late": "control.windows",
+    "LinearSystem": "systems.linear",
+    "Matern32": "gp.kernels.matern",
+    "Matern52": "gp.kernels.matern",
+    "NonlinearSystem": "systems.nonlinear",
+    "NotACertificate": "checker",
+    "NotTrackableError": "certificates.judge",
+    "Periodic": "gp.kernels.periodic",
+    "PiecewisePolynomial2": "gp.kernels.piecewise_polynomial",
+    "PiecewisePolynomial3": "gp.kernels.piecewise_polynomial",
+    "Plan": "control.step.result",
+    "PolynomialPieces": "systems.signals.pieces",
+    "Polytope": "systems.sets.polytope",
+    "Product": "gp.kernels.base",
+    "Proved": "checker",
+    "RationalQuadratic": "gp.kernels.rational_quadratic",
+    "Recording": "recordings.recording",
+    "Refuted": "checker",
+    "RefutedTable": "given.table",
+    "Relearner": "streams.relearner",
+    "Samples": "gp.samples",
+    "Source": "fleet.sources",
+    "SquaredExponential": "gp.kernels.squared_exponential",
+    "StreamReference": "streams.reference",
+    "Sum": "gp.kernels.base",
+    "Table": "given.table",
+    "TrackableReference": "reference",
+    "TubeController": "control.tube.controller",
+    "Undecided": "checker",
+    "Unproved": "certificates.outcome",
+    "Unsolved": "control.step.result",
+    "Zonotope": "systems.disturbance.zonotope",
+    "certify": "given.certify",
+    "certify_table": "given.table_proof",
+    "check": "checking",
+    "kinematic_bicycle": "systems.library",
+    "learn_many": "fleet.learn_many",
+    "learn_reference": "learn",
+    "learn_stream": "streams.learn",
+    "mobile_robot": "systems.library",
+    "parts_of_csv": "fleet.parts",
+    "parts_of_parquet": "fleet.parts",
+    "pendulum": "systems.library",
+    "read_csv": "recordings.csv_files.reader",
+    "read_mcap": "recordings.mcap_files.reader",
+    "read_parquet": "recordings.parquet_files.reader",
+    "recordings_in": "fleet.sources",
+    "repair": "given.repair",
+    "simulate": "control.simulation",
+    "tank": "systems.library",
+    "topics_of": "fleet.parts",
+    "two_tanks": "systems.library",
+}
+"""The module of each public name. A test compares this table with the imports above, which only type checkers see."""
+
+__all__ = [*_MODULES]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

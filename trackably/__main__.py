@@ -1,0 +1,94 @@
+"""The library's command line: `python -m trackably check FILE`, `python -m trackably certify TABLE --system FILE`."""
+
+import signal
+
+if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # as it is in the background
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the imports below without a traceback
+
+import argparse
+import logging
+import math
+import sys
+from pathlib import Path
+
+from trackably.checker.__main__ import INTERRUPTED, UNUSABLE, report
+from trackably.checking import check
+from trackably.errors import InputError
+from trackably.files import write_text
+from trackably.given.arguments import CODES, add_arguments
+from trackably.progress.messages import LOG
+from trackably.theorem import SILENT, theorem
+
+_CODES = """Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE cannot be
+used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 130 interrupted.
+"""
+
+
+def main(arguments: list[str]) -> int:
+    """Run a command and return its exit code, which its `--help` explains."""
+    parser = argparse.ArgumentParser(
+        prog="python -m trackably", description="Check proofs, and certify trajectories that others made."
+    )
+    commands = parser.add_subparsers(dest="command", required=True)
+    checking = commands.add_parser(
+        "check", help="check a certificate or a counterexample, with nothing of what found it", epilog=_CODES
+    )
+    checking.add_argument(
+        "file", type=Path, metavar="FILE", help="what `save_certificate` or `save_counterexample` wrote"
+    )
+    checking.add_argument(
+        "--seconds", type=_positive, metavar="N", help="answer within about this time: 3 if undecided"
+    )
+    checking.add_argument("--exact", action="store_true", help="without float64 intervals; takes longer")
+    certifying = commands.add_parser("certify", help="prove or refute a trajectory that is given", epilog=CODES)
+    add_arguments(certifying)
+    stating = commands.add_parser("theorem", help="write a certificate as a file for the proof assistant Coq")
+    stating.add_argument(
+        "file", type=Path, metavar="FILE", help="what `save_certificate` or `save_counterexample` wrote"
+    )
+    stating.add_argument(
+        "--output", type=Path, metavar="COQ", help="file to write; without it FILE's name with .v, here"
+    )
+    stating.add_argument("--emulated", action="store_true", help="do not trust the processor's float64; takes longer")
+    given = parser.parse_args(arguments)
+    if given.command == "certify":
+        from trackably.given.command import run  # noqa: PLC0415  all that finds proofs
+
+        return run(given)
+    try:
+        if given.command == "theorem":
+            return _state(given.file, given.output or Path(f"{given.file.stem}.v"), given.emulated)
+        return report(check(given.file, given.seconds, given.exact), given.file)
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return UNUSABLE
+
+
+def _state(file: Path, output: Path, emulated: bool) -> int:
+    write_text(output, theorem(file, emulated))
+    print(f"wrote {output}. With Coq's files of `theorem/`, which `make theorem` compiles, this proves it:")
+    print(f"  coqc -Q theorem Trackably {output}\n{SILENT}")
+    return 0
+
+
+def _positive(text: str) -> float:
+    """Return a positive number, for argparse: it names the option where there is none."""
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not (seconds > 0 and math.isfinite(seconds)):
+        raise argparse.ArgumentTypeError(f"must be a positive number, got {text!r}")
+    return seconds
+
+
+if __name__ == "__main__":
+    logging.basicConfig(format="%(message)s")  # to stderr, where a terminal would show a line
+    LOG.setLevel(logging.INFO)
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        code = main(sys.argv[1:])
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    sys.exit(code)

@@ -1,0 +1,110 @@
+"""Check arguments where they enter: one sentence names the argument, what was expected and what came."""
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+from numbers import Real
+from reprlib import repr as short
+from types import UnionType
+from typing import TypeGuard
+
+import numpy as np
+import numpy.typing as npt
+
+from trackably.arrays import Array
+
+_SECONDS = "(times - times[0]) / np.timedelta64(1, 's') are seconds"
+
+
+def real(what: str, given: object) -> float:
+    """Return a finite number as a float. TypeError: no number. ValueError: infinite or NaN."""
+    if not is_number(given):
+        raise TypeError(f"{what}: expected a number, got {short(given)}")
+    number = float(given)
+    if not math.isfinite(number):
+        raise ValueError(f"{what} must be finite, got {number}")
+    return number
+
+
+def whole(what: str, given: object, least: int | None = None, most: int | None = None) -> int:
+    """Return a whole number as an int. TypeError: no whole number. ValueError: it is not between `least` and `most`."""
+    if not isinstance(given, int | np.integer) or isinstance(given, bool):
+        raise TypeError(f"{what}: expected a whole number, got {short(given)}")
+    if least is not None and given < least:
+        raise ValueError(f"{what} must be at least {least}, got {given}")
+    if most is not None and given > most:
+        raise ValueError(f"{what} must be at most {most}, got {short(given)}")
+    return int(given)
+
+
+def text(what: str, given: object) -> str:
+    """Return a text. TypeError: anything else."""
+    if not isinstance(given, str):
+        raise TypeError(f"{what}: expected a text, got {short(given)}")
+    return given
+
+
+def instance(what: str, given: object, wanted: type | UnionType, described: str) -> None:
+    """Raise TypeError where something is not of the type `wanted`, which is `described` for people."""
+    if not isinstance(given, wanted):
+        raise TypeError(f"{what}: expected {described}, got {_came(given)}")
+
+
+def names(what: str, given: object) -> tuple[str, ...]:
+    """Return names, given in a list or the like. TypeError: a text alone, or entries that are none."""
+    if isinstance(given, str) or not isinstance(given, tuple | list | np.ndarray):
+        raise TypeError(f"{what}: expected a list of names, got {short(given)}")
+    return tuple(text(f"{what}[{i}]", str(name) if isinstance(name, np.str_) else name) for i, name in enumerate(given))
+
+
+def numbers(what: str, given: npt.ArrayLike) -> Array:
+    """Return real numbers, in lists or an array, as an array of float64 of its own: infinite ones and NaN too.
+
+    TypeError: dates, texts, complex numbers, masked values, or lists that are not of one length.
+    """
+    if isinstance(given, np.ma.MaskedArray) and given.mask.any():
+        raise TypeError(f"{what}: some values are masked; leave them out, as with `.compressed()`")
+    try:
+        array = np.array(given)
+    except ValueError:  # NumPy's word for lists of lists of other lengths
+        raise TypeError(f"{what}: expected numbers, in lists of one length, got {short(given)}") from None
+    match array.dtype.kind:
+        case "b" | "i" | "u" | "f":
+            return array.astype(float)
+        case "O":
+            return _from_objects(what, array)
+        case "M" | "m":
+            raise TypeError(f"{what}: expected numbers, got {array.dtype}; {_SECONDS}")
+        case "c":
+            raise TypeError(f"{what}: expected real numbers, got {array.dtype}")
+    raise TypeError(f"{what}: expected numbers, got {short(given)}")
+
+
+def _from_objects(what: str, array: npt.NDArray[np.object_]) -> Array:
+    """Return numbers that are Python's own, as of `Fraction`. TypeError: an entry is no number; it names the place."""
+    for index, value in np.ndenumerate(array):
+        if not is_number(value):
+            place = f"[{', '.join(map(str, index))}]" if index else ""
+            hint = f"; {_SECONDS}" if hasattr(value, "year") else ""
+            raise TypeError(f"{what}{place}: expected a number, got {short(value)}{hint}")
+    return array.astype(float)
+
+
+def _came(given: object) -> str:
+    """Describe what came: a value of Python's own types as it is, anything else by its type."""
+    if isinstance(given, type):
+        return f"the class {given.__name__}"
+    return short(given) if type(given).__module__ == "builtins" else type(given).__name__
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Whether something is a real number that float64 can hold, if need be rounded; truth values are none."""
+    if isinstance(value, float):  # by far the most are
+        return True
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Real | Decimal | Fraction):
+        return False
+    try:
+        float(value)
+    except OverflowError:
+        return False
+    return True

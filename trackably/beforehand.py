@@ -1,0 +1,230 @@
+"""What is learned before bounds count: prior means, noise, and hyperparameters from samples of their own."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import inf
+from reprlib import repr as short
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from trackably.arguments import is_number
+from trackably.arrays import Array
+from trackably.certificates.certified import Certified
+from trackably.fit.edges import edges_of
+from trackably.gp.bounded.least_norm import least_norm
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.prior import NOISE, Prior
+from trackably.gp.samples import Samples
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackably.learning.search import best_solution
+from trackably.learning.space import SearchSpace
+from trackably.systems.quantity import Quantity
+
+T = TypeVar("T")
+
+Mean = float | tuple[float, float] | None
+"""A prior mean that is known, learned between two values, or learned wherever it is likeliest (None); in the unit of
+what is sampled."""
+
+Ends = tuple[tuple[float, float] | None, ...]
+"""The interval of each flat output's mean; None where it is known."""
+
+Indices = npt.NDArray[np.intp]
+
+_ANYWHERE = (-inf, inf)
+_NO_EVIDENCE = 1.0  # in −2 ln p
+_SEEN = 10.0  # times the least noise that is sought, a thousandth of the amplitude: less is none to be measured
+_ROOM = 1e-2, 1e-4, 1e-6  # of a bound's width, between it and a mean that is chosen: the first that leaves one
+_MOST_STEPS = 50  # to an admissible equilibrium: two for a linear system
+_SAME = 1e-9  # relative, of two steps
+
+
+@dataclass(frozen=True)
+class Beforehand:
+    """The `prior` to go on with, and the sentences that ask about intervals which held it back.
+
+    `likeliest` is the posterior without bounds from which means and noise were taken, None where all were given. In
+    `with_noise` the noise that is known in `prior` is learned; None where there is none such.
+    """
+
+    prior: JointPrior
+    questions: tuple[str, ...] = ()
+    likeliest: JointPosterior | None = None
+    with_noise: JointPrior | None = None
+
+    @property
+    def likely(self) -> JointPrior:
+        """The prior with the likeliest hyperparameters, all known; as it is where they were not sought."""
+        if self.likeliest is None:
+            return self.prior
+        return _with_means(self.likeliest.prior, [part.mean for part in self.prior.parts]).as_known()
+
+    def best(self, learn: Callable[[JointPrior], T]) -> T:
+        """Return what is learned with the prior, or with its noise learned too where that is better.
+
+        The noise is learned too only where no function is found for the one that is known: it would always cost less.
+        """
+        found = learn(self.prior)
+        first = _solution_of(found)
+        if self.with_noise is None or (first and (first.method == "joint" or self._extra(first) < _NO_EVIDENCE)):
+            return found
+        other = learn(self.with_noise)
+        second = _solution_of(other)
+        return other if second and (first is None or second.objective < first.objective) else found
+
+    def _extra(self, solution: Solution) -> float:
+        """Return what bounds cost, in the unit of l."""
+        assert self.likeliest, "noise was learned from it"
+        return solution.objective - self.likeliest.negative_log_marginal_likelihood()[0]
+
+
+def _solution_of(found: object) -> Solution | None:
+    solution = found.solution if isinstance(found, Certified) else found
+    return solution if isinstance(solution, Solution) else None
+
+
+def learned_beforehand(
+    samples: tuple[Samples, ...],
+    prior: JointPrior,
+    between: Ends,
+    starts: int,
+    keep: bool,
+    hold_noise: bool = False,
+    at_rest: Sequence[Quantity] = (),
+) -> Beforehand | NoSolution:
+    """Learn means, noise and hyperparameters from samples, without bounds: by maximum likelihood.
+
+    `keep`: all of them are known from now on. Otherwise hyperparameters are learned again, with the bounds. Only means
+    that lie `between` two values are learned here and, with `hold_noise`, each σ_n without an interval of its own: what
+    bounds cost is no noise of a sensor. Where samples show no noise, it is learned again, too. Means that may lie
+    anywhere keep the bounds of the quantities `at_rest`.
+    """
+    left_out = [hold_noise and _is_left_out(part) for part in prior.parts]
+    if not (keep or any(between) or any(left_out)):
+        return Beforehand(prior)
+    space = SearchSpace.around(samples, prior, starts)
+    found = best_solution(ConstrainedProblem(samples, prior, space, means=between))
+    if not isinstance(found, Solution):
+        return found
+    likeliest = found.posterior.prior
+    questions = [*_held_back(likeliest, between)]
+    means = _admissible(at_rest, found.posterior, [ends == _ANYWHERE for ends in between])
+    if keep:
+        narrow = [edge for edge in edges_of(likeliest, samples) if edge.is_given]
+        questions += [f"{edge}, {edge.interval}: was it meant as a limit?" for edge in narrow]
+        return Beforehand(_with_means(likeliest, means).as_known(), tuple(questions))
+    with_noise = _with_means(prior, means)
+    least = [space.bounds[name].lower if (name := prior.called(of, NOISE)) in space.bounds else 0 for of in prior.names]
+    parts = zip(with_noise.parts, likeliest.parts, left_out, least, strict=True)
+    known = tuple(
+        replace(own, noise_std=float(of.noise_std)) if may and of.noise_std > _SEEN * low else own
+        for own, of, may, low in parts
+    )
+    together = JointPrior(known, prior.names, prior.shared)
+    return Beforehand(together, tuple(questions), found.posterior, with_noise if known != with_noise.parts else None)
+
+
+def split_means(
+    mean: Mean | Mapping[str, Mean], names: tuple[str, ...], samples: Mapping[str, Samples]
+) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
+    """Return a mean for each name, and the intervals of those that are learned. ValueError: no such interval.
+
+    Those that are left out may lie anywhere; until they are learned, they are the average of the `samples`.
+    """
+    given = mean if isinstance(mean, Mapping) else dict.fromkeys(names, mean)
+    known, between = dict[str, float](), dict[str, tuple[float, float]]()
+    for name, one in given.items():
+        if one is None:
+            known[name] = float(np.mean(samples[name].values)) if name in samples else 0.0
+            between[name] = _ANYWHERE
+        elif isinstance(one, tuple | list):
+            between[name] = _interval(name, one)
+            known[name] = sum(between[name]) / 2
+        else:
+            known[name] = one
+    return known, between
+
+
+def levels(between: Mapping[str, tuple[float, float]], names: tuple[str, ...], samples: tuple[Samples, ...]) -> Ends:
+    """Return the intervals of the flat outputs' levels, from those of what is sampled."""
+    return tuple(_levels(between.get(name), of.of_level) for name, of in zip(names, samples, strict=True))
+
+
+def _levels(ends: tuple[float, float] | None, samples: Samples) -> tuple[float, float] | None:
+    if ends is None:
+        return None
+    offset = float(samples.stencil.at_rest(0.0))
+    gain = float(samples.stencil.at_rest(1.0)) - offset
+    low, high = sorted((end - offset) / gain for end in ends)
+    return low, high
+
+
+def _interval(name: str, ends: tuple[float, ...] | list[float]) -> tuple[float, float]:
+    if len(ends) != 2 or not all(is_number(end) and abs(end) < inf for end in ends) or not ends[0] < ends[1]:
+        raise ValueError(f"mean of {name}: expected a number or [lower, upper] with lower < upper, got {short(ends)}")
+    return float(ends[0]), float(ends[1])
+
+
+def _is_left_out(prior: Prior) -> bool:
+    return isinstance(prior.noise_std, Learned) and prior.noise_std.interval is None
+
+
+def _with_means(prior: JointPrior, means: Sequence[float]) -> JointPrior:
+    parts = zip(prior.parts, means, strict=True)
+    return prior.with_parts(tuple(replace(part, mean=mean) for part, mean in parts))
+
+
+def _held_back(prior: JointPrior, between: Ends) -> list[str]:
+    return [
+        f"mean: that of {name} lies at an end of the interval in which it was sought: was it meant as a limit?"
+        for name, part, ends in zip(prior.names, prior.parts, between, strict=True)
+        if ends and part.mean in ends
+    ]
+
+
+def _admissible(at_rest: Sequence[Quantity], likeliest: JointPosterior, free: Sequence[bool]) -> list[float]:
+    """Return the likeliest means of which the `free` ones are moved so that all quantities keep their bounds at rest.
+
+    They are the likeliest such means for these hyperparameters, as l is quadratic in the means. Where no equilibrium is
+    admissible, they are as they were.
+    """
+    means = [part.mean for part in likeliest.prior.parts]
+    moving = np.flatnonzero(free)
+    stiffness = np.sqrt([likeliest.parts[c].information_about_mean for c in moving])
+    found = (_nearest(at_rest, means, moving, stiffness, room) for room in (_ROOM if len(moving) else ()))
+    return next(filter(None, found), means)
+
+
+def _nearest(
+    at_rest: Sequence[Quantity], means: list[float], moving: Indices, stiffness: Array, room: float
+) -> list[float] | None:
+    """Return the means with `room` at each bound, a part of its width, so that Σ stiffness² · change² is least.
+
+    Only `moving` means change, and what they do not move needs no room. Formulas are linearised, where the last step
+    led, until it leads nowhere else. None: no such means are found.
+    """
+    found, last = list(means), np.full(len(moving), inf)
+    for _ in range(_MOST_STEPS):
+        normals, offsets = [np.empty((0, len(moving)))], list[float]()
+        for quantity in at_rest:
+            rates = quantity.trajectory.rates_at_rest(found)[moving] / stiffness
+            if (size := float(np.linalg.norm(rates))) > 0:
+                kept = quantity.bounds.shrunk(room * quantity.bounds.width)
+                value = quantity.at_rest(found) - float(rates @ (np.subtract(found, means)[moving] * stiffness))
+                normals.append(np.array([rates, -rates]) / size)
+                offsets += [(value - kept.lower) / size, (kept.upper - value) / size]
+        try:
+            change = least_norm(np.vstack(normals), np.array(offsets)) if np.isfinite(offsets).all() else None
+        except np.linalg.LinAlgError:
+            return None
+        if change is None:
+            return None
+        for c, by in zip(moving.tolist(), (change / stiffness).tolist(), strict=True):
+            found[c] = means[c] + by
+        if np.all(np.abs(change - last) <= _SAME * (1 + np.abs(change))):
+            break
+        last = change
+    return found if all(of.bounds.strictly_contains(of.at_rest(found)) for of in at_rest) else None

@@ -1,0 +1,116 @@
+"""A certificate: a claim about a stored reference, with all that a checker needs to verify it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.certificates.claim import AllPhases, AtInstants, Claim
+from trackably.certificates.robust import Robust
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Reference
+
+_TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
+_PERIODS, _STEPS = 2.0**40, 2.0**52
+_YEAR = 31_557_600.0  # s
+_NEVER_REACHED = 1e30  # s
+
+
+@dataclass(frozen=True)
+class Cover:
+    """Boxes [ends_k, ends_(k+1)] without gaps, with one of the `radii` each. Times [s] are exact float64 numbers."""
+
+    ends: tuple[float, ...]
+    radii: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """States and inputs of `reference` keep their bounds at the times of `claim`, in float64 evaluation too.
+
+    Each quantity stays at least `evaluation_error` away from its bounds. So its float64 value, as `Reference.state`,
+    `input` and `window` give it (by sums of products, of polynomial pieces in twice the precision), at a float64 time
+    |t| ≤ `evaluated_until` [s] stays inside too; at later ones too, up to `last_time`, where all signals have a period.
+    `covers` holds the boxes of the proof by quantity (none for instants). `terms` is the number of Taylor coefficients
+    of each enclosure (0 without boxes). `robust` says what follows for the disturbed system.
+    """
+
+    reference: Reference
+    claim: Claim
+    terms: int
+    covers: dict[str, Cover]
+    evaluation_error: dict[str, float]
+    evaluated_until: float
+    robust: Robust | None = None
+
+    @property
+    def explanation(self) -> str:
+        """What is proved, in a sentence."""
+        kept = ", ".join(f"{q.name} in {q.bounds}" for q in self.reference.quantities)
+        plant = self.reference.plant
+        chosen = f", with inputs in {_box(plant)} that push alike" if plant.allocation else ""
+        disturbed = f"; {self.robust.explanation}" if self.robust else ""
+        return f"proved for {self.claim}: {kept}{self._limit}{chosen}{disturbed}"
+
+    def __repr__(self) -> str:
+        return f"Certificate({self.explanation})"
+
+    @property
+    def last_time(self) -> float:
+        """The largest |t| [s] at which float64 values are proved to be near enough.
+
+        Where all times are moved by whole periods (`moved_back`), these and the steps must be counted exactly. What
+        remains is off by less than 2⁻⁵³ `evaluated_until`, for which there is room in `evaluation_error`.
+        """
+        if not isinstance(self.claim, AllPhases):
+            return self.evaluated_until
+        counted = self.evaluated_until if self.reference.pieces else _PERIODS * self.claim.period
+        return min(counted, _STEPS * self.reference.plant.sampling_time)
+
+    @property
+    def _limit(self) -> str:
+        """Up to when float64 values are proved to be near enough; nothing where that is as long as anybody waits."""
+        last, years = self.last_time, self.last_time / _YEAR
+        if last >= _NEVER_REACHED or self.claim.span[1] <= last:
+            return ""
+        return f" (evaluated in float64 up to {last:.4g} s{f', {years:,.0f} years' if years >= 1 else ''})"
+
+    @property
+    def time_tolerance(self) -> float:
+        """The relative tolerance of times at the ends of what is proved, as k T_s is rounded.
+
+        Polynomial pieces may jump right there: their proof goes on as far as this.
+        """
+        return TIME_TOLERANCE_OF_PIECES if self.reference.pieces else _TIME_TOLERANCE
+
+    def first_unproved(self, t: Array) -> tuple[int, str] | None:
+        """Return the index of the first of some times [s] that is not proved, and why; None where all are."""
+        (first, last), until, flat = self.claim.span, self.last_time, t.ravel()
+        tolerance = self.time_tolerance * np.abs(flat)
+        rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
+        for refused, why in (
+            (~((flat >= first - tolerance) & (flat <= last + tolerance)), f"outside of what is proved, {self.claim}"),
+            (np.abs(flat) > until, rounding),
+            (
+                self._from_instants(flat) > tolerance,
+                f"between the sampled instants, which alone are proved, {self.claim}",
+            ),
+        ):
+            if refused.any():
+                return int(np.argmax(refused)), why
+        return None
+
+    def _from_instants(self, t: Array) -> Array:
+        """Return how far each time is from the nearest instant that is proved [s]: zero where all times between are."""
+        if not isinstance(self.claim, AtInstants):
+            return np.zeros(t.shape)
+        sampling_time = self.reference.plant.sampling_time
+        return np.abs(t - np.round(t / sampling_time) * sampling_time)
+
+
+def _box(plant: ConstrainedSystem) -> str:
+    return (
+        "{"
+        + ", ".join(f"{limit.name} in {limit.bounds}" for limit in plant.given_constraints if limit.side == "input")
+        + "}"
+    )

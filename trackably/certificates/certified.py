@@ -1,0 +1,247 @@
+"""Learn with a proof: fit, try to prove; then take a larger back-off, or constrain a longer window; repeat.
+
+Long length scales come with large amplitudes and weights, which cancel: float64 may not evaluate the input of a chain
+of integrators then, which is a difference of them. Where that fails, shorter length scales are searched.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.draft import evaluated_until, evaluation_errors
+from trackably.certificates.goal import Goal, for_all_times
+from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.prove import Failure, reference_period
+from trackably.gp.factors.threads import one_blas_thread
+from trackably.gp.joint import JointPrior
+from trackably.gp.samples import Samples
+from trackably.learning.constraint import Constraint
+from trackably.learning.learner import HYPERPARAMETERS, Learner
+from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFeasible, Pin, Solution
+from trackably.learning.space import SearchSpace
+from trackably.progress.work import done
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.quantity import Quantity
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+
+_LENGTHSCALE = "lengthscale"
+_LARGEST_BACKOFF = 1e-2
+_MOST_ATTEMPTS = 30
+_TIMES = 101  # at which errors of flat forms are looked at
+_SAME_VALUE = 1e-6  # of 1 + |J|: so much a back-off costs anyway
+_NEARLY = 1e-3  # of 1 + |J|: more than a smaller back-off gains
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A fit with bounds drawn in by `backoff` (a part of their width), its `objective` l, and `proved` or not."""
+
+    backoff: float
+    objective: float
+    proved: bool
+
+
+@dataclass(frozen=True)
+class Certified:
+    """A learned reference with its proof.
+
+    Bounds were drawn in by `backoff` (a part of their width). `cost` is the increase of l compared with the smallest
+    back-off, which is the optimiser's tolerance. `attempts` counts the fits; each solves several nonlinear programs.
+    `space` is what was searched: without the length scales at which float64 cannot evaluate the reference.
+    """
+
+    solution: Solution
+    reference: Reference
+    certificate: Certificate
+    backoff: float
+    cost: float
+    attempts: int
+    space: SearchSpace
+
+    @property
+    def explanation(self) -> str:
+        drawn = f"bounds drawn in by {self.backoff:.1g} of their width, at a cost of {self.cost:.2g} in l"
+        return f"{self.certificate.explanation}; {drawn}"
+
+
+@one_blas_thread()
+def learn_certified(
+    samples: tuple[Samples, ...],
+    prior: JointPrior,
+    plant: ConstrainedSystem,
+    space: SearchSpace,
+    goal: Goal | None = None,
+    on_attempt: Callable[[Attempt], object] = lambda attempt: None,
+    learner: Learner = HYPERPARAMETERS,
+    pins: tuple[Pin, ...] = (),
+    last: Solution | None = None,
+) -> Certified | NoSolution | Counterexample | Unproved:
+    """Return the best reference that provably keeps its bounds, or why there is none. Deterministic.
+
+    Without a `goal` all times are proved. `on_attempt` is called after each fit and its attempted proof. `pins` need a
+    learner of functions. Where a learner finds nothing that is proved, its second choice tries, unless there are pins.
+    So it does where the proved function costs more than hyperparameters alone did with a smaller back-off, or nearly as
+    much: the better of both is returned, so that J of functions is never larger than that of a second choice that is
+    proved, up to a millionth.
+    The search goes on from `last`, the solution of a problem that differs a little, such as other samples of a window.
+    The solution's `fits` counts the nonlinear programs of all attempts.
+    """
+    goal = goal or for_all_times(samples, prior, plant)
+    learning = _Learning(samples, prior, plant, space, on_attempt, learner, pins, last=last)
+    found = _learn(goal, learning)
+    if learner.second_choice is None or pins or (isinstance(found, Certified) and not _may_cost_more(found.solution)):
+        return found
+    other = _learn(goal, replace(learning, learner=learner.second_choice, attempts=0, last=None))
+    if not isinstance(found, Certified):
+        return other if isinstance(other, Certified) else _nearer(found, other)
+    is_better = isinstance(other, Certified) and other.solution.objective < found.solution.objective
+    return other if is_better else found
+
+
+def _nearer(one: NoSolution | Failure, other: NoSolution | Failure) -> NoSolution | Failure:
+    """Return the failure in which less is missing; `other` where it cannot be told."""
+    return one if _missing(one) < _missing(other) else other
+
+
+def _missing(failure: NoSolution | Failure) -> float:
+    """Return how far a bound is broken, or what its proof lacks, as a part of its width; infinite where unknown."""
+    match failure:
+        case NothingFeasible():
+            return failure.violation / failure.quantity.bounds.width
+        case Counterexample():
+            return failure.violation / failure.bounds.width
+        case Unproved():
+            return failure.shortfall / failure.bounds.width
+    return np.inf
+
+
+def _may_cost_more(solution: Solution) -> bool:
+    """Whether hyperparameters alone may be better than a function, or than themselves, with a smaller back-off.
+
+    They are not where a function is clearly better than they were, or costs no more than without bounds.
+    """
+    if solution.objective < solution.alone - _NEARLY * (1 + abs(solution.alone)) or solution.alone == np.inf:
+        return False
+    if solution.unconstrained is None:
+        return True
+    least, _ = solution.unconstrained.negative_log_marginal_likelihood()
+    return solution.objective > least + _SAME_VALUE * (1 + abs(least))
+
+
+def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failure:
+    """Learn towards the goal; extend its window where the proof fails later than all constraints."""
+    outcome = learning.towards(goal)
+    while isinstance(outcome, Failure) and goal.extends_to(_failed_at(outcome)) and learning.may_go_on:
+        longer = goal.longer(_failed_at(outcome))
+        if longer is None:
+            break
+        goal = longer
+        outcome = learning.towards(goal)
+    return outcome
+
+
+@dataclass
+class _Learning:
+    """The data of the learning problem, and the attempts and nonlinear programs so far."""
+
+    samples: tuple[Samples, ...]
+    prior: JointPrior
+    plant: ConstrainedSystem
+    space: SearchSpace
+    on_attempt: Callable[[Attempt], object]
+    learner: Learner
+    pins: tuple[Pin, ...]
+    attempts: int = 0
+    fits: int = 0
+    last: Solution | None = None
+    error: float = np.inf
+
+    @property
+    def may_go_on(self) -> bool:
+        return self.attempts < _MOST_ATTEMPTS
+
+    def towards(self, goal: Goal) -> Certified | NoSolution | Failure:
+        """Fit and try to prove, each time with a larger back-off. Stop if it fails later than all constraints."""
+        backoff, learner = self.learner.first_backoff, self.learner
+        problem = self._problem(goal, backoff)
+        first = found = learner.solve(problem) if self.last is None else learner.extended(self.last, problem)
+        while isinstance(found, Solution):
+            self.last = found
+            self.fits += found.fits
+            reference = Reference(found.signals, self.plant)
+            outcome = goal.prove(reference)
+            self.attempts += 1
+            done("fit")
+            self.on_attempt(Attempt(backoff, found.objective, isinstance(outcome, Certificate)))
+            if isinstance(outcome, Certificate):
+                assert isinstance(first, Solution), "every later fit follows a first one"
+                cost = found.objective - first.objective
+                solution = replace(found, fits=self.fits)
+                return Certified(solution, reference, outcome, backoff, cost, self.attempts, self.space)
+            if goal.extends_to(_failed_at(outcome)) or not self.may_go_on:
+                return outcome
+            error = _relative_error(reference)
+            if error >= _LARGEST_BACKOFF and self._shortened(found, error):
+                backoff = learner.first_backoff
+                first = found = learner.solve(self._problem(goal, backoff))
+                continue
+            if max(backoff, error) >= _LARGEST_BACKOFF:
+                return outcome
+            backoff = min(max(10 * backoff, 4 * error, 3 * found.missed), _LARGEST_BACKOFF)
+            found = learner.continued(found, self._problem(goal, backoff))
+        return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
+
+    def _shortened(self, found: Solution, error: float) -> bool:
+        """Leave length scales above half of those found out of the search; False where that does not help."""
+        bounds, values = dict(self.space.bounds), found.posterior.prior.hyperparameters
+        for name, interval in self.space.bounds.items():
+            if name.endswith(_LENGTHSCALE) and values[name] / 2 > interval.lower:
+                bounds[name] = Interval(interval.lower, values[name] / 2)
+        if bounds == self.space.bounds or not error < self.error:
+            return False
+        self.space, self.error = replace(self.space, bounds=bounds), error
+        return True
+
+    def _problem(self, goal: Goal, backoff: float) -> ConstrainedProblem:
+        """Split the back-off: one half for times between those of the program, one as the optimiser's tolerance."""
+        constraints = [Constraint(_drawn_in(q, backoff / 2), goal.times, backoff / 2) for q in self.plant.quantities]
+        return ConstrainedProblem(self.samples, self.prior, self.space, tuple(constraints), self.pins)
+
+
+def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> NothingFeasible:
+    """Return what is broken of the plant's own bounds, instead of those that were drawn in.
+
+    Those drawn in are kept where the given ones are not broken: all that is missing then is the room for a proof.
+    """
+    given = {quantity.name: quantity for quantity in plant.quantities}
+    means = [part.mean for part in found.best.prior.parts]
+    at_rest = ((given[q.name], q) for q in found.broken_at_rest)
+    broken = tuple(q if own.bounds.strictly_contains(own.at_rest(means)) else own for own, q in at_rest)
+    own = given[found.quantity.name]
+    violation = found.violation - (own.bounds.width - found.quantity.bounds.width) / 2
+    if not violation > 0:
+        return replace(found, broken_at_rest=broken)
+    return replace(found, quantity=own, violation=violation, broken_at_rest=broken)
+
+
+def _drawn_in(quantity: Quantity, by: float) -> Quantity:
+    return replace(quantity, bounds=quantity.bounds.shrunk(by * quantity.bounds.width))
+
+
+def _failed_at(outcome: Failure) -> float:
+    """Return the time [s] at which a bound is broken, or from which nothing is proved."""
+    return outcome.time if isinstance(outcome, Counterexample) else outcome.box[0]
+
+
+def _relative_error(reference: Reference) -> float:
+    """Return the largest error of float64 evaluation, as a part of a bound's width.
+
+    It is bounded up to as many periods as the proof claims, or as many times the latest centre if there is no period.
+    """
+    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
+    window = reference_period(reference) or latest
+    errors = evaluation_errors(reference, evaluated_until(reference, window), np.linspace(0.0, window, _TIMES))
+    return max(errors[q.name] / q.bounds.width for q in reference.quantities)

@@ -1,0 +1,157 @@
+"""Propose boxes that cover a window: the checker says in which of them bounds are kept, and the others are halved."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from trackably.arrays import Array, Flags
+from trackably.certificates.certificate import Cover
+from trackably.certificates.draft import TERMS, Draft, has_periodic_part
+from trackably.checker.floats.intervals import Floats
+from trackably.checker.steps.enclosures import Box
+from trackably.progress.work import done
+from trackably.systems.quantities import Quantities
+from trackably.systems.reference import Reference
+
+_MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
+_MOST_HALVINGS, _NARROW_ENOUGH = 60, 4  # so often boxes are halved; so often until most of them have to be accepted
+_EXACT_FROM, _MOST_EXACT = 12, 16  # halvings after which the checker is asked exactly, about so many boxes at most
+_WIDTH, _NARROW = 2.0, 0.7  # correlation times: in wider boxes with a centre nearby most proofs fail; and hardly any
+_RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0])
+
+
+@dataclass(frozen=True)
+class UncoveredBox:
+    """A box [start, end] [s] in which the checker does not accept that the quantity of this name keeps its bounds."""
+
+    name: str
+    start: float
+    end: float
+    reason: str
+
+
+def cover(
+    draft: Draft, reference: Reference, start: float, end: float, asks: bool = True
+) -> dict[str, Cover] | UncoveredBox:
+    """Return boxes from `start` to `end` [s] for each quantity, all of which the checker accepts; or where it does not.
+
+    Quantities share boxes, which are parts of one another: so each signal is enclosed once in a box. Unless it `asks`,
+    narrow boxes are proposed about which the checker has not been asked.
+    """
+    signals = [signal.summed for signal in reference.kernel_sums]
+    margins = Quantities(reference.quantities, signals)
+    errors = np.array([draft.errors[q.name] for q in draft.quantities])
+    centres = sum(len(signal.centres) for signal in draft.subject.signals)
+    most = _MOST_BOXES + _MOST_BY_CENTRE * centres
+    edges = _first_edges(draft, reference, start, end, asks)
+    boxes, wanted = np.stack([edges[:-1], edges[1:]]), np.ones((len(errors), len(edges) - 1), dtype=bool)
+    if not asks:
+        one = _joined(start, [np.vstack([boxes, _radii(draft, reference, *boxes)])])
+        return {q.name: one for q in draft.quantities}
+    accepted: list[list[Array]] = [[] for _ in draft.quantities]
+    for halvings in range(_MOST_HALVINGS):
+        radii = _radii(draft, reference, *boxes)
+        tried = np.vstack([boxes, radii])
+        missing, reasons = _refused(draft, tried, wanted, exactly=False)
+        if halvings >= _EXACT_FROM and 0 < np.count_nonzero(np.any(missing, axis=0)) <= _MOST_EXACT:
+            missing, reasons = _refused(draft, tried, missing, exactly=True)
+        for found, kept in zip(accepted, wanted & ~missing, strict=True):
+            found.append(tried[:, kept])
+            for _ in range(np.count_nonzero(kept)):
+                done("box")
+        if not np.any(missing):
+            return {q.name: _joined(start, found) for q, found in zip(draft.quantities, accepted, strict=True)}
+        split = np.any(missing, axis=0)
+        (starts, ends), missing = boxes[:, split], missing[:, split]
+        middles = starts + (ends - starts) / 2
+        hopeless = missing & (margins.margins(middles) <= errors[:, None])
+        hopeless |= missing & ~((starts < middles) & (middles < ends))
+        # Where narrow boxes are refused nearly everywhere, rounding takes what there is of margins: halves do not help.
+        is_in_vain = halvings >= _NARROW_ENOUGH and len(starts) > max(_MOST_EXACT, 0.875 * wanted.shape[1])
+        if np.any(hopeless) or is_in_vain or len(starts) > most or halvings == _MOST_HALVINGS - 1:
+            q, b = np.argwhere(hopeless if np.any(hopeless) else missing)[0]
+            name = draft.quantities[q].name
+            reason = reasons.get((name, float(starts[b])), "") or "no enclosure found in this box is narrow enough"
+            return UncoveredBox(name, float(starts[b]), float(ends[b]), reason)
+        boxes = np.stack([np.stack([starts, middles], axis=1).ravel(), np.stack([middles, ends], axis=1).ravel()])
+        wanted = np.repeat(missing, 2, axis=1)
+    raise AssertionError("the last halving returns")
+
+
+def _refused(draft: Draft, boxes: Array, wanted: Flags, exactly: bool) -> tuple[Flags, dict[tuple[str, float], str]]:
+    """Return which of the `wanted` quantities are refused in which boxes (3, B), and why: shape (Q, B)."""
+    index = {q.name: i for i, q in enumerate(draft.quantities)}
+    every = [Box(*of) for of in boxes.T.tolist()]
+    held = {
+        box: [q for q, is_wanted in zip(draft.quantities, of, strict=True) if is_wanted]
+        for box, of in zip(every, wanted.T, strict=True)
+        if of.any()
+    }
+    at = {box: b for b, box in enumerate(every)}
+    missing, reasons = np.zeros_like(wanted), dict[tuple[str, float], str]()
+    for box, q, why in draft.refused(held, exactly):
+        missing[index[q.name], at[box]] = True
+        reasons[q.name, box.start] = why
+    return missing, reasons
+
+
+def _first_edges(draft: Draft, reference: Reference, start: float, end: float, asks: bool) -> Array:
+    """Return the ends of the boxes [s] that are tried first: halves of halves, narrow where centres are near.
+
+    Boxes with no centre less than their width away are not halved: far from all centres little happens.
+    """
+    is_linear = all(q.combination is not None and not q.needs for q in draft.quantities)
+    shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
+    widest = (_WIDTH if is_linear and asks else _NARROW) * shortest
+    shifts = sorted({float(shift) for _, shift in _shifted(draft)})
+    centres = np.sort(
+        np.concatenate([np.subtract.outer(signal.centres, shifts).ravel() for signal in draft.subject.signals])
+    )
+    edges = np.array([start, end])
+    while True:
+        widths = np.diff(edges)
+        near = np.searchsorted(centres, edges[1:] + widths) > np.searchsorted(centres, edges[:-1] - widths)
+        split = near & (widths > widest)
+        if not np.any(split):
+            return edges
+        edges = np.sort(np.concatenate([edges, edges[:-1][split] + widths[split] / 2]))
+
+
+def _shifted(draft: Draft) -> list[tuple[int, float]]:
+    """Return the signals s, and the shifts j T [s] at which some quantity looks at them."""
+    arguments = [argument for q in draft.quantities for argument in q.arguments.values()]
+    found = {
+        (s, j)
+        for argument in arguments
+        for s, weights in enumerate(argument.weights)
+        for j, w in enumerate(weights)
+        if w
+    }
+    return [(s, j * draft.subject.system.sampling_time) for s, j in sorted(found)]
+
+
+def _radii(draft: Draft, reference: Reference, starts: Array, ends: Array) -> Array:
+    """Return radii [s] of discs that make the errors of Taylor polynomials small. Every radius is valid."""
+    halves, middles = (ends - starts) / 2, starts + (ends - starts) / 2
+    radii, bounds = halves * _RATIOS[:, None], np.zeros((len(_RATIOS), len(starts)))
+    with np.errstate(all="ignore"):
+        for s, shift in _shifted(draft):
+            signal, kernel = draft.subject.signals[s], reference.kernel_sums[s].kernel
+            on_disc: Any = signal.kernel.largest_on_disc  # of intervals of either arithmetic
+            centres, times = np.sort(signal.centres), middles + shift
+            after = np.minimum(np.searchsorted(centres, times), len(centres) - 1)
+            nearest = np.minimum(np.abs(times - centres[after]), np.abs(times - centres[np.maximum(after - 1, 0)]))
+            if has_periodic_part(kernel):  # maxima are near everywhere
+                nearest = np.zeros_like(nearest)
+            bounds += on_disc(Floats.exact(nearest), Floats.exact(radii)).high
+        sizes = bounds * (halves / radii) ** TERMS
+    best = np.argmin(np.where(np.isfinite(sizes), sizes, np.inf), axis=0)
+    return np.asarray(radii[best, np.arange(len(starts))])
+
+
+def _joined(start: float, found: Sequence[Array]) -> Cover:
+    starts, ends, radii = np.concatenate(found, axis=1)
+    order = np.argsort(starts)
+    return Cover((start, *ends[order].tolist()), tuple(radii[order].tolist()))

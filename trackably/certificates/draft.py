@@ -1,0 +1,187 @@
+"""A proof in the making: a reference as the checker reads it, and what the checker says of the parts of its proof.
+
+Nothing here is believed: who hands out a proof asks the checker about the whole file.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.certificates.form import as_written, encode_subject
+from trackably.checker import certificate as checked
+from trackably.checker.arithmetic.domains import UndefinedError
+from trackably.checker.arithmetic.intervals import Real, at_most, exactly
+from trackably.checker.floats.first_pass import FIRST_PASS
+from trackably.checker.reading.kernels import a_kernel
+from trackably.checker.reading.subjects import subject_of
+from trackably.checker.steps.boxes import refusals
+from trackably.checker.steps.enclosures import Box, Enclosures
+from trackably.checker.steps.flat import FlatNeeds, FlatValues, constants
+from trackably.checker.steps.instants import value_at
+from trackably.checker.steps.quantities import Quantity, quantities
+from trackably.checker.steps.rounding import error_of, signal_errors
+from trackably.checker.steps.sizes import check_sizes
+from trackably.checker.steps.tail import check_tail
+from trackably.checker.subject import Subject
+from trackably.gp.kernels.base import Kernel, Product, Sum
+from trackably.gp.kernels.periodic import Periodic
+from trackably.systems.flat.shifted import shifted
+from trackably.systems.reference import Reference
+
+TERMS = 16
+LATEST = 1e60
+"""Times up to which decaying kernels can be evaluated without overflow [s]."""
+
+_PERIODS, _PERIODS_OF_FORMULAS = 1e3, 1e2
+_TIMES = 101
+_SLACK = 1.02  # of errors: they are stated so that a small change of the reference needs no other ones
+_FLAT_ERROR = 2.0
+"""Errors of formulas are stated this much larger than they are at single times: those in boxes are then no larger."""
+
+
+def evaluated_until(reference: Reference, window: float) -> float:
+    """Return the time [s] up to which evaluation is claimed: so many windows or periods where errors grow with time.
+
+    Flat forms take differences of signals in short steps, which enlarges errors: over fewer periods they are smaller.
+    """
+    far = window * (_PERIODS_OF_FORMULAS if reference.plant.flat_form is not None else _PERIODS)
+    return far if any(_errors_grow(signal.kernel, far) for signal in reference.kernel_sums) else LATEST
+
+
+def _errors_grow(kernel: Kernel, far: float) -> bool:
+    """Whether errors grow with time: they do not where every periodic part has a factor that decays fast enough."""
+    if not has_periodic_part(kernel):
+        return False
+    late, later = (a_kernel(as_written(kernel), "kernel").sizes(exactly(t)).stretch for t in (far, LATEST))
+    return not at_most(later, 2 * late)
+
+
+def evaluation_errors(reference: Reference, until: float, times: Array | None = None) -> dict[str, float]:
+    """Return what |float64 − exact| of each bounded quantity is at most at all times |t| ≤ `until` [s].
+
+    Those of a flat form's formulas are those near some `times` [s]: the checker finds in each box whether they hold.
+    """
+    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
+    near = np.linspace(0.0, latest, _TIMES) if times is None else times
+    return dict(Draft.of(reference, until, near).errors)
+
+
+def has_periodic_part(kernel: Kernel) -> bool:
+    """Whether any part of κ repeats for ever."""
+    if isinstance(kernel, Sum | Product):
+        return has_periodic_part(kernel.left) or has_periodic_part(kernel.right)
+    return isinstance(kernel, Periodic)
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """What a certificate of a reference speaks about, with errors of evaluation as they will be stated.
+
+    `quantities` are drawn in by these `errors`. Errors are infinite where the checker finds no bound.
+    """
+
+    subject: Subject
+    until: float
+    errors: Mapping[str, float]
+    quantities: tuple[Quantity, ...]
+
+    @classmethod
+    def of(cls, reference: Reference, until: float, times: Array) -> Self:
+        """Return a draft of which float64 values are claimed up to `until` [s].
+
+        The errors of a flat form's formulas depend on where the signals are: they are looked at at some `times` [s].
+        """
+        subject = subject_of(encode_subject(reference))
+        free = quantities(subject, dict.fromkeys((bound.name for bound in subject.bounds), 0.0))
+        of_signals, errors = signal_errors(subject, until), dict[str, float]()
+        for q in free:
+            if not q.is_flat:
+                try:
+                    errors[q.name] = _SLACK * _rounded_up(error_of(subject, q, of_signals))
+                except UndefinedError:
+                    errors[q.name] = np.inf
+        if flat := [q for q in free if q.is_flat]:
+            unstated = dict.fromkeys((q.name for q in free), np.inf)
+            needs = FlatNeeds.of(checked.Certificate(subject, _window(0.0, 1.0), until, unstated, None), free)
+            errors |= _errors_of_formulas(reference, needs, flat, times)
+        drawn = (_drawn_in(q, errors[q.name]) for q in free)
+        return cls(subject, until, errors, tuple(drawn))
+
+    def with_claim(self, claim: checked.Claim) -> checked.Certificate:
+        """Return a certificate of a claim, as the checker reads it."""
+        return checked.Certificate(self.subject, claim, self.until, self.errors, None)
+
+    @property
+    def unbounded(self) -> str | None:
+        """The name of a quantity of whose error there is no bound; None where there are bounds of all."""
+        return next((name for name, error in self.errors.items() if not np.isfinite(error)), None)
+
+    @property
+    def has_sane_sizes(self) -> bool:
+        """Whether all numbers have sizes for which the analysis of rounding holds."""
+        return check_sizes(self.with_claim(_window(0.0, 1.0)), list(self.quantities)) is None
+
+    def is_settled(self, start: float) -> bool:
+        """Return whether the decay of the kernels keeps all bounds from a time [s] on."""
+        claim = checked.AllTimes(start, checked.Cover({}, TERMS))
+        return check_tail(self.with_claim(claim), list(self.quantities), FIRST_PASS) is None
+
+    def refused(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
+        """Yield which quantities are not shown to stay inside their bounds in their boxes, and why.
+
+        Linear combinations that float64 intervals do not decide are enclosed `exactly`, or refused. That takes long.
+        """
+        needs = FlatNeeds.of(self.with_claim(_window(0.0, 1.0)), list(self.quantities))
+        for box, rest, known in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
+            formulas = [q for q in rest if q.combination is None or q.needs]
+            if known or exactly:
+                enclosures = Enclosures(self.subject, TERMS, box, dict(known))
+                yield from ((box, q, why) for q, why in refusals(needs, enclosures, rest if exactly else formulas))
+            if not exactly:
+                yield from ((box, q, "") for q in rest if q not in formulas or not known)
+
+    def why_unbounded(self, name: str) -> str:
+        """Return why there is no bound of the error of a quantity."""
+        q = next(q for q in self.quantities if q.name == name)
+        try:
+            error_of(self.subject, q, signal_errors(self.subject, self.until))
+        except UndefinedError as undefined:
+            return str(undefined)
+        return "it is not defined at any time that was looked at"
+
+    def value(self, name: str, t: Real) -> Real:
+        """Enclose a bounded quantity at a time [s]. UndefinedError: it may not be defined there."""
+        return value_at(self.subject, next(q for q in self.quantities if q.name == name), t)
+
+
+def _window(start: float, end: float) -> checked.Window:
+    return checked.Window(start, end, checked.Cover({}, TERMS))
+
+
+def _drawn_in(q: Quantity, by: float) -> Quantity:
+    return replace(q, lower=q.lower + exactly(by), upper=q.upper - exactly(by)) if np.isfinite(by) else q
+
+
+def _errors_of_formulas(reference: Reference, needs: FlatNeeds, flat: list[Quantity], times: Array) -> dict[str, float]:
+    """Return a little more than the errors of a flat form's quantities near some times [s]."""
+    form = reference.plant.flat_form
+    assert form is not None, "there are formulas"
+    signals = [signal.summed for signal in reference.kernel_sums]
+    every = {name: z(signals, times).tolist() for name, z in shifted(form, reference.plant.sampling_time).items()}
+    largest = dict.fromkeys((q.name for q in flat), 0.0)
+    for i in range(len(times)):
+        values = FlatValues(needs, 1)
+        at = constants({name: exactly(value[i]) for name, value in every.items()}, 1)
+        for q in flat:
+            try:
+                largest[q.name] = max(largest[q.name], _rounded_up(values.error(q, at)))
+            except UndefinedError:  # somewhere else it is defined, or nowhere
+                continue
+    return {name: _FLAT_ERROR * error or np.inf for name, error in largest.items()}
+
+
+def _rounded_up(number: Real) -> float:
+    return float(np.nextafter(float(number.b), np.inf))

@@ -1,0 +1,155 @@
+"""Certificates and counterexamples as the checker reads them: a claim, what it is about, and what verifies it.
+
+Rational numbers are texts such as -3/4.
+"""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.robust import Robust
+from trackably.checker import certificate as of_certificate
+from trackably.checker import counterexample as of_counterexample
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.hull import ConvexHull
+from trackably.systems.disturbance.sets import DisturbanceSet
+from trackably.systems.flat.functional import Functional
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+
+_ROOM = 0.99
+"""The stated violation is a little smaller than the one that was found."""
+
+_CLAIMS: dict[str, type[AllTimes | AllPhases | OnWindow | AtInstants]] = {
+    "all_times": AllTimes,
+    "all_phases": AllPhases,
+    "window": OnWindow,
+    "instants": AtInstants,
+}
+
+
+def encode_certificate(certificate: Certificate) -> dict[str, Any]:
+    """Return a certificate as the checker reads it."""
+    return {
+        "format": of_certificate.FORMAT,
+        "version": of_certificate.VERSION,
+        "claim": {**_claim(certificate.claim), **_proof(certificate)},
+        **encode_subject(certificate.reference),
+        **_robust(certificate.robust),
+        "evaluation": {"until": certificate.evaluated_until, "errors": dict(certificate.evaluation_error)},
+    }
+
+
+def encode_subject(reference: Reference) -> dict[str, Any]:
+    """Return what certificates and counterexamples are about."""
+    return {"reference": as_written(reference), **_trajectories(reference.plant), **_attainable(reference.plant)}
+
+
+def encode_counterexample(found: Counterexample) -> dict[str, Any]:
+    """Return a counterexample as the checker reads it."""
+    return {
+        "format": of_counterexample.FORMAT,
+        "version": of_counterexample.VERSION,
+        "claim": _claim_of(found),
+        **encode_subject(found.reference),
+        "quantity": found.quantity,
+        "at": {"time": found.time} if found.step is None else {"step": found.step},
+        "violation": _ROOM * found.violation,
+    }
+
+
+def _claim(claim: Claim) -> dict[str, Any]:
+    kind = next(kind for kind, cls in _CLAIMS.items() if isinstance(claim, cls))
+    return {"kind": kind, **dataclasses.asdict(claim)}
+
+
+def _proof(certificate: Certificate) -> dict[str, Any]:
+    covers = {
+        name: {"ends": list(cover.ends), "radii": list(cover.radii)} for name, cover in certificate.covers.items()
+    }
+    return {"covers": covers, "terms": certificate.terms} if covers else {}
+
+
+def _trajectories(plant: ConstrainedSystem) -> dict[str, Any]:
+    """Return states and inputs of a linear system as exact sums of the signals; a nonlinear system's follow from f."""
+    if not isinstance(plant.system, LinearSystem):
+        return {}
+    sides = (("states", plant.flatness.states), ("inputs", plant.flatness.inputs))
+    exact = {side: [_functional(q) for q in parts if isinstance(q, Functional)] for side, parts in sides}
+    return {"trajectories": exact}
+
+
+def _functional(functional: Functional) -> dict[str, Any]:
+    """Return the rational numbers of a functional, written as "p/q"."""
+    weights = [[str(w) for w in of_signal] for of_signal in functional.weights]
+    return {"offset": str(functional.offset), "weights": weights}
+
+
+def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
+    """Return bounds of redundant inputs: where they are kept, some input in the input set acts alike."""
+    if plant.allocation is None:
+        return {}
+    rows = [limit for limit in plant.constraints if limit.side == "input"]
+    return {
+        "attainable": [
+            {"row": [str(r) for r in limit.row], "lower": limit.bounds.lower, "upper": limit.bounds.upper}
+            for limit in rows
+        ]
+    }
+
+
+def _claim_of(found: Counterexample) -> dict[str, Any]:
+    start, end = found.span
+    if found.step is not None:
+        return {"kind": "instants"}
+    if math.isinf(start):
+        return {"kind": "all_phases"}
+    return {"kind": "all_times"} if math.isinf(end) else {"kind": "window", "start": start, "end": end}
+
+
+def _robust(robust: Robust | None) -> dict[str, Any]:
+    """Return the field that speaks of disturbances; no field where there are none."""
+    if robust is None:
+        return {}
+    given, Z = robust.given, robust.invariant
+    return {
+        "disturbance": {
+            "state_set": as_written(given.state_set),
+            "input_set": as_written(given.input_set),
+            "feedback": Z.feedback.tolist(),
+            **_sets(robust),
+            "head": Z.head,
+            "terms": Z.terms,
+            "contraction": Z.contraction,
+            "box": Z.box.tolist(),
+        }
+    }
+
+
+def _sets(robust: Robust) -> dict[str, Any]:
+    if robust.measured is None:
+        return {"set": _set(robust.invariant.disturbance)}
+    return {"set": _set(robust.measured.disturbance), "noise": _set(robust.measured.noise)}
+
+
+def _set(disturbance: DisturbanceSet) -> dict[str, Any]:
+    if isinstance(disturbance, ConvexHull):
+        return {"kind": "hull", "vertices": [_texts(vertex) for vertex in disturbance.vertices]}
+    generators = [_texts(generator) for generator in disturbance.generators]
+    return {"kind": "zonotope", "centre": _texts(disturbance.centre), "generators": generators}
+
+
+def _texts(vector: Sequence[Fraction]) -> list[str]:
+    return [str(value) for value in vector]
+
+
+def as_written(value: object) -> Any:
+    """Return a dataclass of the library as files have it."""
+    from trackably.codec.converter import unverified  # noqa: PLC0415  loaded with the first proof
+
+    return unverified(value)

@@ -1,0 +1,78 @@
+"""The judge: nothing is handed out as proved or refuted that the checker has not accepted.
+
+What searches for proofs proposes them, and may be wrong. The judge writes each proposal as the file that a user would
+save, and asks the checker about what it says. These are the bytes that are saved.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TypeVar
+
+from trackably import checker
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate, encode_counterexample
+from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.checker import Proved, Refuted, Verdict
+from trackably.errors import NoReferenceError
+from trackably.files import from_json, new_file, to_json, write_atomically
+from trackably.learning.problem import NoSolution
+
+T = TypeVar("T")
+
+_ACCEPTED = "accepted file"  # where `vars` of a certificate or a counterexample has the bytes
+
+
+def judged(outcome: T) -> T | Unproved:
+    """Return a certificate or a counterexample that the checker accepts, and Unproved where it refuses one.
+
+    Outcomes of other kinds claim nothing, and are returned as they are.
+    """
+    if not isinstance(outcome, Certificate | Counterexample) or _ACCEPTED in vars(outcome):
+        return outcome
+    data, verdict = judged_file(_file_of(outcome))
+    if isinstance(verdict, Proved if isinstance(outcome, Certificate) else Refuted):
+        vars(outcome)[_ACCEPTED] = data
+        return outcome
+    first = outcome.reference.quantities[0]
+    times = outcome.claim.span if isinstance(outcome, Certificate) else (outcome.time, outcome.time)
+    return Unproved(first.name, first.bounds, times, 0.0, f"the checker does not accept it ({verdict})")
+
+
+def _file_of(outcome: Certificate | Counterexample) -> Mapping[str, object]:
+    return encode_certificate(outcome) if isinstance(outcome, Certificate) else encode_counterexample(outcome)
+
+
+def judged_file(content: Mapping[str, object]) -> tuple[bytes, Verdict]:
+    """Return the bytes of a file with this content, and what the checker says of them."""
+    data = to_json(content)
+    return data, checker.check(from_json(data))
+
+
+def accepted_file(found: Certificate | Counterexample) -> bytes:
+    """Return the very bytes that the checker accepted. KeyError: it has not been asked, or has refused."""
+    data: bytes = vars(found)[_ACCEPTED]
+    return data
+
+
+def found_or_raise(outcome: T | NoSolution | Counterexample | Unproved) -> T:
+    """Return what was found. NotTrackableError: it is why there is nothing, or nothing that is proved."""
+    if isinstance(outcome, NoSolution | Counterexample | Unproved):
+        raise NotTrackableError(outcome)
+    return outcome
+
+
+class NotTrackableError(NoReferenceError):
+    """No certified reference was found; `outcome` says by how much, where and why."""
+
+    def __init__(self, outcome: NoSolution | Counterexample | Unproved) -> None:
+        self.outcome = judged(outcome)
+        super().__init__(self.outcome.explanation)
+
+    def save_counterexample(self, path: Path | str) -> None:
+        """Write the time at which a bound is broken, for `python -m trackably check FILE`.
+
+        Raises OSError, and ValueError where the outcome is no counterexample.
+        """
+        if not isinstance(self.outcome, Counterexample):
+            raise ValueError(f"save_counterexample: there is none: {self.outcome.explanation}")
+        write_atomically(new_file("save_counterexample", path), accepted_file(self.outcome))

@@ -1,0 +1,136 @@
+"""Values that a reference has at one time, up to tolerances: rows of the learning problem, and a proof of their own.
+
+The proof is that of a claim like any other: in a short window around the time, the reference keeps the bounds of a
+plant with the same system, whose state and input sets are the values with their tolerances.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.prove import Failure, Outcome, prove_on_window
+from trackably.learning.problem import Pin
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.flat.functional import Functional
+from trackably.systems.flat.trajectory import Trajectory
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval, rounded
+from trackably.systems.sets.polytope import Polytope
+
+WINDOW = 1e-6
+"""Of a sampling time, to either side: values are proved in a window, as that of a certificate has a length."""
+
+_NOTHING = 1e-12  # of a tolerance: 1e-4 of a width is no short decimal
+
+
+@dataclass(frozen=True)
+class Pinned:
+    """At `time` [s], states and inputs have these `values`, by name, each up to its tolerance (in its unit).
+
+    Without values, the system is at rest there: in an equilibrium, with the input that holds it. Which one, is known
+    once there is a reference (`found`).
+    """
+
+    time: float
+    values: dict[str, float]
+    tolerances: dict[str, float]
+
+    def pins(self, plant: ConstrainedSystem) -> tuple[Pin, ...]:
+        """Return the rows of the learning problem.
+
+        A value next to a bound is moved inside, by half its tolerance at most: bounds are drawn in for the proof.
+        """
+        of, T = coordinates(plant), plant.sampling_time
+        if not self.values:
+            return tuple(
+                Pin(f"rate of {name}", of[name].rate, self.time, 0.0, self.tolerances[name] / T)
+                for name in plant.system.states
+            )
+        return tuple(
+            Pin(name, of[name], self.time, self._inside(plant, name), self.tolerances[name]) for name in self.values
+        )
+
+    def found(self, reference: Reference) -> Self:
+        """Return the values themselves: at rest, those that states and inputs keep while signals stay as they are."""
+        if self.values:
+            return self
+        levels = [signal(np.asarray(self.time)).item() for signal in reference.signals]
+        return replace(self, values={name: of.at_rest(levels) for name, of in coordinates(reference.plant).items()})
+
+    def plant(self, plant: ConstrainedSystem) -> ConstrainedSystem:
+        """Return the plant whose bounds are the values with their tolerances.
+
+        A nonlinear plant keeps its own bounds too: they show that its formulas are defined. ValueError: they exclude
+        the values.
+        """
+        bounded = self.alone if isinstance(plant.system, LinearSystem) else self.within
+        return replace(
+            plant,
+            state_set=bounded(plant.state_set, plant.system.states),
+            input_set=bounded(plant.input_set, plant.system.inputs),
+        )
+
+    def prove(self, reference: Reference) -> Outcome:
+        """Prove that the reference has the values, in a window that holds `time` and its neighbours in float64."""
+        half = max(WINDOW * reference.plant.sampling_time, 4 * float(np.spacing(abs(self.time))))
+        at = Reference(reference.signals, self.plant(reference.plant))
+        return prove_on_window(at, self.time - half, self.time + half)
+
+    def alone(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
+        """Return the set of the values of these coordinates, with their tolerances; others are free."""
+        pinned = [(i, self.values[name], self.tolerances[name]) for i, name in enumerate(names) if name in self.values]
+        rows = np.eye(len(names))[[i for i, _, _ in pinned]]
+        low, high = (np.array([value + sign * by for _, value, by in pinned]) for sign in (-1, 1))
+        return Polytope(rows, low, high, bounded.dimension)
+
+    def within(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
+        """Return the part of a set with these values, up to their tolerances. ValueError: there is none."""
+        of = self.alone(bounded, names)
+        return Polytope(
+            np.vstack([bounded.rows, of.rows]),
+            np.concatenate([bounded.lower, of.lower]),
+            np.concatenate([bounded.upper, of.upper]),
+            bounded.dimension,
+        )
+
+    def _inside(self, plant: ConstrainedSystem, name: str) -> float:
+        value, bounds = self.values[name], extent(plant, name)
+        if bounds is None:
+            return value
+        by = min(self.tolerances[name], bounds.width) / 2
+        return min(max(value, bounds.lower + by), bounds.upper - by)
+
+    def __str__(self) -> str:
+        said = []
+        for name, value in self.values.items():
+            by = self.tolerances[name] + abs(float(f"{value:.6g}") - value)
+            said.append(f"{name} = {value:.6g} ± {rounded(by * (1 - _NOTHING), 'up')}")
+        return f"{', '.join(said)} at {self.time:.6g} s"
+
+
+def extent(plant: ConstrainedSystem, name: str) -> Interval | None:
+    """Return between which values a state or an input lies in its set; None where nothing bounds it."""
+    if name in plant.system.states:
+        return plant.state_set.extent(plant.system.states.index(name))
+    return plant.input_set.extent(plant.system.inputs.index(name))
+
+
+def prove_pinned(reference: Reference, pinned: Iterable[Pinned]) -> tuple[Certificate, ...] | Failure:
+    """Return a certificate for each time, or the first failure."""
+    found: list[Certificate] = []
+    for at in pinned:
+        outcome = at.prove(reference)
+        if not isinstance(outcome, Certificate):
+            return outcome
+        found.append(outcome)
+    return tuple(found)
+
+
+def coordinates(plant: ConstrainedSystem) -> dict[str, Trajectory]:
+    """Return all states and inputs by name."""
+    names, of = (*plant.system.states, *plant.system.inputs), (*plant.flatness.states, *plant.flatness.inputs)
+    return {name: Trajectory.of(q) if isinstance(q, Functional) else q for name, q in zip(names, of, strict=True)}

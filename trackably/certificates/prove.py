@@ -1,0 +1,234 @@
+"""Propose a proof of a claim about a reference, or a counterexample; or say what is missing.
+
+Everything here is plain float64, and may be wrong: the checker is asked about each part, and again about the whole file
+before anything is handed out.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackably.certificates.certificate import Certificate, Cover
+from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow, latest_time, refuse_empty
+from trackably.certificates.cover import UncoveredBox, cover
+from trackably.certificates.draft import TERMS, Draft, evaluated_until
+from trackably.certificates.judge import judged
+from trackably.certificates.jumps import jump_of
+from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.pieces.prove import prove_pieces, prove_pieces_on_window
+from trackably.certificates.sketch import sketches
+from trackably.certificates.tail import tail_start
+from trackably.checker.arithmetic.domains import UndefinedError
+from trackably.checker.arithmetic.intervals import exactly
+from trackably.gp.factors.cached import cached
+from trackably.systems.quantity import Quantity
+from trackably.systems.reference import Reference
+
+Failure = Counterexample | Unproved
+Outcome = Certificate | Failure
+
+_MOVES = "; a vehicle has a heading only where it moves: a lower bound of its speed above zero keeps it so"
+_LATEST_STEP, _TIMES, _AT_REST, _FAR = 100_000, 101, 1e3, 1e6
+
+
+def prove(reference: Reference, is_likely: bool = False) -> Outcome:
+    """Prove the bounds for all real t ≥ 0: over one period, or by boxes and a decaying envelope if there is none.
+
+    Of polynomial pieces, what `prove_pieces` proves. Where one much like this reference has been proved, this one
+    `is_likely` to be: the checker is asked about the whole proof at once, and about its parts if it refuses that.
+    """
+    if reference.pieces:
+        return judged(prove_pieces(reference))
+    period = reference_period(reference)
+    if period is None:
+        return prove_while_settling(reference, is_likely)
+    return prove_for_all_phases(reference, period, is_likely)
+
+
+def prove_for_all_phases(reference: Reference, period: float, is_likely: bool = False) -> Outcome:
+    """Prove the bounds for all real t, by boxes over one `period` [s]. ValueError unless it is that of all kernels."""
+    if period != reference_period(reference):
+        raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
+    problem = _ProofProblem(reference, period, (-np.inf, np.inf))
+    return _judged(lambda asks: problem.cover_window(AllPhases(period), 0.0, period, asks), is_likely)
+
+
+def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
+    """Prove the bounds for all real t from `start` to `end` [s], and for no other times."""
+    if reference.pieces:
+        return judged(prove_pieces_on_window(reference, start, end))
+    claim = OnWindow(start, end)
+    return judged(_ProofProblem(reference, max(abs(start), abs(end)), claim.span).cover_window(claim, start, end))
+
+
+def prove_while_settling(reference: Reference, is_likely: bool = False) -> Outcome:
+    """Prove the bounds for all real t ≥ 0: by boxes, then by a decaying envelope that lies inside them."""
+    problem = _ProofProblem(reference, latest_time(reference))
+
+    def proposed(asks: bool) -> Outcome:
+        start = problem.tail_start(asks)
+        return problem.unsettled if start is None else problem.cover_window(AllTimes(start), 0.0, start, asks)
+
+    return _judged(proposed, is_likely)
+
+
+def prove_at_instants(reference: Reference) -> Outcome:
+    """Prove the bounds at all instants k T_s, k ≥ 0, of a reference that decays; prove nothing between instants."""
+    problem = _ProofProblem(reference, latest_time(reference), at_instants=True)
+    start, step = problem.tail_start(), reference.plant.sampling_time
+    if start is None or start / step > _LATEST_STEP:
+        return judged(problem.unsettled)
+    return judged(problem.prove_instants(math.ceil(start / step)))
+
+
+def _judged(propose: Callable[[bool], Outcome], is_likely: bool) -> Outcome:
+    """Return what the checker accepts of a proposal; where it `is_likely`, of one that nobody was asked about."""
+    if is_likely and isinstance(found := judged(propose(False)), Certificate):
+        return found
+    return judged(propose(True))
+
+
+def reference_period(reference: Reference) -> float | None:
+    """Return the period [s] that all signals have; None where there is none."""
+    return reference.period
+
+
+@dataclass(frozen=True)
+class _ProofProblem:
+    """What is needed to prove a reference at all times in `span` [s], or at the instants k T_s in it.
+
+    Float64 evaluation is bounded up to far beyond `window` [s]. Raises ValueError as `refuse_empty`.
+    """
+
+    reference: Reference
+    window: float
+    span: tuple[float, float] = (0.0, np.inf)
+    at_instants: bool = False
+
+    def __post_init__(self) -> None:
+        refuse_empty(self.reference)
+
+    @cached
+    def draft(self) -> Draft:
+        """The certificate in the making. Errors of flat forms are stated near times in the window, and at rest."""
+        (start, end), until = self.span, evaluated_until(self.reference, self.window)
+        times = np.append(np.linspace(0.0, self.window, _TIMES), _AT_REST * self.window)
+        return Draft.of(self.reference, until, np.linspace(start, end, _TIMES) if np.isfinite(end) else times)
+
+    def tail_start(self, asks: bool = True) -> float | None:
+        """Return a time [s] from which on nothing breaks a bound; None where there is none."""
+        is_bounded = self.draft.has_sane_sizes and self.draft.unbounded is None
+        return tail_start(self.draft, self.reference, asks) if is_bounded else None
+
+    def cover_window(self, claim: Claim, start: float, end: float, asks: bool = True) -> Outcome:
+        """Return a certificate with boxes from `start` to `end` [s]; or why there is none, where it `asks`."""
+        if not self.draft.has_sane_sizes:
+            return self._beyond_analysis
+        if asks and (failure := self._broken(start, end)):
+            return failure
+        found = cover(self.draft, self.reference, start, end, asks)
+        if isinstance(found, UncoveredBox):
+            return self._explained(found)
+        return self._certificate(claim, TERMS, found)
+
+    def prove_instants(self, last_step: int) -> Outcome:
+        times = self.reference.instants(np.arange(last_step + 1.0))
+        signals = [signal.summed for signal in self.reference.kernel_sums]
+        for quantity in self.reference.quantities:
+            margins = quantity.margin(signals, times)
+            for k in np.flatnonzero(margins <= self.draft.errors[quantity.name]).tolist():
+                if failure := self._failure_at(quantity, float(times[k]), k):
+                    return failure
+        return self._certificate(AtInstants(last_step), 0, {})
+
+    def _certificate(self, claim: Claim, terms: int, covers: dict[str, Cover]) -> Certificate:
+        return Certificate(self.reference, claim, terms, covers, dict(self.draft.errors), self.draft.until)
+
+    def _broken(self, start: float, end: float) -> Failure | None:
+        """Return what breaks a bound, or is nearer to it than rounding, if anything is seen to."""
+        if name := self.draft.unbounded:
+            return self._broken_for_certain(start, end) or self._unbounded_error(self.reference.quantity(name))
+        drawn = sketches(self.reference, start, end)
+        for quantity, seen in zip(self.reference.quantities, drawn, strict=True):
+            if not seen.least > self.draft.errors[quantity.name] and (
+                failure := self._failure_at(quantity, seen.worst_time)
+            ):
+                return failure
+        return jump_of(self.reference, drawn)
+
+    def _broken_for_certain(self, start: float, end: float) -> Counterexample | None:
+        """Return a counterexample near one of the worst times; None where none is found."""
+        drawn = zip(self.reference.quantities, sketches(self.reference, start, end), strict=True)
+        failures = (self._failure_near(quantity, seen.worst_time) for quantity, seen in drawn)
+        return next((failure for failure in failures if isinstance(failure, Counterexample)), None)
+
+    @property
+    def unsettled(self) -> Failure:
+        """Explain why no envelope keeps the bounds: a counterexample if one is found, otherwise what is missing."""
+        if not self.draft.has_sane_sizes:
+            return self._beyond_analysis
+        far = _FAR * self.window
+        failures = [self._failure_near(quantity, far) for quantity in self.reference.quantities]
+        broken = next((failure for failure in failures if isinstance(failure, Counterexample)), None)
+        if broken := broken or self._broken_for_certain(0.0, self.window):
+            return broken
+        if name := self.draft.unbounded:
+            return self._unbounded_error(self.reference.quantity(name))
+        quantity = next((q for q, of in zip(self.reference.quantities, failures, strict=True) if of), None)
+        reason = "the kernel has no envelope that decays into this bound in time; a finite window can still be claimed"
+        if self.tail_start() is not None:
+            reason = f"more than {_LATEST_STEP} instants would have to be checked one by one"
+        quantity = quantity or self.reference.quantities[0]
+        return Unproved(quantity.name, quantity.bounds, (far, np.inf), 0.0, reason)
+
+    @property
+    def _beyond_analysis(self) -> Unproved:
+        reason = "a stored number is too large or too small for the analysis of rounding"
+        first = self.reference.quantities[0]
+        return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
+
+    def _failure_near(self, quantity: Quantity, time: float) -> Failure | None:
+        """The same as `_failure_at`, at the instant nearest to `time` [s] if only instants are to be proved."""
+        step = self.reference.plant.sampling_time
+        if not self.at_instants:
+            return self._failure_at(quantity, time)
+        k = max(round(time / step), 0)
+        return self._failure_at(quantity, k * step, k)
+
+    def _failure_at(self, quantity: Quantity, time: float, step: int | None = None) -> Failure | None:
+        """Return the failure that the value shows at `time` [s], or at exactly k T_s for a `step` k; None if none."""
+        bounds, reserve = quantity.bounds, self.draft.errors[quantity.name]
+        at = exactly(time) if step is None else step * self.draft.subject.step
+        try:
+            value = self.draft.value(quantity.name, at)
+        except UndefinedError as undefined:
+            return Unproved(quantity.name, bounds, (time, time), np.inf, self._advised(str(undefined)))
+        beyond = max(float((bounds.lower - value).a), float((value - bounds.upper).a))
+        if beyond > 0:
+            by = math.nextafter(beyond, 0.0)
+            return Counterexample(quantity.name, bounds, time, by, self.reference, self.span, step)
+        margin = min(float((value - bounds.lower).a), float((bounds.upper - value).a))
+        if margin >= reserve:
+            return None
+        if not np.isfinite(reserve):
+            return self._unbounded_error(quantity)
+        reason = f"the margin is smaller than the error of float64 evaluation, up to {reserve:.3g}"
+        return Unproved(quantity.name, bounds, (time, time), reserve - margin, reason)
+
+    def _unbounded_error(self, quantity: Quantity) -> Unproved:
+        why = self.draft.why_unbounded(quantity.name)
+        reason = f"float64 evaluation may go wrong: with states anywhere in their set, {why}"
+        return Unproved(quantity.name, quantity.bounds, (-np.inf, np.inf), np.inf, reason)
+
+    def _advised(self, reason: str) -> str:
+        """Return why something is not defined, and what would help where it is a heading."""
+        form = self.reference.plant.flat_form
+        return f"{reason}{_MOVES}" if form is not None and form.angles and "angle" in reason else reason
+
+    def _explained(self, found: UncoveredBox) -> Failure:
+        quantity = self.reference.quantity(found.name)
+        box, reason = (found.start, found.end), self._advised(found.reason)
+        unproved = Unproved(found.name, quantity.bounds, box, 0.0, reason)
+        return self._failure_at(quantity, found.start + (found.end - found.start) / 2) or unproved

@@ -1,0 +1,51 @@
+"""What a certificate says of the disturbed system: its reference leaves room for every error in an invariant set."""
+
+from dataclasses import dataclass
+
+from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
+from trackably.systems.disturbance.invariant import InvariantSet
+from trackably.systems.disturbance.measured import Measured
+from trackably.systems.disturbance.tightening import Tightening
+
+
+@dataclass(frozen=True, eq=False)
+class Robust:
+    """For all w(k) ∈ W and starts in x_r ⊕ Z, u = u_r + K (x − x_r) keeps x and u in the `given` sets.
+
+    This is said of starts, and of steps after them, at the times of the certificate's claim. Z is the `invariant` set.
+    It follows because the certified reference keeps these sets' bounds drawn in by h_Z(row) for states, and by
+    h_Z(Kᵀ row) for inputs: then e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z. Where the state is `measured`
+    with noise, that is said of y = x + v, and x keeps the bounds that V leaves.
+    """
+
+    given: ConstrainedSystem
+    invariant: InvariantSet
+    measured: Measured | None = None
+
+    @property
+    def explanation(self) -> str:
+        """What is claimed, in a sentence."""
+        states, inputs = (
+            ", ".join(_kept(constraint) for constraint in self.given.given_constraints if constraint.side == side)
+            for side in ("state", "input")
+        )
+        kept = ", ".join(filter(None, (states, inputs)))
+        given, W, noise = "x", self.invariant.disturbance, ""
+        if self.measured:
+            given, W, noise = "y", self.measured.disturbance, f" and measurement noise in {self.measured.noise}"
+        K = self.invariant.feedback.tolist()
+        return (
+            f"under every disturbance in {W}{noise}, from every start in x_r ⊕ Z at one of these times and for all "
+            f"later steps among them, u = u_r + K ({given} - x_r) with K = {K} keeps {kept}"
+        )
+
+
+def robust_of(tightening: Tightening | None) -> Robust | None:
+    """Return what a certificate for a tightened plant says of the disturbed one; None where there is none."""
+    if tightening is None or tightening.invariant is None:
+        return None
+    return Robust(tightening.given, tightening.invariant, tightening.measured)
+
+
+def _kept(constraint: LinearConstraint) -> str:
+    return f"{constraint.name} in {constraint.bounds}"

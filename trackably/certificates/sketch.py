@@ -1,0 +1,144 @@
+"""Approximate margins in float64: they guide the choice of boxes and of candidate times, and prove nothing."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.remembered import Remembered
+from trackably.systems.flat.functional import Signals
+from trackably.systems.quantities import Indices, Quantities
+from trackably.systems.quantity import Quantity
+from trackably.systems.reference import Reference
+
+_POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
+_FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025
+_FEW_CENTRES = 100
+_REFINEMENTS, _NARROWER, _AROUND = 2, 0.1, np.array([[-1.0], [0.0], [1.0]])
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """Margins of a quantity at increasing times [s], and |∂q/∂q_i| for each of its functionals; all of shape (n,).
+
+    A slope that is the same at all times has shape (1,).
+    """
+
+    times: Array
+    margins: Array
+    slopes: dict[str, Array]
+
+    def within(self, starts: Array, ends: Array) -> "Extremes":
+        """Return the smallest margins at grid times in each [start, end] and, interpolated, at its ends.
+
+        Slopes are looked at one grid time further on either side.
+        """
+        first, last = np.searchsorted(self.times, starts), np.searchsorted(self.times, ends)
+        at_ends = np.interp([starts, ends], self.times, self.margins)
+        # An infinite margin next to an end is NaN there, and no reason not to try.
+        smallest = np.fmin(np.fmin(*at_ends), _over(np.minimum, self.margins, first, last))
+        further = np.maximum(first - 1, 0), last + 1
+        return Extremes(smallest, {name: _over(np.maximum, slopes, *further) for name, slopes in self.slopes.items()})
+
+    @property
+    def worst_time(self) -> float:
+        return float(self.times[np.argmin(self.margins)])
+
+    @property
+    def least(self) -> float:
+        """The smallest margin."""
+        return float(np.min(self.margins))
+
+
+class Extremes(NamedTuple):
+    """The smallest margin in each box, and the largest |∂q/∂q_i|: shape (B,), or (1,) where it is the same in all."""
+
+    smallest: Array
+    steepest: dict[str, Array]
+
+
+def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
+    """Return margins on a regular grid, at their local minima, and near centres where they may change in between.
+
+    The times are the same for all quantities.
+    """
+    quantities, of_signals, length = reference.quantities, reference.kernel_sums, end - start
+    every = Quantities(quantities, [signal.nearly for signal in of_signals])
+    if not every.is_linear:  # each formula evaluates the signals for itself
+        every = Quantities(quantities, Remembered.of(of_signals).signals)
+    shortest = min(signal.kernel.correlation_time for signal in of_signals)
+    grid = np.linspace(start, end, _points(length / shortest, every.is_linear))
+    times = _with_centres(reference, grid, every.is_linear)
+    margins = every.margins(times)
+    lowest = _refined(every, times, margins)
+    times, once = np.unique(np.concatenate([times, lowest]), return_index=True)
+    margins = np.concatenate([margins, every.margins(lowest)], axis=1)[:, once]
+    pairs = zip(quantities, margins, strict=True)
+    return [Sketch(times, of, _sizes(quantity, every.signals, times)) for quantity, of in pairs]
+
+
+def _points(correlation_times: float, is_linear: bool) -> int:
+    """Return the number of points in a window as long as so many correlation times."""
+    fewest = _FEWEST_POINTS if is_linear else _FEWEST_OF_FORMULAS
+    return int(np.clip(_POINTS_PER_CORRELATION_TIME * correlation_times, fewest, _MOST_POINTS))
+
+
+def _refined(every: Quantities, times: Array, margins: Array) -> Array:
+    """Return local minima by parabolas through the grid's points around each, and then through closer points."""
+    inner = margins[:, 1:-1]
+    which, at = np.nonzero((inner < margins[:, :-2]) & (inner <= margins[:, 2:]))
+    around = at + np.arange(3)[:, None]
+    lowest = _lowest(times[around], margins[which, around])
+    reach = np.minimum(times[at + 2] - times[at + 1], times[at + 1] - times[at])
+    for _ in range(_REFINEMENTS):
+        reach = reach * _NARROWER
+        closer = np.clip(lowest, times[at] + reach, times[at + 2] - reach) + reach * _AROUND
+        lowest = np.clip(_lowest(closer, every.margins_of(which, closer)), closer[0], closer[2])
+    return lowest
+
+
+def _lowest(times: Array, margins: Array) -> Array:
+    """Return where parabolas through three points each are lowest, and the second point where none opens upwards."""
+    (before, at, after), (left, middle, right) = times, margins
+    with np.errstate(all="ignore"):  # margins may be infinite
+        falls, rises = (after - at) * (left - middle), (at - before) * (right - middle)
+        step = ((after - at) * falls - (at - before) * rises) / (2 * (falls + rises))
+    return np.asarray(np.where(np.isfinite(step) & (falls + rises > 0), at + step, at))
+
+
+def _sizes(quantity: Quantity, signals: Signals, times: Array) -> dict[str, Array]:
+    """Return |∂q/∂q_i| for each functional."""
+    trajectory = quantity.trajectory
+    if trajectory.functional:
+        return {name: np.ones(1) for name, _ in trajectory.arguments}
+    slopes = trajectory.slopes({name: functional(signals, times) for name, functional in trajectory.arguments})
+    return {name: np.broadcast_to(np.abs(slope), times.shape) for name, slope in slopes.items()}
+
+
+def _with_centres(reference: Reference, grid: Array, is_linear: bool) -> Array:
+    """Add the times at which quantities look at a centre: for short length scales, and for kernels with kinks.
+
+    Between many centres of a smooth kernel nothing happens that the grid does not show, and nothing does between few
+    of them if the grid is fine and quantities are linear.
+    """
+    centres, is_fine = [grid], is_linear and len(grid) < _MOST_POINTS
+    for quantity in reference.quantities:
+        for _, functional in quantity.trajectory.arguments:
+            for c, weights in functional.rounded:
+                signal = reference.kernel_sums[c]
+                if not (signal.kernel.is_analytic and (is_fine or len(signal.centres) > _FEW_CENTRES)):
+                    steps = functional.sampling_time * np.arange(len(weights))
+                    centres.append((signal.centres[:, None] - steps).ravel())
+    if len(centres) == 1:
+        return grid
+    times = np.unique(np.concatenate(centres))
+    return np.asarray(times[(times >= grid[0]) & (times <= grid[-1])])
+
+
+def _over(extreme: np.ufunc, values: Array, first: Indices, last: Indices) -> Array:
+    """Return the extremes of `values` from `first` to before `last`, or at `first` where that is no earlier."""
+    if len(values) == 1:
+        return values
+    within = np.stack([first, np.minimum(last, len(values))], axis=1).ravel()
+    return np.asarray(extreme.reduceat(np.append(values, values[-1:]), within)[::2])

@@ -1,0 +1,129 @@
+"""Check a certificate, or a counterexample: `python -m trackably.checker [--seconds N] [--exact] FILE`.
+
+With --exact, and without NumPy, float64 intervals are not used: all is done in mpmath, which takes longer.
+Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE is not a certificate;
+3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 130 interrupted.
+"""
+
+import json
+import sys
+from io import TextIOWrapper
+from math import isfinite
+from pathlib import Path
+from reprlib import repr as short
+
+from trackably.checker import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict, check
+from trackably.checker.limits import BYTES
+from trackably.checker.progress import ProgressLine
+
+PROVED, FAILED, UNUSABLE, UNDECIDED, REFUTED, INTERRUPTED = 0, 1, 2, 3, 4, 130
+_EXPLAINED = __doc__.split("\n", maxsplit=2)[2].strip()
+_USAGE = f"usage: python -m trackably.checker [--seconds N] [--exact] FILE\n\n{_EXPLAINED}"
+
+
+def main(arguments: list[str]) -> int:
+    """Print what the file proves, or why it proves nothing, and return the exit code."""
+    exact, arguments = "--exact" in arguments, [argument for argument in arguments if argument != "--exact"]
+    match arguments:
+        case ["-h" | "--help"]:
+            print(_USAGE)
+            return PROVED
+        case ["--seconds", given, path] | [path, "--seconds", given]:
+            if (seconds := _positive(given)) is None:
+                return _say(f"error: --seconds must be a positive number, got {short(given)}", UNUSABLE)
+            return _check(path, seconds, exact)
+        case [path]:
+            return _check(path, None, exact)
+    return _say(_USAGE, UNUSABLE)
+
+
+def _check(path: str, seconds: float | None, exact: bool) -> int:
+    line = ProgressLine()
+    verdict: Verdict
+    try:
+        verdict = check(_content(Path(path)), seconds, line, exact)
+    except OSError as error:
+        verdict = NotACertificate(f"cannot be read ({error.strerror or error})")
+    except ValueError as error:
+        verdict = NotACertificate(f"is not a certificate: {error}")
+    finally:
+        line.clear()
+    return report(verdict, path)
+
+
+def report(verdict: Verdict, path: object) -> int:
+    """Print a verdict about a file, and return the exit code."""
+    match verdict:
+        case Proved(statement) | Refuted(statement):
+            print(statement)
+            return PROVED if isinstance(verdict, Proved) else REFUTED
+        case Failed():
+            return _say(f"failed: {path}: {verdict.sentence}", FAILED)
+        case NotACertificate(reason):
+            return _say(f"error: {path}: {reason}", UNUSABLE)
+        case Undecided(reason):
+            return _say(f"undecided: {path}: {reason}", UNDECIDED)
+
+
+def _say(sentence: str, code: int) -> int:
+    print(sentence, file=sys.stderr)
+    return code
+
+
+def _positive(given: str) -> float | None:
+    """Return a number of seconds; None where it is none."""
+    try:
+        seconds = float(given)
+    except ValueError:
+        return None
+    return seconds if seconds > 0 and isfinite(seconds) else None
+
+
+def _content(path: Path) -> object:
+    """Return what a JSON file says. Raise OSError, or ValueError where it is no strict JSON or too long."""
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise ValueError("expected a file, got a device or a pipe, which may have no end")
+    with path.open("rb") as file:
+        data = file.read(BYTES + 1)
+    if len(data) > BYTES:
+        raise ValueError(f"it has more than {BYTES} bytes")
+    try:
+        content: object = json.loads(data.decode(), parse_constant=_refuse_constant, object_pairs_hook=_unique)
+    except UnicodeDecodeError as error:
+        raise ValueError("expected JSON, got bytes that are no text in UTF-8") from error
+    except json.JSONDecodeError as error:
+        found = error.doc[error.pos :].strip()
+        got = short(found) if found else "the end of the file"
+        raise ValueError(f"expected JSON, got {got} in line {error.lineno}, column {error.colno}") from error
+    except RecursionError as error:
+        raise ValueError("JSON nested too deeply") from error
+    return content
+
+
+def _refuse_constant(name: str) -> object:
+    raise ValueError(f"{name} is no JSON number")
+
+
+def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    found: dict[str, object] = {}
+    for key, value in pairs:
+        if key in found:
+            raise ValueError(f"key {short(key)} appears twice in one object")
+        found[key] = value
+    return found
+
+
+def run() -> None:
+    """Run the command line, and leave Python with its exit code."""
+    for stream in (sys.stdout, sys.stderr):  # a bare Python may not write UTF-8 by itself, nor every name of a file
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(encoding="utf-8", errors="backslashreplace")
+    try:
+        code = main(sys.argv[1:])
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    run()

@@ -1,0 +1,94 @@
+"""The answers about what was read: the steps of each proof, in order."""
+
+from collections.abc import Mapping
+
+from trackably.checker.certificate import Certificate
+from trackably.checker.counterexample import Counterexample
+from trackably.checker.formulas.affine import UnsolvableError
+from trackably.checker.robust_statement import robust_statement
+from trackably.checker.statement import refutation, statement, table_refutation, table_statement
+from trackably.checker.steps.boxes import NO_FIRST_PASS, FirstPass, check_boxes
+from trackably.checker.steps.cover import check_cover
+from trackably.checker.steps.instants import check_instants
+from trackably.checker.steps.pieces.check import check_pieces, check_signals
+from trackably.checker.steps.pieces.check import check_violation as refuted_by_pieces
+from trackably.checker.steps.quantities import Quantity, quantities
+from trackably.checker.steps.redundancy import check_input_set
+from trackably.checker.steps.robust import check_robust
+from trackably.checker.steps.rounding import check_rounding
+from trackably.checker.steps.shapes import check_names, check_shapes
+from trackably.checker.steps.sizes import check_sizes
+from trackably.checker.steps.tables import check_refuted_table, check_table
+from trackably.checker.steps.tail import check_tail
+from trackably.checker.steps.trajectories import check_trajectories
+from trackably.checker.steps.violation import check_violation
+from trackably.checker.subject import Subject
+from trackably.checker.table import RefutedTable, Table
+from trackably.checker.verdicts import Failed, Proved, Refuted
+
+
+def of_table(table: Table) -> Proved | Failed:
+    """Return what is shown of a table."""
+    reason = check_table(table)
+    return Failed(reason) if reason else Proved(f"{table_statement(table)} {NO_FIRST_PASS.trusted}")
+
+
+def of_refuted_table(refuted: RefutedTable) -> Refuted | Failed:
+    """Return what is shown of a table that breaks something."""
+    reason = check_refuted_table(refuted)
+    if reason:
+        return Failed(reason, "counterexample")
+    return Refuted(f"{table_refutation(refuted)} {NO_FIRST_PASS.trusted}")
+
+
+def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
+    """Return what is shown of a certificate; `first_pass` decides what float64 intervals can decide."""
+    subject = certificate.subject
+    if subject.pieces:
+        reason = _misfit(subject) or check_input_set(subject) or check_robust(subject, certificate.robust)
+        return _answer(certificate, reason or check_pieces(certificate), NO_FIRST_PASS)
+    reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
+    reason = reason or check_robust(subject, certificate.robust)
+    if reason:
+        return Failed(reason)
+    bounded = _bounded(subject, certificate.errors)
+    if isinstance(bounded, str):
+        return Failed(bounded)
+    for check_step in (check_sizes, check_rounding):
+        reason = reason or check_step(certificate, bounded)
+    for check_times in (check_boxes, check_instants, check_tail):
+        reason = reason or check_times(certificate, bounded, first_pass)
+    return _answer(certificate, reason, first_pass)
+
+
+def _answer(certificate: Certificate, reason: str | None, first_pass: FirstPass) -> Proved | Failed:
+    if reason:
+        return Failed(reason)
+    said = statement(certificate, first_pass) + robust_statement(certificate.subject, certificate.robust)
+    return Proved(f"{said} {first_pass.trusted}")
+
+
+def refuted(counterexample: Counterexample, first_pass: FirstPass) -> Refuted | Failed:
+    """Return what is shown of a counterexample."""
+    subject = counterexample.subject
+    reason: str | None = _misfit(subject)
+    if not reason and subject.pieces:
+        reason, first_pass = refuted_by_pieces(counterexample), NO_FIRST_PASS
+    elif not reason:
+        bounded = _bounded(subject, {bound.name: 0.0 for bound in subject.bounds})
+        reason = bounded if isinstance(bounded, str) else check_violation(counterexample, bounded)
+    if reason:
+        return Failed(reason, "counterexample")
+    return Refuted(f"{refutation(counterexample, first_pass)} {first_pass.trusted}")
+
+
+def _misfit(subject: Subject) -> str | None:
+    return (check_signals(subject) if subject.pieces else None) or check_shapes(subject) or check_trajectories(subject)
+
+
+def _bounded(subject: Subject, errors: Mapping[str, float]) -> list[Quantity] | str:
+    """Return the bounded quantities, or why f determines no inputs."""
+    try:
+        return quantities(subject, errors)
+    except UnsolvableError as error:
+        return f"system: {error}"

@@ -1,0 +1,90 @@
+"""What a certificate says, as typed values: everything after reading works on these."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from trackably.checker.robust import Robust
+from trackably.checker.subject import Subject
+
+FORMAT, VERSION = "trackably certificate", 3
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """Boxes of time [ends_k, ends_(k+1)] and the `radii` of the discs in Cauchy's estimate, one for each [s]."""
+
+    ends: tuple[float, ...]
+    radii: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Cover:
+    """Boxes of time for each bound, by its name, and how many `terms` a Taylor polynomial takes."""
+
+    boxes: Mapping[str, Boxes]
+    terms: int
+
+
+@dataclass(frozen=True)
+class AllTimes:
+    """Every real t ≥ 0: boxes up to `tail_start` [s], and the decay of the kernels from there on."""
+
+    tail_start: float
+    cover: Cover
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Where the boxes must begin and end [s]."""
+        return 0.0, self.tail_start
+
+
+@dataclass(frozen=True)
+class AllPhases:
+    """Every real t: boxes over one `period` [s] of all kernels."""
+
+    period: float
+    cover: Cover
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Where the boxes must begin and end [s]."""
+        return 0.0, self.period
+
+
+@dataclass(frozen=True)
+class Window:
+    """Every real t from `start` to `end` [s]."""
+
+    start: float
+    end: float
+    cover: Cover
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Where the boxes must begin and end [s]."""
+        return self.start, self.end
+
+
+@dataclass(frozen=True)
+class Instants:
+    """Every t = k T: one by one up to `last_step`, and the decay of the kernels from there on."""
+
+    last_step: int
+
+
+Claim = AllTimes | AllPhases | Window | Instants
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A claim about a reference, with what it takes to verify it.
+
+    `errors` are those of float64 evaluation up to the time `until` [s], by the name of the bound. `robust`
+    says what the bounds leave room for, where the system is disturbed.
+    """
+
+    subject: Subject
+    claim: Claim
+    until: float
+    errors: Mapping[str, float]
+    robust: Robust | None

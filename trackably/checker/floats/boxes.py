@@ -1,0 +1,179 @@
+"""Step 2 of the proof in float64: find the boxes in which quantities certainly stay inside their bounds."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from itertools import groupby
+from math import isfinite
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+
+from trackably.checker.arithmetic.domains import UndefinedError
+from trackably.checker.arithmetic.intervals import Real, between, exactly, ratio
+from trackably.checker.arithmetic.models import Model
+from trackably.checker.floats.intervals import Floats, Mask, joined
+from trackably.checker.floats.polynomials import are_positive
+from trackably.checker.floats.signals import Boxes, ManyCentres, Models
+from trackably.checker.formulas.formula import parts
+from trackably.checker.steps.enclosures import Box, Enclosures
+from trackably.checker.steps.flat import FlatNeeds, FlatValues
+from trackably.checker.steps.quantities import LinearCombination, Quantity
+from trackably.checker.subject import Subject
+from trackably.checker.watch import tick
+
+Shifted = tuple[int, int]
+"""The signal s at the shifted time t + j T."""
+
+_NO_BOX = Box(0.0, 0.0, 0.0)
+_AT_ONCE, _COEFFICIENTS = 256, 2_000_000
+"""Boxes, and Taylor coefficients in them: memory is enough, whatever a file says."""
+
+_WIDER = 1.1
+"""By how much a box may become wider where shifts share a model: 16 terms then miss up to 5 times as much."""
+
+
+def boxes_left(
+    needs: FlatNeeds, subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
+) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
+    """Yield each box with the quantities that are not proved here, and with models of the signals that they need.
+
+    Models are of formulas only: mpmath may do without new ones.
+    """
+    unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
+    needed = _needed([q for h in held.values() for q in h])
+    signals = {(s, j): replace(unshifted[s], shift=_shift(subject, j)) for s, j in needed}
+    every = {q.name: q for h in held.values() for q in h}.values()
+    formulas = {formula for q in every for formula in (q.formula, *(need.formula for need in q.needs))}
+    count = len(needed) + sum(len(parts(formula)) for formula in formulas)
+    boxes, at_once = list(held), max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * max(1, count))))
+    for begin in range(0, len(boxes), at_once):
+        some = boxes[begin : begin + at_once]
+        with np.errstate(all="ignore"):  # what is not finite is not proved
+            found = _enclosed(signals, terms, some, [_needed(held[box]) for box in some])
+            quantities = {q.name: q for box in some for q in held[box]}
+            proved: dict[str, Mask] = {}
+            for name, q in quantities.items():
+                where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
+                models = {shifted: found[shifted].at(where) for shifted in _needed([q])}
+                proved[name] = np.zeros(len(some), dtype=bool)
+                if models:  # else it is a number
+                    proved[name][where] = _stays_inside(needs, subject, q, models)
+        for b, box in enumerate(some):
+            rest = [q for q in held[box] if not proved[q.name][b]]
+            known = {shifted: _model(found[shifted], b) for shifted in _needed(list(filter(_is_formula, rest)))}
+            yield box, rest, {shifted: model for shifted, model in known.items() if model}
+
+
+def _needed(quantities: Sequence[Quantity]) -> set[Shifted]:
+    return {shifted for q in quantities for argument in q.arguments.values() for shifted in _shifted(argument)}
+
+
+def _shifted(argument: LinearCombination) -> list[Shifted]:
+    return [(s, j) for s, weights in enumerate(argument.weights) for j, w in enumerate(weights) if w]
+
+
+def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
+    """Return the shifted signals of a linear combination, with their weights."""
+    for s, j in _shifted(argument):
+        tick()
+        yield (s, j), ratio(argument.weights[s][j])
+
+
+def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
+    """Return a shifted signal, without its mean."""
+    s, j = shifted
+    return ManyCentres.of(subject.signals[s], _shift(subject, j))
+
+
+def _shift(subject: Subject, j: int) -> Fraction:
+    return j * Fraction(subject.system.sampling_time)
+
+
+def _enclosed(
+    signals: Mapping[Shifted, ManyCentres], terms: int, boxes: Sequence[Box], needed: Sequence[set[Shifted]]
+) -> dict[Shifted, Models]:
+    """Return the models of the shifted signals in the boxes that need them; NaN in the others.
+
+    Where a box is hardly wider with all its shifts, one model of the signal over all these times serves each of them.
+    """
+    every, found = Boxes(*np.array(boxes).T), dict[Shifted, Models]()
+    for _, group in groupby(sorted(set[Shifted]().union(*needed)), itemgetter(0)):
+        shifts = list(group)
+        one, last = signals[shifts[0]], signals[shifts[-1]]
+        wide = every.over(one.exact_shift, last.exact_shift)
+        uses = np.array([[shifted in each for each in needed] for shifted in shifts])
+        can_share = len(shifts) > 1 and not one.kernel.has_kink
+        is_shared = np.any(uses, axis=0) & (wide.halves <= _WIDER * every.halves) & can_share
+        shared = np.flatnonzero(is_shared)
+        parts_of: list[list[Models]] = [[] for _ in shifts]
+        if len(shared):
+            models = replace(one, shift=Fraction(0)).enclose(wide.at(shared), terms)
+            moved = [signals[shifted].exact_shift for shifted in shifts]
+            parts_of = [[each] for each in models.inside(wide.at(shared), every.at(shared), moved)]
+        for shifted, is_used, found_in in zip(shifts, uses, parts_of, strict=True):
+            alone = np.flatnonzero(is_used & ~is_shared)
+            if len(alone):
+                found_in.append(signals[shifted].enclose(every.at(alone), terms))
+            found[shifted] = Models.joined(found_in).spread(np.concatenate([shared, alone]), len(boxes))
+    return found
+
+
+def _stays_inside(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models]) -> Mask:
+    """Return in which boxes a quantity certainly has values, all of them inside its bounds."""
+    n, count = next(iter(models.values())).coefficients.low.shape
+    where, proved = np.arange(count), np.zeros(count, dtype=bool)
+    while len(where):
+        known = {shifted: of.at(where) for shifted, of in models.items()}
+        try:
+            found = _combined(q, known) if not _is_formula(q) else _evaluated(needs, subject, q, known, n)
+        except UndefinedError as undefined:
+            where = where[np.broadcast_to(undefined.where, where.shape)]
+            continue
+        first = found.coefficients.at(0)
+        above, below = first - q.lower - found.missed.b, q.upper - first - found.missed.b
+        sides = _begun(above, found.coefficients), _begun(below, -found.coefficients)
+        proved[where] = np.all(are_positive(joined(sides)).reshape(2, -1), axis=0)
+        break
+    return proved
+
+
+def _combined(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
+    """Return models of a linear combination of signals."""
+    assert q.combination is not None, "it is no formula"
+    first, *others = (models[shifted].times(weight) for shifted, weight in terms_of(q.combination))
+    found = sum(others, first)
+    return Models(_begun(found.coefficients.at(0) + q.combination.offset, found.coefficients), found.missed)
+
+
+def _evaluated(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
+    """Return models of a formula with n terms. Raise UndefinedError where it may have no value."""
+    many: Any = models  # stand for numbers
+    known = {key: Model([of.coefficients.at(k) for k in range(n)], of.missed) for key, of in many.items()}
+    arguments = Enclosures(subject, n, _NO_BOX, known).arguments(q)
+    model = FlatValues(needs, n).enclose(q, arguments)
+    none = np.zeros((1, len(next(iter(models.values())).missed.low)))
+    rows = [Floats.of(c) for c in model.coefficients]
+    ends = (np.concatenate([end + none for end in of]) for of in ([c.low for c in rows], [c.high for c in rows]))
+    return Models(Floats(*ends), Floats.of(model.missed))
+
+
+def _is_formula(q: Quantity) -> bool:
+    """Return whether a quantity is a formula, or needs some."""
+    return q.combination is None or bool(q.needs)
+
+
+def _begun(first: Floats, polynomials: Floats) -> Floats:
+    """Return polynomials with another first coefficient."""
+    ends = ((first.low, polynomials.low), (first.high, polynomials.high))
+    return Floats(*(np.vstack([begin, rest[1:]]) for begin, rest in ends))
+
+
+def _model(models: Models, b: int) -> Model | None:
+    """Return the model of one box in the arithmetic of mpmath; None where nothing is known."""
+    of, missed = models.coefficients, float(models.missed.high[b])
+    lows, highs = of.low[:, b].tolist(), of.high[:, b].tolist()
+    if not all(map(isfinite, (*lows, *highs, missed))):
+        return None
+    return Model([between(low, high) for low, high in zip(lows, highs, strict=True)], exactly(missed))

@@ -1,0 +1,263 @@
+"""Arrays of float64 intervals: every result contains the real numbers it stands for, whatever is rounded.
+
+Assumed: IEEE arithmetic rounding to nearest, with subnormal numbers, sums in any order, and NumPy's exp, log, sqrt,
+cos, arctan and arctan2 within 4 units in the last place. Each end of a result is computed in float64 and moved outwards
+by more than it can be off: the error of one operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a
+function 2⁻⁵⁰ of it, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is False: minima, maxima
+and all operations hand it on.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from trackably.checker.arithmetic.intervals import ONE, ZERO, Many, Real, exactly, pi
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_MOST_SUMMED = 16
+_OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1000
+"""The last one is far more than products and functions lose by underflow; sums lose nothing."""
+
+_LEAST = np.full((), _TINY)
+"""How far from a number it may be said to be: no error of it that underflows is multiplied by a large factor."""
+
+
+@dataclass(frozen=True, eq=False)
+class Floats(Many):
+    """Real numbers from `low` to `high`; arrays that broadcast. Other operands: numbers, and intervals of mpmath."""
+
+    low: Array
+    high: Array
+
+    @classmethod
+    def exact(cls, values: Array | float) -> Self:
+        """Return intervals of one number each."""
+        numbers = np.asarray(values, dtype=np.float64)
+        return cls(numbers, numbers)
+
+    @classmethod
+    def of(cls, number: Any) -> "Floats":
+        """Return intervals themselves, or one that contains a number or an interval of mpmath."""
+        if isinstance(number, Floats):
+            return number
+        if isinstance(number, float):
+            return cls.exact(number)
+        if isinstance(number, int) and abs(number) <= 2**53:
+            return cls.exact(float(number))
+        number = exactly(number)
+        return _of_interval(number)
+
+    @property
+    def a(self) -> "Floats":
+        return Floats(self.low, self.low)
+
+    @property
+    def b(self) -> "Floats":
+        return Floats(self.high, self.high)
+
+    @property
+    def mid(self) -> "Floats":
+        return Floats.exact(self._around[0])
+
+    def at(self, index: Any) -> "Floats":
+        """Return the intervals at an index of arrays."""
+        return Floats(self.low[index], self.high[index])
+
+    @cached_property
+    def _around(self) -> tuple[Array, Array, Array, Array, Array]:
+        """Return a number m, |m|, how far r these may be from m, how large they may be, and r + 2⁻⁴⁸ of that."""
+        middle = self.low if self.low is self.high else self.low / 2 + self.high / 2
+        radius = _LEAST
+        if self.low is not self.high:
+            radius = np.maximum(self.high - middle, middle - self.low) * (1 + _OPERATION) + _TINY
+        largest = ((size := np.abs(middle)) + radius) * (1 + _OPERATION)
+        return middle, size, radius, largest, (radius + 2.0**-48 * largest) * (1 + _OPERATION)
+
+    @classmethod
+    def dot(cls, xs: Any, ys: Any) -> Any:
+        """Return Σ x_j y_j, by fewer operations than products take.
+
+        If |x_j − m_j| ≤ r_j and |y_j − n_j| ≤ s_j, it is within Σ (|m_j| s_j + r_j (|n_j| + s_j)) of Σ m_j n_j. Of 16
+        terms at most, rounding of this sum and of each end adds less than 2⁻⁴⁸ Σ |m_j| |n_j|. What is computed of all
+        these bounds is off by 2⁻⁴⁶ of them at most, and underflow adds less than `_TINY`.
+        """
+        pairs = [(cls.of(x), cls.of(y)) for x, y in zip(xs, ys, strict=True) if x is not ZERO and y is not ZERO]
+        found: Any = ZERO
+        for begin in range(0, len(pairs), _MOST_SUMMED):
+            (x, y), *others = pairs[begin : begin + _MOST_SUMMED]
+            (m, size, r, *_), (n, _, _, largest, apart) = x._around, y._around
+            value, off = m * n, size * apart + r * largest
+            for x, y in others:
+                (m, size, r, *_), (n, _, _, largest, apart) = x._around, y._around
+                value = value + m * n
+                off = off + size * apart + r * largest
+            found = _within(value, off) + found
+        return found
+
+    def __matmul__(self, columns: "Floats") -> Any:
+        """Return a matrix of intervals times each column, as `dot` does."""
+        found: Any = ZERO
+        for begin in range(0, len(columns.low), _MOST_SUMMED):
+            some = slice(begin, begin + _MOST_SUMMED)
+            m, size, r, _, _ = self.at((slice(None), some))._around
+            n, _, _, largest, apart = columns.at(some)._around
+            found = _within(m @ n, size @ apart + r @ largest) + found
+        return found
+
+    def larger(self, other: Any) -> "Floats":
+        y = self.of(other)
+        return Floats(np.maximum(self.low, y.low), np.maximum(self.high, y.high))
+
+    def choose(self, condition: Any, one: Any, other: Any) -> "Floats":
+        x, y = self.of(one), self.of(other)
+        return Floats(np.where(condition, x.low, y.low), np.where(condition, x.high, y.high))
+
+    def __add__(self, other: Any) -> "Floats":
+        if other is ZERO:
+            return self
+        y = self.of(other)
+        return _outwards(self.low + y.low, self.high + y.high, tiny=0.0)  # sums do not underflow
+
+    def __neg__(self) -> "Floats":
+        return Floats(-self.high, -self.low)
+
+    def __sub__(self, other: Any) -> "Floats":
+        y = self.of(other)
+        return _outwards(self.low - y.high, self.high - y.low, tiny=0.0)
+
+    def __rsub__(self, other: Any) -> "Floats":
+        return self.of(other) - self
+
+    def __mul__(self, other: Any) -> "Floats":
+        if other is ONE:
+            return self
+        y = self.of(other)
+        if y.low is y.high:  # numbers
+            return _hull(self.low * y.low, self.high * y.low)
+        if self.low is self.high:
+            return _hull(self.low * y.low, self.low * y.high)
+        return _hull(self.low * y.low, self.low * y.high, self.high * y.low, self.high * y.high)
+
+    def __truediv__(self, other: Any) -> "Floats":
+        if isinstance(other, int) and 0 < other <= 2**53:
+            return _outwards(self.low / other, self.high / other)
+        y = self.of(other)
+        known = (y.low > 0) | (y.high < 0)
+        low = np.where(known, y.low, np.nan)
+        if y.low is y.high:
+            return _hull(self.low / low, self.high / low)
+        high = np.where(known, y.high, np.nan)
+        return _hull(self.low / low, self.low / high, self.high / low, self.high / high)
+
+    def __rtruediv__(self, other: Any) -> "Floats":
+        return self.of(other) / self
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def __pow__(self, exponent: int) -> "Floats":
+        """Return x^exponent for a whole number ≥ 1; of |x| where the exponent is even."""
+        base = self if exponent % 2 else abs(self)
+        found: Floats = base
+        for _ in range(exponent - 1):
+            found = found * base
+        return found
+
+    def __abs__(self) -> "Floats":
+        nearest = np.maximum(np.maximum(self.low, -self.high), 0.0)
+        return Floats(nearest, np.maximum(-self.low, self.high))
+
+    def __lt__(self, other: Any) -> Any:
+        return self.high < self.of(other).low
+
+    def __le__(self, other: Any) -> Any:
+        return self.high <= self.of(other).low
+
+    def __gt__(self, other: Any) -> Any:
+        return self.low > self.of(other).high
+
+    def __ge__(self, other: Any) -> Any:
+        return self.low >= self.of(other).high
+
+    def exp(self) -> "Floats":
+        found = _outwards(np.exp(self.low), np.exp(self.high), _FUNCTION)
+        return Floats(np.maximum(found.low, 0.0), found.high)
+
+    def log(self) -> "Floats":
+        """Return the logarithm; NaN where a number may be negative."""
+        return _outwards(np.log(self.low), np.log(self.high), _FUNCTION)
+
+    def cos(self) -> "Floats":
+        """Return the cosine: it falls on [0, π], where the distance to the next multiple of 2π is."""
+        turn, middle = 2 * np.pi, (self.low + self.high) / 2
+        angle = np.abs(middle - turn * np.rint(middle / turn))
+        # 2π is off by 2.45e-16 at most, once in each turn, and every operation above by 2⁻⁵² of |middle| at most.
+        off = ((self.high - self.low) / 2 + 2.0**-49 * (np.abs(middle) + 1)) * (1 + _OPERATION)
+        low, high = np.cos(np.minimum(angle + off, np.pi)), np.cos(np.maximum(angle - off, 0.0))
+        return _outwards(low, high, 2.0**-46, 2.0**-50)
+
+    def sqrt(self) -> "Floats":
+        """Return the square root; NaN where a number may be negative."""
+        return _outwards(np.sqrt(self.low), np.sqrt(self.high), _FUNCTION)
+
+    def atan(self) -> "Floats":
+        return _outwards(np.arctan(self.low), np.arctan(self.high), _FUNCTION)
+
+    @classmethod
+    def direction(cls, y: Any, x: Any) -> "Floats":
+        angle = np.arctan2(cls.of(y).low, cls.of(x).low)
+        return _outwards(angle, angle, _FUNCTION)
+
+    def sin(self) -> "Floats":
+        return (self - pi() / 2).cos()
+
+
+def _outwards(low: Array, high: Array, part: float = _OPERATION, tiny: float = _TINY) -> Floats:
+    """Move the ends of intervals outwards, by a `part` of their sizes."""
+    down, up = np.abs(low) * part, np.abs(high) * part
+    return Floats(low - (down + tiny), high + (up + tiny)) if tiny else Floats(low - down, high + up)
+
+
+def _within(value: Array, off: Array) -> Floats:
+    """Return what is `off` from a sum of products at most, with what rounding adds (`Floats.dot`); NaN for overflow."""
+    off = off * (1 + 2.0**-45) + (_TINY + 0 * value)
+    return Floats(value - off, value + off)
+
+
+def _hull(first: Array, *others: Array) -> Floats:
+    low = high = first
+    for end in others:
+        low, high = np.minimum(low, end), np.maximum(high, end)
+    return _outwards(low, high)
+
+
+@lru_cache(maxsize=4096)
+def _of_interval(number: Any) -> Floats:
+    """Return the smallest interval with float64 ends that contains one of mpmath: the same few come again and again."""
+    low, high = _float(number.a, -np.inf), _float(number.b, np.inf)
+    return Floats.exact(low) if low == high else Floats(np.asarray(low), np.asarray(high))
+
+
+def _float(number: Real, towards: float) -> float:
+    """Return a point of mpmath as a float64, rounded towards −∞ or ∞."""
+    nearest = float(number)
+    return nearest if exactly(nearest) == number else float(np.nextafter(nearest, towards))
+
+
+def joined(parts: Sequence[Floats], axis: int = -1) -> Floats:
+    """Return arrays of intervals as one, along an axis."""
+    return Floats(*(np.concatenate(ends, axis=axis) for ends in ([p.low for p in parts], [p.high for p in parts])))
+
+
+def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
+    """Return the sums of runs of `most` numbers at most, which begin at `firsts`, along the last axis."""
+    size = np.add.reduceat(np.maximum(np.abs(of.low), np.abs(of.high)), firsts, axis=-1)
+    off = size * ((most + 8) * _OPERATION)
+    low, high = (np.add.reduceat(end, firsts, axis=-1) for end in (of.low, of.high))
+    return Floats(low - off, high + off) + Floats.exact(0.0)

@@ -1,0 +1,70 @@
+"""Polynomials that are nowhere negative on [−1, 1], many at once, by their Bernstein coefficients in float64."""
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import cache
+from math import comb
+
+import numpy as np
+
+from trackably.checker.floats.intervals import Floats, Mask, joined
+from trackably.checker.watch import tick
+
+_MOST_HALVINGS, _MOST_PIECES = 12, 10_000
+
+
+def are_positive(polynomials: Floats) -> Mask:
+    """Return where Σ_k a_k x^k ≥ 0 on [−1, 1] for certain; coefficients have the shape (n, B)."""
+    count = polynomials.low.shape[1]
+    pieces, of = _bernstein(polynomials), np.arange(count)
+    unknown = np.zeros(count, dtype=bool)
+    for _ in range(_MOST_HALVINGS):
+        tick()
+        is_open = ~np.all(pieces.low >= 0, axis=0)
+        # The outer coefficients are values: where they may be negative, halves do not help.
+        lost = is_open & ~((pieces.low[0] >= 0) & (pieces.low[-1] >= 0))
+        unknown[of[lost]] = True
+        is_open &= ~unknown[of]
+        if not np.any(is_open):
+            return ~unknown
+        tick()
+        of, pieces = np.tile(of[is_open], 2), _halves(pieces.at((slice(None), is_open)))
+        if len(of) > _MOST_PIECES:
+            break
+    unknown[of] = True
+    return ~unknown
+
+
+def _bernstein(polynomials: Floats) -> Floats:
+    """Return the Bernstein coefficients in y = (x + 1)/2."""
+    found: Floats = _matrix(_of_powers, len(polynomials.low)) @ polynomials
+    return found
+
+
+def _halves(b: Floats) -> Floats:
+    """Return the coefficients of both halves of each polynomial (de Casteljau): of the left one, Σ_j C(i, j) b_j/2ⁱ."""
+    matrix, turned = _matrix(_of_left_half, len(b.low)), slice(None, None, -1)
+    return joined([matrix @ b, (matrix @ b.at(turned)).at(turned)])
+
+
+@cache
+def _matrix(entry: Callable[[int, int, int], Fraction], n: int) -> Floats:
+    nearest = np.array([[float(entry(n, i, k)) for k in range(n)] for i in range(n)])
+    off = np.abs(nearest) * 2.0**-52
+    return Floats(nearest - off, nearest + off)
+
+
+def _of_powers(n: int, i: int, k: int) -> Fraction:
+    """Return the Bernstein coefficient i of x^k = (2 y − 1)^k in degree n − 1.
+
+    x^k = Σ_j C(k, j) 2ʲ (−1)^(k − j) yʲ, and yʲ has the coefficients C(i, j)/C(n − 1, j).
+    """
+    tick()
+    return sum(
+        (Fraction(comb(i, j) * comb(k, j) * 2**j * (-1) ** (k - j), comb(n - 1, j)) for j in range(min(i, k) + 1)),
+        Fraction(0),
+    )
+
+
+def _of_left_half(_: int, i: int, k: int) -> Fraction:
+    return Fraction(comb(i, k), 2**i)

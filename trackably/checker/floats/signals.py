@@ -1,0 +1,255 @@
+"""Step 2 of the proof in float64: Taylor models of a shifted signal in many boxes of time at once.
+
+The mathematics is that of `kernels.base`, by the same formulas. Centres are near a box or far from it. For the far ones
+|Σ_i c_i κ(t + s − t_i)| ≤ Σ_i |c_i| sup_{|r| ≥ d} |κ(r)| at all times of the box, where d is less than their distances.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from trackably.checker.arithmetic.intervals import SIGN, ZERO, Real, exactly
+from trackably.checker.floats.intervals import Array, Floats, Mask, joined, sums
+from trackably.checker.floats.one_sided import CentresBefore
+from trackably.checker.kernels.base import geometric_rest
+from trackably.checker.kernels.matern import Matern
+from trackably.checker.reach import reach
+from trackably.checker.subject import Signal
+from trackably.checker.watch import tick
+
+Indices = npt.NDArray[np.intp]
+
+_PAIRS = 4096
+"""Pairs of a box and a centre that are enclosed at once: they stay in the cache."""
+
+_NEGLIGIBLE = 2.0**-60
+"""What far centres may add, as a part of κ(0); the reserve for rounding is larger."""
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes:
+    """The times of [starts, ends] [s] and `radii` [s] of discs in Cauchy's estimate: shape (B,)."""
+
+    starts: Array
+    ends: Array
+    radii: Array
+
+    def at(self, index: slice | Mask | Indices) -> "Boxes":
+        """Return some of the boxes."""
+        return Boxes(self.starts[index], self.ends[index], self.radii[index])
+
+    @cached_property
+    def middles(self) -> Floats:
+        """Their middles [s]."""
+        return (Floats.exact(self.starts) + Floats.exact(self.ends)) / 2
+
+    @cached_property
+    def halves(self) -> Floats:
+        """Half of their widths [s]."""
+        return (Floats.exact(self.ends) - Floats.exact(self.starts)) / 2
+
+    def over(self, first: Floats, last: Floats) -> "Boxes":
+        """Return boxes that hold all times of these, moved by any shift from the first to the last [s]."""
+        starts, ends = Floats.exact(self.starts) + first, Floats.exact(self.ends) + last
+        return Boxes(starts.low, ends.high, self.radii)
+
+
+@dataclass(frozen=True, eq=False)
+class Models:
+    """Polynomials in x ∈ [−1, 1] with `coefficients` of shape (n, B), and a bound of what they miss, of shape (B,)."""
+
+    coefficients: Floats
+    missed: Floats
+
+    def __add__(self, other: "Models") -> "Models":
+        return Models(self.coefficients + other.coefficients, self.missed + other.missed)
+
+    def times(self, factor: Real) -> "Models":
+        """Return the models times a number."""
+        return Models(self.coefficients * factor, self.missed * abs(factor))
+
+    def inside(self, wide: Boxes, boxes: Boxes, shifts: Sequence[Floats]) -> list["Models"]:
+        """Return models in boxes that are inside the wide ones when moved by each of the shifts [s].
+
+        There, x' of the wide box is a + b x of the box, with |x'| ≤ 1.
+        """
+        a = joined([(boxes.middles + shift - wide.middles) / wide.halves for shift in shifts])
+        every = np.tile(np.arange(len(wide.starts)), len(shifts))
+        b, c = (boxes.halves / wide.halves).at(every), self.coefficients.at((slice(None), every))
+        found, none = c.at(slice(-1, None)), Floats.exact(np.zeros((1, len(every))))
+        for k in reversed(range(len(c.low) - 1)):  # Horner's rule
+            found = joined([c.at(slice(k, k + 1)), b * found], axis=0) + joined([a * found, none], axis=0)
+        parts = np.split(np.arange(len(every)), len(shifts))
+        return [Models(found.at((slice(None), part)), self.missed) for part in parts]
+
+    @classmethod
+    def joined(cls, parts: Sequence["Models"]) -> "Models":
+        """Return models of some boxes, and of others, as one."""
+        return cls(joined([p.coefficients for p in parts]), joined([p.missed for p in parts]))
+
+    def at(self, where: Indices) -> "Models":
+        """Return those in some of the boxes."""
+        return Models(self.coefficients.at((slice(None), where)), self.missed.at(where))
+
+    def spread(self, where: Indices, count: int) -> "Models":
+        """Return models in `count` boxes, of which these are some; NaN in the others."""
+        return Models(_spread(self.coefficients, where, count), _spread(self.missed, where, count))
+
+
+@dataclass(frozen=True, eq=False)
+class ManyCentres:
+    """Σ_i c_i κ(t + j T − t_i) with the centres in order; `shift` j T [s] is a rational number."""
+
+    kernel: Any  # a `Kernel`; its formulas are for intervals of mpmath, and for arrays of intervals
+    shift: Fraction
+    centres: Array
+    weights: Array
+
+    @classmethod
+    def of(cls, signal: Signal, shift: Fraction) -> "ManyCentres":
+        """Return a shifted signal, without its mean."""
+        centres, weights = np.array(signal.centres), np.array(signal.weights)
+        order = np.argsort(centres, kind="stable")
+        return cls(signal.kernel, shift, centres[order], weights[order])
+
+    @cached_property
+    def exact_shift(self) -> Floats:
+        """An interval that contains the shift."""
+        return Floats.of(exactly(self.shift.numerator) / exactly(self.shift.denominator))
+
+    @cached_property
+    def reach(self) -> tuple[float, Floats]:
+        """Return a distance d [s] and a bound of Σ_i |c_i| |κ| over all distances from d on; infinite and 0 if none."""
+        distance, decay = reach(self.kernel, float(self.centres[-1] - self.centres[0]), _NEGLIGIBLE)
+        weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp), len(self.weights))
+        return distance, weight * decay.size
+
+    def at(self, time: float) -> Floats:
+        """Return the value at a time [s], as an array of one."""
+        r = Floats.exact(time) + self.exact_shift - Floats.exact(self.centres)
+        none = Floats.exact(np.zeros(len(self.centres)))
+        values = self.kernel.taylor(abs(r), none, 1)[0] + self.kernel.jump(r, none) * SIGN
+        return sums(values * Floats.exact(self.weights), np.zeros(1, dtype=np.intp), len(self.centres))
+
+    def enclose(self, boxes: Boxes, n: int) -> Models:
+        """Return Taylor models with n terms in the boxes."""
+        oddness = Floats.exact(np.zeros(len(boxes.starts)))
+        if self.kernel.has_kink:
+            oddness = self.kernel.oddness(1.01 * boxes.halves, Floats.exact(boxes.radii), n)
+        first, stop = self._inside(boxes) if isinstance(self.kernel, Matern) else self._near(boxes)
+        parts = [
+            self._in_blocks(boxes.at(some), first[some], stop[some], oddness.at(some), n)
+            for some in _blocks(stop - first)
+        ]
+        found = Models(*(joined([part[i] for part in parts]) for i in range(2)))
+        if not isinstance(self.kernel, Matern):
+            return Models(found.coefficients, found.missed + self.reach[1])
+        return found + self._outside(boxes, first, stop, n)
+
+    def _in_blocks(self, boxes: Boxes, first: Indices, stop: Indices, oddness: Floats, n: int) -> tuple[Floats, Floats]:
+        """Return what `_block` does. A single box may have more near centres than fit: they are added part by part."""
+        if len(first) > 1:
+            return self._block(boxes, (first, stop - first), oddness, n)
+        parts = (
+            self._block(boxes, (np.array([begin]), np.minimum(stop - begin, _PAIRS)), oddness, n)
+            for begin in range(int(first[0]), int(stop[0]), _PAIRS)
+        )
+        coefficients, missed = next(parts)
+        for more, missed_too in parts:
+            coefficients, missed = coefficients + more, missed + missed_too
+        return coefficients, missed
+
+    def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
+        """Return the first near centre of each box, and the first one after the near ones; at least one is near."""
+        reach, shift = self.reach[0], float(self.exact_shift.low)
+        sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + abs(shift)
+        # Larger by more than the rounding of a few numbers of these sizes: what is left out is farther than the reach.
+        reaches = reach * (1 + 2.0**-20) + 2.0**-48 * sizes
+        first = np.searchsorted(self.centres, boxes.starts + shift - reaches)
+        first = np.minimum(first, len(self.centres) - 1)
+        return first, np.maximum(np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right"), first + 1)
+
+    def _inside(self, boxes: Boxes) -> tuple[Indices, Indices]:
+        """Return the first centre that may be inside each box, and the first one certainly after it; at least one may.
+
+        Those before the first one are before the box for certain.
+        """
+        start, end = (Floats.exact(times) + self.exact_shift for times in (boxes.starts, boxes.ends))
+        first = np.searchsorted(self.centres, start.low, side="right")
+        first = np.minimum(first, len(self.centres) - 1)
+        return first, np.maximum(np.searchsorted(self.centres, end.high), first + 1)
+
+    def _outside(self, boxes: Boxes, first: Indices, stop: Indices, n: int) -> Models:
+        """Return models of all centres before and after the boxes, of a Matérn kernel."""
+        middles, radii, after = boxes.middles + self.exact_shift, Floats.exact(boxes.radii), len(self.centres) - stop
+        left = CentresBefore(self.kernel, self.centres, self.weights, first, middles, boxes.halves)
+        # with time reversed, those after a box are before it
+        right = CentresBefore(self.kernel, -self.centres[::-1], self.weights[::-1], after, -middles, -boxes.halves)
+        return Models(*left.enclose(radii, n)) + Models(*right.enclose(radii, n))
+
+    def _block(self, boxes: Boxes, near: tuple[Indices, Indices], oddness: Floats, n: int) -> tuple[Floats, Floats]:
+        """Return coefficients and what is missed, for pairs of boxes and their near centres."""
+        tick()
+        first, counts = near
+        firsts, of_box = np.concatenate([[0], np.cumsum(counts)[:-1]]), np.repeat(np.arange(len(counts)), counts)
+        which = np.arange(len(of_box)) + np.repeat(first - firsts, counts)
+        centres, weights, most = self.centres[which], Floats.exact(self.weights[which]), int(counts.max())
+        r = boxes.middles.at(of_box) + self.exact_shift - Floats.exact(centres)
+        h, radius = boxes.halves.at(of_box), Floats.exact(boxes.radii[of_box])
+        extra = Floats.exact(np.zeros(len(boxes.starts)))
+        if self.kernel.has_kink:
+            before, after = self._sides(boxes, of_box, centres)
+            is_mirrored = before | ~after & (r.low < 0)
+            r, h = r.choose(is_mirrored, -r, r), h.choose(is_mirrored, -h, h)
+            extra = self._beyond_kinks(boxes, r, abs(weights), ~(before | after), firsts, most, oddness)
+        ratio: Any = abs(h) / radius
+        size = self.kernel.largest_on_disc(r, radius) * geometric_rest(ratio, n)
+        missed = sums(abs(weights) * (size + self.kernel.jump(r, abs(h))), firsts, most)
+        terms = [sums(weights * c, firsts, most) for c in self.kernel.taylor(r, h, n)]
+        return Floats(np.stack([c.low for c in terms]), np.stack([c.high for c in terms])), missed + extra
+
+    def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
+        """Return where all times of a box are before the centre, or all after it, exactly."""
+        starts, ends, moved = boxes.starts[of_box], boxes.ends[of_box], Floats.exact(centres) - self.exact_shift
+        if not self.shift:
+            moved = Floats.exact(centres)
+        before, after = ends <= moved.low, starts >= moved.high
+        unclear = ~(before | (ends > moved.high)) | ~(after | (starts < moved.low))
+        for i in np.flatnonzero(unclear).tolist():
+            exact = Fraction(float(centres[i])) - self.shift
+            before[i], after[i] = ends[i] <= exact, starts[i] >= exact
+        return before, after
+
+    def _beyond_kinks(
+        self, boxes: Boxes, r: Floats, sizes: Floats, across: Mask, firsts: Indices, most: int, oddness: Floats
+    ) -> Floats:
+        """Bound what it costs to continue the branch of the middle beyond a kink at 0, in boxes that are `across`."""
+        half, which = boxes.halves, np.repeat(np.arange(len(firsts)), np.diff(firsts, append=len(across)))
+        # As in `Kernel.model`: 1.01 h must reach to the end of the box, and the branch is that of the kink.
+        reached = np.asarray(-0.01 * half.at(which) <= r)
+        same_branch = np.asarray(self.kernel.jump(ZERO, abs(r)) <= 0)
+        known = sizes.choose(reached & same_branch, sizes, np.nan)
+        crossed = sums(sizes.choose(across, known, 0.0), firsts, most)
+        return crossed.choose(np.logical_or.reduceat(across, firsts), crossed * oddness, 0.0)
+
+
+def _blocks(counts: Indices) -> Iterator[slice]:
+    """Yield slices of boxes, in order, with so few pairs of a box and a centre that they are enclosed at once."""
+    begin, pairs = 0, 0
+    for b, count in enumerate(counts.tolist()):
+        if pairs and pairs + count > _PAIRS:
+            yield slice(begin, b)
+            begin, pairs = b, 0
+        pairs += count
+    yield slice(begin, len(counts))
+
+
+def _spread(of: Floats, where: Indices, count: int) -> Floats:
+    ends = np.full((2, *of.low.shape[:-1], count), np.nan)
+    ends[0][..., where], ends[1][..., where] = of.low, of.high
+    return Floats(ends[0], ends[1])

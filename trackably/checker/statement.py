@@ -1,0 +1,159 @@
+"""What is shown, in words and numbers. Names are in quotes; no name contains a quote, a space or a comparison."""
+
+from fractions import Fraction
+
+from trackably.checker.arithmetic.intervals import ZERO
+from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Instants, Window
+from trackably.checker.counterexample import Counterexample, Interval
+from trackably.checker.formulas.formula import text
+from trackably.checker.steps.boxes import FirstPass
+from trackably.checker.steps.instants import combination_at
+from trackably.checker.steps.pieces.place import where_pieces_are
+from trackably.checker.steps.quantities import LinearCombination, states_of
+from trackably.checker.subject import Bound, NonlinearSystem, Row, Subject, System, as_float
+from trackably.checker.table import RefutedTable, Table
+
+
+def statement(certificate: Certificate, first_pass: FirstPass) -> str:
+    """Return what a certificate proves, and of which reference."""
+    subject = certificate.subject
+    kept = ", ".join(bound_text(bound, _names(subject.system, bound)) for bound in subject.bounds)
+    inputs = "these inputs"
+    if subject.attainable is not None:
+        rows = ", ".join(bound_text(row, subject.system.inputs) for row in subject.input_set.rows)
+        inputs = f"inputs that push alike (they differ by v with B v = 0) and keep {rows}"
+    how = "float64 evaluation, by sums of products"
+    if subject.pieces:
+        how = "evaluation in double-double arithmetic, rounded to float64"
+    is_moved = isinstance(certificate.claim, AllPhases) and not subject.pieces
+    moved = ", to which later ones are moved by whole periods" if is_moved else ""
+    return (
+        f"For {_times(certificate.claim)} the reference keeps {kept}, and the system {_followed(subject.system)} "
+        f"follows it with {inputs} (T = {subject.system.sampling_time!r} s). The bounds hold with room for the error "
+        f"of {how}, at times up to {certificate.until!r} s{moved}. {identity(subject, first_pass)}"
+    )
+
+
+def refutation(counterexample: Counterexample, first_pass: FirstPass) -> str:
+    """Return what a counterexample shows, and of which reference."""
+    subject, where = counterexample.subject, counterexample.where
+    bound = next(bound for bound in subject.bounds if bound.name == counterexample.name)
+    if isinstance(where, Interval):
+        at, times = f"t = {where.time!r} s", _interval(where)
+    else:
+        at, times = (
+            f"t = {where.step} T (T = {subject.system.sampling_time!r} s)",
+            "all sampled instants t = k T, k ≥ 0",
+        )
+    return (
+        f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, _names(subject.system, bound))} by at least "
+        f"{counterexample.violation!r}, so it does not keep its bounds for {times}; the system "
+        f"{_followed(subject.system)}. {identity(subject, first_pass)}"
+    )
+
+
+def table_statement(table: Table) -> str:
+    """Return what a table shows."""
+    system = table.system
+    sides = ((system.states, table.state_set), (system.inputs, table.input_set))
+    kept = ", ".join(bound_text(row, names) for names, bounded in sides for row in bounded.rows) or "no bounds"
+    last = table.first_step + len(table.states) - 1
+    return (
+        f"For the steps k = {table.first_step} … {last} the table keeps {kept}, and each of its states after "
+        f"the first is within {table.tolerance!r} of what the system {_dynamics(system)} makes of the state and the "
+        f"input before (T = {system.sampling_time!r} s). Nothing is said about times between the steps."
+    )
+
+
+def table_refutation(refuted: RefutedTable) -> str:
+    """Return what a refuted table shows."""
+    table, system = refuted.table, refuted.table.system
+    match refuted.part:
+        case "states" | "inputs":
+            bounded = table.state_set if refuted.part == "states" else table.input_set
+            names = system.states if refuted.part == "states" else system.inputs
+            broken = f"breaks {bound_text(bounded.rows[refuted.index], names)}"
+        case "dynamics":
+            broken = (
+                f'has a next "{system.states[refuted.index]}" that is beyond the tolerance {table.tolerance!r} of what '
+                f"the system {_dynamics(system)} makes of the state and the input"
+            )
+    return (
+        f"REFUTED: at the step k = {refuted.step} (T = {system.sampling_time!r} s) the table {broken}, by at least "
+        f"{refuted.violation!r}."
+    )
+
+
+def identity(subject: Subject, first_pass: FirstPass) -> str:
+    """Return which reference is meant: its fingerprint, where its kernels are, and its states at time zero.
+
+    These are asked of mpmath where the `first_pass` does not determine their six digits.
+    """
+    if subject.pieces:
+        return f"The reference has the SHA-256 {subject.fingerprint}, {where_pieces_are(subject)}."
+    used = [t for signal in subject.signals for t, c in zip(signal.centres, signal.weights, strict=True) if c]
+    span = f"{len(used)} kernels centred from {min(used)!r} s to {max(used)!r} s" if used else "no kernel at all"
+    is_flat = isinstance(subject.system, NonlinearSystem) and subject.system.flat is not None
+    names = [f"z{s + 1}" for s in range(len(subject.signals))] if is_flat else subject.system.states
+    states = zip(names, states_of(subject), strict=True)
+    values = ", ".join(f'"{name}" = {_six_digits(subject, state, first_pass)}' for name, state in states)
+    return f"The reference has the SHA-256 {subject.fingerprint}, {span}, and {values} at t = 0 s."
+
+
+def _six_digits(subject: Subject, state: LinearCombination, first_pass: FirstPass) -> str:
+    near = first_pass.at_zero(subject, state)
+    shown = {f"{float(end):.6g}" for end in (near.a, near.b)} if near else set()
+    return shown.pop() if len(shown) == 1 else f"{float(combination_at(subject, state, ZERO).mid):.6g}"
+
+
+def _names(system: System, bound: Bound) -> tuple[str, ...]:
+    return system.states if bound.of == "state" else system.inputs
+
+
+def _times(claim: Claim) -> str:
+    match claim:
+        case AllTimes():
+            return "all real t ≥ 0"
+        case AllPhases():
+            return "all real t"
+        case Window(start, end):
+            return f"all real t from {start!r} s to {end!r} s"
+        case Instants():
+            return "all sampled instants t = k T, k = 0, 1, 2, …"
+
+
+def _interval(where: Interval) -> str:
+    if where.end < float("inf"):
+        return f"all real t from {where.start!r} s to {where.end!r} s"
+    return "all real t" if where.start < 0 else "all real t ≥ 0"
+
+
+def bound_text(bound: Bound | Row, names: tuple[str, ...]) -> str:
+    """Return a bound, such as -1.0 ≤ "x" ≤ 1.0."""
+    weighted = [
+        f'"{name}"' if r == 1 else f'{_number(r)} "{name}"' for r, name in zip(bound.row, names, strict=True) if r
+    ]
+    return f"{bound.lower!r} ≤ {' + '.join(weighted)} ≤ {bound.upper!r}"
+
+
+def _number(r: Fraction) -> str:
+    nearest = as_float(r)
+    return repr(nearest) if abs(nearest) < float("inf") and Fraction(nearest) == r else str(r)
+
+
+def _followed(system: System) -> str:
+    """Return the dynamics, and how states and inputs of a flat form depend on the signals z1[0], z1[1], …"""
+    if not isinstance(system, NonlinearSystem) or system.flat is None:
+        return _dynamics(system)
+    of = zip((*system.states, *system.inputs), (*system.flat.states, *system.flat.inputs), strict=True)
+    said = ", ".join(f'"{name}" = {text(formula)}' for name, formula in of)
+    turns = ", ".join(f'"{name}"' for name in system.flat.angles)
+    whole = f"; {turns} up to whole turns" if turns else ""
+    return f"{_dynamics(system)} (with {said}, where z1[j] is signal z1 at t + j T{whole})"
+
+
+def _dynamics(system: System) -> str:
+    if isinstance(system, NonlinearSystem):
+        return ", ".join(f'"{name}"⁺ = {text(formula)}' for name, formula in zip(system.states, system.f, strict=True))
+    A, B = ([list(row) for row in matrix] for matrix in (system.A, system.B))
+    return f"x⁺ = A x + B u + c with A = {A!r}, B = {B!r}, c = {list(system.c)!r}"

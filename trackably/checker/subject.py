@@ -1,0 +1,227 @@
+"""What a file speaks about, as typed values: a reference, its system and its sets."""
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Literal
+
+from trackably.checker.arithmetic.intervals import Real, exactly, total
+from trackably.checker.formulas.formula import Formula
+from trackably.checker.formulas.formula import names as names_in
+from trackably.checker.kernels.base import Decay, Kernel
+from trackably.checker.pieces import Pieces
+from trackably.checker.reach import Reach, reach
+
+_NEGLIGIBLE = 2.0**-130
+"""What far kernels may add, as a part of κ(0): as much as is added to each value of a function for its last bits."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """z(t) = m + Σ_i c_i κ(t − t_i) with `mean` m, `centres` t_i [s] and `weights` c_i."""
+
+    kernel: Kernel
+    mean: float
+    centres: tuple[float, ...]
+    weights: tuple[float, ...]
+
+    @cached_property
+    def pairs(self) -> list[tuple[Real, Real]]:
+        """All (t_i, c_i)."""
+        return [(exactly(t), exactly(c)) for t, c in zip(self.centres, self.weights, strict=True)]
+
+    @cached_property
+    def reach(self) -> Reach:
+        """The distance from which on kernels are far."""
+        span = min(max(self.centres) - min(self.centres), 1e300)
+        return reach(self.kernel, span, _NEGLIGIBLE)
+
+    @cached_property
+    def far(self) -> Decay:
+        """Over-estimate |Σ_i c_i κ(r_i)| and |Σ_i c_i κ̇(r_i)| of any of its kernels, at distances beyond the reach."""
+        weight, (_, decay) = total(abs(c) for _, c in self.pairs), self.reach
+        return Decay(weight * decay.size, weight * decay.slope)
+
+
+def is_far(signal: Signal, distance: Real) -> bool:
+    """Return whether kernels at this distance are among the far ones for certain."""
+    return bool(distance.a >= signal.reach.distance)
+
+
+@dataclass(frozen=True)
+class LinearSystem:
+    """x⁺ = A x + B u + c; matrices row by row."""
+
+    A: tuple[tuple[float, ...], ...]
+    B: tuple[tuple[float, ...], ...]
+    c: tuple[float, ...]
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    sampling_time: float
+
+
+@dataclass(frozen=True)
+class FlatForm:
+    """States and inputs as formulas of z_s(t + j T), which are called z1[0], z1[1], …, z2[0], …
+
+    States in `angles` matter up to whole turns. Formulas in `positive` are claimed to be positive.
+    """
+
+    states: tuple[Formula, ...]
+    inputs: tuple[Formula, ...]
+    angles: tuple[str, ...]
+    positive: tuple[Formula, ...]
+
+    @property
+    def indices(self) -> set[tuple[int, int]]:
+        """All s and j of shifted signals on which states and inputs depend."""
+        return {indices(name) for formula in (*self.states, *self.inputs) for name in names_in(formula)}
+
+    @property
+    def last_shift(self) -> int:
+        """The largest j."""
+        return max(j for _, j in self.indices)
+
+
+def shifted_name(s: int, j: int) -> str:
+    """Return the name of z_s(t + j T), where s counts from 0 on."""
+    return f"z{s + 1}[{j}]"
+
+
+def indices(name: str) -> tuple[int, int]:
+    """Return s and j of a name z1[0], …; raise ValueError for other names."""
+    found = re.fullmatch(r"z([1-9][0-9]?)\[(0|[1-9][0-9]?)\]", name)
+    if not found:
+        raise ValueError(name)
+    return int(found[1]) - 1, int(found[2])
+
+
+@dataclass(frozen=True)
+class NonlinearSystem:
+    """x⁺ = f(x, u), one formula `f` for each state; states and inputs may be given by a flat form."""
+
+    f: tuple[Formula, ...]
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    sampling_time: float
+    flat: FlatForm | None = None
+
+    @property
+    def successors(self) -> tuple[str, ...]:
+        """The names of the states one step later."""
+        return tuple(f"{name}⁺" for name in self.states)
+
+
+System = LinearSystem | NonlinearSystem
+Side = Literal["state", "input"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """lower ≤ Σ_i r_i v_i ≤ upper, of states or inputs v."""
+
+    row: tuple[Fraction, ...]
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class Polytope:
+    """All vectors of a `dimension` that keep some rows."""
+
+    rows: tuple[Row, ...]
+    dimension: int
+
+
+@dataclass(frozen=True)
+class Functional:
+    """offset + Σ_s Σ_j w_sj z_s(t + j T) with `weights[s][j]` = w_sj."""
+
+    offset: Fraction
+    weights: tuple[tuple[Fraction, ...], ...]
+
+
+@dataclass(frozen=True)
+class Trajectories:
+    """States and inputs of a linear system as weighted sums of the signals."""
+
+    states: tuple[Functional, ...]
+    inputs: tuple[Functional, ...]
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A row of states or of inputs (`of` says which) that is proved to stay in [lower, upper]."""
+
+    name: str
+    of: Side
+    row: tuple[Fraction, ...]
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A reference (signals and a system) with the sets that bound it: sums of kernels in `signals`, or `pieces`.
+
+    `trajectories` are given for linear systems only; `attainable` rows only where they bound u in the place of the
+    input set. The `fingerprint` is that of signals, system and trajectories (`reading.fingerprint`).
+    """
+
+    signals: tuple[Signal, ...]
+    system: System
+    state_set: Polytope
+    input_set: Polytope
+    trajectories: Trajectories | None
+    attainable: tuple[Row, ...] | None
+    fingerprint: str
+    pieces: tuple[Pieces, ...] = ()
+
+    @property
+    def signal_count(self) -> int:
+        """How many signals there are, of either kind."""
+        return len(self.signals) + len(self.pieces)
+
+    @property
+    def step(self) -> Real:
+        """The sampling time T [s]."""
+        return exactly(self.system.sampling_time)
+
+    @cached_property
+    def bounds(self) -> tuple[Bound, ...]:
+        """The rows of the state set, and those of the input set or of what stands in its place."""
+        inputs = self.input_set.rows if self.attainable is None else self.attainable
+        sides: tuple[tuple[Side, tuple[str, ...], tuple[Row, ...]], ...] = (
+            ("state", self.system.states, self.state_set.rows),
+            ("input", self.system.inputs, inputs),
+        )
+        found: list[Bound] = []
+        counted: dict[str, int] = {}
+        for of, names, rows in sides:
+            for row in rows:
+                name = _written(row.row, names)
+                counted[name] = counted.get(name, 0) + 1
+                called = name if counted[name] == 1 else f"{name} ({counted[name]})"
+                found.append(Bound(called, of, row.row, row.lower, row.upper))
+        return tuple(found)
+
+
+def _written(row: tuple[Fraction, ...], names: tuple[str, ...]) -> str:
+    """The name of a weighted sum, such as x, x+y or x-0.5y; 80 characters at most."""
+    signed = []
+    for weight, name in zip(row, names, strict=True):
+        size = as_float(abs(weight))
+        if size:
+            factor = "" if size == 1 else f"{size:.3g}"
+            signed.append(f"{'-' if weight < 0 else '+'}{factor}{name}")
+    text = "".join(signed).removeprefix("+")
+    return text if len(text) <= 80 else f"{text[:79]}…"
+
+
+def as_float(number: Fraction) -> float:
+    """The nearest float64; infinite beyond the largest."""
+    try:
+        return float(number)
+    except OverflowError:
+        return float("inf") if number > 0 else -float("inf")

@@ -1,0 +1,69 @@
+"""The certificate checker on files, for the command line and for notebooks; the checker itself reads no files."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from trackably import checker
+from trackably.arguments import real
+from trackably.checker import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
+from trackably.checker.limits import BYTES
+from trackably.checker.progress import ProgressLine
+from trackably.errors import InputError, NoReferenceError
+from trackably.files import from_json, path_of, read_bytes
+from trackably.progress.messages import Messages
+
+
+def check(certificate: Path | str | Mapping[str, object], seconds: float | None = None, exact: bool = False) -> Verdict:
+    """Check a certificate or a counterexample, given as a file or as the content of one, and return the verdict.
+
+    `Proved` and `Refuted` say in words what holds; `Failed` and `NotACertificate` say why nothing is shown, `Undecided`
+    that the check took longer than `seconds`. An `exact` check does without float64 intervals; it takes longer. On a
+    terminal, a line shows how far a long check is; elsewhere the logger "trackably" says so every 10 s, at level INFO.
+    Raises InputError where the file cannot be read, and ValueError where `seconds` are not positive.
+    """
+    if seconds is not None and not real("check: seconds", seconds) > 0:
+        raise ValueError(f"check: seconds must be positive, got {seconds:g}")
+    content = certificate if isinstance(certificate, Mapping) else read(path_of("certificate", certificate))
+    line, messages = ProgressLine(), Messages()
+
+    def progress(done: int, of: int) -> None:
+        line(done, of)
+        if not sys.stderr.isatty():
+            messages(lambda: f"checked {done} of {of}")
+
+    try:
+        return checker.check(content, seconds, progress, exact)
+    finally:
+        line.clear()
+
+
+def check_file(path: Path | str) -> str:
+    """Return what the certificate in a file proves, in words.
+
+    Raises NoReferenceError where it proves nothing, and InputError where the file is no certificate.
+    """
+    path = path_of("certificate", path)
+    match check(path):
+        case Proved(statement):
+            return statement
+        case Failed() as failed:
+            raise NoReferenceError(f"{path}: {failed.sentence}")
+        case Refuted(reason) | Undecided(reason):
+            raise NoReferenceError(f"{path}: {reason}")
+        case NotACertificate(reason):
+            raise InputError(f"{path}: {reason}")
+
+
+def read(path: Path) -> object:
+    """Return the content of a certificate's file. Raises InputError where it cannot be read."""
+    content: object
+    try:
+        content = from_json(read_bytes(path, BYTES))
+    except ValueError as error:
+        raise InputError(f"{path}: is not a certificate: {error}") from error
+    if isinstance(content, dict) and "fit" in content and "format" not in content:
+        raise InputError(f"{path}: is a saved reference, not a certificate; `save_certificate` writes that of one")
+    return content

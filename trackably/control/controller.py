@@ -1,0 +1,141 @@
+"""Model predictive control that tracks a reference, with a terminal equality constraint on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy
+
+from trackably.arguments import instance, numbers, whole
+from trackably.arrays import Array, ArrayLike
+from trackably.control.angles import turned_near
+from trackably.control.references import TrackedReference, check_window
+from trackably.control.step.formulation import Formulation
+from trackably.control.step.problem import TOLERANCE, StepProblem
+from trackably.control.step.result import Infeasible, Plan, StepResult, Unsolved
+from trackably.control.step.scales import weight_in_widths
+from trackably.control.step.sequential import solve_by_linearisation
+from trackably.control.stepping import StepArguments
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Window
+from trackably.systems.sets.polytope import Polytope
+
+__all__ = ["TOLERANCE", "Controller"]
+
+_ZERO = 1e-12
+"""An eigenvalue of a weight counts as zero up to this part of the largest one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Controller:
+    """min Σ_(i<N) ‖x(k+i) − x_r(k+i)‖²_Q + ‖u(k+i) − u_r(k+i)‖²_R with x(k+N) = x_r(k+N), x ∈ X and u ∈ U.
+
+    N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. Left out, they count
+    errors in the widths of the sets, and in their own unit in directions without bounds. The constraint x ∈ X holds for
+    the predicted states, not for the current one. Raises ValueError where Q or R is not such a matrix, and
+    where the horizon is shorter than the number of steps that the system needs to return to the reference; TypeError
+    where the horizon is not an integer.
+    """
+
+    plant: ConstrainedSystem
+    horizon: int
+    Q: Array = None  # type: ignore[assignment]  # replaced by an array, as is all that is given
+    R: Array = None  # type: ignore[assignment]
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, plant: ConstrainedSystem, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        instance(
+            "controller: plant", self.plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)"
+        )
+        n, m = len(self.plant.system.states), len(self.plant.system.inputs)
+        Q, R = _given_or_scaled(self.Q, self.plant.state_set), _given_or_scaled(self.R, self.plant.input_set)
+        object.__setattr__(self, "Q", _checked_weight("Q", Q, n, -_ZERO, "semidefinite and not zero"))
+        object.__setattr__(self, "R", _checked_weight("R", R, m, _ZERO, "definite"))
+        object.__setattr__(self, "horizon", whole("controller: horizon", self.horizon))
+        if self.horizon < (fewest := shortest_horizon(self.plant)):
+            raise ValueError(
+                f"controller: from a state off the reference it takes {fewest} steps to return to it, so that with a "
+                f"terminal equality the horizon must be at least {fewest}, got {self.horizon}"
+            )
+
+    def step(
+        self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
+    ) -> StepResult:
+        """Return the optimal plan at step `k` from `state` (n,), or why there is none.
+
+        For a nonlinear system the optimum is searched near the inputs `initial_guess` (N, m), by default near the
+        reference, and from a few other trajectories where that finds no plan; the last plan, shifted by a step, is a
+        good guess (`shifted_inputs`). Whole turns are added to the angles of the reference, so that they are near the
+        state's. A linear system has one optimum and needs no guess. A step ends in one of these ways:
+
+        - `Plan`: an optimal plan, for a nonlinear system one that is optimal among those near by.
+        - `Infeasible`: there is no plan; for a nonlinear system, none was found (`is_local`).
+        - `Unsolved`: neither is known, because the numbers are beyond the solver or floating point, the search ends
+          without an explanation, or a formula of the system or of the reference is not defined.
+        - ValueError: the state is not n finite numbers, the reference is one of another system, or what
+          `reference.window` raises outside of its steps.
+        """
+        k, x, guess = StepArguments.checked(k, state, reference, initial_guess, self.plant, self.horizon)
+        safe = () if guess is None else (guess[0],)
+        try:
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
+                window = reference.window(k, self.horizon)
+                check_window(window, self.shape)
+                safe = (*safe, window.inputs[0])
+                return self._solved(k, x, window, guess)
+        except (ArithmeticError, np.linalg.LinAlgError) as error:
+            return Unsolved(k, str(error), self.formulation.admissible.first_finite(safe))
+
+    def _solved(self, k: int, state: Array, window: Window, initial_guess: Array | None) -> Plan | Infeasible:
+        if not all(np.all(np.isfinite(values)) for values in window):
+            raise ArithmeticError("the reference is not defined")
+        if self.formulation.is_linear:
+            problem = StepProblem(self.formulation, k, state, window, self.formulation.local_model(window, window))
+            return problem.optimum or problem.infeasible
+        return solve_by_linearisation(self.formulation, k, state, turned_near(self.plant, window, state), initial_guess)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """N, n, m: the horizon, and the numbers of states and inputs."""
+        return self.horizon, len(self.Q), len(self.R)
+
+    @cached_property
+    def formulation(self) -> Formulation:
+        """The programs, built once for all steps."""
+        return Formulation(self.plant, self.horizon, self.Q, self.R)
+
+
+def _given_or_scaled(weight: ArrayLike | None, bounded: Polytope) -> ArrayLike:
+    return weight_in_widths(bounded) if weight is None else weight
+
+
+def _checked_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:
+    """Return a weight (size, size) of the cost. ValueError: it is not symmetric, or not positive `kind`.
+
+    Its smallest eigenvalue is at least `least` times the largest, where the coordinates are scaled to a diagonal of
+    ones: so units do not matter.
+    """
+    weight = numbers(f"controller: {name}", given)
+    if weight.shape != (size, size) or not np.all(np.isfinite(weight)) or not np.array_equal(weight, weight.T):
+        raise ValueError(f"controller: {name} must be a symmetric matrix of shape ({size}, {size}), got {weight}")
+    unit = np.sqrt(np.where(np.diag(weight) == 0, 1.0, np.abs(np.diag(weight))))
+    values = scipy.linalg.eigvalsh(weight / unit[:, None] / unit)
+    if not values[0] >= least * max(values[-1], 0.0) or not values[-1] > 0:
+        found = scipy.linalg.eigvalsh(weight).tolist()
+        raise ValueError(f"controller: {name} must be positive {kind}, got eigenvalues {found}")
+    weight.flags.writeable = False
+    return weight
+
+
+def shortest_horizon(plant: ConstrainedSystem) -> int:
+    """Return the number of steps that a system needs to return to its reference: the longest chain of its flat
+    outputs."""
+    return max(plant.flatness.orders)

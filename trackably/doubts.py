@@ -1,0 +1,125 @@
+"""Questions about input that is valid, but hardly what was meant."""
+
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+
+import numpy as np
+
+from trackably.certificates.goal import Claim
+from trackably.errors import DoubtfulInputWarning
+from trackably.gp.samples import Samples
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.sets.interval import Interval
+
+_OUTLYING = 1e3  # times the spread of the others
+_FEW = 0.1  # of all samples: more are no outliers
+_FEWEST = 5  # samples: among fewer, none is one among others
+_LATE = 1e4  # times the span of the samples
+_SLOW = 500.0  # steps from one sample to the next: a thousand times fewer are usual
+_BEYOND = 10.0  # widths of the bounds
+_MOST = 0.75  # of all samples
+
+
+def ask(questions: Iterable[str], frames: int) -> None:
+    """Warn of input that is valid, but hardly meant; the user's call is that many `frames` up."""
+    for question in questions:
+        warnings.warn(question, DoubtfulInputWarning, stacklevel=frames + 1)
+
+
+def doubts(claim: Claim, samples: Mapping[str, Samples], plant: ConstrainedSystem) -> Iterator[str]:
+    """Yield a sentence for each doubt; `samples` are by name."""
+    yield from _of_system(plant)
+    bounds = {quantity.name: quantity.bounds for quantity in plant.quantities}
+    for name, of_name in samples.items():
+        yield from _of_times(claim, name, of_name)
+        yield from _of_span(name, of_name, plant.sampling_time)
+        yield from _of_gaps(name, of_name)
+        yield from _of_values(name, of_name)
+        if name in bounds:
+            yield from _of_bounds(name, of_name, bounds[name])
+
+
+def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
+    """Ask about a singular A: exp(A T_s) is regular, so it comes of a delay, or is that of a differential equation."""
+    system = plant.system
+    if isinstance(system, LinearSystem) and np.linalg.matrix_rank(system.A) < len(system.A):
+        yield (
+            "system: A is singular, as it is in x(k+1) = A x(k) + B u(k) only with delays: are these the A and B of "
+            "ẋ = A x + B u? LinearSystem.discretised(A, B, sampling_time) samples them"
+        )
+
+
+def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
+    first, last = float(samples.times[0]), float(samples.times[-1])
+    if isinstance(claim, tuple):
+        gap = max(first - claim[1], claim[0] - last)
+        if gap > last - first > 0:
+            yield (
+                f"claim: the window from {claim[0]:g} s to {claim[1]:g} s is {gap:g} s away from the samples of "
+                f"{name}, which lie between {first:g} s and {last:g} s: are both counted from the same zero?"
+            )
+    elif claim == "all_times" and last < 0:
+        yield (
+            f"samples: all of {name} lie before t = 0, where the claim begins (from {first:g} s to {last:g} s): should "
+            "times count from the first of them?"
+        )
+    elif claim == "all_times" and first > _LATE * (last - first) > 0:
+        yield (
+            f"samples: those of {name} begin {first:.10g} s after t = 0, and last only {last - first:.4g} s: if these "
+            'stamps count from 1970, subtract the first, as read_csv(..., origin="first") does'
+        )
+
+
+def _of_span(name: str, samples: Samples, sampling_time: float) -> Iterator[str]:
+    span = float(samples.times[-1] - samples.times[0])
+    if len(samples) > 1 and span < sampling_time:
+        yield (
+            f"samples: those of {name} last {span:g} s, less than one step of the system, {sampling_time:g} s: are "
+            "their times in seconds?"
+        )
+    usual = float(np.median(np.diff(samples.times))) if len(samples) > 1 else 0.0
+    if usual >= _SLOW * sampling_time:
+        yield (
+            f"samples: one of {name} comes every {usual:.4g} s, which is {usual / sampling_time:.4g} steps of the "
+            f"system, {sampling_time:g} s each: are their times in milliseconds?"
+        )
+
+
+def _of_gaps(name: str, samples: Samples) -> Iterator[str]:
+    """Ask about the longest gap."""
+    if gaps := samples.gaps:
+        start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
+        usual = float(np.median(np.diff(samples.times)))
+        yield (
+            f"samples: there is none of {name} for {end - start:.4g} s after {start:.6g} s, where there is usually one "
+            f"every {usual:.3g} s: is a part missing? What is learned there follows from kernel and bounds alone"
+        )
+
+
+def _of_values(name: str, samples: Samples) -> Iterator[str]:
+    if len(samples) < _FEWEST:
+        return
+    away = np.abs(samples.values - np.median(samples.values))
+    order = np.argsort(away)
+    few = max(1, int(_FEW * len(samples)))
+    spread = float(away[order[-few - 1]])
+    far = np.flatnonzero(away > _OUTLYING * spread).tolist()
+    if spread > 0 and far:
+        i = far[0]
+        yield (
+            f"samples: {name} is {samples.values[i]:g} at {samples.times[i]:g} s, more than {_OUTLYING:g} times as far "
+            f"from the median as most others, which lie within {spread:.3g} of {np.median(samples.values):g}: is it an "
+            "outlier to be left out?"
+        )
+
+
+def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
+    """Ask about a state most samples of which are many widths outside of its bounds: as of millimetres and metres."""
+    off = float(np.quantile(-bounds.margin(samples.values), 1 - _MOST))
+    if off > _BEYOND * bounds.width:
+        yield (
+            f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
+            f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=0.001) makes metres of "
+            "millimetres"
+        )

@@ -1,0 +1,190 @@
+"""What a fit says of itself, in plain sentences."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from trackably.certificates.pinned import Pinned
+from trackably.fit.fit import Fit
+from trackably.fit.misfit import Misfit
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.joint import JointPrior
+from trackably.gp.prior import NOISE, Prior
+from trackably.gp.samples import Samples
+from trackably.systems.disturbance.tightening import Tightening
+
+_DEAREST = 3
+_SHOWN = 4  # times of given values
+_OF_NOISE = 0.5  # by which noise learned with the bounds may differ from that without them
+
+# A sample is far off if it is so by more than both; more than a few are no outliers, but noise of another kind.
+_TIMES_TYPICAL = 10.0
+_TIMES_NOISE = 5.0
+_FEW = 0.1  # of all samples
+_FEWEST = 10
+_WINDOW = 24.0  # correlation times: twice the memory of a stream
+_WINDOWS = 2.0
+_MANY = 500  # samples
+_NORMAL = 0.6745  # the median of |x| of standard normal x
+
+
+class IgnoresSamplesWarning(UserWarning):
+    """A reference keeps its bounds, but does not follow the samples from which it was learned."""
+
+
+def ignored(fit: Fit) -> str | None:
+    """Return a sentence if the reference ignores its samples, with what would help; None if it follows them."""
+    large = [misfit for misfit in fit.misfits if misfit.is_large]
+    if not large:
+        return None
+    off = "; ".join(
+        f"it is {m.size:.3g} off those of {m.name}, and without bounds {m.size_unconstrained:.3g}" for m in large
+    )
+    return f"the reference keeps its bounds but does not follow its samples: {off}; {_help(fit)}"
+
+
+def kept_free(tightening: Tightening | None) -> str | None:
+    """Return which part of each width a margin keeps free; None without one."""
+    if tightening is None or not tightening.margin:
+        return None
+    return f"{tightening.margin:g} of each width is kept free at either bound"
+
+
+def given_values(pinned: Sequence[Pinned]) -> list[str]:
+    """Return the values that were given at times: of many, the first ones and the last, and how many are between."""
+    said = list(map(str, pinned))
+    left_out = len(said) - _SHOWN
+    return said if left_out < 2 else [*said[: _SHOWN - 1], f"{left_out} more such times", said[-1]]
+
+
+def condensed(fit: Fit) -> str | None:
+    """Return how many samples are learned from by fewer centres, and what that costs; None where all are used."""
+    return f"learned {'; '.join(map(str, fit.condensed))}" if fit.condensed else None
+
+
+def distances(fit: Fit) -> str:
+    """Return how far the reference is from its samples, beside their noise and the unconstrained fit."""
+    return "; ".join(_distance(misfit) for misfit in fit.misfits)
+
+
+def at_edges(fit: Fit) -> str | None:
+    """Return which learned hyperparameters lie at an end of their search interval; None where none does."""
+    theta = fit.prior.hyperparameters
+    limited = [
+        f"{name} = {theta[name]:.4g}: float64 does not evaluate those twice as long as precisely as a proof needs"
+        for name in fit.limited
+    ]
+    return "; ".join([*map(str, fit.edges), *limited]) or None
+
+
+def unfinished(fit: Fit) -> str | None:
+    """Return how far J may be from the least one where a budget ended the search; None where it was finished."""
+    if fit.budget is None:
+        return None
+    return (
+        f"the budget of {fit.budget:g} s ended the search: J may be {fit.price:.3g} larger than the least, if −2 ln p "
+        "without bounds is nowhere smaller than a short search found it"
+    )
+
+
+def longer_than_memory(fit: Fit) -> str | None:
+    """Return that a stream is faster, where many samples last far longer than all kernels' memory; None elsewhere."""
+    kernels = [part.kernel for part in fit.prior.parts]
+    count = max(len(samples) for samples in fit.samples)
+    span = max(float(samples.times[-1] - samples.times[0]) for samples in fit.samples)
+    window = _WINDOW * max(kernel.correlation_time for kernel in kernels)
+    if count < _MANY or span < _WINDOWS * window or any(kernel.period is not None for kernel in kernels):
+        return None
+    faster = f"`learn_stream` with window={window:.2g} is faster and hardly differs"
+    return f"samples last much longer than the kernel's memory: {faster}"
+
+
+def given_too_narrowly(fit: Fit) -> str | None:
+    """Return a question if an interval that was given for a hyperparameter holds it back; None where none does."""
+    said = "; ".join(f"{edge}, {edge.interval}" for edge in fit.edges if edge.is_given)
+    return f"{said}: was it meant as a limit?" if said else None
+
+
+def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior) -> str:
+    """Return the prior means, and the likeliest ones where these are no admissible equilibrium."""
+    return "; ".join(map(_mean, prior.names, samples, prior.parts, likeliest.parts))
+
+
+def inflated(fit: Fit) -> str | None:
+    """Return a question if noise that is learned with the bounds differs by more than a half from that without them."""
+    parts = zip(fit.prior.names, fit.prior.parts, fit.unconstrained_prior.parts, strict=True)
+    return "; ".join(_inflated(*part) for part in parts if _is_inflated(*part[1:])) or None
+
+
+def outlying(misfits: Iterable[Misfit]) -> str | None:
+    """Return a question if a few samples are far off the fit without bounds, and most are not; None otherwise.
+
+    One such sample is enough to raise the noise that is learned, and so to pull the reference off all others.
+    """
+    return "; ".join(said for misfit in misfits if (said := _outliers(misfit))) or None
+
+
+def costs(fit: Fit) -> str:
+    """Return what the bounds cost, which of them and when."""
+    of = "bounds and given values" if fit.pinned else "bounds"
+    said = [f"the {of} cost {fit.price:.3g} in −2 ln p"]
+    dearest = [str(contact) for contact in fit.contacts[:_DEAREST] if contact.price > 0]
+    if dearest:
+        said.append(", ".join(dearest))
+    if fit.duality_gap > 0:
+        said.append(f"for these hyperparameters, no function costs less by more than {fit.duality_gap:.2g}")
+    return "; ".join(said)
+
+
+def _mean(name: str, samples: Samples, prior: Prior, free: Prior) -> str:
+    mean, likeliest = (float(samples.of_level.stencil.at_rest(part.mean)) for part in (prior, free))
+    said = f"the prior mean of {name} is {mean:.6g}"
+    return said if mean == likeliest else f"{said}, as the likeliest, {likeliest:.6g}, is no admissible equilibrium"
+
+
+def _is_inflated(own: Prior, free: Prior) -> bool:
+    return NOISE in own.learned and abs(own.noise_std - free.noise_std) > _OF_NOISE * free.noise_std
+
+
+def _inflated(name: str, own: Prior, free: Prior) -> str:
+    is_given = isinstance(own.noise_std, Learned) and own.noise_std.interval is not None
+    left_out = ", or nothing: it is then learned without them" if is_given else ""
+    return (
+        f"noise_std: that of {name} is {own.noise_std:.3g} as it is learned with the bounds, and {free.noise_std:.3g} "
+        f"without them: is it noise, or what the bounds cost? Give a number{left_out}"
+    )
+
+
+def _distance(misfit: Misfit) -> str:
+    noise = "learned noise" if misfit.is_learned else "noise"
+    return (
+        f"it is {misfit.size:.3g} off the samples of {misfit.name}, which spread by "
+        f"{misfit.samples.values.std():.3g} (root mean squares), and {misfit.in_noise:.3g} times their {noise}; "
+        f"without bounds {misfit.size_unconstrained:.3g}"
+    )
+
+
+def _help(fit: Fit) -> str:
+    if fit.method == "hyperparameters":
+        return "only the hyperparameters were learned: wider bounds or another prior mean may help"
+    dearest = fit.contacts[0] if fit.contacts else None
+    if dearest is None:
+        return "wider bounds or another prior mean may help"
+    other = "another value" if dearest.side == "equal" else "wider bounds or another prior mean"
+    return f"{dearest}: {other} may help"
+
+
+def _outliers(misfit: Misfit) -> str:
+    off = np.abs(misfit.unconstrained) / misfit.samples.relative_noise
+    typical = float(np.median(off)) / _NORMAL
+    far = np.flatnonzero(off > max(_TIMES_TYPICAL * typical, _TIMES_NOISE * misfit.noise_unconstrained))
+    if len(off) < _FEWEST or not typical or not 0 < len(far) <= _FEW * len(off):
+        return ""
+    i = int(np.argmax(off))
+    others = f" (and {len(far) - 1} more are far off)" if len(far) > 1 else ""
+    harm = " It raises the noise that is learned" if misfit.is_learned else ""
+    return (
+        f"samples: {misfit.name} is {misfit.samples.values[i]:.6g} at {misfit.samples.times[i]:.6g} s, "
+        f"{abs(misfit.unconstrained[i]):.3g} off the fit without bounds, {off[i] / typical:.3g} times as far as most"
+        f"{others}: is it an outlier to be left out?{harm}"
+    )

@@ -1,0 +1,70 @@
+"""References as python-control has trajectories: signals in rows, times in columns. It is not imported."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackably.arrays import Array, ArrayLike
+from trackably.exports.coordinates import chosen_steps, continuous
+from trackably.exports.proved import Proved, proved_times
+
+
+@dataclass(frozen=True, eq=False)
+class TimeResponse:
+    """States (n, N), inputs (m, N) and outputs (all states) at N times [s], named as in `TimeResponseData`."""
+
+    time: Array
+    states: Array
+    inputs: Array
+    state_labels: list[str]
+    input_labels: list[str]
+
+    @property
+    def outputs(self) -> Array:
+        """The states: a reference has no other outputs."""
+        return self.states
+
+    @property
+    def output_labels(self) -> list[str]:
+        """The names of the states."""
+        return self.state_labels
+
+    def __iter__(self) -> Iterator[Array]:
+        return iter((self.time, self.outputs))
+
+
+@dataclass(frozen=True, eq=False)
+class FlatTrajectory:
+    """A reference with the methods of `control.flatsys.SystemTrajectory`."""
+
+    proved: Proved
+
+    @property
+    def nstates(self) -> int:
+        """The number n of states."""
+        return len(self.proved.reference.plant.system.states)
+
+    @property
+    def ninputs(self) -> int:
+        """The number m of inputs."""
+        return len(self.proved.reference.plant.system.inputs)
+
+    def eval(self, tlist: ArrayLike) -> tuple[Array, Array]:
+        """Return states (n, N) and inputs (m, N) at N times [s]; angles do not jump from one to the next.
+
+        ValueError: a time is outside of what is proved.
+        """
+        t = np.atleast_1d(proved_times(self.proved, tlist))
+        return continuous(self.proved, self.proved.reference.state_at(t)).T, self.proved.reference.input_at(t).T
+
+    def response(self, timepts: ArrayLike | None = None) -> TimeResponse:
+        """Return states and inputs at times [s]; left out, at the steps that are worth showing.
+
+        `input_output_response(system, *…)` wants times that are steps of the system. ValueError as `eval`.
+        """
+        reference = self.proved.reference
+        t = reference.instants(chosen_steps(self.proved, None, None)) if timepts is None else timepts
+        states, inputs = self.eval(t)
+        system = reference.plant.system
+        return TimeResponse(np.atleast_1d(np.asarray(t)), states, inputs, [*system.states], [*system.inputs])

@@ -1,0 +1,102 @@
+"""References in do-mpc: the function that gives a controller or simulator its time-varying parameters.
+
+do-mpc and CasADi are not imported: the user's controller makes the structures that are filled here.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from trackably.arguments import real
+from trackably.arrays import Array, ArrayLike
+from trackably.control.angles import angles_of
+from trackably.exports.coordinates import continuous, places
+from trackably.exports.proved import Proved, proved_times
+
+Parameters = Mapping[str, str | Sequence[str]]
+"""For each time-varying parameter of a model, the state or input that it holds, or several of them."""
+
+TimeVarying = Callable[[ArrayLike], Any]
+
+_OF_STEP = 1e-6  # by how much a controller's clock may be off its grid, in sampling times
+
+
+def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None, start: float) -> TimeVarying:
+    """Return what `controller.set_tvp_fun` takes; see `Conventions.to_do_mpc`."""
+    plant = proved.reference.plant
+    if not hasattr(controller, "settings"):
+        raise TypeError(f"to_do_mpc: expected a controller or simulator of do-mpc, got {type(controller).__name__}")
+    step = real("to_do_mpc: t_step of the controller", controller.settings.t_step)
+    if abs(step - plant.sampling_time) > 1e-12 * step:
+        raise ValueError(
+            f"to_do_mpc: the controller's t_step is {step:g} s, but the reference is proved for "
+            f"T_s = {plant.sampling_time:g} s"
+        )
+    declared = [str(name) for name in list(controller.model.tvp.keys()) if name != "default"]
+    columns = _columns(proved, declared, parameters)
+    horizon = getattr(controller.settings, "n_horizon", None)
+    first = _nearby(real("to_do_mpc: start", start) / step)
+
+    def tvp_fun(t_now: ArrayLike) -> Any:
+        elapsed = _elapsed(t_now, step)
+        steps = first + elapsed + np.arange(1.0 if horizon is None else horizon + 1.0)
+        proved_times(proved, proved.reference.instants(steps))
+        values = np.concatenate([_states(proved, steps, elapsed), proved.reference.input(steps)], axis=-1)
+        template = controller.get_tvp_template()
+        for name, chosen in columns.items():
+            for k, row in enumerate(values[:, chosen]):
+                template[(name,) if horizon is None else ("_tvp", k, name)] = row
+        return template
+
+    return tvp_fun
+
+
+def _states(proved: Proved, steps: Array, elapsed: float) -> Array:
+    """Return the states at steps, with angles that have not jumped in the `elapsed` steps of the controller."""
+    if elapsed <= 0 or not angles_of(proved.reference.plant):
+        return continuous(proved, proved.reference.state(steps))
+    before = steps[0] - np.arange(elapsed, 0.0, -1.0)
+    proved_times(proved, proved.reference.instants(before))
+    return continuous(proved, proved.reference.state(np.concatenate([before, steps])))[len(before) :]
+
+
+def _elapsed(t_now: ArrayLike, step: float) -> float:
+    """Return the steps on the controller's clock, whose sums of T_s are rounded. ValueError: a part of one."""
+    now = float(np.asarray(t_now, dtype=float).reshape(()))
+    k = _nearby(now / step)
+    if not k.is_integer():
+        raise ValueError(f"tvp_fun: t_now = {now:g} s is no multiple of T_s = {step:g} s")
+    return k
+
+
+def _nearby(steps: float) -> float:
+    """Return the whole number of steps that a quotient of rounded times means; the quotient, if it is near none."""
+    whole = float(np.round(steps))
+    return whole if abs(steps - whole) <= _OF_STEP else steps
+
+
+def _columns(proved: Proved, declared: Sequence[str], parameters: Parameters | None) -> dict[str, Array]:
+    """Return for each parameter the places of its values among the states and inputs.
+
+    ValueError: a parameter or a name is unknown, or none of those that are expected is declared.
+    """
+    place = places(proved)
+    if parameters is None:
+        found: Parameters = {f"{name}_ref": name for name in place if f"{name}_ref" in declared}
+        if not found:
+            expected = ", ".join(f"{name}_ref" for name in place)
+            raise ValueError(
+                f"to_do_mpc: the model declares none of {expected} by set_variable('_tvp', …); or say which hold what: "
+                "parameters={'x_ref': ['position', 'velocity']}"
+            )
+        parameters = found
+    columns = {}
+    for parameter, of in parameters.items():
+        if parameter not in declared:
+            raise ValueError(f"to_do_mpc: the model has no parameter {parameter}, only {', '.join(declared) or 'none'}")
+        names = [of] if isinstance(of, str) else list(of)
+        if unknown := [name for name in names if name not in place]:
+            raise ValueError(f"to_do_mpc: {unknown[0]} is neither a state nor an input ({', '.join(place)})")
+        columns[parameter] = np.array([place[name] for name in names])
+    return columns

@@ -1,0 +1,82 @@
+"""References as tables, with units in the header: one row a step."""
+
+import csv
+from collections.abc import Mapping
+from io import StringIO
+from pathlib import Path
+
+from trackably.arguments import text
+from trackably.arrays import Array
+from trackably.errors import InputError
+from trackably.exports.coordinates import chosen_steps, places, require_known, values_at
+from trackably.exports.proved import Proved
+from trackably.files import new_file, write_atomically, write_text
+
+Units = Mapping[str, str]
+"""Units of states and inputs, by name."""
+
+_TIME = "time"
+
+
+def columns(proved: Proved, first: int | None, count: int | None, units: Units | None) -> dict[str, Array]:
+    """Return time, states and inputs at steps by the heads of their columns, such as `position [m]`.
+
+    ValueError: a unit is given for what is neither a state nor an input, or steps are outside of what is proved.
+    """
+    given = _checked(units or {}, proved)
+    steps = chosen_steps(proved, first, count)
+    values = values_at(proved, steps)
+    found = {f"{_TIME} [s]": proved.reference.instants(steps)}
+    return found | {_head(name, given): values[:, i] for name, i in places(proved).items()}
+
+
+def write_csv(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:
+    """Write a table as CSV (RFC 4180 with line feeds): numbers are the shortest that give the same float64 again."""
+    table = columns(proved, first, count, units)
+    content = StringIO()
+    writer = csv.writer(content, lineterminator="\n")
+    writer.writerow(table)
+    writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
+    write_text(file := new_file("to_csv", path), content.getvalue())
+    return file
+
+
+def write_parquet(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:
+    """Write a table as Parquet; units are also in the metadata of its columns, and the statement in that of the file.
+
+    InputError: pyarrow is not installed.
+    """
+    try:
+        import pyarrow as pa  # noqa: PLC0415  an extra
+        from pyarrow import parquet  # noqa: PLC0415
+    except ImportError:
+        raise InputError("to_parquet: needs pyarrow, which pip install 'trackably[parquet]' installs") from None
+    table, of_column = columns(proved, first, count, units), {f"{_TIME} [s]": "s"}
+    of_column |= {_head(name, units or {}): unit for name, unit in (units or {}).items()}
+    statement = {"trackably": proved.certificate.explanation, "sampling_time": repr(_sampling_time(proved))}
+    fields = [
+        pa.field(head, pa.float64(), nullable=False, metadata={"unit": of_column[head]} if head in of_column else None)
+        for head in table
+    ]
+    buffer = pa.BufferOutputStream()
+    arrays = [pa.array(column) for column in table.values()]
+    parquet.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=statement)), buffer)
+    write_atomically(file := new_file("to_parquet", path), buffer.getvalue().to_pybytes())
+    return file
+
+
+def _head(name: str, units: Units) -> str:
+    return f"{name} [{units[name]}]" if name in units else name
+
+
+def _checked(units: Units, proved: Proved) -> Units:
+    """Return units. TypeError: one is no text. ValueError: one is empty, has brackets, or is of an unknown name."""
+    require_known("units", units, proved)
+    for name, unit in units.items():
+        if not text(f"units: {name}", unit).strip() or set(unit) & set('[]"\r\n'):
+            raise ValueError(f"units: expected a unit such as m/s for {name}, got {unit!r}")
+    return units
+
+
+def _sampling_time(proved: Proved) -> float:
+    return float(proved.reference.plant.sampling_time)

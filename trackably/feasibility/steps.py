@@ -1,0 +1,142 @@
+"""Consecutive steps of a linear system, with bounds and given values: what every reference has to satisfy at them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from trackably.arrays import Array, Flags
+from trackably.certificates.goal import Claim
+from trackably.certificates.pinned import WINDOW, Pinned, extent
+from trackably.systems.constrained import ConstrainedSystem
+
+_MOST_UNKNOWNS = 2000
+"""States and inputs of all steps. Further steps are left out: fewer are a relaxation too, and programs stay small."""
+
+
+class Value(NamedTuple):
+    """A state or an input, by name, that lies between two values at a step, in its unit."""
+
+    step: int
+    name: str
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """x_{k+1} = A x_k + B u_k + c with x_k ∈ X, u_k ∈ U and given values, at t = `start` + k T_s for k < `count`.
+
+    A vector of all unknowns is (x_0, u_0, x_1, u_1, …). Each of `rows` has a `lower` and an `upper` bound: first come
+    the rows of X and of U at each step, then one for each of the `values`.
+    """
+
+    plant: ConstrainedSystem
+    start: float
+    count: int
+    values: tuple[Value, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """The number of states and inputs."""
+        return len(self.names)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        system = self.plant.system
+        return (*system.states, *system.inputs)
+
+    @property
+    def rows(self) -> scipy.sparse.csr_array:
+        """Each row of the bounds, (r, count · (n + m))."""
+        X, U = self.plant.state_set.rows, self.plant.input_set.rows
+        bounded = scipy.sparse.kron(scipy.sparse.eye_array(self.count), scipy.linalg.block_diag(X, U))
+        at = [value.step * self.size + self.names.index(value.name) for value in self.values]
+        shape = len(at), self.count * self.size
+        given = scipy.sparse.csr_array((np.ones(len(at)), (range(len(at)), at)), shape=shape)
+        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, given]))
+
+    @property
+    def lower(self) -> Array:
+        X, U = self.plant.state_set, self.plant.input_set
+        return np.append(np.tile([*X.lower, *U.lower], self.count), [value.lower for value in self.values])
+
+    @property
+    def upper(self) -> Array:
+        X, U = self.plant.state_set, self.plant.input_set
+        return np.append(np.tile([*X.upper, *U.upper], self.count), [value.upper for value in self.values])
+
+    @property
+    def is_given(self) -> Flags:
+        """Which rows are those of given values."""
+        return np.arange(len(self.lower)) >= len(self.lower) - len(self.values)
+
+    @property
+    def scales(self) -> Array:
+        """The width of each state and input, 1 where nothing bounds it: (n + m,)."""
+        extents = [extent(self.plant, name) for name in self.names]
+        return np.array([of.width if of else 1.0 for of in extents])
+
+    @property
+    def widths(self) -> Array:
+        """The width of each row: of given values, that of the state or input."""
+        X, U = self.plant.state_set, self.plant.input_set
+        scale = dict(zip(self.names, self.scales.tolist(), strict=True))
+        return np.append(np.tile([*X.widths, *U.widths], self.count), [scale[value.name] for value in self.values])
+
+    def with_values(self, values: tuple[Value, ...]) -> Steps:
+        return replace(self, values=values)
+
+    def time(self, step: int) -> float:
+        """Return the time of a step [s]."""
+        return self.start + step * self.plant.sampling_time
+
+
+def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Pinned]) -> Iterator[Steps]:
+    """Yield the claimed steps through each set of given values that whole steps link; without any, from the start on.
+
+    Between such sets there is nothing but the kernel. Values hold in a short window around their times, which is why
+    times that a whole number of steps separates up to this window count as linked.
+    """
+    step, most = plant.sampling_time, _MOST_UNKNOWNS // (len(plant.system.states) + len(plant.system.inputs))
+    first, last = claim if isinstance(claim, tuple) else (0.0 if claim == "all_times" else -math.inf, math.inf)
+    for linked in _linked(sorted(pinned, key=lambda of: of.time), step):
+        start = linked[0].time if linked else (first if math.isfinite(first) else 0.0)
+        before, after = (_whole(time, start, step, most) for time in (start - first, last - start))
+        at = [round((of.time - start) / step) for of in linked]
+        early = min(before, max(0, (most - max(at, default=0)) // 2))
+        count = early + min(after, most - early) + 1
+        values = tuple(
+            Value(early + k, name, value - of.tolerances[name], value + of.tolerances[name])
+            for k, of in zip(at, linked, strict=True)
+            for name, value in of.values.items()
+            if early + k < count
+        )
+        yield Steps(plant, start - early * step, count, values)
+
+
+def _linked(pinned: list[Pinned], step: float) -> list[list[Pinned]]:
+    found: list[list[Pinned]] = []
+    for one in pinned:
+        for others in found:
+            steps = (one.time - others[0].time) / step
+            if abs(steps - round(steps)) < WINDOW:
+                others.append(one)
+                break
+        else:
+            found.append([one])
+    return found or [[]]
+
+
+def _whole(time: float, start: float, step: float, most: int) -> int:
+    """Return how many whole steps fit, up to the rounding of times, and at most as many as are examined.
+
+    Bounds at a step that is outside of the claim ask nothing, however close to its ends it is.
+    """
+    rounding = 4 * float(np.spacing(max(abs(start), min(time, most * step))))
+    return math.floor(min((time + rounding) / step, most))

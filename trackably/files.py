@@ -1,0 +1,207 @@
+"""What reaches the disk: whole files or none, and JSON that is strict in both directions."""
+
+import errno
+import json
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from reprlib import repr as short
+from typing import Any, BinaryIO, NoReturn
+
+from trackably.errors import InputError
+
+YAML_DEPTH, YAML_VALUES = 100, 1_000_000
+"""Sequences and mappings inside of each other in YAML; and numbers, texts, sequences and mappings."""
+
+LEFT_OUT = "left out by default"
+"""Metadata of a dataclass's field that files do not have where it has its default value."""
+
+
+def path_of(what: str, given: object) -> Path:
+    """Return a path that is given as such, or as a text. TypeError: anything else."""
+    if not isinstance(given, str | Path):
+        raise TypeError(f"{what}: expected a path, got {short(given)}")
+    return Path(given)
+
+
+def new_file(what: str, given: object) -> Path:
+    """Return the path of a file that a user wants written, into a folder that is there.
+
+    TypeError: no path. FileNotFoundError: a misspelt folder would otherwise be made, and the file be looked for.
+    """
+    path = path_of(what, given)
+    if not path.parent.exists():
+        raise FileNotFoundError(errno.ENOENT, f"{what}: there is no such folder", str(path.parent))
+    return path
+
+
+def write_atomically(path: Path, data: bytes) -> None:
+    """Put `data` at `path`, making its parent folders, so that no reader ever meets a part of it there.
+
+    The bytes go to a hidden neighbour first, which then takes the name. A failure removes the neighbour; a kill leaves
+    it behind, as `.<name>.<random>.tmp`, and what was at `path` before is still there. A link at `path` is replaced,
+    not followed: a file that a cache shares is never written through. Raises OSError, with the path that was given.
+    """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "expected the name of a file, got a folder", str(path))
+    if path.parent.exists() and not path.parent.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, "expected a folder, got a file", str(path.parent))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    neighbour = path.with_name(f".{path.name}.{os.urandom(4).hex()}.tmp")
+    try:
+        with neighbour.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())  # else a power failure may keep the new name and lose the bytes
+        neighbour.replace(path)
+    except OSError as error:
+        error.filename = str(path)  # nobody knows the neighbour by name
+        raise
+    finally:
+        neighbour.unlink(missing_ok=True)  # once it took the name there is nothing left to remove
+
+
+def read_bytes(path: Path, most: int | None = None) -> bytes:
+    """Return a file's content. Raises InputError where it cannot be read, or has more than `most` bytes."""
+    with opened(path) as file:
+        data = file.read(-1 if most is None else most + 1)
+    if most is not None and len(data) > most:
+        raise InputError(f"{path}: it has more than {most} bytes")
+    return data
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[BinaryIO]:
+    """Open a file to read it. Raises InputError where it cannot be read, and for what has no end, as a device or pipe.
+
+    To open a pipe would wait until somebody writes.
+    """
+    try:
+        if not (path.is_file() or path.is_dir()) and path.exists():
+            raise InputError(f"{path}: expected a file, got a device or a pipe, which may have no end")
+        with path.open("rb") as file:
+            yield file
+    except OSError as error:
+        raise unreadable(path, error) from error
+
+
+def unwritable(error: OSError) -> str:
+    """Say which file could not be written, or whatever else the system refused, and why."""
+    named = "" if error.filename is None else f"{error.filename}: "
+    return f"{named}{error.strerror or error}"
+
+
+def unreadable(path: Path, error: OSError) -> InputError:
+    """Return what to raise where `error` came of opening or reading `path`: it says why, for whoever named the file."""
+    if isinstance(error, FileNotFoundError):
+        looked = "" if path.is_absolute() else f" in {Path.cwd()}"
+        return InputError(f"{path}: there is no such file{looked}")
+    if os.path.isdir(path):  # noqa: PTH112  `path.is_dir()` raises where a name is too long
+        return InputError(f"{path}: expected a file, got a folder")
+    return InputError(f"{path}: cannot be read ({error.strerror or error})")
+
+
+def write_text(path: Path, text: str) -> None:
+    r"""Write UTF-8, and each newline as it stands in `text`: `\n` stays `\n` on every machine. Raises OSError."""
+    write_atomically(path, text.encode())
+
+
+def write_json(path: Path, value: object) -> None:
+    """Write the bytes of `to_json`. Raises OSError, and ValueError for NaN and infinities."""
+    write_atomically(path, to_json(value))
+
+
+def read_json(path: Path) -> object:
+    """Return what a JSON file says. Raises InputError where it cannot be read, or is no JSON."""
+    try:
+        return from_json(read_bytes(path))
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def to_json(value: object) -> bytes:
+    """Return indented UTF-8 JSON in the order given, with a final newline. ValueError: NaN or an infinity."""
+    text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return text.encode(errors="backslashreplace")  # a lone surrogate, of a file's name, is \udcff in JSON too
+
+
+def from_json(data: bytes) -> object:
+    """Return what the JSON in `data` says. ValueError: it is no UTF-8, no JSON, says NaN, or names a key twice."""
+    try:
+        value: object = _DECODER.decode(data.decode())
+    except UnicodeDecodeError as error:
+        raise ValueError("expected JSON, got bytes that are no text in UTF-8") from error
+    except json.JSONDecodeError as error:
+        raise ValueError(f"expected JSON, {_instead(error)}") from error
+    except RecursionError as error:
+        raise ValueError("JSON nested too deeply") from error
+    return value
+
+
+def from_yaml(data: bytes) -> object:
+    """Return what the YAML in `data` says. ValueError: it is none, or is nested, or repeats itself, beyond any use.
+
+    Parts may be repeated by aliases; each counts as often as it is repeated. ModuleNotFoundError: no ruamel.yaml.
+    """
+    from ruamel.yaml import YAML  # noqa: PLC0415  an extra
+    from ruamel.yaml.error import YAMLError  # noqa: PLC0415
+
+    try:
+        text = data.decode()
+        _require_small(YAML(typ="safe", pure=True).parse(text))
+        content: object = YAML(typ="safe", pure=True).load(text)
+    except (YAMLError, ValueError) as error:
+        raise ValueError(f"is not YAML: {' '.join(str(error).split())}") from error
+    return content
+
+
+def _require_small(events: Iterable[Any]) -> None:
+    """Raise ValueError where YAML has too many values, or is nested too deeply."""
+    sizes: dict[str, int] = {}
+    open_nodes: list[tuple[str | None, int]] = []  # anchors of sequences and mappings, and the values before them
+    count = 0
+    for event in events:
+        match type(event).__name__:
+            case "AliasEvent":
+                if event.anchor not in sizes:
+                    raise ValueError(f"the alias {event.anchor} is of nothing that ends before it")
+                count += sizes[event.anchor]
+            case "ScalarEvent":
+                count += 1
+                if event.anchor:
+                    sizes[event.anchor] = 1
+            case "SequenceStartEvent" | "MappingStartEvent":
+                open_nodes.append((event.anchor, count))
+                count += 1
+            case "SequenceEndEvent" | "MappingEndEvent":
+                anchor, before = open_nodes.pop()
+                if anchor:
+                    sizes[anchor] = count - before
+        if len(open_nodes) > YAML_DEPTH:
+            raise ValueError(f"it is nested more than {YAML_DEPTH} deep")
+        if count > YAML_VALUES:
+            raise ValueError(f"it has more than {YAML_VALUES} values, each counted as often as aliases repeat it")
+
+
+def _instead(error: json.JSONDecodeError) -> str:
+    """Say what came where JSON was expected."""
+    found = error.doc[error.pos :].strip()
+    return f"got {short(found) if found else 'the end of the file'} in line {error.lineno}, column {error.colno}"
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no JSON number")
+
+
+def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    found: dict[str, object] = {}
+    for key, value in pairs:
+        if key in found:
+            raise ValueError(f"key {short(key)} appears twice in one object")
+        found[key] = value
+    return found
+
+
+# Built once: logs hold a small object in each of their messages.
+_DECODER = json.JSONDecoder(parse_constant=_refuse_constant, object_pairs_hook=_unique)

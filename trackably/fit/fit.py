@@ -1,0 +1,169 @@
+"""A reference with what it was learned from: how far it is from its samples, and what its bounds cost."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.certificates.pinned import Pinned
+from trackably.condensed.cost import Condensation
+from trackably.files import LEFT_OUT
+from trackably.fit.edges import Edge, edges_of
+from trackably.fit.misfit import Misfit
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.prior import NOISE
+from trackably.gp.samples import Samples
+from trackably.learning.joint.contacts import Contact, contacts
+from trackably.learning.problem import ActiveBound, Method, Solution
+from trackably.systems.flat.functional import Functional
+from trackably.systems.flat.trajectory import Coordinate
+from trackably.systems.reference import Reference
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A `reference` learned from `samples` of the flat outputs: all that is known of it beside its proof.
+
+    `prior` has the learned hyperparameters, `unconstrained_prior` those of the least l that was found without bounds.
+    `objective` is J = l + D; `method` says whether the function was learned or its hyperparameters alone (then D = 0).
+    `active_bounds` are those that hold the function back, with multipliers and prices. At some times the values of
+    states or inputs are `pinned`. Of samples that stand for more of them, `condensed` says what that costs. The length
+    scales in `limited` were sought only up to where float64 can evaluate the reference. The search was
+    ended by a `budget` [s], or not (None).
+    """
+
+    reference: Reference
+    samples: tuple[Samples, ...]
+    prior: JointPrior
+    unconstrained_prior: JointPrior
+    objective: float
+    moved: Method  # `method`, under the name that saved references have for it
+    active_bounds: tuple[ActiveBound, ...]
+    pinned: tuple[Pinned, ...]
+    condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
+    limited: tuple[str, ...] = field(default=(), metadata={LEFT_OUT: True})
+    budget: float | None = field(default=None, metadata={LEFT_OUT: True})
+
+    @classmethod
+    def of(
+        cls,
+        reference: Reference,
+        solution: Solution,
+        unconstrained: JointPosterior,
+        pinned: tuple[Pinned, ...],
+        condensed: tuple[Condensation, ...] = (),
+        limited: tuple[str, ...] = (),
+        budget: float | None = None,
+    ) -> Self:
+        """Return the fit of a solution; of it and the `unconstrained` posterior, the one with smaller l is compared."""
+        learned = solution.posterior
+        least = min(unconstrained, learned, key=lambda posterior: posterior.negative_log_marginal_likelihood()[0])
+        return cls(
+            reference,
+            learned.samples,
+            learned.prior,
+            least.prior,
+            solution.objective,
+            solution.method,
+            solution.active_bounds,
+            pinned,
+            condensed,
+            limited,
+            budget,
+        )
+
+    @property
+    def method(self) -> Method:
+        """What was learned."""
+        return self.moved
+
+    @cached_property
+    def posterior(self) -> JointPosterior:
+        return JointPosterior(self.prior, self.samples)
+
+    @cached_property
+    def unconstrained_posterior(self) -> JointPosterior:
+        return JointPosterior(self.unconstrained_prior, self.samples)
+
+    @cached_property
+    def price(self) -> float:
+        """J minus the least l."""
+        return self.objective - self.unconstrained_posterior.negative_log_marginal_likelihood()[0]
+
+    @property
+    def duality_gap(self) -> float:
+        """An upper bound of how much J could fall for the same hyperparameters: 2 Σ_a λ_a (q_a − bound_a) ≥ 0.
+
+        The bounds are those of the plant, not those that were drawn in for the proof. Weak duality makes it a bound for
+        linear systems; for formulas it holds to first order. Given values count nothing: they are met exactly.
+        """
+        return sum(
+            2 * bound.multiplier * self._distance(bound) for bound in self.active_bounds if bound.side != "equal"
+        )
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """The active bounds, joined where they are less than a correlation time apart; the dearest come first."""
+        return contacts(
+            self.active_bounds, min(signal.kernel.correlation_time for signal in self.reference.kernel_sums)
+        )
+
+    @cached_property
+    def misfits(self) -> tuple[Misfit, ...]:
+        """How far the reference and the unconstrained fit are from the samples of each name."""
+        return self.misfits_to(self.samples)
+
+    def misfits_to(self, samples: tuple[Samples, ...]) -> tuple[Misfit, ...]:
+        """Return the same for other samples of each flat output, such as all that the fit's own stand for."""
+        off, free = (self._off(reference, samples) for reference in (self.reference, self.unconstrained))
+        parts = zip(self.prior.names, samples, self.prior.parts, self.unconstrained_prior.parts, strict=True)
+        return tuple(
+            Misfit(
+                name, of, off[name], free[name], float(own.noise_std), float(least.noise_std), NOISE in least.learned
+            )
+            for process, together, own, least in parts
+            for name, of in together.by_name(process).items()
+        )
+
+    @cached_property
+    def edges(self) -> tuple[Edge, ...]:
+        """The learned hyperparameters that lie at an end of their search interval."""
+        return edges_of(self.prior, self.samples)
+
+    @cached_property
+    def unconstrained(self) -> Reference:
+        """The reference of least l, which need not keep any bounds."""
+        return Reference(self.unconstrained_posterior.signals, self.reference.plant)
+
+    def std_of(self, coordinates: Iterable[Coordinate], t: Array) -> Array:
+        """Return the posterior standard deviations of coordinates at t [s], given the samples: shape (*t.shape, q)."""
+        variances = [self._variance(q, t) for q in coordinates]
+        return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
+
+    def _variance(self, q: Coordinate, t: Array) -> Array:
+        """Return the posterior variance at t [s]: the shape of t. Of formulas it is to first order, at each t anew."""
+        if isinstance(q, Functional):
+            return self.posterior.variance_of(q.rounded, t, q.sampling_time)
+        each = [
+            self.posterior.variance_of(q.weights_at(self.reference.kernel_sums, at), at, q.sampling_time)
+            for at in t.reshape(-1, 1)
+        ]
+        return np.array(each).reshape(t.shape)
+
+    def _off(self, reference: Reference, samples: tuple[Samples, ...]) -> dict[str, Array]:
+        """Return samples minus what a reference says of them."""
+        flat = zip(self.prior.names, samples, reference.kernel_sums, strict=True)
+        return {
+            name: of.values - of.stencil.measured(signal, of.times)
+            for process, together, signal in flat
+            for name, of in together.by_name(process).items()
+        }
+
+    def _distance(self, bound: ActiveBound) -> float:
+        """Return how far the reference stays inside an active bound, in the quantity's unit."""
+        quantity = self.reference.quantity(bound.name)
+        value = quantity(self.reference.kernel_sums, np.asarray(bound.time)).item()
+        return value - quantity.bounds.lower if bound.side == "lower" else quantity.bounds.upper - value

@@ -1,0 +1,174 @@
+"""Certify a trajectory that somebody else made: a proof, a counterexample, or what a proof lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from trackably.arguments import instance, real
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.goal import Claim
+from trackably.certificates.judge import judged
+from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.prove import Outcome, prove, prove_on_window
+from trackably.given.certified import CertifiedReference
+from trackably.given.conversion import Interpolation, as_pieces, repeats
+from trackably.given.flat_outputs import distance, flat_output
+from trackably.given.python_control import is_flat_trajectory, states_as_pieces
+from trackably.gp.stencil import Stencil
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sampling import default_sample, shows_level, stencils_by_name
+from trackably.systems.signals.pieces import Beyond, PolynomialPieces
+
+
+def certify(
+    trajectory: Any, plant: ConstrainedSystem, claim: Claim | None = None, interpolation: Interpolation | None = None
+) -> CertifiedReference | Counterexample | Unproved:
+    """Prove that a linear `plant` can follow a trajectory within its bounds at all times, or refute it.
+
+    Parameters
+    ----------
+    trajectory
+        By name of a state, or of a flat output (z1, z2, …): one curve for each flat output of the plant. A plant with
+        one flat output takes the curve of its first state without a name. Curves are splines of SciPy,
+        PolynomialPieces, or samples with the name of an interpolation: an array (one value a step, from step 0), or
+        Samples. A flat trajectory of python-control gives all states; where its basis does not say when it ends (T is
+        left out), a claim from start to end has to.
+    plant
+        The system with its sets.
+    claim
+        "all_times": all t ≥ 0, curves are at rest after their last piece; "all_phases": all t, curves are periodic; or
+        the window from start to end [s]. Left out, all phases of curves that say that they are periodic, or the window
+        from the latest first time to the earliest last time of the curves.
+    interpolation
+        What is between samples: "linear", "cubic", "quintic", "pchip", "akima".
+
+    A flat output z1 is taken as it is. A curve of a state is shown by the flat output that is nearest to it: the states
+    are off the curve by `CertifiedReference.off`, which is of second order in the sampling time, and zero where a
+    system has as many inputs as states. The states and inputs of the reference obey the system exactly, and its
+    certificate is about them.
+
+    Returns
+    -------
+    CertifiedReference
+        Proved: the plant can follow the reference, within its bounds.
+    Counterexample
+        Refuted: the time at which a bound is broken for certain, and by how much.
+    Unproved
+        Neither: the margin is smaller than the error of float64 evaluation, or a number is too large to bound it.
+
+    Raises
+    ------
+    ValueError
+        Where curves do not fit the plant, or a claim does not fit the curves. The plant is not linear.
+    TypeError
+        Where a curve is none.
+
+    """
+    given = Given.of(trajectory, plant, claim, interpolation)
+    outcome = judged(given.prove())
+    if not isinstance(outcome, Certificate):
+        return outcome
+    return CertifiedReference(given.reference, outcome, given.off(outcome))
+
+
+@dataclass(frozen=True)
+class Given:
+    """Curves by name, in the order of the flat outputs, with the stencils by which these show them."""
+
+    curves: Mapping[str, PolynomialPieces]
+    stencils: Mapping[str, Stencil]
+    plant: ConstrainedSystem
+    beyond: Beyond
+    window: tuple[float, float] | None
+
+    @classmethod
+    def of(
+        cls, trajectory: Any, plant: ConstrainedSystem, claim: Claim | None, interpolation: Interpolation | None
+    ) -> Given:
+        instance("certify: plant", plant, ConstrainedSystem, "a ConstrainedSystem")
+        if not isinstance(plant.system, LinearSystem):
+            raise ValueError(
+                "certify: given trajectories are proved for linear systems only; this one is nonlinear: certify_table "
+                "proves its states and inputs at the steps, and learn_reference learns one that is proved at all times"
+            )
+        named = _named(trajectory, plant, None if claim is None or isinstance(claim, str) else claim)
+        if claim is None and all(map(repeats, named.values())):
+            claim = "all_phases"
+        beyond = _beyond(claim, named)
+        stencils = stencils_by_name(plant, named)
+        curves = {name: as_pieces(curve, beyond, interpolation, plant.sampling_time) for name, curve in named.items()}
+        return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, _window(claim, curves))
+
+    @property
+    def signals(self) -> tuple[PolynomialPieces, ...]:
+        """The flat outputs."""
+        step, orders = self.plant.sampling_time, self.plant.flatness.orders
+        return tuple(
+            flat_output(self.curves[name], self.stencils[name], order, step)
+            for name, order in zip(self.curves, orders, strict=True)
+        )
+
+    @property
+    def reference(self) -> Reference:
+        return Reference(self.signals, self.plant)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """From when to when the claim is about more than rest, or the first period [s]."""
+        last = max(float(curve.breakpoints[-1]) for curve in self.curves.values())
+        if self.beyond == "period":
+            first = min(float(curve.breakpoints[0]) for curve in self.curves.values())
+            return first, last
+        return self.window or (0.0, last)
+
+    def prove(self) -> Outcome:
+        """Prove the claim about the reference. ValueError: it does not fit the curves."""
+        return prove_on_window(self.reference, *self.window) if self.window else prove(self.reference)
+
+    def off(self, certificate: Certificate) -> dict[str, float]:
+        """Return how far states are from the given curves, by name."""
+        step, signals = self.plant.sampling_time, self.signals
+        return {
+            name: distance(curve, signal, self.stencils[name], step, certificate.claim)
+            for (name, curve), signal in zip(self.curves.items(), signals, strict=True)
+        }
+
+
+def _named(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float] | None) -> dict[str, Any]:
+    if is_flat_trajectory(trajectory):
+        states = dict(zip(plant.system.states, states_as_pieces(trajectory, "end", span), strict=True))
+        alone = [functional.stencil for functional in plant.flatness.states]
+        names: dict[int, str] = {}
+        for name, seen in zip(plant.system.states, alone, strict=True):
+            if seen is not None and shows_level(seen[1]):
+                names.setdefault(seen[0], name)
+        return {name: states[name] for name in names.values()}
+    if isinstance(trajectory, Mapping):
+        return dict(trajectory)
+    return {default_sample(plant): trajectory}
+
+
+def _beyond(claim: Claim | None, named: Mapping[str, Any]) -> Beyond:
+    match claim:
+        case "all_times":
+            return "period" if all(map(repeats, named.values())) else "rest"
+        case "all_phases":
+            return "period"
+        case None | (_, _):
+            return "end"
+    raise ValueError(f"claim: must be all_times, all_phases or a pair of times, got {claim!r}")
+
+
+def _window(claim: Claim | None, curves: Mapping[str, PolynomialPieces]) -> tuple[float, float] | None:
+    if isinstance(claim, str):
+        return None
+    firsts, lasts = ([float(curve.breakpoints[i]) for curve in curves.values()] for i in (0, -1))
+    start, end = (max(firsts), min(lasts)) if claim is None else (real("claim: start", t) for t in claim)
+    if not (max(firsts) <= start < end <= min(lasts)):
+        known = f"from {max(firsts):.9g} s to {min(lasts):.9g} s"
+        raise ValueError(f"claim: trajectories are given {known}, but the claim is about {start:.9g} s to {end:.9g} s")
+    return start, end

@@ -1,0 +1,118 @@
+"""Curves that people have as polynomial pieces: SciPy's splines, samples with the name of an interpolation."""
+
+from reprlib import repr as short
+from typing import Any, Literal, get_args
+
+import numpy as np
+from scipy.interpolate import (
+    Akima1DInterpolator,
+    BPoly,
+    BSpline,
+    CubicSpline,
+    PchipInterpolator,
+    PPoly,
+    UnivariateSpline,
+    make_interp_spline,
+)
+
+from trackably.arguments import numbers
+from trackably.arrays import Array
+from trackably.gp.samples import Samples
+from trackably.systems.signals.pieces import Beyond, PolynomialPieces
+
+Interpolation = Literal["linear", "cubic", "quintic", "pchip", "akima"]
+"""Between samples: straight lines, splines of degree 3 or 5, or cubic pieces with slopes from neighbours."""
+
+_FREE_QUINTIC = 6  # samples: as many as a polynomial of degree 5 has coefficients
+
+_ACCEPTED = (
+    "a spline of SciPy (PPoly, CubicSpline, Akima1DInterpolator, PchipInterpolator, BSpline, BPoly, UnivariateSpline), "
+    "PolynomialPieces, a flat trajectory of python-control, or samples with interpolation="
+)
+
+
+def repeats(given: Any) -> bool:
+    """Return whether a curve says of itself that it is periodic."""
+    if isinstance(given, PolynomialPieces):
+        return given.beyond == "period"
+    return getattr(given, "extrapolate", None) == "periodic"
+
+
+def as_pieces(
+    given: Any, beyond: Beyond, interpolation: Interpolation | None = None, step: float | None = None
+) -> PolynomialPieces:
+    """Return a curve as polynomial pieces; `step` [s] is the time between samples that have no times.
+
+    What is proved are the float64 coefficients of the pieces. Those of B-splines are computed, and rounded.
+
+    Raises TypeError for what is no curve, and ValueError for one of several values, an unknown interpolation, or
+    breakpoints that decrease or are no numbers.
+    """
+    if isinstance(given, PolynomialPieces):
+        return PolynomialPieces(given.breakpoints, given.coefficients, beyond)
+    if isinstance(given, UnivariateSpline):
+        given = BSpline(*vars(given)["_eval_args"])
+    if isinstance(given, BSpline):
+        given = _from_b_spline(given)
+    elif isinstance(given, BPoly):
+        given = PPoly.from_bernstein_basis(given)
+    elif not isinstance(given, PPoly):
+        times, values = _samples(given, step)
+        given = interpolated(times, values, interpolation, beyond)
+    if given.c.ndim != 2:
+        raise ValueError(f"trajectory: expected one value at a time, got {given.c.shape[2:]}; name each by itself")
+    if not (np.all(np.diff(given.x) >= 0) and given.x[0] < given.x[-1]):
+        raise ValueError(f"trajectory: breakpoints must be numbers that increase, got {short(given.x.tolist())}")
+    kept = np.flatnonzero(np.diff(given.x) > 0)  # B-splines have knots that are equal
+    return PolynomialPieces(np.append(given.x[kept], given.x[kept[-1] + 1]), given.c[::-1].T[kept], beyond)
+
+
+def _from_b_spline(spline: Any) -> Any:
+    """Return the pieces between the knots where all B-splines are known: others lie outside of what it interpolates."""
+    found, k = PPoly.from_spline(spline), int(spline.k)
+    inside = slice(k, len(spline.t) - k - 1)
+    return PPoly(found.c[:, inside], np.append(found.x[inside], found.x[inside.stop]))
+
+
+def _samples(given: Any, step: float | None) -> tuple[Array, Array]:
+    if isinstance(given, Samples):
+        return np.asarray(given.times), given.values
+    if callable(given) or isinstance(given, str):
+        raise TypeError(f"trajectory: expected {_ACCEPTED}, got {short(given)}")
+    values = numbers("trajectory", given)
+    if values.ndim != 1 or step is None:
+        raise TypeError(f"trajectory: expected {_ACCEPTED}, got an array of shape {values.shape}")
+    samples = Samples(np.arange(len(values), dtype=float) * step, values)
+    return np.asarray(samples.times), samples.values
+
+
+def interpolated(times: Array, values: Array, how: Interpolation | None, beyond: Beyond) -> Any:
+    """Return the interpolation of samples. Splines come to rest with zero slopes, or are periodic, or free at ends.
+
+    ValueError: the interpolation is unknown or None, there are too few samples for it, or they do not close a period.
+    """
+    if how is None or how not in get_args(Interpolation):
+        raise ValueError(f"interpolation: samples need one of {', '.join(get_args(Interpolation))}, got {how!r}")
+    if len(values) < (fewest := _FREE_QUINTIC if (how, beyond) == ("quintic", "end") else 2):
+        raise ValueError(f"interpolation: {how} needs {fewest} samples at least, got {len(values)}")
+    try:
+        return _interpolated(times, values, how, beyond)
+    except ValueError as error:  # of SciPy: a period that is not closed, for example
+        raise ValueError(f"interpolation: {how} of {len(values)} samples: {error}") from error
+
+
+def _interpolated(times: Array, values: Array, how: Interpolation, beyond: Beyond) -> Any:
+    ends: Any = {"rest": "clamped", "period": "periodic", "end": "not-a-knot"}[beyond]
+    match how:
+        case "cubic":
+            return CubicSpline(times, values, bc_type=ends)
+        case "quintic":
+            flat = [(1, 0.0), (2, 0.0)]
+            conditions: Any = (flat, flat) if beyond == "rest" else "periodic" if beyond == "period" else None
+            return _from_b_spline(make_interp_spline(times, values, k=5, bc_type=conditions))
+        case "linear":
+            return _from_b_spline(make_interp_spline(times, values, k=1))
+        case "pchip":
+            return PchipInterpolator(times, values)
+        case "akima":
+            return Akima1DInterpolator(times, values)

@@ -1,0 +1,190 @@
+"""Factorise K + V in the fastest way that is exact up to rounding."""
+
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.factors.band import Band, blocks, reach
+from trackably.gp.factors.chebyshev import ROUNDING, Basis
+from trackably.gp.factors.dense import Dense
+from trackably.gp.factors.factorisation import Covariance, Factorisation
+from trackably.gp.factors.fourier import Fourier
+from trackably.gp.factors.grid import Grid
+from trackably.gp.factors.low_rank import LowRank
+from trackably.gp.factors.markov.markov import Markov
+from trackably.gp.factors.toeplitz import Toeplitz
+from trackably.gp.kernels.matern import Matern
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.stencil import Stencil
+from trackably.gp.stencils import Stencils
+
+LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
+_LARGEST_BLOCK = LARGEST_DENSE // 2
+_FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for structure
+_FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
+_MOST_WAVES = 0.65  # for each sample: with more, the dense matrix is faster
+_COST_OF_LOOKING = 5e5  # nanoseconds: looking for other structure takes half of it, the least of their costs as well
+_NEGLIGIBLE = 2.0**-53  # of the variance: a smaller addition to a diagonal entry is lost in rounding
+_AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
+_PRECISE = 1e-10  # the largest estimated error of band matrices: that of gradients may be a hundred times as large
+_LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
+_EPS = float(np.finfo(float).eps)
+
+
+def noise_variance(prior: Prior, samples: Samples) -> Array:
+    """Return σ_n² ϱ_i² of each sample i, shape (n,)."""
+    return np.asarray(prior.noise_std**2 * samples.relative_variance)
+
+
+def factorise_kinds(prior: Prior, samples: Samples, stencils: Stencils) -> Factorisation | None:
+    """Factorise K + V of samples of several kinds; None as `factorise`. ValueError: too many for a dense matrix."""
+    if len(samples) > LARGEST_DENSE:
+        raise ValueError(
+            f"samples: {len(samples)} of {' and '.join(stencils.names)} are too many to learn from together; thin them "
+            f"out to {LARGEST_DENSE}, or give one of them"
+        )
+    return Dense.of(stencils.entries(prior.kernel, samples.times), noise_variance(prior, samples))
+
+
+class Candidate(NamedTuple):
+    """A way to factorise A = K + V: `compute` takes about `cost` nanoseconds; None if A is not positive definite."""
+
+    cost: float
+    compute: Callable[[], Factorisation | None]
+
+
+def factorise(prior: Prior, samples: Samples, covariance: Covariance) -> Factorisation | None:
+    """Factorise K + V, K being the `covariance` of the samples; None if it is not positive definite in float64."""
+    fast = waves(prior, samples, covariance) if len(samples) >= _FEWEST_OF_WAVES else None
+    if len(samples) < _FEWEST:
+        return (fast and fast.compute()) or unstructured(prior, samples, covariance)
+    if fast and fast.cost < _COST_OF_LOOKING and (factor := fast.compute()):
+        return factor
+    found = (each.compute() for each in sorted(candidates(prior, samples, covariance), key=lambda each: each.cost))
+    return next((factor for factor in found if factor is not None), None)
+
+
+def unstructured(prior: Prior, samples: Samples, covariance: Covariance) -> Dense | None:
+    """Factorise K + V without looking for structure; None as `factorise`."""
+    return Dense.of(lambda part: covariance(samples.apart[part]), noise_variance(prior, samples))
+
+
+def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[Candidate]:
+    """Return all factorisations that are exact up to rounding.
+
+    Their costs were measured on one machine; only their order matters.
+    """
+    n, found = len(samples), list(_structured(prior, samples, covariance))
+    if n <= LARGEST_DENSE or not found:
+        found.append(Candidate(0.025 * n**3 + 8 * n**2, partial(unstructured, prior, samples, covariance)))
+    return found
+
+
+def waves(prior: Prior, samples: Samples, covariance: Covariance) -> Candidate | None:
+    """Return the factorisation in cosines and sines; None where these are not well below the samples in number.
+
+    None, too, where rounding of K would show: what is promised is agreement with the dense factorisation.
+    """
+    n, stencil, noise = len(samples), samples.stencil, prior.noise_std**2
+    assert isinstance(stencil, Stencil), "covariances of several kinds of samples have no such structure"
+    density = stencil.spectral_density(prior.kernel)
+    if density is None or (rung := samples.ladder.rung(density, _MOST_WAVES * n)) is None:
+        return None
+    least = noise * samples.ladder.least_variance
+    if n <= LARGEST_DENSE and not ROUNDING * density.largest * math.sqrt(n) <= _AGREEMENT * least:
+        return None
+    m, basis = rung.waves, partial(_basis, prior, samples, covariance)
+    cost = 0.03 * m**3 + 6 * m**2 + 3 * n * m + 0.01 * n * m**2 + 6e4  # waves are used about ten times
+    return Candidate(cost, partial(Fourier.of, samples.ladder, rung, density, noise, basis))
+
+
+class _Rounding(NamedTuple):
+    """What rounding may change, and how much of it is `allowed`.
+
+    Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative): η ≤ `tolerance`.
+    Entries of K are up to `largest`, and change by up to `slope` in a second.
+    """
+
+    largest: float
+    slope: float
+    tolerance: float
+    allowed: float
+
+    @classmethod
+    def of(cls, prior: Prior, samples: Samples) -> "_Rounding":
+        n, stencil, kernel = len(samples), samples.stencil, prior.kernel
+        assert isinstance(stencil, Stencil), "covariances of several kinds of samples have no such structure"
+        largest = stencil.largest_gain * kernel(np.zeros(())).item()
+        slope = largest / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
+        tolerance = _AGREEMENT * float(np.min(noise_variance(prior, samples))) / np.sqrt(n)
+        return cls(largest, slope, tolerance, tolerance if n <= LARGEST_DENSE else np.inf)
+
+    @property
+    def entries(self) -> float:
+        """Rounding of the values of κ."""
+        return _EPS * self.largest
+
+    def lengths(self, span: float) -> float:
+        """Rounding of distances in time up to `span` [s]."""
+        return _EPS * self.slope * span
+
+
+def _points(prior: Prior, samples: Samples, covariance: Covariance) -> int | None:
+    """Return how many Chebyshev points resolve the covariance; None where n/2 do not, or rounding would show."""
+    rounding, n, times = _Rounding.of(prior, samples), len(samples), samples.times
+    # Chebyshev points are computed for times from 0 on; shifting them to the first sample rounds them.
+    moved = float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
+    placed = rounding.slope * moved <= rounding.tolerance * (1 if n <= LARGEST_DENSE else _LOOSENED)
+    error = ROUNDING * rounding.largest + rounding.lengths(samples.bases.span)
+    resolved = placed and prior.kernel.is_analytic and error <= rounding.allowed
+    return samples.bases.points_for(covariance, n // 2) if resolved else None
+
+
+def _basis(prior: Prior, samples: Samples, covariance: Covariance) -> Basis | None:
+    """Return the basis of few points where there are many samples, so that their sums of kernels are short."""
+    count = _points(prior, samples, covariance) if len(samples) >= _FEWEST else None
+    return samples.bases.of(count) if count else None
+
+
+def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Iterator[Candidate]:
+    """Yield the factorisations that use structure of K, where rounding allows them."""
+    variances, rounding = noise_variance(prior, samples), _Rounding.of(prior, samples)
+    assert isinstance(samples.stencil, Stencil), "covariances of several kinds of samples have no such structure"
+    n, times, kernel, lags = len(samples), samples.times, prior.kernel, samples.stencil.lags
+    span, gain, allowed = samples.bases.span, samples.stencil.largest_gain, rounding.allowed
+    (variance,), _ = covariance(np.zeros(1))
+    if not (variance > 0 and np.isfinite(rounding.slope)):
+        return
+    entries, lengths = rounding.entries, rounding.lengths(span)
+
+    if spectral := waves(prior, samples, covariance):
+        yield spectral
+
+    if entries <= allowed and np.isfinite(kernel.decay_distance):
+        rows = blocks(times, reach(kernel, span, _NEGLIGIBLE * variance / gain) + abs(lags[-1][1]))
+        if len(rows) > 2 and max(row.stop - row.start for row in rows) <= _LARGEST_BLOCK:
+            yield Candidate(_cost_of_band(rows), partial(Band.of, times, rows, covariance, variances))
+
+    if entries <= allowed and isinstance(kernel, Matern) and all(rho > 0 for rho, _ in lags):
+        (decay,) = kernel.decays
+        yield Candidate(800.0 * n + 6.5e5, partial(Markov.of, times, decay, lags, variances, _PRECISE))
+
+    if m := _points(prior, samples, covariance):
+        known = samples.relative_noise, prior.noise_std**2
+        cost = 0.2 * m**3 + 12 * m**2 + 4 * n * m + 0.01 * n * m**2 + 2e5  # a basis is used about ten times
+        yield Candidate(cost, lambda: LowRank.of(samples.bases.of(m), covariance, *known))
+
+    grid = Grid.of(times) if np.all(variances == variances[0]) else None
+    if grid and entries + lengths + 2 * rounding.slope * grid.deviation <= allowed:
+        yield Candidate(0.6 * n**2 + 500 * n + 6e5, partial(Toeplitz.of, grid, covariance, float(variances[0])))
+
+
+def _cost_of_band(rows: list[slice]) -> float:
+    own = np.array([row.stop - row.start for row in rows], dtype=float)
+    after = np.append(own[1:], 0.0)
+    return float(np.sum(0.06 * own**3 + 0.12 * own * after * (own + after) + 12 * own * (own + after) + 7.5e4))

@@ -1,0 +1,161 @@
+"""Hyperparameters: known numbers, or learned from samples within an interval.
+
+A `Hyperparameter` field takes a number (known), a pair (learned between the two), or nothing (learned in an interval
+chosen from the samples). Its value is a number. The value of a learned hyperparameter is a `Learned`: the present
+value with the interval. Only this type says which hyperparameters are learned.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Self, overload
+
+from trackably.arguments import is_number
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Scales of `count` samples: the signal's `amplitude`, and the `span` and smallest `spacing` [s] of the times."""
+
+    amplitude: float
+    span: float
+    spacing: float
+    count: int
+
+
+class Search(NamedTuple):
+    """The interval in which a hyperparameter is sought, and the interval in which searches start.
+
+    If `starts` is None, searches start in the middle half of the bounds (of their logarithms).
+    """
+
+    bounds: Interval
+    starts: Interval | None = None
+
+
+class Learned(float):
+    """The present value of a hyperparameter learned in `interval`; if None, the interval is chosen from the samples."""
+
+    __slots__ = ("interval",)
+    interval: Interval | None
+
+    def __new__(cls, value: float, interval: Interval | None = None) -> Self:
+        learned = float.__new__(cls, value)
+        learned.interval = interval
+        return learned
+
+    @classmethod
+    def between(cls, lower: float, upper: float) -> Self:
+        """Return a hyperparameter learned between two numbers; its present value is their geometric mean."""
+        return cls(math.sqrt(lower * upper), (lower, upper))
+
+
+class Hyperparameter:
+    """A positive field of a frozen dataclass, known or learned; `search` chooses the interval if none is given."""
+
+    def __init__(self, search: Callable[[Scales], Search]) -> None:
+        self.search = search
+        self.name = ""
+
+    def __set_name__(self, _: type, name: str) -> None:
+        self.name = name
+
+    @overload
+    def __get__(self, owner: None, kind: type) -> None: ...
+
+    @overload
+    def __get__(self, owner: object, kind: type) -> float: ...
+
+    def __get__(self, owner: object | None, kind: type) -> float | None:
+        if owner is None:
+            return None  # the default value that the dataclass sees: without a value it is learned
+        value: float = vars(owner)[self.name]
+        return value
+
+    def __set__(self, owner: object, given: float | Interval | None) -> None:
+        try:
+            vars(owner)[self.name] = hyperparameter(given)
+        except ValueError as error:
+            raise ValueError(f"{type(owner).__name__}: {self.name} must be {error}, got {given!r}") from None
+
+
+def hyperparameter(given: Any) -> float:
+    """Return a hyperparameter as it is stored. ValueError, which says what is expected, if it is not valid."""
+    if type(given) in (Learned, float) and 0 < given < math.inf:  # what optimisers ask for, thousands of times
+        return given  # type: ignore[no-any-return]
+    match given:
+        case None:
+            return Learned(1.0)
+        case (lower, upper) if _is_positive(lower) and _is_positive(upper) and lower < upper:
+            return Learned.between(float(lower), float(upper))
+        case _ if _is_positive(given):
+            return given if isinstance(given, Learned) else float(given)
+    raise ValueError("a positive number (known) or [lower, upper] with 0 < lower < upper (learned)")
+
+
+def learned(value: float) -> Learned:
+    """Return a learned hyperparameter with this present value; if it is learned already, it keeps its interval."""
+    return value if isinstance(value, Learned) else Learned(value)
+
+
+def shown(value: float) -> str:
+    """Return a hyperparameter for people: its value, and whether it is learned and in which interval."""
+    if not isinstance(value, Learned):
+        return repr(value)
+    within = "" if value.interval is None else f" in [{value.interval[0]:.4g}, {value.interval[1]:.4g}]"
+    return f"{value:.4g} (learned{within})"
+
+
+def with_value(stored: float, value: float) -> float:
+    """Return `stored` with another value: learned in the same interval, or known."""
+    return Learned(value, stored.interval) if isinstance(stored, Learned) else float(value)
+
+
+def with_next(stored: float, values: Iterator[float]) -> float:
+    """Return `stored` with the next of the values, unchecked, if it is learned, and as it is if it is known."""
+    return Learned(next(values), stored.interval) if isinstance(stored, Learned) else stored
+
+
+def amplitude(scales: Scales) -> Search:
+    """Search for a standard deviation of the signal; it may have to become small until a reference is feasible."""
+    return Search(*_times(scales.amplitude, (1e-12, 1e3), (0.1, 10.0)))
+
+
+def noise(scales: Scales) -> Search:
+    """Search for the standard deviation of noise."""
+    return Search(*_times(scales.amplitude, (1e-4, 1e1), (1e-2, 1.0)))
+
+
+def duration(scales: Scales) -> Search:
+    """Search for a time [s] over which the signal changes."""
+    return Search((scales.spacing / 10, 100 * scales.span))
+
+
+def fraction_of_period(_: Scales) -> Search:
+    """Search for a length scale in units of the period."""
+    return Search((0.1, 10.0))
+
+
+def repetition(scales: Scales) -> Search:
+    """Search for a time [s] after which the signal repeats.
+
+    The samples cover at least one period, and each period has at least three of them: with two it may be an alias. The
+    likelihood has local minima in the whole interval, so searches start in all of it.
+    """
+    whole = scales.span * min(0.5, 3 / max(scales.count - 1, 1)), scales.span
+    return Search(whole, whole)
+
+
+def tail_weight(_: Scales) -> Search:
+    """Search for the shape of a rational quadratic kernel, which has no unit."""
+    return Search((1e-2, 1e4), (0.3, 30.0))
+
+
+def _times(scale: float, bounds: Interval, starts: Interval) -> tuple[Interval, Interval]:
+    return (bounds[0] * scale, bounds[1] * scale), (starts[0] * scale, starts[1] * scale)
+
+
+def _is_positive(given: object) -> bool:
+    return is_number(given) and 0 < given < math.inf

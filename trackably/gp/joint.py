@@ -1,0 +1,178 @@
+"""Several processes, each with samples of its own, that are learned together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.factors.cached import cached
+from trackably.gp.hyperparameter import Learned, Scales, Search
+from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+
+
+@dataclass(frozen=True)
+class JointPrior:
+    """Independent processes with `names`, one prior each; hyperparameters named in `shared` are the same for all.
+
+    A hyperparameter is called `<process>.<name>`, but plainly `<name>` if it is shared or there is one process only.
+    Raises ValueError if names repeat, if a shared hyperparameter is unknown, or if it is not the same in all priors.
+    """
+
+    parts: tuple[Prior, ...]
+    names: tuple[str, ...] = ("",)
+    shared: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        if not self.parts or len(set(self.names)) != len(self.parts) or len(self.names) != len(self.parts):
+            raise ValueError(f"prior: one name for each process is needed, got {self.names} for {len(self.parts)}")
+        for name in sorted(self.shared):
+            values = [part.hyperparameters[name] for part in self.parts if name in part.hyperparameters]
+            if not values:
+                raise ValueError(f"prior: {name} is shared, but no process has a hyperparameter of that name")
+            if len({(v, v.interval if isinstance(v, Learned) else ()) for v in values}) > 1:
+                raise ValueError(f"prior: {name} is shared, so that all processes must have the same {name}")
+
+    @classmethod
+    def of(cls, prior: "Prior | JointPrior") -> "JointPrior":
+        """Return the prior itself, or a single process as a joint prior of one."""
+        return prior if isinstance(prior, JointPrior) else cls((prior,))
+
+    @property
+    def hyperparameters(self) -> dict[str, float]:
+        """All of them, in natural units, process by process."""
+        return {
+            self.called(process, name): value
+            for process, part in zip(self.names, self.parts, strict=True)
+            for name, value in part.hyperparameters.items()
+        }
+
+    @cached
+    def learned(self) -> tuple[str, ...]:
+        """Names of the hyperparameters that are learned, in the order of every gradient."""
+        named = [self.called(process, name) for process, part in self._named for name in part.learned]
+        return tuple(dict.fromkeys(named))
+
+    @property
+    def log_hyperparameters(self) -> Array:
+        """ln θ of the learned ones, shape (p,)."""
+        return np.log([self.hyperparameters[name] for name in self.learned])
+
+    def search(self, name: str, scales: Sequence[Scales]) -> Search:
+        """Return the search interval of a learned hyperparameter, from the scales of its process's samples.
+
+        For a shared one, the samples of the first process count.
+        """
+        place = self.learned.index(name)
+        process = next(i for i, places in enumerate(self.places) if place in places)
+        part = self.parts[process]
+        return part.search(part.learned[self.places[process].index(place)], scales[process])
+
+    def with_log_hyperparameters(self, log_theta: Array) -> Self:
+        """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
+        values = np.exp(log_theta).tolist()
+        if len(values) != len(self.learned):
+            raise ValueError(f"prior: expected {len(self.learned)} logarithms, got {len(values)}")
+        parts = [
+            part.with_learned([values[place] for place in places])
+            for part, places in zip(self.parts, self.places, strict=True)
+        ]
+        return self.with_parts(tuple(parts))
+
+    def with_parts(self, parts: tuple[Prior, ...]) -> Self:
+        """Return the same with other priors of the processes, in which the same hyperparameters are learned."""
+        moved = object.__new__(type(self))
+        # Names do not depend on values: keep them, so that an optimiser does not check and compute them at every step.
+        vars(moved).update(parts=parts, names=self.names, shared=self.shared)
+        vars(moved).update(learned=self.learned, places=self.places)
+        return moved
+
+    def as_known(self) -> Self:
+        """Return the same with every hyperparameter known, as it is now."""
+        return type(self)(tuple(part.as_known() for part in self.parts), self.names, self.shared)
+
+    @cached
+    def places(self) -> tuple[list[int], ...]:
+        """For each process, the indices of its learned hyperparameters among all learned ones."""
+        return tuple(
+            [self.learned.index(self.called(process, name)) for name in part.learned] for process, part in self._named
+        )
+
+    @property
+    def _named(self) -> list[tuple[str, Prior]]:
+        return list(zip(self.names, self.parts, strict=True))
+
+    def called(self, process: str, name: str) -> str:
+        """Return the full name of a process's hyperparameter."""
+        plain = len(self.parts) == 1 or name in self.shared
+        return name if plain else f"{process}.{name}"
+
+
+@dataclass(frozen=True)
+class JointPosterior:
+    """Posteriors of all processes. Raises IllConditioned, on first use, if K + σ_n² I of one cannot be factored."""
+
+    prior: JointPrior
+    samples: tuple[Samples, ...]
+
+    @cached
+    def parts(self) -> tuple[Posterior, ...]:
+        return tuple([Posterior(prior, samples) for prior, samples in zip(self.prior.parts, self.samples, strict=True)])
+
+    @cached
+    def signals(self) -> tuple[KernelSum, ...]:
+        """The posterior means as functions of time."""
+        return tuple(part.signal for part in self.parts)
+
+    def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
+        """Return the sum of l over the processes, and ∂/∂ln θ of the learned hyperparameters, shape (p,)."""
+        if len(self.parts) == 1:
+            return self.parts[0].negative_log_marginal_likelihood()
+        total, gradient = 0.0, np.zeros(len(self.prior.learned))
+        for part, places in zip(self.parts, self.prior.places, strict=True):
+            value, by_own = part.negative_log_marginal_likelihood()
+            total += value
+            gradient[places] += by_own
+        return total, gradient
+
+    @property
+    def information(self) -> Array:
+        """The average information about ln θ of the learned hyperparameters, shape (p, p): see `Posterior`."""
+        if len(self.parts) == 1:
+            return self.parts[0].information
+        total = np.zeros((len(self.prior.learned), len(self.prior.learned)))
+        for part, places in zip(self.parts, self.prior.places, strict=True):
+            total[np.ix_(places, places)] += part.information
+        return total
+
+    def with_likeliest_means(self, between: Sequence[tuple[float, float] | None]) -> "JointPosterior":
+        """Return the same with each prior mean as likely as it can be in its interval; None: it stays as it is."""
+        pairs = zip(self.parts, between, strict=True)
+        parts = tuple(part if ends is None else part.with_likeliest_mean(*ends) for part, ends in pairs)
+        prior = self.prior.with_parts(tuple(part.prior for part in parts))
+        moved = JointPosterior(prior, self.samples)
+        vars(moved)["parts"] = parts  # with their factorisations, which do not depend on the means
+        return moved
+
+    def variance_of(self, weights: Sequence[tuple[int, Array]], t: Array, step: float) -> Array:
+        """Return the variance of Σ_c Σ_j w_cj g_c(t + j step), from pairs (c, w_c), at t [s]: the shape of t."""
+        return np.asarray(sum((self.parts[c].variance_of(w, step, t) for c, w in weights), np.zeros(())))
+
+    def jet_and_gradient(self, process: int, t: Array, order: int) -> tuple[Array, Array]:
+        """Return the jet of one process, and its ∂/∂ln θ of all learned hyperparameters: (p, order + 1, *t.shape)."""
+        found = self.jets(process, t, order)
+        return found[0], found[1:]
+
+    def jets(self, process: int, t: Array, order: int) -> Array:
+        """Return the same in one array, the jet first: shape (1 + p, order + 1, *t.shape)."""
+        own = self.parts[process].jets(t, order)
+        if len(self.parts) == 1:
+            return own
+        found = np.zeros((1 + len(self.prior.learned), *own.shape[1:]))
+        found[0] = own[0]
+        found[1:][self.prior.places[process]] = own[1:]
+        return found

@@ -1,0 +1,99 @@
+"""Matérn kernels of half-integer smoothness ν."""
+
+import math
+from functools import cache
+from typing import ClassVar
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from trackably.arrays import Array
+from trackably.gp.kernels.moments import Decay
+from trackably.gp.kernels.polynomials import horner
+from trackably.gp.kernels.radial import NEGLIGIBLE, UNDERFLOW, Radial
+
+
+class Matern(Radial):
+    """φ(s) = P(x) e^(−x) with x = √(2ν) |s|; n derivatives in x turn P into (d/dx − 1)ⁿ P."""
+
+    rate: ClassVar[float]
+    polynomial: ClassVar[Polynomial]
+
+    @property
+    def is_analytic(self) -> bool:
+        return False
+
+    @property
+    def vanishing_distance(self) -> float:
+        return self.lengthscale * UNDERFLOW / self.rate
+
+    @property
+    def negligible_distance(self) -> float:
+        return self.lengthscale * NEGLIGIBLE / self.rate
+
+    @property
+    def decays(self) -> tuple[Decay, ...]:
+        rate, coefficients = self.rate / self.lengthscale, np.asarray(self.polynomial.coef, dtype=float)
+        powers = rate ** np.arange(len(coefficients))  # P(λ |r|) as a polynomial in |r|
+        return (Decay(rate, Polynomial(self.signal_std**2 * coefficients * powers)),)
+
+    @property
+    def gradient_decays(self) -> tuple[tuple[Decay, ...], ...]:
+        """The decays of ∂κ/∂ln θ: of 2 κ and of −r κ'."""
+        (decay,) = self.decays
+        _, slope = decay.derivatives(1)
+        return (
+            (Decay(decay.rate, 2 * decay.polynomial),),
+            (Decay(decay.rate, -Polynomial([0, 1]) * Polynomial(slope)),),
+        )
+
+    def correlation(self, s: Array, order: int) -> Array:
+        x = self.rate * np.abs(s)
+        decay = np.exp(-x)
+        phi = np.empty((order + 1, *s.shape))
+        for n, coefficients in enumerate(_factors(tuple(self.polynomial.coef.tolist()), order)):
+            np.multiply(horner(coefficients, x), decay, out=phi[n, ...])
+            if n:
+                phi[n] *= self.rate**n
+            if n % 2:  # φ is even: its odd derivatives are odd
+                phi[n] *= np.sign(s)
+        return phi
+
+
+@cache
+def _factors(polynomial: tuple[float, ...], order: int) -> list[list[float]]:
+    """Return the coefficients of (d/dx − 1)ⁿ P for n = 0 … order, from those of P."""
+    factor, found = Polynomial(polynomial), []
+    for _ in range(order + 1):
+        found.append(factor.coef.tolist())
+        factor = factor.deriv() - factor
+    return found
+
+
+class Matern32(Matern):
+    """φ(s) = (1 + x) e^(−x), x = √3 |s|: the mean has two continuous derivatives, and a third that jumps at samples.
+
+    |φ'| ∝ x e^(−x) has the slope (1 − x) e^(−x), negative from x = 1 on: ζ = θ₂/√3. Where the third derivative
+    jumps, at 0, the jet holds the midpoint, 0.
+    """
+
+    rate = math.sqrt(3)
+    polynomial = Polynomial([1, 1])
+
+    @property
+    def decay_distance(self) -> float:
+        return self.lengthscale / math.sqrt(3)
+
+
+class Matern52(Matern):
+    """φ(s) = (1 + x + x²/3) e^(−x), x = √5 |s|.
+
+    |φ'| ∝ (x + x²) e^(−x) has the slope (1 + x − x²) e^(−x), negative from the golden ratio on: ζ = θ₂ (1 + √5)/(2√5).
+    """
+
+    rate = math.sqrt(5)
+    polynomial = Polynomial([1, 1, 1 / 3])
+
+    @property
+    def decay_distance(self) -> float:
+        return self.lengthscale * (1 + math.sqrt(5)) / (2 * math.sqrt(5))

@@ -1,0 +1,87 @@
+"""The periodic kernel (as corrected: the paper prints the square inside the sine)."""
+
+import math
+from dataclasses import dataclass
+from math import comb, tau
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.hyperparameter import Hyperparameter, amplitude, fraction_of_period, repetition
+from trackably.gp.kernels.elementary import Elementary
+from trackably.gp.kernels.jets import stretched
+
+
+@dataclass(frozen=True, repr=False)
+class Periodic(Elementary):
+    """κ(r) = θ₁² exp(−(2/θ₂²) sin²(π r/θ₃)) with `signal_std` θ₁, `lengthscale` θ₂ (no unit) and `period` θ₃ [s]."""
+
+    signal_std: Hyperparameter = Hyperparameter(amplitude)
+    lengthscale: Hyperparameter = Hyperparameter(fraction_of_period)
+    period: Hyperparameter = Hyperparameter(repetition)
+
+    def jet(self, r: Array, order: int) -> Array:
+        return np.asarray(self._jets(r, order)[0])
+
+    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
+        jet, detour = self._jets(r, order + 1)
+        gradient = np.empty((3, *jet[:-1].shape))
+        gradient[0] = 2 * jet[:-1]
+        for n in range(order + 1):  # ∂κ/∂ln θ₂ = 2 g κ, differentiated n times
+            gradient[1, n] = 2 * detour[n] * jet[0]
+            for j in range(1, n + 1):
+                gradient[1, n] += 2 * comb(n, j) * detour[n - j] * jet[j]
+        gradient[2] = stretched(jet, r)
+        return jet[:-1], gradient
+
+    def value(self, r: Array) -> Array:
+        return np.asarray(self.signal_std**2 * correlation(r, self.lengthscale, self.period))
+
+    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
+        """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ, ∂κ/∂ln θ₂ = 2 g κ and ∂κ/∂ln θ₃ = r ġ κ."""
+        omega, beta = tau / self.period, self.lengthscale**-2
+        phase = omega / 2 * r
+        tangent = np.tan(phase)  # one function for both: sin² = tan²/(1 + tan²), sin cos = tan/(1 + tan²)
+        square = tangent * tangent
+        quotient = 2 * beta / (1 + square)
+        g = square * quotient
+        value = np.asarray(-g)
+        np.exp(value, out=value)
+        value *= self.signal_std**2
+        gradient = np.empty((3, *value.shape))
+        twice = np.multiply(value, 2.0, out=gradient[0, ...])
+        np.multiply(twice, g, out=gradient[1, ...])
+        phase *= tangent
+        phase *= quotient
+        np.multiply(phase, twice, out=gradient[2, ...])
+        return value, gradient
+
+    def _jets(self, r: Array, order: int) -> tuple[Array, Array]:
+        """Return the jets of κ = θ₁² e^(−g) and of g = (1 − cos ωr)/θ₂², where 2 sin²(ωr/2) = 1 − cos ωr."""
+        omega, beta = tau / self.period, self.lengthscale**-2
+        phase = omega / 2 * r
+        sine = np.sin(phase)
+        g, kappa = np.empty((2, order + 1, *r.shape))
+        g[0] = 2 * beta * sine**2
+        if order:
+            g[1] = 2 * beta * omega * sine * np.cos(phase)
+        for n in range(2, order + 1):  # g'' = ω² (1/θ₂² − g)
+            g[n] = omega**2 * ((beta if n == 2 else 0) - g[n - 2])
+        kappa[0] = self.signal_std**2 * np.exp(-g[0])
+        for n in range(order):  # κ' = −g' κ, differentiated n times
+            kappa[n + 1] = 0.0 - g[n + 1] * kappa[0]
+            for j in range(1, n + 1):
+                kappa[n + 1] -= comb(n, j) * g[n - j + 1] * kappa[j]
+        return kappa, g
+
+    @property
+    def decay_distance(self) -> float:
+        return math.inf
+
+
+def correlation(r: Array, lengthscale: Array | float, period: Array | float) -> Array:
+    """Return κ(r)/θ₁² for length scales θ₂ and periods θ₃ [s]: arrays that broadcast."""
+    square = np.asarray(np.tan(np.pi / period * r))  # sin² = tan²/(1 + tan²): NumPy's tangent is far faster
+    square *= square
+    square /= 1 + square
+    return np.asarray(np.exp(-2 / (lengthscale * lengthscale) * square))

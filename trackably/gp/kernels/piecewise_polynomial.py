@@ -1,0 +1,93 @@
+"""Piecewise polynomial kernels with compact support, positive definite on a line (one dimension).
+
+C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning, 2006, eq. (4.21) with D = 1.
+"""
+
+import math
+from functools import cache
+from typing import ClassVar
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from trackably.arrays import Array
+from trackably.gp.kernels.polynomials import horner, powers
+from trackably.gp.kernels.radial import Radial
+
+
+class _PiecewisePolynomial(Radial):
+    """φ(s) = (1 − |s|)ᵖ Q(|s|) for |s| < 1, and zero beyond: instants θ₂ apart or more are uncorrelated.
+
+    A signal of this kernel equals its prior mean from θ₂ after its last centre on: it comes to rest after a finite
+    time. From |s| = 1 on κ and κ̇ are zero; they still decrease, no more strictly. Bounds of all later times need no
+    more than that (Assumptions 3 and 4 of the paper).
+
+    n < p derivatives turn (1 − s)ᵖ Q into (1 − s)ᵖ⁻ⁿ Q_n with Q_(n+1) = (1 − s) Q_n' − (p − n) Q_n. Where a derivative
+    jumps, at s = 0 or |s| = 1, the jet holds the midpoint.
+    """
+
+    power: ClassVar[int]
+    polynomial: ClassVar[Polynomial]
+
+    @property
+    def is_analytic(self) -> bool:
+        return False
+
+    @property
+    def vanishing_distance(self) -> float:
+        return self.lengthscale
+
+    def correlation(self, s: Array, order: int) -> Array:
+        distance = np.abs(s)
+        x = np.minimum(distance, 1.0)
+        phi = np.empty((order + 1, *s.shape))
+        falls = powers(1 - x, max(self.power - order, 1), self.power)
+        for n, coefficients in enumerate(_factors(self.power, tuple(self.polynomial.coef.tolist()), order)):
+            left = self.power - n
+            fall = falls[left] if left > 0 else np.heaviside(1 - distance, 0.5)
+            np.multiply(horner(coefficients, x), fall, out=phi[n, ...])
+            if n % 2:  # φ is even: its odd derivatives are odd
+                phi[n] *= np.sign(s)
+        return phi
+
+
+@cache
+def _factors(power: int, polynomial: tuple[float, ...], order: int) -> list[list[float]]:
+    """Return the coefficients of Q_n for n = 0 … order, from those of Q."""
+    factor, found = Polynomial(polynomial), []
+    for n in range(order + 1):
+        found.append(factor.coef.tolist())
+        left = max(power - n, 0)
+        factor = Polynomial([1, -1]) * factor.deriv() - left * factor if left else factor.deriv()
+    return found
+
+
+class PiecewisePolynomial2(_PiecewisePolynomial):
+    """φ(s) = (1 − s)⁵ (8 s² + 5 s + 1) for 0 ≤ s < 1: the mean has four continuous derivatives (q = 2).
+
+    φ'' = 14 (1 − s)³ (24 s² − 3 s − 1) is negative before the root (3 + √105)/48, and positive from there to 1: |φ'|
+    falls from there on, ζ = θ₂ (3 + √105)/48.
+    """
+
+    power = 5
+    polynomial = Polynomial([1, 5, 8])
+
+    @property
+    def decay_distance(self) -> float:
+        return self.lengthscale * (3 + math.sqrt(105)) / 48
+
+
+class PiecewisePolynomial3(_PiecewisePolynomial):
+    """φ(s) = (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1) for 0 ≤ s < 1: the mean has six continuous derivatives (q = 3).
+
+    φ'' = 18 (1 − s)⁵ (105 s³ + 13 s² − 5 s − 1). The coefficients of the last factor change sign once: it has one
+    positive root (Descartes), 0.23998…, is negative before and positive from there on. |φ'| falls from there on:
+    ζ = 0.23998… θ₂.
+    """
+
+    power = 7
+    polynomial = Polynomial([1, 7, 19, 21])
+
+    @property
+    def decay_distance(self) -> float:
+        return self.lengthscale * 0.2399834902935789581

@@ -1,0 +1,72 @@
+"""The squared exponential kernel."""
+
+import math
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.kernels.radial import NEGLIGIBLE, UNDERFLOW, Radial
+from trackably.gp.kernels.spectral import SpectralDensity
+
+_EXTENT = 8.2  # e^(−s²/2) is at rounding level for every s beyond, and so is its integral
+
+
+class SquaredExponential(Radial):
+    """φ(s) = exp(−s²/2).
+
+    |φ'| = s e^(−s²/2) has the slope (1 − s²) e^(−s²/2), negative from s = 1 on: ζ = θ₂, as the paper says.
+    """
+
+    def correlation(self, s: Array, order: int) -> Array:
+        phi, minus = np.empty((order + 1, *s.shape)), -s
+        square = s * s
+        square *= -0.5
+        np.exp(square, out=phi[0, ...])
+        for n in range(order):  # φ' = −s φ, differentiated n times
+            np.multiply(minus, phi[n], out=phi[n + 1, ...])
+            if n:
+                phi[n + 1] -= n * phi[n - 1]
+        return phi
+
+    def value(self, r: Array) -> Array:
+        value = np.asarray(r * r)
+        value *= -0.5 / self.lengthscale**2
+        np.exp(value, out=value)
+        value *= self.signal_std**2
+        return value
+
+    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
+        """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = 2 g κ, with g = (r/θ₂)²/2."""
+        g = np.asarray(r * (math.sqrt(0.5) / self.lengthscale))
+        g *= g
+        value = np.asarray(-g)
+        np.exp(value, out=value)
+        value *= self.signal_std**2
+        gradient = np.empty((2, *r.shape))
+        twice = np.multiply(value, 2.0, out=gradient[0, ...])
+        np.multiply(twice, g, out=gradient[1, ...])
+        return value, gradient
+
+    @property
+    def spectral_density(self) -> SpectralDensity:
+        """S = √(2π) θ₁² θ₂ e^(−s²/2) with s = θ₂ ω: a squared exponential again."""
+        variance, lengthscale = float(self.signal_std) ** 2, float(self.lengthscale)
+        return SpectralDensity(variance, _EXTENT * lengthscale, _EXTENT / lengthscale, self._density)
+
+    def _density(self, omega: Array) -> tuple[Array, Array]:
+        square = (float(self.lengthscale) * omega) ** 2
+        gradient = np.empty((2, len(omega)))
+        gradient[0], gradient[1] = 2, 1 - square
+        return math.sqrt(math.tau) * float(self.signal_std) ** 2 * self.lengthscale * np.exp(-0.5 * square), gradient
+
+    @property
+    def decay_distance(self) -> float:
+        return self.lengthscale
+
+    @property
+    def vanishing_distance(self) -> float:
+        return self.lengthscale * math.sqrt(2 * UNDERFLOW)
+
+    @property
+    def negligible_distance(self) -> float:
+        return self.lengthscale * math.sqrt(2 * NEGLIGIBLE)

@@ -1,0 +1,256 @@
+"""The posterior of one process given samples: factored once, evaluated often."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Self
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.factorise import factorise, factorise_kinds, noise_variance
+from trackably.gp.factors.blocks import in_blocks
+from trackably.gp.factors.cached import cached
+from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.prior import Prior
+from trackably.gp.row_kernel import RowKernel
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+from trackably.gp.stencils import Stencils
+
+_LOG_TAU = math.log(math.tau)
+_NONE = np.empty(0)
+
+
+class IllConditioned(ArithmeticError):
+    """K + σ_n² I is not numerically positive definite."""
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """A Gaussian process given samples.
+
+    Weights, variance, likelihood with its gradient, and the gradient of the mean all use one factorisation of
+    K + σ_n² I. Raises IllConditioned, on first use, where there is none.
+    """
+
+    prior: Prior
+    samples: Samples
+
+    @cached
+    def weights(self) -> Array:
+        """c = (K + σ_n² I)⁻¹ (y − m), shape (n,)."""
+        return self._factored.solve(self._residual)
+
+    @cached
+    def signal(self) -> KernelSum:
+        """The posterior mean as a function of time."""
+        return self.with_kernels(self.weights, _NONE, _NONE)
+
+    def mean(self, t: Array) -> Array:
+        """Return m⁺(t): the shape of t [s]."""
+        return self.signal(t)
+
+    def derivative(self, t: Array) -> Array:
+        """Return ṁ⁺(t): the shape of t [s]."""
+        return self.signal.derivative(t)
+
+    def variance(self, t: Array) -> Array:
+        """Return the variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
+        return self.variance_of(np.ones(1), 0.0, t)
+
+    def variance_of(self, weights: Array, step: float, t: Array) -> Array:
+        """Return the variance of Σ_j w_j g(t + j step), with weights (J,) and step [s], at t [s]: the shape of t."""
+        width = 4 * len(weights) * len(self.samples.centres)
+        function = partial(self._variance_of, weights, step)
+        (variance,) = in_blocks(function, np.asarray(t, dtype=float), width)
+        return variance
+
+    def mean_gradient(self, t: Array) -> Array:
+        """Return ∂m⁺(t)/∂ln θ of the learned hyperparameters: shape (p, *t.shape)."""
+        return np.asarray(self.jets(t, 0)[1:, 0])
+
+    def jet_and_gradient(self, t: Array, order: int) -> tuple[Array, Array]:
+        """Return m⁺ and ∂m⁺/∂ln θ of `jets`: shapes (order + 1, *t.shape) and (p, order + 1, *t.shape)."""
+        found = self.jets(t, order)
+        return found[0], found[1:]
+
+    def jets(self, t: Array, order: int) -> Array:
+        """Return m⁺ and its ∂/∂ln θ_j, with time derivatives up to `order`: shape (1 + p, order + 1, *t.shape)."""
+        width = (order + 1) * self._weights_and_gradient.size
+        return in_blocks(partial(self._jets, order), np.asarray(t, dtype=float), width)[0]
+
+    def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
+        """Return l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ of shape (p,).
+
+        This is twice the usual negative logarithm, as in the paper, so that printed values can be compared. The
+        gradient is tr((A⁻¹ − c cᵀ) ∂A). Where the samples stand for more of them, l is that of all.
+        """
+        value, by_log_noise = self._value
+        if not self.prior.learned:
+            return value, np.empty(0)
+        by_kernel, by_noise = self._factored.likelihood_traces(self.weights)
+        of_all = np.array([*by_kernel.tolist(), 2 * by_noise + by_log_noise])
+        return value, of_all[self.prior.places]
+
+    @property
+    def negative_log_likelihood(self) -> float:
+        """l(θ) without its gradient, which takes most of the time and of the memory."""
+        return self._value[0]
+
+    @property
+    def information(self) -> Array:
+        """Return (∂_i A c)ᵀ A⁻¹ (∂_j A c), shape (p, p): the mean of the observed and the expected Hessian of l.
+
+        It is that where A is linear in the hyperparameters, and resembles the Hessian elsewhere. It is positive
+        semi-definite, and costs no more than ∂c/∂ln θ (the average information of Gilmour, Thompson and Cullis).
+        """
+        moved, by_theta = self._moved_weights
+        return np.asarray(by_theta @ moved)
+
+    def covariance_with(self, rows: RowKernel) -> Array:
+        """Return the covariance of rows and the n samples: shape (rows, n)."""
+        return self._by_sample(rows.across(self.samples.centres))
+
+    def solve(self, right: Array) -> Array:
+        """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for the columns of an (n, m)."""
+        return self._factored.solve(right)
+
+    def weights_beside(self, multipliers: Array, across: Array) -> Array:
+        """Return c − A⁻¹ (L κ(·, S))ᵀ ν: the weights of the samples in m⁺ + Σ_a ν_a κ⁺(·, L_a), shape (n,).
+
+        `across` is the covariance of the rows and the samples.
+        """
+        return self.weights - self.solve(multipliers @ across)
+
+    def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
+        """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p) with w = `own` of the samples, u = `weights` at t [s]."""
+        some, own = weights != 0, self.samples.stencil.spread(self._factored.weights_at_centres(own))
+        centres, together = np.concatenate([self._kernel_centres, t[some]]), np.concatenate([own, weights[some]])
+        return KernelSum.of_terms(self.prior.kernel, self.prior.mean, centres, together)
+
+    @cached
+    def misfit_gradient(self) -> Array:
+        """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m), which is ∂/∂ln θ of cᵀ A c at held weights c: shape (p,)."""
+        return self._form_gradient(self.weights)
+
+    def energy_gradient(self, rows: RowKernel, multipliers: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ of wᵀ A w + 2 νᵀ (L κ(·, S)) w + νᵀ (L L κ) ν at held `multipliers` ν and `weights` w: (p,).
+
+        With the weights w (n,) of the samples that belong to ν, it is what a function costs by norm and misfit.
+        """
+        by_kernel = 2 * rows.across_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
+        by_kernel += rows.among_gradient(multipliers)
+        return np.asarray(self._form_gradient(weights) + np.append(by_kernel, 0.0)[self.prior.places])
+
+    def _form_gradient(self, weights: Array) -> Array:
+        """Return ∂/∂ln θ of wᵀ A w at held weights w: shape (p,)."""
+        by_kernel = self._factored.gradient_times(weights) @ weights
+        by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2
+        return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
+
+    @property
+    def information_about_mean(self) -> float:
+        """dᵀA⁻¹d, half the second derivative of l by the mean, where samples of a process at rest at m are o + d m."""
+        weighted, d = self._of_level
+        return float(weighted @ d)
+
+    @property
+    def _of_level(self) -> tuple[Array, Array]:
+        """A⁻¹ d and d, each of shape (n,). IllConditioned: A cannot be factored."""
+        stencil = self.samples.stencil
+        d = np.broadcast_to(np.asarray(stencil.at_rest(1.0)) - stencil.at_rest(0.0), self.samples.values.shape)
+        return self._factored.solve(np.ascontiguousarray(d)), d
+
+    def with_likeliest_mean(self, lower: float, upper: float) -> Self:
+        """Return the same with the prior mean of least l between two values, for the same hyperparameters.
+
+        l is quadratic in the mean: without ends it is dᵀA⁻¹(y − o) / dᵀA⁻¹d, where samples of a process at rest at
+        level m are o + d m. It stays as it is where samples do not depend on the level, or A cannot be factored.
+        """
+        try:
+            weighted, d = self._of_level
+        except IllConditioned:
+            return self
+        if not weighted @ d > 0:
+            return self
+        at_zero = self.samples.values - self.samples.stencil.at_rest(0.0)
+        mean = float(np.clip(weighted @ at_zero / (weighted @ d), lower, upper))
+        moved = type(self)(replace(self.prior, mean=mean), self.samples)
+        vars(moved)["_factored"] = self._factored
+        return moved
+
+    @property
+    def _value(self) -> tuple[float, float]:
+        """l(θ), and ∂/∂ln σ_n of what the scatter of the samples adds to it."""
+        value = self._factored.log_determinant + float(self.weights.dot(self._residual))
+        beside, by_log_noise = self.samples.scatter.negative_log_likelihood(self.prior.noise_std)
+        return value + len(self.samples) * _LOG_TAU + beside, by_log_noise
+
+    @cached
+    def _residual(self) -> Array:
+        """y minus the prior mean of the samples, shape (n,)."""
+        return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
+
+    def _variance_of(self, weights: Array, step: float, t: Array) -> tuple[Array]:
+        kernel = self.prior.kernel
+        shifts = step * np.arange(len(weights))
+        covariances = kernel(t[..., None, None] + shifts[:, None] - self.samples.centres)
+        cross = self._by_sample(weights @ covariances)
+        columns = cross.reshape(-1, len(self.samples)).T
+        explained = np.sum(cross * self._factored.solve(columns).T.reshape(cross.shape), axis=-1)
+        before = weights @ kernel(shifts[:, None] - shifts) @ weights
+        return (np.maximum(before - explained, 0.0),)
+
+    def _by_sample(self, covariances: Array) -> Array:
+        """Combine covariances (…, centres) with the sample centres to those with the samples: shape (…, n)."""
+        return self.samples.stencil.combined(covariances)
+
+    def _jets(self, order: int, t: Array) -> tuple[Array]:
+        kernel, r, weights = self.prior.kernel, t[..., None] - self._kernel_centres, self._weights_and_gradient
+        if order:
+            jet, by_theta = kernel.jet_and_gradient(r, order)
+        else:
+            value, slopes = kernel.value_and_gradient(r)
+            jet, by_theta = value[None], slopes[:, None]
+        sums = weights.dot(jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
+        sums[0, 0] += self.prior.mean
+        of_kernel = self.prior.places_of_kernel  # the noise, which follows, moves the weights only
+        sums[1 : 1 + len(of_kernel)] += by_theta.dot(weights[0])[of_kernel]
+        return (sums,)
+
+    @cached
+    def _factored(self) -> Factorisation:
+        """A = K + σ_n² I."""
+        stencil = self.samples.stencil
+        if isinstance(stencil, Stencils):
+            found = factorise_kinds(self.prior, self.samples, stencil)
+        else:
+            found = factorise(self.prior, self.samples, stencil.covariance(self.prior.kernel))
+        if found is None:
+            values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
+            raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")
+        return found
+
+    @cached
+    def _kernel_centres(self) -> Array:
+        """The centres [s] of the kernels in the posterior mean, shape (m,)."""
+        times = self._factored.centres(self.samples.times)
+        return self.samples.centres if times is self.samples.times else self.samples.stencil.centres(times)
+
+    @cached
+    def _weights_and_gradient(self) -> Array:
+        """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, at the centres: shape (1 + p, m)."""
+        moved, _ = self._moved_weights
+        together = np.concatenate([self.weights[None], -moved.T])
+        return self.samples.stencil.spread(self._factored.weights_at_centres(together))
+
+    @cached
+    def _moved_weights(self) -> tuple[Array, Array]:
+        """A⁻¹ ∂A c and ∂A c of the learned hyperparameters: shapes (n, p) and (p, n)."""
+        c, of_kernel = self.weights, self.prior.places_of_kernel
+        by_theta = np.empty((len(self.prior.places), len(c)))
+        by_theta[: len(of_kernel)] = self._factored.gradient_times(c)[of_kernel]
+        if len(of_kernel) < len(by_theta):  # the noise is learned
+            by_theta[-1] = 2 * noise_variance(self.prior, self.samples) * c
+        return self._factored.solve(by_theta.T), by_theta

@@ -1,0 +1,70 @@
+"""What samples say of rows: their posterior mean and covariance, and the function that multipliers of them make."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.factors.cached import cached
+from trackably.gp.joint import JointPosterior
+from trackably.gp.posterior import Posterior
+from trackably.gp.row_kernel import RowKernel, row_kernel
+from trackably.gp.rows import Rows
+from trackably.gp.signal import KernelSum
+
+
+@dataclass(frozen=True)
+class RowPosterior:
+    """The n `rows` of processes given samples. Raises IllConditioned as the `posterior` does."""
+
+    posterior: JointPosterior
+    rows: Rows
+
+    @cached
+    def mean(self) -> Array:
+        """L m⁺ with the offsets, shape (n,)."""
+        return self.rows.values(self.posterior.signals)
+
+    @cached
+    def covariance(self) -> Array:
+        """K⁺_ab = L_a L_b κ⁺, shape (n, n)."""
+        each = zip(self.posterior.parts, self._kernels, self._across, strict=True)
+        parts = (self._covariance(*of_process) for of_process in each)
+        return np.asarray(sum(parts, np.zeros((len(self.rows), len(self.rows)))))
+
+    def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
+        """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process: again sums of kernels, for multipliers ν of shape (n,)."""
+        return tuple(
+            part.with_kernels(
+                part.weights_beside(multipliers, across), kernel.centres.times, kernel.centres.spread(multipliers)
+            )
+            for part, kernel, across in zip(self.posterior.parts, self._kernels, self._across, strict=True)
+        )
+
+    def price_gradient(self, multipliers: Array) -> Array:
+        """Return ∂/∂ln θ of 2 νᵀ(b − L m⁺) − νᵀ K⁺ ν at held multipliers ν and bounds b: shape (p,).
+
+        With w the weights of m⁺ + Σ_a ν_a κ⁺(·, L_a) on samples and rows, and G the Gram matrix of these, it is the
+        difference of −wᵀ ∂G w with and without the rows: neither L m⁺ nor K⁺ has to be differentiated.
+        """
+        gradient = np.zeros(len(self.posterior.prior.learned))
+        for part, kernel, across, places in zip(
+            self.posterior.parts, self._kernels, self._across, self.posterior.prior.places, strict=True
+        ):
+            own = part.weights_beside(multipliers, across)
+            gradient[places] += part.misfit_gradient - part.energy_gradient(kernel, multipliers, own)
+        return gradient
+
+    @cached
+    def _kernels(self) -> tuple[RowKernel, ...]:
+        pairs = zip(self.posterior.parts, self.rows.terms, strict=True)
+        return tuple(row_kernel(part.prior.kernel, terms, len(self.rows)) for part, terms in pairs)
+
+    @cached
+    def _across(self) -> tuple[Array, ...]:
+        """The covariances of rows and samples, process by process."""
+        return tuple(part.covariance_with(k) for part, k in zip(self.posterior.parts, self._kernels, strict=True))
+
+    def _covariance(self, part: Posterior, kernel: RowKernel, across: Array) -> Array:
+        covariance = kernel.among() - across @ part.solve(across.T)
+        return np.asarray((covariance + covariance.T) / 2)

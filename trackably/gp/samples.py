@@ -1,0 +1,198 @@
+"""Noisy samples of a signal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trackably.arguments import instance, numbers
+from trackably.arrays import Array, ArrayLike
+from trackably.gp.factors.chebyshev import Bases
+from trackably.gp.factors.fourier import Ladder
+from trackably.gp.factors.packed import differences
+from trackably.gp.stencil import POINT, Stencil
+from trackably.gp.stencils import Stencils
+
+_UNIFORM = np.empty(0)
+_WIDE = 10.0  # times the median of the times between samples
+_FEWEST = 10  # samples: among fewer, no spacing is the usual one
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """`count` residuals that do not depend on the signal, each normal with standard deviation σ_n.
+
+    These are what many samples say of their noise alone, beside the fewer ones that stand for them. `squares` is the
+    sum of their squares, in the unit of the samples squared. `log_scale` is what relative noise adds to −2 ln p: the
+    logarithms of the variances that changed with the samples. ValueError: no such numbers.
+    """
+
+    count: int = 0
+    squares: float = 0.0
+    log_scale: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.count < 0 or not 0 <= self.squares < np.inf or not np.isfinite(self.log_scale):
+            raise ValueError(
+                f"scatter: expected a count and squares ≥ 0, and finite numbers, got {self.count}, {self.squares:g} "
+                f"and {self.log_scale:g}"
+            )
+
+    def __add__(self, other: Scatter) -> Scatter:
+        return Scatter(self.count + other.count, self.squares + other.squares, self.log_scale + other.log_scale)
+
+    def negative_log_likelihood(self, noise_std: float) -> tuple[float, float]:
+        """Return −2 ln p of the residuals for σ_n = `noise_std`, and its ∂/∂ln σ_n."""
+        if not self.count:
+            return 0.0, 0.0
+        in_noise = self.squares / noise_std**2
+        value = self.count * np.log(2 * np.pi * noise_std**2) + in_noise + self.log_scale
+        return float(value), 2 * self.count - 2 * in_noise
+
+
+@dataclass(frozen=True)
+class Samples:
+    """`values` y_i observed at strictly increasing `times` t_i [s], both of shape (n,).
+
+    Sample i has noise of standard deviation σ_n · `relative_noise`_i; by default it is σ_n. With σ_n = 1 the relative
+    noise is the standard deviation itself. `stencil` says how samples depend on the process that is learned;
+    with `Stencils`, samples of different kinds may share a time. Where samples stand for more of them, `scatters` is
+    what these say of the noise alone, one for each kind.
+
+    Raises ValueError, which names the first wrong entry: not finite, times not increasing, or arrays of unequal length;
+    TypeError where they are no real numbers, as dates are not.
+    """
+
+    times: Array
+    values: Array
+    relative_noise: Array = field(default_factory=lambda: _UNIFORM)
+    stencil: Stencil | Stencils = POINT
+    scatters: tuple[Scatter, ...] = ()
+
+    if TYPE_CHECKING:  # sequences are accepted and converted to arrays
+
+        def __init__(
+            self,
+            times: ArrayLike,
+            values: ArrayLike,
+            relative_noise: ArrayLike = ...,
+            stencil: Stencil | Stencils = ...,
+            scatters: tuple[Scatter, ...] = ...,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        if self.relative_noise is _UNIFORM:
+            object.__setattr__(self, "relative_noise", np.ones(np.shape(self.times)))
+        instance("samples: stencil", self.stencil, Stencil | Stencils, "a Stencil, or Stencils")
+        for name in ("times", "values", "relative_noise"):
+            array = numbers(f"samples: {name}", getattr(self, name))
+            if array.ndim != 1 or array.size == 0:
+                raise ValueError(f"samples: {name} must be a non-empty one-dimensional array, got shape {array.shape}")
+            if bad := np.flatnonzero(~np.isfinite(array)).tolist():
+                raise ValueError(f"samples: {name}[{bad[0]}] must be finite, got {array[bad[0]]}")
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        for name in ("values", "relative_noise"):
+            if self.times.shape != getattr(self, name).shape:
+                what = name.replace("_", " ")
+                raise ValueError(
+                    f"samples: as many times as {what} are needed, got {self.times.size} and {getattr(self, name).size}"
+                )
+        if bad := np.flatnonzero(self.relative_noise <= 0).tolist():
+            raise ValueError(f"samples: relative_noise[{bad[0]}] must be positive, got {self.relative_noise[bad[0]]:g}")
+        kinds = len(self.stencil.parts) if isinstance(self.stencil, Stencils) else 1
+        if self.scatters and len(self.scatters) != kinds:
+            raise ValueError(f"samples: one scatter for each of {kinds} kinds is needed, got {len(self.scatters)}")
+        if isinstance(self.stencil, Stencils):
+            self._refuse_disorder_of_parts(self.stencil)
+        elif bad := np.flatnonzero(np.diff(self.times) <= 0).tolist():
+            i = bad[0]
+            what = "repeats" if self.times[i + 1] == self.times[i] else "lies before"
+            raise ValueError(
+                f"samples: times must increase strictly, but times[{i + 1}] = {self.times[i + 1]:g} s {what} "
+                f"times[{i}] = {self.times[i]:g} s"
+            )
+
+    def _refuse_disorder_of_parts(self, stencils: Stencils) -> None:
+        """Raise ValueError where times fall, or where one kind of sample repeats a time."""
+        if len(stencils.of) != len(self.times) or np.any(np.diff(self.times) < 0):
+            raise ValueError("samples: of several kinds must be sorted by time, and each needs its stencil")
+        self.by_name("")
+
+    def by_name(self, name: str) -> dict[str, Samples]:
+        """Return these samples by their `name`; of several kinds, each kind by the name that it has."""
+        if not isinstance(self.stencil, Stencils):
+            return {name: self}
+        found = {}
+        for i, (kind, stencil) in enumerate(zip(self.stencil.names, self.stencil.parts, strict=True)):
+            at, scatters = self.stencil.places == i, self.scatters[i : i + 1]
+            found[kind] = Samples(self.times[at], self.values[at], self.relative_noise[at], stencil, scatters)
+        return found
+
+    @property
+    def gaps(self) -> list[tuple[float, float]]:
+        """The times (start, end) [s] without a sample between them, more than 10 times as long as is usual, in order.
+
+        Usual is the median. There is none among fewer than 10 samples.
+        """
+        if len(self) < _FEWEST:
+            return []
+        spacings = np.diff(self.times)
+        before = np.flatnonzero(spacings > _WIDE * np.median(spacings))
+        return list(zip(self.times[before].tolist(), self.times[before + 1].tolist(), strict=True))
+
+    @property
+    def of_level(self) -> Samples:
+        """The samples of the first kind that shows where the process is; all of them where there is one kind."""
+        kinds = self.by_name("").values()
+        return next((of for of in kinds if isinstance(of.stencil, Stencil) and of.stencil.measures_levels), self)
+
+    @cached_property
+    def bases(self) -> Bases:
+        """Bases for interpolation to the sample times; kept here, as they do not depend on hyperparameters."""
+        return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
+
+    @cached_property
+    def ladder(self) -> Ladder:
+        """Cosines and sines at the sample times; kept here, as `bases` are."""
+        return Ladder(self.times, self.relative_noise)
+
+    @cached_property
+    def scatter(self) -> Scatter:
+        """What more samples, for which these stand, say of the noise alone; nothing where these are all."""
+        return sum(self.scatters, Scatter())
+
+    def mean_square(self, off: Array) -> float:
+        """Return the mean of squares of `off` (n,), samples minus a signal: of all samples where these stand for more.
+
+        Each of all counts with the inverse of its relative variance then.
+        """
+        if not self.scatters:
+            return float(np.mean(off**2))
+        w = 1 / self.relative_variance
+        return float((w @ off**2 + self.scatter.squares) / np.sum(w))
+
+    @cached_property
+    def relative_variance(self) -> Array:
+        """ϱ_i², shape (n,): the variance of the noise of sample i is σ_n² times as large."""
+        return np.asarray(self.relative_noise**2)
+
+    @cached_property
+    def centres(self) -> Array:
+        """The instants [s] of the process on which the samples depend; kept here, as `apart` is."""
+        return self.stencil.centres(self.times)
+
+    @cached_property
+    def apart(self) -> Array:
+        """t_i − t_j [s] for the stored entries of a matrix; kept here, as they do not depend on hyperparameters."""
+        return differences(self.times)
+
+    def __len__(self) -> int:
+        return self.times.size
+
+    def __repr__(self) -> str:
+        span = f"{self.times[0]:.12g} s to {self.times[-1]:.12g} s"
+        return f"Samples({len(self)} from {span}, values from {self.values.min():.6g} to {self.values.max():.6g})"

@@ -1,0 +1,138 @@
+"""The learned signal: a constant plus a sum of kernels, as plain stored numbers."""
+
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Self
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.factors.blocks import in_blocks
+from trackably.gp.factors.convolution import convolved
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.moments import summed_by_moments
+
+_ROUNDING = 2  # spacings of float64: the time of a sample plus a step, beside the time of the next sample
+_LONG = 200  # centres
+_FEW = 2**16  # terms of a sum that is not long: summed directly, without a look for something better
+_MANY = 2**22  # terms: for fewer, direct summation is faster than looking for a regular grid
+_MANY_OF_MOMENTS = 2**18  # terms: for fewer, moments of all centres take longer than the sum
+_NEARBY = 2**14  # terms that are summed at once, so that their times are neighbours
+
+
+@dataclass(frozen=True)
+class KernelSum:
+    """m⁺(t) = m + Σ_i c_i κ(t − t_i) with `mean` m, `centres` t_i [s] and `weights` c_i (shape (n,) both).
+
+    This is all that a reference is made of: how the weights were found does not matter to any later claim about it.
+    Nor does it matter which hyperparameters were learned: all are plain numbers here. The arrays are copied, and cannot
+    be written to: no reference changes once it is proved.
+    """
+
+    kernel: Kernel
+    mean: float
+    centres: Array
+    weights: Array
+
+    def __post_init__(self) -> None:
+        if any(isinstance(value, Learned) for value in self.kernel.hyperparameters.values()):
+            object.__setattr__(self, "kernel", self.kernel.as_known())
+        for name, given in (("centres", self.centres), ("weights", self.weights)):
+            array = np.array(given, dtype=float)
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
+    @classmethod
+    def of_terms(cls, kernel: Kernel, mean: float, centres: Array, weights: Array) -> Self:
+        """Return m + Σ_i c_i κ(t − t_i) of any terms: those whose centres are the same up to rounding become one.
+
+        So it is where samples are regular, and depend on the process at several times each.
+        """
+        order = np.argsort(centres, kind="stable")
+        in_order = centres[order]
+        is_new = np.diff(in_order) > _ROUNDING * np.spacing(np.abs(in_order[1:]))
+        first = np.append(0, np.flatnonzero(is_new) + 1)[: len(centres)]
+        return cls(kernel, mean, in_order[first], np.add.reduceat(weights[order], first))
+
+    def jet(self, t: Array, order: int) -> Array:
+        """Return m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape).
+
+        Long regular arrays are evaluated by fast transforms, on the grid that approximates t. Sums of kernels that are
+        polynomials times e^(−λ|r|) are evaluated from moments where that is faster.
+        """
+        t = np.asarray(t, dtype=float)
+        if t.size * len(self.centres) * (order + 1) <= _FEW and len(self.centres) < _LONG:
+            jet = np.asarray(self.kernel.jet(t[..., None] - self.centres, order) @ self.weights)
+        else:
+            jet = self._sums(t, order)
+        jet[0] += self.mean
+        return jet
+
+    def __call__(self, t: Array) -> Array:
+        return np.asarray(self.jet(t, 0)[0])
+
+    def nearly(self, t: Array) -> Array:
+        """Return m⁺(t), a few roundings beside it where that is faster: for searches, not for what is proved."""
+        if t.size * len(self.centres) > _FEW or len(self.centres) >= _LONG:
+            return np.asarray(self.jet(t, 0)[0])
+        return np.asarray(self.kernel.value(t[..., None] - self.centres) @ self.weights + self.mean)
+
+    def summed(self, t: Array) -> Array:
+        """Return m⁺ at t [s] by sums of products, however long t is: certificates bound the rounding of these."""
+        return np.asarray(self._blocks(np.asarray(t, dtype=float), 0)[0] + self.mean)
+
+    def derivative(self, t: Array) -> Array:
+        return np.asarray(self.jet(t, 1)[1])
+
+    @property
+    def curvature(self) -> float:
+        """A bound of |m̈⁺(t)| for all t (unit per s²): |κ̈| is nowhere larger than at 0, as for every covariance."""
+        return float(np.sum(np.abs(self.weights)) * np.abs(self.kernel.jet(np.zeros(()), 2)[2]))
+
+    def _sums(self, t: Array, order: int) -> Array:
+        if len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS and self.kernel.decays:
+            return summed_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
+        terms = t.shape[-1] * self._most_relevant if t.ndim else 0
+        if terms > _MANY and t.ndim > 1:
+            return np.stack([self._sums(row, order) for row in t], axis=1)
+        if terms > _MANY and (sums := convolved(self.kernel, self.centres, self.weights, t, order)) is not None:
+            return sums
+        if self._most_relevant > len(self.centres) // 2:
+            return self._blocks(t, order)
+        return in_blocks(partial(self._nearby, order), t, self._most_relevant * (order + 1), _NEARBY)[0]
+
+    def _blocks(self, t: Array, order: int) -> Array:
+        products = partial(self._products, order, self.kernel.vanishing_distance)
+        return in_blocks(products, t, len(self.centres) * (order + 1))[0]
+
+    def _nearby(self, order: int, t: Array) -> tuple[Array]:
+        return self._products(order, self.kernel.negligible_distance, t)
+
+    def _products(self, order: int, reach: float, t: Array) -> tuple[Array]:
+        centres, weights = self._relevant(t, reach)
+        return (self.kernel.jet(t[..., None] - centres, order) @ weights,)
+
+    def _relevant(self, t: Array, reach: float) -> tuple[Array, Array]:
+        """Return the centres that are within reach [s] of some of the times, and their weights."""
+        if not (len(self.centres) >= _LONG and np.isfinite(reach) and t.size):
+            return self.centres, self.weights
+        centres, weights = self._in_order
+        first, last = np.searchsorted(centres, [np.min(t) - reach, np.max(t) + reach]).tolist()
+        return centres[first:last], weights[first:last]
+
+    @cached_property
+    def _most_relevant(self) -> int:
+        """The number of centres whose kernels matter at one time, at most."""
+        reach = self.kernel.negligible_distance
+        if not (len(self.centres) >= _LONG and np.isfinite(reach)):
+            return len(self.centres)
+        centres, _ = self._in_order
+        last = np.searchsorted(centres, centres + 2 * reach, side="right")
+        return int(np.max(last - np.arange(len(last))))
+
+    @cached_property
+    def _in_order(self) -> tuple[Array, Array]:
+        """Centres from the first to the last, and their weights; samples of several lags come lag by lag."""
+        order = np.argsort(self.centres, kind="stable")
+        return self.centres[order], self.weights[order]

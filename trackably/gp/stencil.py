@@ -1,0 +1,112 @@
+"""The measurement stencil: a sample is a weighted sum of values of the process at shifted times."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.factors.factorisation import Covariance
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.spectral import SpectralDensity
+
+_CANCELLED = 1e-9  # of the largest weight: the sum of a difference's weights is smaller, zero up to rounding
+
+
+@dataclass(frozen=True)
+class Stencil:
+    """The measured signal y(t) = offset + Σ_j w_j g(t + j `step`) of a process g, with `weights` w and step in seconds.
+
+    Raises ValueError without a weight different from zero.
+    """
+
+    weights: tuple[float, ...]
+    step: float = 0.0
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not any(self.weights):
+            raise ValueError("stencil: samples must depend on the process, but all weights are zero")
+
+    def at_rest(self, level: float) -> float:
+        """Return the measured value of a process that is constant at `level`."""
+        return self.offset + sum(self.weights) * level
+
+    def measured(self, process: Callable[[Array], Array], t: Array) -> Array:
+        """Return the measured signal of a process at t [s]: the shape of t."""
+        return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
+
+    def centres(self, t: Array) -> Array:
+        """Return the instants t + j step [s] on which samples at t, shape (n,), depend: shape (n · len(weights),)."""
+        return np.concatenate([t + j * self.step for j in range(len(self.weights))])
+
+    def spread(self, values: Array) -> Array:
+        """Return values (…, n) at the samples as weighted values at the centres, (…, n · len(weights)).
+
+        This is the transpose of the linear map from process to samples.
+        """
+        if self.weights == POINT.weights:
+            return values
+        return np.concatenate([w * values for w in self.weights], axis=-1)
+
+    def combined(self, values: Array) -> Array:
+        """Return Σ_j w_j of values (…, n · len(weights)) at the centres: shape (…, n)."""
+        if self.weights == POINT.weights:
+            return values
+        parts = np.split(values, len(self.weights), axis=-1)
+        return np.asarray(sum(w * part for w, part in zip(self.weights, parts, strict=True)))
+
+    def only(self, _: object) -> "Stencil":
+        """Return the stencil of some samples: this one."""
+        return self
+
+    @property
+    def measures_levels(self) -> bool:
+        """Whether the samples show where a process at rest is, by more than rounding."""
+        return abs(sum(self.weights)) > _CANCELLED * max(map(abs, self.weights))
+
+    def between(self, kernel: Kernel, t: Array) -> Array:
+        """Return the covariance matrix of samples at t [s], shape (n, n)."""
+        return self.value(kernel, t[:, None] - t)
+
+    @cached_property
+    def lags(self) -> list[tuple[float, float]]:
+        """(ρ_d, d step) with cov(y(t), y(t')) = Σ_d ρ_d κ(t − t' + d step)."""
+        last = len(self.weights) - 1
+        correlation = np.correlate(self.weights, self.weights, mode="full").tolist()
+        return [(rho, d * self.step) for d, rho in zip(range(-last, last + 1), correlation, strict=True)]
+
+    @cached_property
+    def largest_gain(self) -> float:
+        """Σ_d |ρ_d|: no covariance of samples is more times as large as one of the process."""
+        return sum(abs(rho) for rho, _ in self.lags)
+
+    def covariance(self, kernel: Kernel) -> Covariance:
+        """Return the covariance of two samples, Σ_d ρ_d κ(r + d step) over the lags, with its ∂/∂ln θ."""
+        return kernel.value_and_gradient if self.weights == POINT.weights else partial(self._covariance, kernel)
+
+    def gain(self, omega: Array) -> Array:
+        """Return |Σ_j w_j e^(iωj step)|², the factor of a spectral density at ω [rad/s], shape (m,)."""
+        phases = np.exp(1j * self.step * omega[:, None] * np.arange(len(self.weights)))
+        return np.asarray(np.abs(phases @ self.weights) ** 2)
+
+    def spectral_density(self, kernel: Kernel) -> SpectralDensity | None:
+        """Return the spectral density of samples, |Σ_j w_j e^(iωj step)|² S(ω), where the kernel states its own."""
+        density = kernel.spectral_density
+        if density is None or self.weights == POINT.weights:
+            return density
+        return density.filtered(self.gain, self.largest_gain, abs(self.lags[-1][1]))
+
+    def value(self, kernel: Callable[[Array], Array], r: Array) -> Array:
+        """Return the covariance of two samples that lie r [s] apart, without derivatives: the shape of κ(r)."""
+        return np.asarray(sum(rho * kernel(r + lag) for rho, lag in self.lags))
+
+    def _covariance(self, kernel: Kernel, r: Array) -> tuple[Array, Array]:
+        parts = [(rho, *kernel.value_and_gradient(r + lag)) for rho, lag in self.lags]
+        covariance = sum(rho * value for rho, value, _ in parts)
+        return np.asarray(covariance), np.asarray(sum(rho * gradient for rho, _, gradient in parts))
+
+
+POINT = Stencil((1.0,))
+"""Samples of the process itself."""

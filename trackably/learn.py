@@ -1,0 +1,346 @@
+"""From samples to a reference with a proof in one call, for notebooks and programs."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from itertools import chain
+from time import monotonic
+
+import numpy as np
+
+from trackably.arguments import real
+from trackably.arrays import ArrayLike
+from trackably.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.goal import Claim, goal_for
+from trackably.certificates.judge import NotTrackableError, found_or_raise
+from trackably.certificates.pinned import prove_pinned
+from trackably.certificates.prove import Failure
+from trackably.certificates.robust import robust_of
+from trackably.condensed.asked import Centres
+from trackably.condensed.cost import Condensation
+from trackably.doubts import ask, doubts
+from trackably.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored, inflated, outlying
+from trackably.feasibility.impossible import impossible
+from trackably.fit.fit import Fit
+from trackably.gp.factors.threads import one_blas_thread
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.samples import Samples
+from trackably.learning.joint.learn import learn_from as learn_from_starts
+from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
+from trackably.learning.prior import prior_for
+from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, Solution
+from trackably.learning.search import best_solution
+from trackably.learning.space import SearchSpace
+from trackably.progress.bar import progress_bar
+from trackably.progress.work import BudgetEnded, until
+from trackably.reference import TrackableReference
+from trackably.request.claim import claimed, kept_at_rest, refuse_mean
+from trackably.request.plant import drawn_in
+from trackably.request.prior import Noise
+from trackably.request.samples import Measurements, SamplesLike
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.sets import DisturbanceSet
+from trackably.waypoints import Waypoints, waypoints
+
+Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
+"""What is learned, what it costs that it has fewer centres than samples, and the length scales that left the search."""
+
+_SAME_VALUE = 1e-6  # of 1 + |J|: more than searches from different starts differ by at one minimum
+_FIRST = 200  # samples: likely hyperparameters are found from them in a second
+_CALLER = 3  # frames up: the decorator of `learn_reference` is one of them
+_LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
+
+
+@one_blas_thread()
+def learn_reference(
+    samples: SamplesLike,
+    plant: ConstrainedSystem,
+    kernel: Kernel | Mapping[str, Kernel],
+    claim: Claim,
+    *,
+    noise_std: Noise = None,
+    mean: Mean | Mapping[str, Mean] = None,
+    learn_from: SamplesLike | None = None,
+    method: Method = "joint",
+    centres: Centres = "auto",
+    at: Waypoints | None = None,
+    at_tolerance: float | Mapping[str, float] | None = None,
+    disturbance: DisturbanceSet | None = None,
+    measurement_noise: DisturbanceSet | None = None,
+    feedback: ArrayLike | None = None,
+    margin: float = 0.0,
+    starts: int = 8,
+    budget: float | None = None,
+    progress: bool = True,
+) -> TrackableReference:
+    """Learn a reference that `plant` can follow within its bounds, and prove it.
+
+    Parameters
+    ----------
+    samples
+        By name of the sampled state (or of a flat output, z1, z2, …): one at least for each flat output of the system.
+        Several that show one flat output, such as position and velocity, are learned from together. "rate of x" is the
+        velocity of a state x that has none among the states: its change in one step, per second. A system with one flat
+        output takes samples of its first state without a name. A pandas Series or DataFrame will do, with times
+        in seconds as its index; NaN is no sample.
+    kernel
+        One for all flat outputs, or by the same names; of several that show one flat output, by the first of them. Each
+        hyperparameter is a number (known), a pair (learned in this interval), or left out (learned in an interval
+        chosen from the samples).
+    claim
+        What is proved. "all_times": every time t ≥ 0, with kernels that decay; the reference comes to rest at the prior
+        mean. "all_phases": every time, with periodic kernels of one period. (start, end): the times between, in
+        seconds.
+    noise_std
+        σ_n of the samples. The `relative_noise` of samples multiplies it. A number is known. A pair is learned in this
+        interval with the bounds, and grows where they keep the function off its samples. Left out, it is learned
+        without bounds and then known; with the bounds only where samples show no noise, where no function is found with
+        that noise, and for the `method` "hyperparameters". It has to be known of several states that show one flat
+        output, each in its own unit.
+    mean
+        The prior mean, in the unit of the sampled states. A pair is learned in this interval, as it is most likely
+        without bounds. Left out, it is learned wherever it is most likely. Where the claim needs it to be an admissible
+        equilibrium, it is the likeliest of those a hundredth of each width away from the bounds.
+    learn_from
+        Samples from which hyperparameters (and means) are learned, without bounds; they are then known while the
+        function is learned from `samples`: the paper's D_θ beside D_t. Left out, both are `samples`.
+    method
+        What is learned. "joint": function and hyperparameters together, so that J = l + D is least; l = −2 ln p(y) of
+        the samples, and D is what the bounds cost. "hyperparameters": these alone, so that the posterior mean keeps the
+        bounds, as in the paper. The `method` of what is returned says which was taken: the second also where "joint"
+        finds no function with a smaller J.
+    centres
+        At most how many centres the reference has for the samples of each name. None: each sample is one. A whole
+        number: the time of the samples is divided into bins, and the samples in each are replaced by four that say the
+        same of every signal that is a cubic polynomial in each bin, noise included. "auto": of more than 2000 samples,
+        so few that all samples change l by less than 4, and the mean by less than a tenth of σ_n at samples, centres
+        and halfway between them, for the hyperparameters that are learned; all samples where half of them are not
+        enough, as for many kernels with kinks. Of more than 4000 samples, twice as many centres stand for all in this
+        comparison. `learn_stream` is faster then. What is proved is the reference that is handed out; its `explanation`
+        says how many samples are learned by how many centres, and what that changes in l and in the mean.
+    at
+        Values of states and inputs, by name, that the reference has at times [s]: {0.0: {"position": -0.08, "velocity":
+        0.0}} begins at a plant's present state. {6.0: "rest"} is in an equilibrium then, with the input that holds it,
+        wherever that is; the reference says where. Only function and hyperparameters together can meet them.
+    at_tolerance
+        By how much these values may be missed, in their unit, for all names or by name; it is proved, by a certificate
+        for each time. Left out, it is 1e-4 of the width of what bounds the state or input.
+    disturbance
+        W in x(k+1) = A x(k) + B u(k) + c + w(k), w(k) ∈ W, of a linear system: Zonotope.box(lower, upper), or another
+        Zonotope or ConvexHull. It holds 0. The reference then leaves room for every error that such disturbances may
+        cause under the feedback u = u_r + K (x - x_r), and the proof says so.
+    measurement_noise
+        V of the measured state y = x + v, v(k) ∈ V: a Zonotope that holds 0, as W then has to be one. The feedback is
+        given y, u = u_r + K (y - x_r), and the proof says so.
+    feedback
+        K (m, n), with all eigenvalues of A + B K inside the unit circle. Left out, it is the linear-quadratic regulator
+        that leaves the most of the bounds, among some weights.
+    margin
+        The part of each width that the reference keeps free at either bound, for those who have no W.
+    starts
+        The number of points from which the search starts.
+    budget
+        Seconds after which the best reference that is proved is handed out, and its `explanation` says how far its J
+        may be from the least. A function for likely hyperparameters is proved first, then one with hyperparameters from
+        one start, then what is found without a budget. What is handed out then depends on the machine and on what else
+        it does. A step that is under way is finished. None: as long as it takes, always with the same result.
+    progress
+        Whether a line on a terminal counts fits, evaluations and boxes proved. Elsewhere, the logger "trackably" says
+        it every 10 s, at level INFO: `logging.basicConfig(level="INFO")` shows that.
+
+    Warns
+    -----
+    DoubtfulInputWarning
+        Where the input is accepted, but is hardly what was meant: a singular A, a window far from every sample, samples
+        before time zero, stamps since 1970, an outlier. Also where a hyperparameter lies at an end of the interval
+        that was given for it, and where noise learned with the bounds differs by more than a half from that without.
+    IgnoresSamplesWarning
+        Where the reference keeps its bounds, but does not follow its samples: it is off by more than 3 times what it
+        would be without bounds, by more than the noise, and by more than a tenth of the samples' spread.
+
+    Raises
+    ------
+    TypeError
+        Where an argument is of another type: the message names it.
+    ValueError
+        Where samples, kernels, claim and options do not fit together, and where the prior mean is no admissible
+        equilibrium though all times are claimed. Where a value of `at` is outside of its set, or a time outside of
+        the claim. Where a disturbance leaves nothing of the bounds: it says which bound is short by how much, and which
+        part of the disturbance set would do.
+    NotTrackableError
+        Where no reference was found, or none that is proved: the message says by how much, where and why. Its
+        `outcome` is `Impossible` where values of `at` and bounds contradict each other whatever the kernel, and
+        `InfeasibleTightening` where bounds do that are drawn in for this feedback or margin: both are found before
+        anything is learned. It is `OutOfTime` where the budget ended before anything was proved.
+
+    """
+    end = _end_of(budget)
+    plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
+    claim, learner = claimed(claim), _learner(method, at, learn_from)
+    measured = Measurements.of(samples, plant, noise_std, centres)
+    level, between = split_means(mean, measured.names, measured.given)
+    shared = frozenset({"period"}) if claim == "all_phases" and len(measured.names) > 1 else frozenset[str]()
+    prior = prior_for(plant, measured.priors(kernel, level), shared)
+    goal = goal_for(claim, measured.signals, prior, plant)
+    ask(doubts(claim, measured.given, plant), _CALLER)
+    pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
+    others = measured if learn_from is None else measured.others("learn_from", learn_from)
+    found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
+    at_rest, keep = kept_at_rest(claim, plant), learn_from is not None
+    pins = tuple(pin for values in pinned for pin in values.pins(plant))
+
+    def beforehand(of: tuple[Samples, ...]) -> Beforehand:
+        ends = levels(between, measured.names, of)
+        return found_or_raise(learned_beforehand(of, prior, ends, starts, keep, method == "joint", at_rest))
+
+    with progress_bar("learn reference", shown=progress):
+        with _in_time(budget, end):
+            first, _ = others.learned(beforehand, lambda found: found.likely)
+            measured, _ = measured.enough_for(first.likely)
+        ask(first.questions, _CALLER)
+        refuse_mean(claim, first.prior, plant, tightening)
+
+        def learn(first: Beforehand, learner: Learner, starts: int = starts) -> Found:
+            def certified(of: tuple[Samples, ...], prior: JointPrior) -> Certified | NoSolution | Failure:
+                space = SearchSpace.around(measured.signals, prior, starts)
+                return learn_certified(of, prior, plant, space, goal, learner=learner, pins=pins)
+
+            found, cost = measured.learned(
+                lambda of: found_or_raise(first.best(partial(certified, of))),
+                lambda found: found.solution.posterior.prior.as_known(),
+            )
+            sought = SearchSpace.around(measured.signals, first.with_noise or first.prior, starts).bounds
+            limited = tuple(
+                name for name, interval in sought.items() if interval != found.space.bounds.get(name, interval)
+            )
+            return _beside(None if limited else first.likeliest, found), cost, limited
+
+        quick = () if budget is None or not first.prior.learned else _quick(first, measured, starts, learner, learn)
+        with _in_time(budget, end):
+            (certified, cost, limited), is_whole = _best_of(chain(quick, [partial(learn, first, learner)]))
+        pinned = tuple(at.found(certified.reference) for at in pinned)
+        proofs = found_or_raise(prove_pinned(certified.reference, pinned))
+        solution, ended = certified.solution, None if is_whole else budget
+        assert solution.unconstrained, "it is beside the one without bounds"
+        fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended)
+    certificate = replace(certified.certificate, robust=robust_of(tightening))
+    learned = TrackableReference(fit, certificate, proofs, tightening)
+    if sentence := ignored(learned.fit):
+        sentence += ', or method="joint"' if method == "hyperparameters" else ""
+        warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
+    noise = inflated(fit) if method == "joint" else None
+    questions = given_too_narrowly(fit), noise, outlying(fit.misfits_to(measured.all_signals))
+    ask(filter(None, questions), _CALLER)
+    return learned
+
+
+def _learner(method: object, at: object, learn_from: object) -> Learner:
+    """Return what learns. ValueError: there is no such method, or it does not go with the other options."""
+    if not isinstance(method, str) or method not in _LEARNERS:
+        raise ValueError(f"method: expected {' or '.join(map(repr, _LEARNERS))}, got {method!r}")
+    if at and method != "joint":
+        raise ValueError('at: values at given times need method="joint": hyperparameters alone cannot meet them')
+    if learn_from is not None and method != "joint":
+        raise ValueError('learn_from: needs method="joint": with known hyperparameters, they alone cannot be learned')
+    return _LEARNERS[method]
+
+
+def _end_of(budget: object) -> float:
+    """Return when a budget ends, by `monotonic`. TypeError or ValueError: it is no positive number of seconds."""
+    if budget is None:
+        return float("inf")
+    if not (seconds := real("budget", budget)) > 0:
+        raise ValueError(f"budget: expected a positive number of seconds, got {seconds:g}")
+    return monotonic() + seconds
+
+
+@contextmanager
+def _in_time(budget: float | None, end: float) -> Iterator[None]:
+    """Raise NotTrackableError where the time is over before this context is left."""
+    try:
+        with until(end):
+            yield
+    except BudgetEnded:
+        raise NotTrackableError(OutOfTime(budget or 0.0)) from None
+
+
+def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
+    """Return what has the least J of all stages that a budget leaves time for, and whether these are all of them.
+
+    A later one is taken where both are the same. BudgetEnded or NotTrackableError: there is nothing.
+    """
+    best: Found | None = None
+    why: NotTrackableError | None = None
+    try:
+        for stage in stages:
+            try:
+                found = stage()
+            except NotTrackableError as error:
+                why = error
+            else:
+                best = found if best is None or _is_no_worse(found, best) else best
+    except BudgetEnded:
+        if best is None:
+            raise
+        return best, False
+    if best is None:
+        assert why is not None, "there is a stage"
+        raise why
+    return best, True
+
+
+def _is_no_worse(one: Found, other: Found) -> bool:
+    least = other[0].solution.objective
+    return one[0].solution.objective <= least + _SAME_VALUE * (1 + abs(least))
+
+
+def _quick(
+    first: Beforehand, measured: Measurements, starts: int, learner: Learner, learn: Callable[..., Found]
+) -> Iterator[Callable[[], Found]]:
+    """Yield what proves a reference sooner than the whole search, from hyperparameters that are likely without bounds.
+
+    Where they were not learned `first`, they are found from the first samples of each name, unless a kernel has a
+    period: these may show none. Their l of all samples then stands for the least one in what is said of J.
+    """
+    likely = first.likely
+    if likely.learned:
+        free = best_solution(_without_bounds(first.prior, measured, starts))
+        if not isinstance(free, Solution):
+            return
+        likely = free.posterior.prior.as_known()
+    held = replace(first, likeliest=first.likeliest or JointPosterior(likely, measured.signals), with_noise=None)
+    if learner is JOINT:
+        theta = likely.hyperparameters
+        start = np.log([theta[name] for name in held.prior.learned])
+        yield partial(learn, replace(held, prior=likely), FUNCTION)
+        yield partial(learn, held, replace(JOINT, solve=partial(learn_from_starts, [start]), second_choice=None))
+    else:
+        yield partial(learn, held, learner, starts=1)
+
+
+def _without_bounds(prior: JointPrior, measured: Measurements, starts: int) -> ConstrainedProblem:
+    """Return the problem of the first samples of each name."""
+    end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
+    few = {
+        name: replace(of, times=of.times[:end], values=of.values[:end], relative_noise=of.relative_noise[:end])
+        for name, of in measured.given.items()
+    }
+    samples = replace(measured, given=few).signals
+    return ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts))
+
+
+def _beside(likeliest: JointPosterior | None, certified: Certified) -> Certified:
+    """Return the same with the solution of the problem without bounds: the `likeliest`, or that of the same search."""
+    solution = certified.solution
+    least = likeliest or solution.unconstrained
+    if least is None:
+        learned = solution.posterior
+        free = best_solution(ConstrainedProblem(learned.samples, learned.prior, certified.space))
+        least = free.posterior if isinstance(free, Solution) else learned
+    return replace(certified, solution=replace(solution, unconstrained=least))

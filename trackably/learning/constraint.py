@@ -1,0 +1,202 @@
+"""Constraints of the learning problem: a quantity, its bounds, and the places (times) at which they have to hold."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.signal import KernelSum
+from trackably.learning.index_set import IndexSet, TimesAndMargins
+from trackably.learning.sums import Sums
+from trackably.progress.work import done
+from trackably.systems.flat.functional import Functional
+from trackably.systems.quantities import Quantities
+from trackably.systems.quantity import Quantity
+
+# Bounds are drawn in by this part of their width: the optimiser's rounding errors are smaller.
+ROUNDING_BACKOFF = 1e-9
+PARTS = 8  # into which the time between two places is divided
+
+
+class Signalled(Protocol):
+    """What has signals: a posterior, or a function learned under bounds."""
+
+    @property
+    def signals(self) -> tuple[KernelSum, ...]: ...
+
+
+class Bounded(ABC):
+    """A quantity that has to stay inside its bounds, which are drawn in by `backoff` (a part of their width).
+
+    Each row of an array of places is one place: a time, or several times in subclasses that need them.
+    """
+
+    quantity: Quantity
+    backoff: float
+
+    @property
+    @abstractmethod
+    def none(self) -> Array:
+        """An empty array of places."""
+
+    @abstractmethod
+    def closest(self, posterior: Signalled) -> tuple[Array, Array]:
+        """Return the places of the margin's local minima, and the relative margins (n,) there.
+
+        A relative margin is a part of the bounds' width: negative where they are violated, 1/2 at the centre.
+        """
+
+    def overlooked(self, posterior: Signalled) -> tuple[Array, Array]:
+        """Return places where a bound is violated that the coarse grid of `closest` missed, and relative margins."""
+        return self.none, np.empty(0)
+
+    def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:
+        """Return places between neighbouring `places` where a bound is violated, and relative margins."""
+        return self.none, np.empty(0)
+
+    @abstractmethod
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        """Return the quantity at n places and its ∂/∂ln θ: shapes (n,), (p, n); NaN or infinite where not defined."""
+
+    def slacks(self, found: Array) -> Array:
+        """Return what is left to both bounds, less the back-off, as parts of the width: first to the lower one.
+
+        In `found` are the quantity at n places and its derivatives, shape (1 + p, n), or a constant and weights whose
+        sum is the quantity; the slacks have the same form: shape (1 + p, 2 n).
+        """
+        bounds = self.quantity.bounds
+        both = np.concatenate([found, -found], axis=1)
+        both[0] += np.repeat([-bounds.lower, bounds.upper], found.shape[1])
+        both /= bounds.width
+        both[0] -= self.backoff
+        return both
+
+
+@dataclass(frozen=True)
+class Constraint(Bounded):
+    """A quantity at all times of an index set; a place is a time [s]."""
+
+    quantity: Quantity
+    index_set: IndexSet
+    backoff: float = ROUNDING_BACKOFF
+
+    @property
+    def none(self) -> Array:
+        return np.empty(0)
+
+    def closest(self, posterior: Signalled) -> tuple[Array, Array]:
+        margin = partial(self.relative_margin, posterior)
+        times = self.index_set.local_minima(margin, [signal.kernel for signal in posterior.signals])
+        return times, margin(times)
+
+    def overlooked(self, posterior: Signalled) -> tuple[Array, Array]:
+        times, margins = self.unseen(posterior)
+        rough, broken = self.between(posterior, self.examined(posterior))
+        return np.concatenate([times, rough]), np.concatenate([margins, broken])
+
+    def unseen(self, posterior: Signalled) -> tuple[Array, Array]:
+        """Return the times and relative margins of violations between the times that `closest` has seen."""
+        margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
+        times = self.index_set.overlooked(margin, [signal.kernel for signal in posterior.signals], curvature)
+        return times, margin(times) if len(times) else np.empty(0)
+
+    def examined(self, posterior: Signalled) -> Array:
+        """Return the times [s] between which `closest` may miss something, as the quantity may turn there.
+
+        There are none where all kernels are analytic: a signal then turns as slowly at its centres as anywhere.
+        """
+        if all(signal.kernel.is_analytic for signal in posterior.signals):
+            return self.none
+        return self.index_set.examined(self._turns(posterior))
+
+    def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:
+        if len(places) < 2:
+            return self.none, np.empty(0)
+        times = self.index_set.nearest(np.linspace(places[:-1], places[1:], PARTS + 1)[1:-1])
+        margins = self.relative_margin(posterior, times)
+        lowest, pick = np.argmin(margins, axis=0), np.arange(len(places) - 1)
+        at, margin = times[lowest, pick], margins[lowest, pick]
+        return at[margin < 0], margin[margin < 0]
+
+    def _turns(self, posterior: Signalled) -> Array:
+        """Return the times at which the quantity may turn: q(t) = Σ_j w_j g(t + j T_s) has each kink of g J + 1 times.
+
+        Kinks are at centres. Signals without kinks turn near centres, more slowly than in a few T_s.
+        """
+        found = [signal.centres for signal in posterior.signals]
+        for _, functional in self.quantity.trajectory.arguments:
+            for c, weights in functional.rounded:
+                if not posterior.signals[c].kernel.is_analytic:
+                    shifts = functional.sampling_time * np.arange(len(weights))
+                    found.append(np.subtract.outer(posterior.signals[c].centres, shifts).ravel())
+        return np.unique(np.concatenate(found))
+
+    def relative_margin(self, posterior: Signalled, t: Array) -> Array:
+        """Return the distance to the nearer bound at t [s] as a part of the bounds' width: negative where violated."""
+        return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
+
+    def _curvature(self, posterior: Signalled) -> float:
+        """Return a bound of |d²/dt²| of the relative margin [1/s²], an over-estimate; infinite for formulas."""
+        if (functional := self.quantity.functional) is None:
+            return np.inf
+        moved = (float(np.sum(np.abs(w))) * posterior.signals[c].curvature for c, w in functional.rounded)
+        return sum(moved) / self.quantity.bounds.width
+
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        found = self.of_arguments(Sums.of(self.arguments_at(places)).values_and_gradients(posterior))
+        return found[0], found[1:]
+
+    @property
+    def is_functional(self) -> bool:
+        """Whether the quantity is a functional of the signals."""
+        return self.quantity.functional is not None
+
+    def arguments_at(self, places: Array) -> list[tuple[Functional, Array]]:
+        """Return the arguments of the trajectory, with the places of each."""
+        return [(functional, places) for _, functional in self.quantity.trajectory.arguments]
+
+    def of_arguments(self, found: Array) -> Array:
+        """Return the quantity and its ∂/∂ln θ, shape (1 + p, n), from those of its k arguments, shape (1 + p, k n)."""
+        trajectory = self.quantity.trajectory
+        if trajectory.functional is not None:
+            return found
+        names = [name for name, _ in trajectory.arguments]
+        arguments = dict(zip(names, np.split(found, len(names), axis=1), strict=True))
+        values = {name: both[0] for name, both in arguments.items()}
+        slopes = trajectory.slopes(values)
+        with np.errstate(invalid="ignore"):
+            gradient = sum(slopes[name] * both[1:] for name, both in arguments.items())
+        return np.concatenate([trajectory.value(values)[None], np.asarray(gradient)])
+
+
+def local_minima(
+    constraints: Sequence[Constraint],
+    kernels: Sequence[Kernel],
+    together: Callable[[Sequence[Constraint]], Quantities],
+) -> list[TimesAndMargins]:
+    """Return the local minima of each relative margin; those of one index set are sought `together`."""
+    found = dict[int, TimesAndMargins]()
+    for index_set in dict.fromkeys(constraint.index_set for constraint in constraints):
+        members = [i for i, constraint in enumerate(constraints) if constraint.index_set == index_set]
+        done("evaluation")
+        several = together([constraints[i] for i in members])
+        for i, (at, margins) in zip(members, index_set.minima_of_each(several, kernels), strict=True):
+            found[i] = at, margins / constraints[i].quantity.bounds.width
+    return [found[i] for i in range(len(constraints))]
+
+
+def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesAndMargins]:
+    """Return what is `closest` for each constraint; those with index sets are evaluated together."""
+    timed = [constraint for constraint in constraints if isinstance(constraint, Constraint)]
+
+    def together(some: Sequence[Constraint]) -> Quantities:
+        return Quantities(tuple(constraint.quantity for constraint in some), posterior.signals)
+
+    found = iter(local_minima(timed, [signal.kernel for signal in posterior.signals], together))
+    return [next(found) if isinstance(each, Constraint) else each.closest(posterior) for each in constraints]

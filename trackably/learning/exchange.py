@@ -1,0 +1,249 @@
+"""Exchange method: solve a problem with a continuum of constraints by programs with constraints at few places.
+
+Solve with constraints at few places, find the places at which the result violates a bound, add them, repeat. Every
+program on the way is a relaxation of the whole problem: the first minimiser that keeps all bounds solves the whole
+problem, and a minimiser that is no better than a known solution can be given up. So programs are solved roughly first,
+and precisely only where the rough minimiser violates no bound at a new place.
+"""
+
+import heapq
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import count
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.posterior import IllConditioned
+from trackably.learning.candidate import Candidate, Places, merged
+from trackably.learning.nonlinear import Program
+from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFactored, Round, Solution
+from trackably.learning.solvers import sqp
+
+_MAX_ROUNDS = 60
+_MAX_HALVINGS = 60
+_SAME_POINT = 1e-3
+_SAME_BASIN = 1e-2
+_NEARBY = 0.1  # in each ln θ: so long are first steps from a promising start, to stay in its basin
+_ROUGH = 1e-8  # of 1 + |l|: a minimiser that violates a bound at a new place need not be more precise
+_MORE_STEPS = 60  # as good as the last one: where these do not lead below the best objective, a search is given up
+
+
+@dataclass(frozen=True)
+class _Path:
+    """The present end of a local search, and the rounds that led there."""
+
+    end: Array
+    rounds: tuple[Round, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Followed:
+    """A search with `places` of its own, from a promising start; `is_second` if it is the second one from there."""
+
+    start: Array
+    path: _Path
+    places: Places
+    is_second: bool = False
+
+    @property
+    def is_going_on(self) -> bool:
+        return bool(self.path.rounds)
+
+    def again(self) -> Iterator[tuple[float, "_Followed"]]:
+        """Yield the same from its start, with all places found, to be done at once; nothing where that was done."""
+        if self.is_going_on and not self.is_second:
+            yield -np.inf, _Followed(self.start, _Path(self.start), self.places, is_second=True)
+
+
+Step = Callable[[Program, Array, Array | None, float, sqp.GiveUp], sqp.Minimum | None]
+"""Solves a program from a start with the curvature there, up to a precision, or gives up: see `Program.minimise`."""
+
+_minimise_nearby: Step = partial(Program.minimise, radius=_NEARBY)
+
+
+@dataclass
+class Exchange:
+    """Run local searches; keep the `best` feasible point, and the `closest`, the point with the smallest violation.
+
+    `together` runs searches from several starts with the same places in their programs; `follow` runs searches with
+    places of their own. `active` are the places of the last program, `rounds` are those that led to the best point, and
+    `fits` counts the nonlinear programs. Searches whose l is not below the `ceiling` are given up: each program is
+    a relaxation, so that l only rises on the way. So are those that come near to a minimum that is known.
+    """
+
+    problem: ConstrainedProblem
+    ceiling: float = np.inf
+    best: Candidate | None = None
+    closest: Candidate | None = None
+    active: Places = ()
+    rounds: tuple[Round, ...] = ()
+    fits: int = 0
+    _visited: list[Array] = field(default_factory=list)
+    _ends: list[tuple[float, Array]] = field(default_factory=list)
+
+    @property
+    def outcome(self) -> Solution | NoSolution:
+        """The best solution, or why there is none."""
+        if self.best is not None:
+            posterior, objective = self.best.posterior, self.best.objective
+            others = self._other_minima(self.best.log_theta)
+            found = posterior, posterior.signals, objective, self.active, self.fits, self.rounds
+            return Solution(*found, others=others)
+        return self.closest.infeasible(self.problem) if self.closest else NothingFactored(self.problem.prior)
+
+    def follow(self, starts: Iterable[Array]) -> None:
+        """Search from promising starts for the local minima of their basins, each search with places of its own.
+
+        The first program of each has the places where the start is closest to its bounds. The search with the smallest
+        objective goes on first: what it finds may end others. A search that finds no better solution is repeated once,
+        with all its places in the first program, as it may have left its basin.
+        """
+        order, queue = count(), list[tuple[float, int, _Followed]]()
+        for start in starts:
+            try:
+                candidate = Candidate.at(self.problem, start)
+            except IllConditioned:
+                continue
+            places = merged(self._no_places, candidate.closest_places)
+            queue.append((candidate.objective, next(order), _Followed(start, _Path(start), places)))
+        heapq.heapify(queue)
+        while queue:
+            value, _, search = heapq.heappop(queue)
+            for further, going_on in self._followed(value, search):
+                heapq.heappush(queue, (further, next(order), going_on))
+
+    def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
+        """Improve all points by `step` until none violates a bound at a place that is not yet `active`."""
+        paths, places = [_Path(point) for point in points], self.active or self._no_places
+        for _ in range(_MAX_ROUNDS):
+            if not paths:
+                break
+            paths, places = self._advanced(paths, places, step)
+        self.active = places
+
+    def restore(self, points: Iterable[Array]) -> None:
+        """Move all points to where bounds are violated least; ends that keep them are no minima of l."""
+        known = len(self._ends)
+        self.together(points, Program.minimise_violation)
+        del self._ends[known:]
+
+    def keep_scaled_down(self, points: Iterable[Array]) -> None:
+        """Halve the signals' amplitudes at each point until all bounds hold; keep the best result."""
+        for point in points:
+            for halvings in range(_MAX_HALVINGS):
+                candidate = self._evaluated(self.problem.space.scaled_down(point, 2.0**halvings))
+                if candidate and candidate.is_feasible:
+                    self._keep(candidate)
+                    break
+
+    def try_all(self, points: Iterable[Array]) -> None:
+        """Evaluate some points without improving them; keep the best, or the one with the smallest violation."""
+        for candidate in map(self._evaluated, points):
+            if candidate and candidate.is_feasible:
+                self._keep(candidate)
+
+    @property
+    def _no_places(self) -> Places:
+        return tuple(constraint.none for constraint in self.problem.constraints)
+
+    @property
+    def _least(self) -> float:
+        """The objective that has to be undercut."""
+        return self.ceiling if self.best is None else self.best.objective
+
+    def _followed(self, value: float, search: _Followed) -> Iterator[tuple[float, _Followed]]:
+        """Solve the next program of a search that has reached this objective; yield what is to be done next, and when.
+
+        Searches with a smaller objective go on earlier.
+        """
+        best = self.best
+        if search.is_going_on and value >= self._least:
+            yield from search.again()
+            return
+        paths, met = self._advanced([search.path], search.places, _minimise_nearby)
+        if self.best is not best:
+            self.active = met
+        elif not paths or len(paths[0].rounds) > _MAX_ROUNDS:
+            yield from search.again()
+        elif search.is_going_on or not _is_near(paths[0].end, self._visited):
+            yield paths[0].rounds[-1].objective, replace(search, path=paths[0], places=met)
+
+    def _advanced(self, paths: Sequence[_Path], places: Places, step: Step) -> tuple[list[_Path], Places]:
+        """Solve the program with these places from the ends of the paths.
+
+        Return the paths that violate bounds but may become the best, and all places.
+        """
+        program, met = Program(self.problem, places), places
+        promising, ends, size = list[_Path](), list[Array](), sum(map(len, places))
+        minima = list[Array]()
+
+        def give_up(x: Array, merit: float, gain: float) -> bool:
+            # Without constraints, worse minima are of use too: they are starts for other problems.
+            is_hopeless = bool(self.problem.constraints) and merit - _MORE_STEPS * gain >= self._least
+            return is_hopeless or _is_near(x, ends) or _is_near(x, minima)
+
+        for path in paths:
+            # A search that starts at a minimum may find it more precisely.
+            minima[:] = [end for _, end in self._ends if path.rounds or not _is_near(end, [path.end])]
+            self.fits += 1
+            # The curvature of the last program may be badly conditioned: with it, searches stop short of the minimum.
+            found = step(program, path.end, None, _ROUGH, give_up)
+            if found is None or any(np.max(np.abs(found.x - end), initial=0.0) <= _SAME_POINT for end in ends):
+                continue
+            candidate = self._evaluated(found.x)
+            if candidate is not None and self._may_be_best(candidate) and candidate.violated(places) is None:
+                found = step(program, found.x, found.curvature, sqp.PRECISION, sqp.never) or found
+                candidate = self._evaluated(found.x)
+            ends.append(found.x)
+            if candidate is not None and candidate.is_feasible:
+                self._ends.append((candidate.objective, found.x))
+            if candidate is None or self._is_no_better(candidate):
+                continue
+            done = Round(found.x, candidate.objective, candidate.worst[0], size)
+            longer = _Path(found.x, (*path.rounds, done))
+            if candidate.is_feasible:
+                self._keep(candidate, longer.rounds)
+            # Compare with the places of this program: another search of this round may have found the same ones.
+            elif (violated := candidate.violated(places)) is not None:
+                met = merged(met, violated)
+                promising.append(longer)
+        return promising, met
+
+    def _evaluated(self, point: Array) -> Candidate | None:
+        """Evaluate a point, on the whole index sets if it may be the best; None if K + σ_n² I cannot be factored."""
+        try:
+            candidate = Candidate.at(self.problem, point)
+        except IllConditioned:
+            return None
+        if candidate.is_feasible and not self._is_no_better(candidate):
+            candidate = candidate.with_overlooked(self.problem)
+        if self.closest is None or candidate.worst[0] > self.closest.worst[0]:
+            self.closest = candidate
+        return candidate
+
+    def _keep(self, candidate: Candidate, rounds: tuple[Round, ...] = ()) -> None:
+        if not self._is_no_better(candidate):
+            self.best, self.rounds = candidate, rounds
+            self._visited += [done.log_theta for done in rounds]
+
+    def _may_be_best(self, candidate: Candidate) -> bool:
+        """Whether the minimum near a rough minimiser may be better than the best."""
+        return candidate.objective - _MORE_STEPS * _ROUGH * (1 + abs(candidate.objective)) < self._least
+
+    def _is_no_better(self, candidate: Candidate) -> bool:
+        return candidate.objective >= self._least
+
+    def _other_minima(self, best: Array) -> tuple[Array, ...]:
+        """Return the other ends of searches that keep all bounds, the best first."""
+        kept = [best]
+        for _, end in sorted(self._ends, key=lambda found: found[0]):
+            if not _is_near(end, kept):
+                kept.append(end)
+        return tuple(kept[1:])
+
+
+def _is_near(point: Array, others: Iterable[Array]) -> bool:
+    """Whether a point lies so near to one of the others that searches from both end at the same minimum."""
+    return any(max(map(abs, (point - other).tolist()), default=0.0) < _SAME_BASIN for other in others)

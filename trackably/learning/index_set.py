@@ -1,0 +1,248 @@
+"""Index sets: the times at which a constraint has to hold, and the local minima of its margin there."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from trackably.arrays import Array
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.period import period_of
+
+# A signal cannot change much faster than its kernel's correlation time: with this many grid points in each correlation
+# time the grid shows every local minimum, which is then refined.
+_POINTS_PER_CORRELATION_TIME = 12
+_FEWEST_POINTS, _MOST_POINTS = 64, 50_000
+_REFINEMENTS, _NARROWER = 3, 0.1
+_BESIDE = np.array([[-1], [0], [1]])  # left of a centre, there, and right of it
+_FEW_STEPS = 4096  # up to so many, all steps are evaluated
+_PARTS = 16  # into which an interval of steps is divided: the margin is evaluated at the ends of each
+
+Indices = npt.NDArray[np.intp]
+
+Margin = Callable[[Array], Array]
+"""A margin as a function of times [s]."""
+
+TimesAndMargins = tuple[Array, Array]
+"""Times [s] of local minima in increasing order, and the margins there: shape (n,) both."""
+
+
+class Margins(Protocol):
+    """Some margins that are evaluated together."""
+
+    def __len__(self) -> int:
+        """The number of margins."""
+        ...
+
+    def margins(self, t: Array) -> Array:
+        """Return all margins at t [s]: shape (Q, *t.shape)."""
+        ...
+
+    def margins_of(self, which: Indices, t: Array) -> Array:
+        """Return margin `which[i]` at t[..., i] [s]: the shape of t."""
+        ...
+
+
+class IndexSet(ABC):
+    """A set of times [s]; it may depend on the signals' kernels, whose period is learned."""
+
+    @abstractmethod
+    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
+        """Return the times of the set at which `margin` has its local minima, in increasing order."""
+
+    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+        """Return the local minima of each margin: their times, and the margins there."""
+
+        def one(q: int) -> Margin:
+            return lambda t: margins.margins_of(np.full(t.shape[-1:], q), t)
+
+        times = [self.local_minima(one(q), kernels) for q in range(len(margins))]
+        return [(at, one(q)(at)) for q, at in enumerate(times)]
+
+    def nearest(self, t: Array) -> Array:
+        """Return the times of the set that are nearest to t [s], which lies between times of the set."""
+        return t
+
+    def overlooked(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
+        """Return local minima below zero that `local_minima` may have missed; none for sets that are intervals.
+
+        The margin is the minimum of some functions, whose second derivatives are at most `curvature` [1/s²].
+        """
+        return np.empty(0)
+
+    def examined(self, centres: Array) -> Array:
+        """Return the sorted `centres` [s] of signals between which `local_minima` may miss something; none by default.
+
+        A sum of kernels that are not smooth changes from centre to centre, however long the correlation time is.
+        """
+        return np.empty(0)
+
+
+@dataclass(frozen=True)
+class Steps(IndexSet):
+    """The instants k T_s for k = first … last.
+
+    If there are many, local minima are found on a grid of some instants, and then on finer grids around each minimum.
+    """
+
+    first: int
+    last: int
+    sampling_time: float
+
+    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
+        grid = self._grid(kernels)
+        minima = np.flatnonzero(_are_minima(margin(grid * self.sampling_time)))
+        if self._are_few(grid):
+            return np.asarray(grid[minima] * self.sampling_time)
+        at = grid[minima]
+        before, after = grid[np.maximum(minima - 1, 0)], grid[np.minimum(minima + 1, len(grid) - 1)]
+        while np.any(np.maximum(at - before, after - at) > 1):
+            closer = np.rint(np.linspace(before, after, _PARTS + 1))
+            lowest = np.argmin(margin(closer * self.sampling_time), axis=0)
+            pick = np.arange(len(at))
+            at = closer[lowest, pick]
+            before, after = closer[np.maximum(lowest - 1, 0), pick], closer[np.minimum(lowest + 1, _PARTS), pick]
+        return np.asarray(np.unique(at) * self.sampling_time)
+
+    def overlooked(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
+        grid = self._grid(kernels)
+        if self._are_few(grid):
+            return np.empty(0)
+        steps, values, most = [grid], [margin(grid * self.sampling_time)], curvature()
+        edges, at_edges = np.stack([grid[:-1], grid[1:]]), np.stack([values[0][:-1], values[0][1:]])
+        while True:
+            # Between two times at distance h, a function is at most h²/8 · curvature below its smaller end value.
+            before, after = edges[:-1].ravel(), edges[1:].ravel()
+            lower = np.minimum(at_edges[:-1], at_edges[1:]).ravel()
+            apart = np.maximum(after - before, 1) * self.sampling_time
+            unsure = (after - before > 1) & (lower < most * apart**2 / 8)
+            if not np.any(unsure):
+                break
+            edges = np.rint(np.linspace(before[unsure], after[unsure], _PARTS + 1))
+            at_edges = margin(edges * self.sampling_time)
+            steps.append(edges.ravel())
+            values.append(at_edges.ravel())
+        met, first = np.unique(np.concatenate(steps), return_index=True)
+        margins = np.concatenate(values)[first]
+        minima = np.flatnonzero(_are_minima(margins))
+        return np.asarray(met[minima[margins[minima] < 0]] * self.sampling_time)
+
+    def nearest(self, t: Array) -> Array:
+        return np.asarray(np.rint(t / self.sampling_time) * self.sampling_time)
+
+    @property
+    def _all(self) -> Array:
+        return np.arange(self.first, self.last + 1, dtype=float)
+
+    def _grid(self, kernels: Sequence[Kernel]) -> Array:
+        """Return the steps of the first grid: all steps, if there are few."""
+        count = self.last - self.first + 1
+        intervals = _grid_intervals((count - 1) * self.sampling_time, kernels)
+        if count <= max(_FEW_STEPS, intervals + 1):
+            return self._all
+        return np.unique(np.rint(np.linspace(self.first, self.last, intervals + 1)))
+
+    def _are_few(self, grid: Array) -> bool:
+        return len(grid) == self.last - self.first + 1
+
+
+@dataclass(frozen=True)
+class Window(IndexSet):
+    """All real times from `start` to `end` [s]."""
+
+    start: float
+    end: float
+
+    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
+        return self.minima_of_each(_Single(margin), kernels)[0][0]
+
+    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+        return _refined_minima(margins, self.start, self.end, kernels)
+
+    def examined(self, centres: Array) -> Array:
+        return centres[(self.start <= centres) & (centres <= self.end)]
+
+
+@dataclass(frozen=True)
+class AllPhases(IndexSet):
+    """All real times, for signals whose kernels have one common period: local minima are sought in [0, period].
+
+    Every time stays in the set when the learned period changes. TypeError for kernels without a common period.
+    """
+
+    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
+        return self.minima_of_each(_Single(margin), kernels)[0][0]
+
+    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+        return _refined_minima(margins, 0.0, period_of(kernels), kernels)
+
+
+@dataclass(frozen=True)
+class _Single:
+    """One margin alone."""
+
+    margin: Margin
+
+    def __len__(self) -> int:
+        return 1
+
+    def margins(self, t: Array) -> Array:
+        return self.margin(t)[None]
+
+    def margins_of(self, which: Indices, t: Array) -> Array:
+        return self.margin(t)
+
+
+def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+    """Return local minima of continuous margins: those on a grid, refined by parabolas through ever closer points."""
+    times = np.linspace(start, end, _grid_intervals(end - start, kernels) + 1)
+    values, reach = margins.margins(times), times[1] - times[0]
+    which, grid = np.nonzero(_are_minima(values))
+    inner = np.clip(grid, 1, len(times) - 2)  # at an end the parabola leans inwards
+    at, centre, beside = times[grid], times[inner], values[which, inner + _BESIDE]
+    at, refined = _at_lowest(at, centre, reach, beside)
+    for _ in range(_REFINEMENTS - 1):
+        reach *= _NARROWER
+        centre = np.clip(at, start + reach, end - reach)
+        at, refined = _at_lowest(at, centre, reach, margins.margins_of(which, centre + reach * _BESIDE))
+    at, lowest = np.clip(at, start, end), values[which, grid]
+    at, lowest = np.where(refined < lowest, at, times[grid]), np.fmin(refined, lowest)
+    ends = np.searchsorted(which, np.arange(len(values) + 1)).tolist()
+    return [_in_order(at[first:last], lowest[first:last]) for first, last in pairwise(ends)]
+
+
+def _at_lowest(at: Array, centre: Array, reach: float, beside: Array) -> TimesAndMargins:
+    """Return where parabolas through values (3, n) are lowest in reach of each centre, or near `at`, and how low."""
+    left, middle, right = beside
+    with np.errstate(invalid="ignore"):  # where a margin is infinite, the minimum on the grid stays
+        slope, curvature = (right - left) / 2, left - 2 * middle + right
+        is_valley = (curvature > 0) & (curvature < np.inf)
+        step = np.divide(-slope, curvature, out=(at - centre) / reach, where=is_valley)
+        step = np.minimum(np.maximum(step, -1.0), 1.0)
+        return centre + reach * step, middle + step * (slope + step / 2 * curvature)
+
+
+def _in_order(times: Array, margins: Array) -> TimesAndMargins:
+    """Return each time once, in increasing order."""
+    if np.all(times[1:] > times[:-1]):
+        return times, margins
+    once, first = np.unique(times, return_index=True)
+    return once, margins[first]
+
+
+def _grid_intervals(length: float, kernels: Sequence[Kernel]) -> int:
+    """Return the number of grid intervals for a window of this `length` [s]."""
+    wanted = _POINTS_PER_CORRELATION_TIME * length / min(kernel.correlation_time for kernel in kernels)
+    return int(np.clip(wanted, _FEWEST_POINTS, _MOST_POINTS))
+
+
+def _are_minima(values: Array) -> npt.NDArray[np.bool_]:
+    """Return which entries of sequences (…, n) are local minima, ends included; a plateau counts by its first entry."""
+    are = values < np.inf
+    are[..., 1:] &= values[..., 1:] < values[..., :-1]
+    are[..., :-1] &= values[..., :-1] <= values[..., 1:]
+    return are

@@ -1,0 +1,142 @@
+"""The function for given hyperparameters: the posterior mean, bent as little as its bounds at some places ask for.
+
+    g* = argmin ‖y − S g‖²_{Σ⁻¹} + ‖g − m‖²_H   subject to the rows   =   m⁺ + Σ_a λ_a κ⁺(·, L_a),
+
+a convex program whose minimum is that of the posterior mean plus D(θ) = min ‖g − m⁺‖²_{H⁺}. Formulas are linearised at
+the last function, until the function does not change any more.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackably.arrays import Array, Flags
+from trackably.gp.factors.cached import cached
+from trackably.gp.joint import JointPosterior
+from trackably.gp.row_posterior import RowPosterior
+from trackably.gp.signal import KernelSum
+from trackably.learning.joint.dual import solve_dual, solve_symmetric
+from trackably.learning.joint.places import Demands, Places, demands, flags
+from trackably.learning.problem import ActiveBound, ConstrainedProblem
+from trackably.progress.work import done
+
+_LINEARISATIONS = 40
+_CORRECTIONS = 5
+_SAME = 1e-9  # as a part of the bounds' widths
+_MET = 1e-10  # likewise: what is missed by less is less than any back-off, and little more than rounding
+_NEGLIGIBLE = 1e-6
+
+
+@dataclass(frozen=True)
+class BentMean:
+    """m⁺ + Σ_a λ_a κ⁺(·, L_a), with `multipliers` λ (r,) of the rows, and the price D(θ) as `price`.
+
+    `given` is what the samples say of the rows that are `demanded`.
+    If `contradicts` holds, no function meets all demands; `multipliers` then say which rows contradict each other.
+    """
+
+    given: RowPosterior
+    demanded: Demands
+    multipliers: Array
+    price: float
+    contradicts: bool
+
+    @property
+    def posterior(self) -> JointPosterior:
+        """The posterior that is bent."""
+        return self.given.posterior
+
+    @cached
+    def signals(self) -> tuple[KernelSum, ...]:
+        """The function as sums of kernels, corrected until active rows have the values that were demanded.
+
+        Sums of kernels stand for rows up to a small part of them, and K⁺ was raised a little on its diagonal.
+        """
+        active = np.flatnonzero(self.multipliers)
+        multipliers, least = self.multipliers.copy(), np.inf
+        kept = found = self.given.signals(multipliers)
+        for _ in range(_CORRECTIONS if len(active) else 0):
+            missed = (self.demanded.limits - self.demanded.rows.values(found))[active]
+            largest = float(np.max(np.abs(missed) / self.demanded.widths[active]))
+            if not largest < least / 2:
+                break
+            kept, least = found, largest
+            if largest <= _MET:
+                break
+            multipliers[active] += solve_symmetric(self.given.covariance[np.ix_(active, active)], missed)
+            found = self.given.signals(multipliers)
+        return kept
+
+    @property
+    def active_bounds(self) -> tuple[ActiveBound, ...]:
+        """The rows with a multiplier, and what each of them costs: D = Σ_a λ_a (b_a − L_a m⁺)."""
+        return tuple(self._active_bound(a) for a in np.flatnonzero(self.multipliers))
+
+    @property
+    def most_influential(self) -> tuple[ActiveBound, ...]:
+        """The active bounds by |λ_a| √K⁺_aa, by which each moves the function; negligible ones are left out."""
+        moves = np.abs(self.multipliers) * np.sqrt(np.maximum(self.given.covariance.diagonal(), 0.0))
+        by_size = np.argsort(-moves, kind="stable")
+        return tuple(self._active_bound(a) for a in by_size if moves[a] > _NEGLIGIBLE * np.max(moves))
+
+    def _active_bound(self, a: np.intp) -> ActiveBound:
+        price = self.multipliers[a] * (self.demanded.limits[a] - self.given.mean[a])
+        return ActiveBound(*self.demanded.labels[a], self.multipliers[a].item(), price.item())
+
+    def price_gradient(self) -> Array:
+        """Return ∂D/∂ln θ, shape (p,): multipliers and linearisation are held (envelope theorem)."""
+        return self.given.price_gradient(self.multipliers)
+
+
+def bent_mean(
+    problem: ConstrainedProblem,
+    posterior: JointPosterior,
+    places: Places,
+    near: Sequence[KernelSum] | None = None,
+    active: Places | None = None,
+) -> BentMean | None:
+    """Return the function that meets its bounds at the places; None where formulas lead nowhere.
+
+    `near` are the signals at which formulas are linearised first, by default those of the posterior. Places that are
+    likely to be `active` save work. Raises IllConditioned.
+    """
+    at = tuple(near) if near is not None else posterior.signals
+    likely = None if active is None else np.append(flags(places, active), np.zeros(len(problem.pins), dtype=bool))
+    for _ in range(1 if is_linear(problem) else _LINEARISATIONS):
+        demanded = demands(problem, places, at)
+        if not (np.all(np.isfinite(demanded.limits)) and np.all(np.isfinite(demanded.rows.offsets))):
+            return None
+        found = bent_by(posterior, demanded, likely)
+        if found is None or found.contradicts or is_linear(problem):
+            return found
+        if _is_linearised_at(problem, places, found):
+            return found
+        at, likely = found.signals, found.multipliers > 0
+    return None
+
+
+def is_linear(problem: ConstrainedProblem) -> bool:
+    """Whether every bounded quantity is a functional, so that the program is convex."""
+    return all(c.quantity.functional is not None for c in problem.constraints)
+
+
+def bent_by(posterior: JointPosterior, demanded: Demands, likely: Flags | None = None) -> BentMean | None:
+    """Return the function that meets the demands; None where they are not understood in float64. See `bent_mean`.
+
+    Rows that are `likely` active, shape (r,), save work.
+    """
+    done("evaluation")
+    given = RowPosterior(posterior, demanded.rows)
+    dual = solve_dual(given.covariance, demanded.limits - given.mean, demanded.is_equation, likely)
+    if dual is None:
+        return None
+    return BentMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
+
+
+def _is_linearised_at(problem: ConstrainedProblem, places: Places, found: BentMean) -> bool:
+    """Whether the rows, linearised at the function found, have the values that they had before."""
+    again = demands(problem, places, found.signals)
+    before, after = found.demanded.rows.values(found.signals), again.rows.values(found.signals)
+    with np.errstate(invalid="ignore"):
+        return bool(np.all(np.abs(after - before) <= _SAME * found.demanded.widths))

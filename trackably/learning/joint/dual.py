@@ -1,0 +1,104 @@
+"""The dual of the smallest change of a function that meets its bounds: a non-negative quadratic program.
+
+    min ‖δ‖²  subject to  L_a δ ≥ d_a   is   max over λ ≥ 0 of  2 λᵀ d − λᵀ K λ,   with  K_ab = ⟨L_a, L_b⟩,
+
+and δ = Σ_a λ_a L_a (representer theorem). An equation L_a δ = d_a has a multiplier of any sign.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from trackably.arrays import Array, Flags
+from trackably.learning.joint.nonnegative import nonnegative_minimum
+
+# Rows at neighbouring places explain each other: this part of every row's norm is added to the diagonal.
+_JITTER = 1e-12
+_LARGEST_JITTER = 1e-4
+_WEAK = 1e-9
+_MANY = 200  # rows: eigenvalues of more take longer than all the rest
+# A contradiction costs what is missed, squared, divided by the jitter: a larger jitter makes it cheaper.
+_LARGER = 100.0
+_CHEAPER = 0.1
+_MISSED = 1e-7  # of √value: what is missed by less cannot cost most of the value
+
+
+@dataclass(frozen=True)
+class DualSolution:
+    """Multipliers λ (r,) of the rows, and the dual `value`: a lower bound of ‖δ‖² for every δ that meets all rows.
+
+    If `contradicts` holds, no δ of reasonable size meets all rows; λ is then a dual ray up to its length: the rows with
+    the largest multipliers contradict each other.
+    """
+
+    multipliers: Array
+    value: float
+    contradicts: bool
+
+
+def solve_dual(
+    covariance: Array, demand: Array, is_equation: Flags, likely: Flags | None = None
+) -> DualSolution | None:
+    """Return the multipliers for K (r, r) and d (r,); None if K is not positive semidefinite up to rounding.
+
+    Rows that are `likely` to have a multiplier, shape (r,), are where the search for those begins.
+    """
+    scale = _norms(covariance)
+    scaled, wanted = covariance / np.outer(scale, scale), demand / scale
+    jitter = _JITTER
+    while jitter <= _LARGEST_JITTER:
+        if (found := _solved(scaled + jitter * np.eye(len(scaled)), wanted, is_equation, likely)) is not None:
+            value = float(found @ wanted)
+            contradicts = _contradicts(scaled, wanted, is_equation, jitter, found)
+            return DualSolution(found / scale, value, contradicts)
+        jitter *= _LARGER
+    return None
+
+
+def solve_symmetric(covariance: Array, right: Array) -> Array:
+    """Return x with K x = r for the covariance K of a few rows; directions that K does not have stay zero."""
+    scale = _norms(covariance)
+    scaled = covariance / np.outer(scale, scale)
+    if len(scale) > _MANY:
+        factor, info = scipy.linalg.lapack.dpotrf(scaled + _JITTER * np.eye(len(scaled)), lower=True)
+        if not info:
+            return np.asarray(scipy.linalg.lapack.dpotrs(factor, right / scale, lower=True)[0].ravel() / scale)
+    powers, directions = np.linalg.eigh(scaled)
+    strong = powers > _WEAK * powers[-1]
+    along = directions[:, strong]
+    return np.asarray(along @ (along.T @ (right / scale) / powers[strong]) / scale)
+
+
+def _norms(covariance: Array) -> Array:
+    """Return the norms of the rows; 1 for a row without norm, which no δ moves: its demand is met, or contradicts."""
+    norms = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
+    return np.where(norms > 0, norms, 1.0)
+
+
+def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: float, found: Array) -> bool:
+    """Whether the value, at the multipliers `found` with this jitter, is that of a contradiction."""
+    value = float(found @ d)
+    if jitter * np.max(np.abs(found), initial=0.0) <= _MISSED * np.sqrt(max(value, 0.0)):
+        return False
+    coarser = _solved(K + _LARGER * jitter * np.eye(len(K)), d, is_equation, found > 0)
+    return coarser is not None and float(coarser @ d) < _CHEAPER * value
+
+
+def _solved(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array | None:
+    """Return the multipliers for a positive definite K; None if it has no Cholesky factor in float64."""
+    try:
+        return _eliminated(K, d, is_equation, likely) if is_equation.any() else nonnegative_minimum(K, d, likely)
+    except (np.linalg.LinAlgError, RuntimeError):  # no factor; or too many steps, where rows are nearly dependent
+        return None
+
+
+def _eliminated(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array:
+    """Return the multipliers where some rows are equations, which leave a smaller program of all others."""
+    free, bounded, found = np.flatnonzero(is_equation), np.flatnonzero(~is_equation), np.zeros(len(d))
+    factor, beside = scipy.linalg.cho_factor(K[np.ix_(free, free)], lower=True), K[np.ix_(free, bounded)]
+    across, alone = scipy.linalg.cho_solve(factor, beside), scipy.linalg.cho_solve(factor, d[free])
+    left, begun = K[np.ix_(bounded, bounded)] - beside.T @ across, None if likely is None else likely[bounded]
+    found[bounded] = nonnegative_minimum(left, d[bounded] - alone @ beside, begun)
+    found[free] = alone - across @ found[bounded]
+    return found

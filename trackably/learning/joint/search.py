@@ -1,0 +1,243 @@
+"""Search for hyperparameters and function together: local minima of J(θ) = l(θ) + D(θ) from given starts.
+
+A program with few places is a relaxation. Its minimiser may be far from any minimum of J: a step is taken only if it
+makes J smaller, at all times; otherwise the places that it has shown stay, and the next step is shorter.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior
+from trackably.gp.posterior import IllConditioned
+from trackably.gp.signal import KernelSum
+from trackably.learning.joint.bent import BentMean, bent_mean, is_linear
+from trackably.learning.joint.places import Places, chosen, demands, fewer, flags
+from trackably.learning.joint.settle import CROWD, Settled, merged, no_places, same_time, settled
+from trackably.learning.joint.working import WorkingSet
+from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.solvers import sqp
+
+_MAX_ROUNDS = 30
+_SAME_VALUE = 1e-9
+_PRECISION = 1e-11  # of J: the covariances of rows are not more precise
+_NEARBY = 0.1
+_FIRST, _SHORTER, _SHORTEST = 2.0, 4.0, 1e-3  # steps in ln θ
+# Functions on the way to a minimum may break their bounds by this part of the width. So may one that is rough, or whose
+# evaluation is rounded: a larger back-off will mend it, and no other start.
+_ALMOST = 3e-3
+_ROUGH = 1e-6  # of a width: a function that breaks bounds by more needs too many places for steps in θ
+_MANY_BENDS = 500  # active places
+_COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # of 1 + |J|
+_EXACT = 1e-2  # of a gain: to which a relaxation is minimised
+
+
+@dataclass(frozen=True)
+class JointProgram:
+    """J(θ) with bounds at given `places` only: a relaxation. Formulas are linearised at the signals `near` first."""
+
+    problem: ConstrainedProblem
+    places: Places
+    near: tuple[KernelSum, ...]
+
+    def minimise(
+        self, start: Array, curvature: Array | None, reach: float, active: Places, precision: float = _PRECISION
+    ) -> tuple[sqp.Minimum, Places] | None:
+        """Return a local minimum within `reach` of `start` in each ln θ, and the places that were active on the way.
+
+        At the start those of `active` are; J is minimised up to a part `precision` of 1 + |J|. None where J has no
+        value at the start.
+        """
+        space = self.problem.space
+        lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
+        working = self._working_set(active)
+
+        def evaluate(log_theta: Array) -> sqp.Evaluation | None:
+            return self._evaluated(log_theta, working.bent if working else self._bent)
+
+        found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, precision)
+        return None if found is None else (found, chosen(self.places, working.chosen) if working else self.places)
+
+    def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
+        """Return J with its gradient, which the envelope theorem gives; None where J has no value."""
+        return self._evaluated(log_theta, self._bent)
+
+    def _evaluated(
+        self, log_theta: Array, bent_for: Callable[[JointPosterior], BentMean | None]
+    ) -> sqp.Evaluation | None:
+        posterior = self.problem.posterior(log_theta)
+        try:
+            value, gradient = posterior.negative_log_marginal_likelihood()
+            bent = bent_for(posterior)
+        except IllConditioned:
+            return None
+        if bent is None:
+            return None
+        by_theta = gradient + bent.price_gradient()
+        return sqp.Evaluation(value + bent.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
+
+    def _bent(self, posterior: JointPosterior) -> BentMean | None:
+        return bent_mean(self.problem, posterior, self.places, self.near)
+
+    def _working_set(self, active: Places) -> WorkingSet | None:
+        """Return a set that begins with active places and the pins; None where rows depend on the function."""
+        if not is_linear(self.problem):
+            return None
+        demanded = demands(self.problem, self.places, self.near)
+        begun = demanded.is_equation.copy()
+        begun[: sum(map(len, self.places))] = flags(self.places, active)
+        return WorkingSet(demanded, begun)
+
+
+@dataclass(frozen=True)
+class Point:
+    """ln θ with l(θ) = `nlml`, and the function at all times."""
+
+    log_theta: Array
+    nlml: float
+    function: Settled
+
+    @property
+    def objective(self) -> float:
+        """J = l + D."""
+        return self.nlml + self.function.bent.price
+
+    @property
+    def is_solution(self) -> bool:
+        """Whether the function keeps its bounds, up to what a back-off mends."""
+        return not self.function.bent.contradicts and self.function.margin >= -_ALMOST
+
+    def is_unfinished(self, ceiling: float) -> bool:
+        """Whether bounds are broken though the exchange ended below the ceiling of J: it needs too many places."""
+        return not (self.is_solution or self.function.bent.contradicts or self.objective > ceiling)
+
+    @property
+    def ceiling(self) -> float:
+        """J from which on another point is worse."""
+        return self.objective if self.is_solution else np.inf
+
+
+@dataclass(frozen=True)
+class _Path:
+    """The last point of a descent, the places met so far, the curvature of J, and how far the next step may `reach`."""
+
+    point: Point
+    places: Places
+    curvature: Array | None = None
+    reach: float = _FIRST
+
+    def met(self, point: Point) -> Places:
+        """Return the places with those of a point."""
+        return merged(self.places, point.function.places, same_time(self.point.function.bent.signals))
+
+
+@dataclass
+class JointSearch:
+    """Follow starts to local minima of J: `best` is the best point, `closest` the one that breaks bounds least.
+
+    `fits` counts the programs in θ.
+    """
+
+    problem: ConstrainedProblem
+    best: Point | None = None
+    closest: Point | None = None
+    fits: int = 0
+
+    def follow(self, start: Array, places: Places | None = None, near: tuple[KernelSum, ...] | None = None) -> None:
+        """Minimise J from a start: first with functions that almost keep their bounds, then with solutions."""
+        point = self._at(start, no_places(self.problem) if places is None else places, near, _ALMOST)
+        if point is None:
+            return
+        path = self._descended(_Path(point, point.function.places), _ALMOST, _COARSE_GAIN)
+        coarse = path.point
+        if not coarse.is_solution or self._is_no_better(coarse.objective):
+            return
+        crowded = sum(map(len, coarse.function.active)) > CROWD
+        tolerance = _ALMOST / 10 if crowded else 0.0
+        fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.bent.signals, tolerance)
+        if fine is not None and fine.function.margin > -_ROUGH and not crowded:
+            again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
+            fine = self._descended(again, 0.0, _FINE_GAIN).point
+        found = fine if fine is not None and fine.is_solution else coarse
+        if not self._is_no_better(found.objective):
+            self.best = found
+
+    def settle(self, places: Places | None, near: tuple[KernelSum, ...] | None) -> None:
+        """Find the function for hyperparameters that are all known: there are no steps in θ to prepare."""
+        known = self.problem.prior.log_hyperparameters
+        point = self._at(known, no_places(self.problem) if places is None else places, near, 0.0)
+        if point is not None and point.is_solution:
+            self.best = point
+
+    def _descended(self, path: "_Path", tolerance: float, least_gain: float) -> "_Path":
+        """Take steps in θ while they make J smaller by more than `least_gain`, a part of 1 + |J|.
+
+        From a contradiction one step goes to the minimiser of the relaxation. If it is met there too, more places do
+        not resolve it, and the search is given up; so it is where no function is found.
+        """
+        for _ in range(_MAX_ROUNDS):
+            point = path.point
+            if not (point.is_solution or point.function.bent.contradicts):
+                break
+            signals = point.function.bent.signals
+            program = JointProgram(self.problem, fewer(path.met(point), point.function.active), signals)
+            precision = max(least_gain * _EXACT, _PRECISION)
+            minimised = program.minimise(point.log_theta, path.curvature, path.reach, point.function.active, precision)
+            self.fits += 1
+            if minimised is None:
+                break
+            found, active = minimised
+            if self._is_known(found.at.value, path, least_gain):
+                break
+            there = self._at(found.x, active, signals, tolerance, point.ceiling)
+            if there is None or there.is_unfinished(point.ceiling) or self._is_hopeless(there):
+                break
+            if there.is_solution and there.objective < point.ceiling:
+                path = _Path(there, path.met(there), found.curvature, 2 * path.reach)
+            elif point.is_solution:
+                reach = float(np.max(np.abs(found.x - point.log_theta))) / _SHORTER
+                path = _Path(point, path.met(there), found.curvature, reach)
+            else:
+                break
+        return path
+
+    def _is_hopeless(self, point: Point) -> bool:
+        """Whether a function breaks bounds though it is bent at most of the times that there are samples for.
+
+        Each further program would take many seconds, and hardly lead to a function that keeps its bounds.
+        """
+        bent = sum(map(len, point.function.active))
+        return not point.is_solution and bent > max(_MANY_BENDS, sum(map(len, self.problem.samples)) / 2)
+
+    def _is_known(self, value: float, path: "_Path", least_gain: float) -> bool:
+        """Whether a relaxation with this value promises too little, or nothing better than the best point."""
+        gain = least_gain * (1 + abs(value))
+        nothing = value >= path.point.ceiling - gain or path.reach < _SHORTEST
+        return nothing or (np.isinf(path.reach) and self._is_no_better(value))
+
+    def _at(
+        self,
+        log_theta: Array,
+        places: Places,
+        near: tuple[KernelSum, ...] | None,
+        tolerance: float,
+        ceiling: float = np.inf,
+    ) -> Point | None:
+        """Return the point at ln θ, up to where J exceeds the ceiling; None where it cannot be evaluated."""
+        posterior = self.problem.posterior(log_theta)
+        try:
+            nlml, _ = posterior.negative_log_marginal_likelihood()
+            function = settled(self.problem, posterior, places, near, tolerance, ceiling - nlml)
+        except IllConditioned:
+            return None
+        if function is None:
+            return None
+        point = Point(log_theta, nlml, function)
+        if self.closest is None or function.margin > self.closest.function.margin:
+            self.closest = point
+        return point
+
+    def _is_no_better(self, value: float) -> bool:
+        return self.best is not None and value >= self.best.objective - _SAME_VALUE * (1 + abs(self.best.objective))

@@ -1,0 +1,165 @@
+"""The function for given hyperparameters at all times, by exchange: solve at few places, add those that are broken."""
+
+from bisect import bisect
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior
+from trackably.gp.row_kernel import row_kernel
+from trackably.gp.signal import KernelSum
+from trackably.learning.joint.bent import BentMean, bent_mean, is_linear
+from trackably.learning.joint.minima import Minima, Seen
+from trackably.learning.joint.places import LOWER, UPPER, Places, chosen, demands
+from trackably.learning.problem import ConstrainedProblem
+
+_MAX_ROUNDS = 40
+# Rough functions touch a bound at ever more times. Where there are many, those that are only near stay out; where there
+# are too many, what is left is a larger back-off's task.
+_MANY_PLACES, _MOST_PLACES = 1000, 1500
+CROWD = 800  # active places: where there are more, a larger back-off takes the place of the last ones
+_CROWDED = 100  # broken bounds: so many come in stretches
+_MATTERS = 1e-5  # of a bound's width: where there are so many, a larger back-off mends what is broken by less
+_KEPT = 0.9  # of its correlation: between places so close a function cannot break a bound by much
+_SAME_TIME = 3e-4  # of a correlation time: between closer places a bound cannot be broken by much
+_NO_GAIN = 1e-9  # of the price: what is broken then is not worth another program
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A function with its `places`, and those `active` among them; `margin` is the smallest relative one.
+
+    It is that of the `constraint` with this index, at `time` [s]. The function keeps all bounds at all times if
+    `keeps_bounds` holds. `rounds` counts the programs that were solved.
+    """
+
+    bent: BentMean
+    places: Places
+    active: Places
+    margin: float
+    constraint: int
+    time: float
+    rounds: int
+
+    @property
+    def keeps_bounds(self) -> bool:
+        return self.margin >= 0 and not self.bent.contradicts
+
+
+def settled(
+    problem: ConstrainedProblem,
+    posterior: JointPosterior,
+    places: Places,
+    near: tuple[KernelSum, ...] | None = None,
+    tolerance: float = 0.0,
+    ceiling: float = np.inf,
+) -> Settled | None:
+    """Return the function that keeps all bounds at all times of their index sets, or the last one of the exchange.
+
+    The exchange ends where bounds are broken by no more than `tolerance`, a part of their width, and where the price
+    exceeds the `ceiling`: more places would only make it larger. None where the function cannot be computed (formulas
+    that lead nowhere). Raises IllConditioned.
+    """
+    best: Settled | None = None
+    kept: Places | None = None
+    apart: tuple[float, ...] = ()
+    price, same = -np.inf, same_time(posterior.signals)
+    for count in range(1, _MAX_ROUNDS + 1):
+        bent = bent_mean(problem, posterior, places, near, kept)
+        if bent is None:
+            return best
+        seen = Seen(problem.constraints, bent.signals)
+        minima = seen.closest(places)
+        if min((np.min(margins, initial=np.inf) for _, margins in minima), default=np.inf) >= 0:
+            minima = seen.with_overlooked(minima)
+        margin, constraint, time = _worst(minima)
+        kept = chosen(places, bent.multipliers > 0)
+        crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
+        if is_linear(problem) and crowded and (tolerance or _count(kept) > CROWD):
+            apart = apart or spacings(problem, posterior)
+            minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS))
+        met = merged(kept, seen.places(minima), same)
+        if _count(met) > _MANY_PLACES:
+            met = merged(kept, seen.places(_broken(minima)), same)
+        best = Settled(bent, met, kept, margin, constraint, time, count)
+        gain, price = bent.price - price, bent.price
+        if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
+            return best
+        if 0 <= gain <= _NO_GAIN * price or _count(met) > _MOST_PLACES:
+            return best
+        places = met
+        near = bent.signals
+    return best
+
+
+def same_time(signals: tuple[KernelSum, ...]) -> float:
+    """Return the distance [s] below which two places count as one."""
+    return _SAME_TIME * min(signal.kernel.correlation_time for signal in signals)
+
+
+def spacings(problem: ConstrainedProblem, posterior: JointPosterior) -> tuple[float, ...]:
+    """Return for each constraint a distance [s] over which its quantity keeps most of its correlation, a priori."""
+    longest = max(signal.kernel.correlation_time for signal in posterior.signals)
+    steps = longest * 2.0 ** (-np.arange(40) / 4)
+    return tuple(_spacing(problem, posterior, i, steps) for i in range(len(problem.constraints)))
+
+
+def _spacing(problem: ConstrainedProblem, posterior: JointPosterior, constraint: int, steps: Array) -> float:
+    times = np.append(0.0, steps)
+    places = list(no_places(problem))
+    places[constraint] = np.column_stack([times, np.full(len(times), LOWER)])
+    rows = demands(replace(problem, pins=()), tuple(places), posterior.signals).rows
+    parts = zip(posterior.parts, rows.terms, strict=True)
+    each = [row_kernel(part.prior.kernel, terms, len(rows)).among() for part, terms in parts]
+    among = np.sum(each, axis=0)
+    deviation = np.sqrt(np.diag(among))
+    correlation = among[0] / (deviation[0] * deviation)
+    return float(steps[np.argmax(correlation[1:] > _KEPT)])
+
+
+def merged(places: Places, new: Places, same: float) -> Places:
+    """Return the union of places, sorted; of places closer than `same` [s] the known one stays."""
+    return tuple(_united(*pair, same) for pair in zip(places, new, strict=True))
+
+
+def no_places(problem: ConstrainedProblem) -> Places:
+    """Return no place for any constraint."""
+    return tuple(np.empty((0, 2)) for _ in problem.constraints)
+
+
+def _broken(minima: Minima) -> Minima:
+    """Return the minima at which a bound is broken."""
+    return [(times[margins < 0], margins[margins < 0]) for times, margins in minima]
+
+
+def _count(places: Places) -> int:
+    return sum(map(len, places))
+
+
+def _worst(minima: Minima) -> tuple[float, int, float]:
+    found = [
+        (float(np.min(margins)), i, float(times[np.argmin(margins)]))
+        for i, (times, margins) in enumerate(minima)
+        if len(margins)
+    ]
+    return min(found, default=(np.inf, -1, np.nan))
+
+
+def _united(places: Array, new: Array, same: float) -> Array:
+    """Return places with those new ones that have no other on their side nearby."""
+    known: dict[float, list[float]] = {LOWER: [], UPPER: []}
+    for time, side in sorted(places.tolist()):
+        known[side].append(time)
+    for time, side in new.tolist():
+        times = known[side]
+        at = bisect(times, time)
+        if all(abs(time - t) > same for t in times[max(at - 1, 0) : at + 1]):
+            times.insert(at, time)
+    joined = sorted((time, side) for side, times in known.items() for time in times)
+    return np.array(joined).reshape(-1, 2)
+
+
+def is_same(one: Places, other: Places) -> bool:
+    """Return whether both are the same places, for each constraint."""
+    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))

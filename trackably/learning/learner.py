@@ -1,0 +1,44 @@
+"""Learners: ways to solve a constrained problem, and to go on from a solution when the problem has changed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from trackably.learning.constraint import ROUNDING_BACKOFF
+from trackably.learning.joint import learn as joint
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackably.learning.search import best_solution, continued
+
+Outcome = Solution | NoSolution
+
+
+@dataclass(frozen=True)
+class Learner:
+    """How constrained problems are solved.
+
+    `solve` starts from nothing, `continued` from the solution of a problem with other bounds, `extended` from that of a
+    problem with fewer times. `first_backoff` is the part of a bound's width that is kept free at first. The
+    `second_choice` is taken where no reference of this learner can be proved.
+    """
+
+    solve: Callable[[ConstrainedProblem], Outcome]
+    continued: Callable[[Solution, ConstrainedProblem], Outcome]
+    extended: Callable[[Solution, ConstrainedProblem], Outcome]
+    first_backoff: float
+    second_choice: "Learner | None" = None
+
+
+HYPERPARAMETERS = Learner(best_solution, continued, lambda _, problem: best_solution(problem), ROUNDING_BACKOFF)
+"""The hyperparameters alone, as in the paper: the reference is a posterior mean."""
+
+JOINT = Learner(
+    joint.learn_jointly, joint.continued, joint.continued, first_backoff=1e-6, second_choice=HYPERPARAMETERS
+)
+"""The function together with its hyperparameters; the hyperparameters alone where that cannot be proved."""
+
+FUNCTION = Learner(
+    joint.learn_function,
+    lambda near, problem: joint.learn_function(problem, near),
+    lambda near, problem: joint.learn_function(problem, near),
+    first_backoff=1e-6,
+)
+"""The function alone, for hyperparameters that are all known: one convex program for linear systems."""

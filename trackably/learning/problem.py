@@ -1,0 +1,264 @@
+"""The constrained learning problem, its solution, and the explanation where there is none."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.prior import NOISE
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+from trackably.learning.constraint import Bounded
+from trackably.learning.space import SearchSpace
+from trackably.progress.work import done
+from trackably.systems.flat.trajectory import Trajectory
+from trackably.systems.quantity import Quantity
+
+_ROUNDING = 1e-9  # of a width
+
+
+@dataclass(frozen=True)
+class Pin:
+    """A quantity, by `name`, that has to be equal to `value` at `time` [s], up to `tolerance` (in its unit)."""
+
+    name: str
+    trajectory: Trajectory
+    time: float
+    value: float
+    tolerance: float
+
+
+@dataclass(frozen=True)
+class ConstrainedProblem:
+    """minimise l(θ) over the `space` of the prior's learned hyperparameters, subject to `constraints` on m⁺(·|θ).
+
+    There is one set of samples for each process of the prior. Without constraints, prior means may be learned too: in
+    `means`, intervals or None (known), each is the most likely one for θ. Raises ValueError where samples, prior and
+    space do not fit together, and for fewer samples than learned hyperparameters.
+    """
+
+    samples: tuple[Samples, ...]
+    prior: JointPrior
+    space: SearchSpace
+    constraints: tuple[Bounded, ...] = field(default=())
+    pins: tuple[Pin, ...] = field(default=())
+    means: tuple[tuple[float, float] | None, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        if self.means and (len(self.means) != len(self.prior.parts) or self.constraints or self.pins):
+            raise ValueError("means: are learned without constraints, and need an interval or None for each process")
+        count = sum(len(samples) for samples in self.samples)
+        if len(self.samples) != len(self.prior.parts):
+            raise ValueError(f"samples: needed for {len(self.prior.parts)} processes, got {len(self.samples)}")
+        if count < len(self.prior.learned):
+            raise ValueError(
+                f"samples: at least as many samples as learned hyperparameters are needed, got {count} "
+                f"for {len(self.prior.learned)} ({', '.join(self.prior.learned)})"
+            )
+
+        if tuple(self.space.bounds) != self.prior.learned:
+            raise ValueError(
+                f"search: bounds are needed for exactly {', '.join(self.prior.learned)}, in this order, "
+                f"got {', '.join(self.space.bounds)}"
+            )
+
+    @property
+    def broken_at_rest(self) -> tuple[Quantity, ...]:
+        """The quantities that leave or touch their bounds if the prior mean is held for ever."""
+        means = [part.mean for part in self.prior.parts]
+        quantities = [constraint.quantity for constraint in self.constraints]
+        return tuple(q for q in quantities if not q.bounds.strictly_contains(q.at_rest(means)))
+
+    def posterior(self, log_theta: Array) -> JointPosterior:
+        done("evaluation")
+        found = JointPosterior(self.prior.with_log_hyperparameters(log_theta), self.samples)
+        return found.with_likeliest_means(self.means) if self.means else found
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round of the exchange: the minimiser ln θ, its objective l, the smallest relative margin, and the number of
+    `places` in the program (of all constraints)."""
+
+    log_theta: Array
+    objective: float
+    margin: float
+    places: int
+
+
+Side = Literal["lower", "upper", "equal"]
+
+Method = Literal["joint", "hyperparameters"]
+"""What was learned: function and hyperparameters together, or the hyperparameters alone."""
+
+
+@dataclass(frozen=True)
+class ActiveBound:
+    """A bound that holds the function back at one `time` [s]: it costs `price` in the unit of l.
+
+    `name` is that of the quantity, `side` is "lower" or "upper", or "equal" for a pin; `multiplier` λ is in the unit of
+    l per unit of the quantity, divided by 2. The prices of all active bounds sum up to D.
+    """
+
+    name: str
+    side: Side
+    time: float
+    multiplier: float
+    price: float
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Learned hyperparameters and signals that satisfy every constraint on its whole index set.
+
+    `objective` is J = l + D, where D = `price` is what `active_bounds` cost; without them the `signals` are the
+    posterior means, and J = l. `active` holds the places of each constraint in the last program. `fits` counts the
+    nonlinear programs that were solved. `rounds` are the rounds that led from a start to this solution. `others` are
+    ln θ of other local minima, the best first. `method` says what was learned. `unconstrained` is the posterior at the
+    likelihood's minimum, where the learner has computed it on the way. Bounds are broken by `missed` at most, a part of
+    their width, where more places than a program can have would be needed: a larger back-off mends it. `alone` is the
+    least J of hyperparameters alone that was found on the way to a function, infinite where none was.
+    """
+
+    posterior: JointPosterior
+    signals: tuple[KernelSum, ...]
+    objective: float
+    active: tuple[Array, ...]
+    fits: int
+    rounds: tuple[Round, ...] = ()
+    active_bounds: tuple[ActiveBound, ...] = ()
+    others: tuple[Array, ...] = ()
+    method: Method = "hyperparameters"
+    unconstrained: JointPosterior | None = None
+    missed: float = 0.0
+    alone: float = np.inf
+
+    @property
+    def price(self) -> float:
+        """D, what the bounds cost for the learned hyperparameters."""
+        return sum(bound.price for bound in self.active_bounds)
+
+    @property
+    def nlml(self) -> float:
+        """l, the negative log marginal likelihood of the learned hyperparameters."""
+        return self.objective - self.price
+
+
+class NoSolution(ABC):
+    """Why there is no solution."""
+
+    @property
+    @abstractmethod
+    def explanation(self) -> str:
+        """A sentence for the user."""
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.explanation})"
+
+
+@dataclass(frozen=True, repr=False)
+class NothingFactored(NoSolution):
+    """K + σ_n² I has no Cholesky factor in float64 at any point of the search: feasibility could not be examined."""
+
+    prior: JointPrior
+
+    @property
+    def explanation(self) -> str:
+        noise = " or ".join(f"{v:.3g}" for name, v in self.prior.hyperparameters.items() if name.endswith(NOISE))
+        return (
+            f"K + σ_n² I is not positive definite in float64 at any point of the search: noise_std = "
+            f"{noise} is too small for samples this close, or the search space too wide"
+        )
+
+
+@dataclass(frozen=True, repr=False)
+class OutOfTime(NoSolution):
+    """The `budget` [s] ended before anything was proved."""
+
+    budget: float
+
+    @property
+    def explanation(self) -> str:
+        return (
+            f"the budget of {self.budget:g} s ended before a reference was proved: give more, fewer `centres`, or "
+            "known hyperparameters; `learn_stream` is faster where samples last far longer than a kernel's memory"
+        )
+
+
+@dataclass(frozen=True, repr=False)
+class Contradiction(NoSolution):
+    """Bounds and pins contradict each other whatever the function: `among` are those with the largest multipliers.
+
+    The multipliers are a dual ray of the program at the hyperparameters of `posterior`.
+    """
+
+    posterior: JointPosterior
+    among: tuple[ActiveBound, ...]
+
+    @property
+    def explanation(self) -> str:
+        sides = {"lower": "lower bound", "upper": "upper bound", "equal": "given value"}
+        said = "; ".join(f"{bound.name} ({sides[bound.side]}) at t = {bound.time:.6g} s" for bound in self.among)
+        return f"bounds contradict each other, whatever the function between the samples: {said}"
+
+
+@dataclass(frozen=True, repr=False)
+class NoFunction(NoSolution):
+    """From no start could a function with the given values be computed."""
+
+    pins: tuple[Pin, ...]
+
+    @property
+    def explanation(self) -> str:
+        given = "; ".join(f"{pin.name} = {pin.value:.6g} at t = {pin.time:.6g} s" for pin in self.pins)
+        return (
+            f"no function could be computed that has the given values ({given}): formulas may not be defined near "
+            "them, or covariances cannot be factored in float64; give fewer or other values, or another prior"
+        )
+
+
+def _depends_on_mean(quantity: Quantity, means: Sequence[float]) -> bool:
+    """Whether another prior mean gives another value at rest: a velocity is zero there, whatever the mean."""
+    change = quantity.at_rest([mean + 1.0 for mean in means]) - quantity.at_rest(means)
+    return not abs(change) <= _ROUNDING * quantity.bounds.width
+
+
+@dataclass(frozen=True, repr=False)
+class NothingFeasible(NoSolution):
+    """No point of the search space was found that satisfies the constraints; `best` came closest.
+
+    It breaks the bounds of `quantity` at `time` [s] by `violation` (in the quantity's unit). `broken_at_rest` are the
+    quantities that leave or touch their bounds if the prior mean is held for ever. If there are none, signals of small
+    amplitude are feasible: then the search space is too small.
+    """
+
+    best: JointPosterior
+    quantity: Quantity
+    time: float
+    violation: float
+    broken_at_rest: tuple[Quantity, ...]
+
+    @property
+    def explanation(self) -> str:
+        theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.best.prior.hyperparameters.items())
+        means = [part.mean for part in self.best.prior.parts]
+        level = ", ".join(f"{mean:g}" for mean in means)
+        rest = "".join(
+            f"the prior mean {level} is no admissible equilibrium (its {q.name} "
+            f"{q.bounds.snapped(q.at_rest(means)):.4g} does not lie inside {q.bounds}), so that nothing "
+            "guarantees that the problem is feasible: "
+            f"{'choose another' if _depends_on_mean(q, means) else 'no other mean changes that'}; "
+            for q in self.broken_at_rest[:1]
+        )
+        what = f"breaks the {self.quantity.name} bounds {self.quantity.bounds} at t = {self.time:.6g} s"
+        if not np.isfinite(self.violation):
+            what = f"has no {self.quantity.name} at t = {self.time:.6g} s, as its formula is not defined there"
+        by = f" by {self.violation:.3g}" if np.isfinite(self.violation) else ""
+        found = f"{rest}no reference was found that keeps its bounds: the best attempt ({theta}) {what}{by}"
+        if self.broken_at_rest or not self.best.prior.learned:
+            return found
+        return f"{found}; wider bounds of hyperparameters, or more starts, may find one"

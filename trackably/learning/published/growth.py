@@ -1,0 +1,109 @@
+"""The input constraints of the paper's program (8), with constant growth rates on each of η intervals."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior
+from trackably.gp.signal import KernelSum
+from trackably.learning.constraint import ROUNDING_BACKOFF, Bounded, Signalled
+from trackably.learning.index_set import Window
+from trackably.learning.published.scalar import coefficients, growth_rates, state_and_input
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.quantity import Quantity
+from trackably.systems.sets.interval import Interval
+
+
+@dataclass(frozen=True)
+class GrowthRates(Bounded):
+    """On each interval between `edges` [s], min ṁ⁺ and max ṁ⁺ lie within the growth rates of all states there.
+
+    The rate τ is a growth rate of the state x if x + τ T_s = a x + b u + c for some u ∈ U. So ṁ⁺(t) is a growth rate of
+    all states x = m⁺(s) of the interval, for all t of the interval, if and only if
+
+        (T_s ṁ⁺(t) + (1 − a) m⁺(s) − c)/b ∈ U   for all t and s of the interval.
+
+    This is a semi-infinite constraint, smooth in θ, whose places are pairs (t, s): minima and maxima need not be
+    differentiated. It is stricter than the exact input constraint, which has t = s.
+
+    A step that begins in one interval and ends in a later one is covered by neither: a gap of the paper's Lemma 2. With
+    an `overlap` of T_s [s] the rates of an interval hold that much longer, so that they cover each step that begins in
+    it: u_r(s) is the mean of the expression above over t ∈ [s, s + T_s].
+    """
+
+    plant: ConstrainedSystem
+    edges: tuple[float, ...]
+    backoff: float = ROUNDING_BACKOFF
+    overlap: float = 0.0
+
+    @cached_property
+    def quantity(self) -> Quantity:  # type: ignore[override]
+        _, input_ = state_and_input(self.plant)
+        return input_
+
+    @property
+    def none(self) -> Array:
+        return np.empty((0, 2))
+
+    def closest(self, posterior: Signalled) -> tuple[Array, Array]:
+        """Return the two worst pairs of each interval, one for each bound of U."""
+        (signal,), (a, b, _) = posterior.signals, self._coefficients
+        slowest, fastest = _extremes(signal, self.edges, order=1, sign=1 / b, overlap=self.overlap)
+        lowest, highest = _extremes(signal, self.edges, order=0, sign=(1 - a) / b)
+        pairs = np.concatenate([np.column_stack([slowest, lowest]), np.column_stack([fastest, highest])])
+        bounds = self.quantity.bounds
+        return pairs, bounds.margin(self.value(posterior, pairs)) / bounds.width
+
+    def value(self, posterior: Signalled, places: Array) -> Array:
+        """Return the quantity at n pairs (t, s): shape (n,)."""
+        t, s = places.T
+        return self._combined(posterior.signals[0].derivative(t), posterior.signals[0](s)) - self._offset
+
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        jet, gradient = posterior.jet_and_gradient(0, places.T, 1)
+        value = self._combined(jet[1, 0], jet[0, 1]) - self._offset
+        return value, self._combined(gradient[:, 1, 0], gradient[:, 0, 1])
+
+    def _combined(self, rate: Array, state: Array) -> Array:
+        a, b, _ = self._coefficients
+        return np.asarray((self.plant.sampling_time * rate + (1 - a) * state) / b)
+
+    @property
+    def _offset(self) -> float:
+        _, b, c = self._coefficients
+        return c / b
+
+    @cached_property
+    def _coefficients(self) -> tuple[float, float, float]:
+        return coefficients(self.plant)
+
+
+def interval_growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tuple[float, ...]) -> tuple[Array, Array]:
+    """Return [τ_low, τ_high] per second on each of the η intervals between `edges` [s], for all states there.
+
+    Shapes (η,). Raises ValueError for systems that are not scalar.
+    """
+    lowest, highest = _extremes(signal, edges, order=0, sign=1.0)
+    states = zip(signal(lowest).tolist(), signal(highest).tolist(), strict=True)
+    rates = np.array([growth_rates(plant, Interval(low, high)) for low, high in states])
+    return rates[:, 0], rates[:, 1]
+
+
+def _extremes(
+    signal: KernelSum, edges: tuple[float, ...], order: int, sign: float, overlap: float = 0.0
+) -> tuple[Array, Array]:
+    """Return the times at which sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest in each interval, and `overlap` [s] beyond."""
+
+    def derivative(t: Array) -> Array:
+        return np.asarray(sign * signal.jet(t, order)[order])
+
+    starts, ends = np.array(edges[:-1]), np.array(edges[1:]) + overlap
+    window = Window(starts[0], ends[-1])
+    turns = [window.local_minima(f, [signal.kernel]) for f in (derivative, lambda t: -derivative(t))]
+    times = np.unique(np.concatenate([*turns, starts, ends]))
+    values = derivative(times)
+    inside = [slice(first, last + 1) for first, last in np.searchsorted(times, np.column_stack([starts, ends]))]
+    smallest = [times[i][np.argmin(values[i])] for i in inside]
+    return np.array(smallest), np.array([times[i][np.argmax(values[i])] for i in inside])

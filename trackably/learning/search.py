@@ -1,0 +1,101 @@
+"""Search for the solution of a problem, constrained or not: choose starts, and restore feasibility if needed."""
+
+from dataclasses import replace
+
+from trackably.arrays import Array
+from trackably.learning.candidate import Candidate
+from trackably.learning.exchange import Exchange
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackably.learning.screening import can_screen, screened
+
+_FEWEST_BASINS = 16
+_SPREAD_THINLY = 256
+
+
+def best_solution(
+    problem: ConstrainedProblem, near: Solution | None = None, free: Solution | None = None
+) -> Solution | NoSolution:
+    """Return the best local minimum that keeps every bound on its whole index set, or why there is none. Deterministic.
+
+    The likelihood of periodic kernels has a basin for nearly every period: the most promising ones are searched one by
+    one. Other kernels are searched from the starts of the search space, with the same places in their programs. `near`
+    is the solution of a problem with fewer or slightly different constraints: it is a start too. `free` is that without
+    constraints, where it is known: its minima are those to which the starts lead at first. Raises ValueError for pins,
+    which a posterior mean does not meet.
+    """
+    if problem.pins:
+        raise ValueError("pins: hyperparameters alone cannot move a reference to given values; learn it jointly")
+    exchange = Exchange(problem)
+    if can_screen(problem.prior):
+        exchange.follow([*_point(near), *screened(problem, max(_FEWEST_BASINS, problem.space.starts))])
+    if exchange.best is None:
+        _from_spread_starts(exchange, near, free)
+    return exchange.outcome
+
+
+def better_solution(problem: ConstrainedProblem, near: Solution, ceiling: float) -> Solution | None:
+    """Return a local minimum that keeps every bound and has l below a ceiling; None where none is found.
+
+    The search starts from the minima of `near`, a solution of a problem with fewer constraints, and ends where the
+    relaxed programs reach the ceiling.
+    """
+    exchange = Exchange(problem, ceiling)
+    exchange.together([*_point(near), *near.others])
+    return exchange.outcome if isinstance(exchange.outcome, Solution) else None
+
+
+def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Solve a problem that only adds constraints to the one that `solution` solves.
+
+    If the old minimiser keeps the new bounds too, it is the new minimiser.
+    """
+    if Candidate.at(problem, *_point(solution)).with_overlooked(problem).is_feasible:
+        return replace(solution, fits=0)
+    return best_solution(problem, near=solution)
+
+
+def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Solve a problem whose bounds differ a little from those of `solution`: search from its minimiser.
+
+    If that finds no feasible point, search from all starts again.
+    """
+    exchange = Exchange(problem, active=solution.active)
+    exchange.together(_point(solution))
+    return best_solution(problem, near=solution) if exchange.best is None else exchange.outcome
+
+
+def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solution | None) -> None:
+    """Search from the starts of the search space, and find a feasible point if these searches do not.
+
+    A few starts, as many as there are hyperparameters, are searched without places first: they find places. Programs
+    that have them lead to other minima, from the same starts too. If the prior mean is an equilibrium inside the
+    bounds, a feasible point is found by scaling the signal down towards it; it is kept and then improved. Otherwise the
+    violation is minimised first.
+    """
+    space = exchange.problem.space
+    starts = list(space.start_points())
+    exchange.active = near.active if near else ()
+    known = len(starts) if free else len(space.bounds)  # so many starts have been searched without places
+    exchange.together([*_point(near), *([*_point(free), *free.others] if free else starts[:known])])
+    others = starts if any(map(len, exchange.active)) else starts[known:]
+    if exchange.best is None:
+        exchange.keep_scaled_down(starts)
+        others = [*_best(exchange), *others]
+    exchange.together(others)
+    if exchange.closest is None:
+        return
+    if exchange.best is None:
+        exchange.restore(starts)
+        exchange.together(_best(exchange) or [exchange.closest.log_theta])
+    if exchange.best is None:  # the last resort: points of the whole space
+        exchange.try_all(space.points(_SPREAD_THINLY))
+        exchange.restore([exchange.closest.log_theta])
+        exchange.together(_best(exchange) or [exchange.closest.log_theta])
+
+
+def _best(exchange: Exchange) -> list[Array]:
+    return [exchange.best.log_theta] if exchange.best else []
+
+
+def _point(near: Solution | None) -> list[Array]:
+    return [near.posterior.prior.log_hyperparameters] if near else []

@@ -1,0 +1,213 @@
+"""Sequential quadratic programming for a few variables and any number of smooth inequality constraints.
+
+minimise f(x) subject to g(x) ≥ 0 inside a box, by Fletcher's exact-penalty trust-region method: each step solves
+
+    min ½ dᵀ B d + ∇fᵀ d + ρ (s + s²/2)   subject to   g + J d + s ≥ 0,   s ≥ 0,   x + d in the box,   |d| ≤ Δ,
+
+which is always feasible. One slack s for all constraints gives the merit f + ρ (v + v²/2) with v = max(0, −min g): an
+exact penalty, because its slope in v is at least ρ. So a start may violate any constraint, and where no point keeps
+them, the method still ends at a local minimum of the violation. Where the way asked for a penalty far beyond the
+multipliers, it is lowered at a point that keeps all constraints, a few times at most: steps along curved constraints
+would be tiny. The merit is f there, whatever the penalty.
+
+B is the Hessian of the Lagrangian as the steps have shown it. Where f has an `information`, as likelihoods do, B begins
+with it, and takes it up again where it foretells the last step better.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.factors.cached import cached
+from trackably.learning.solvers.quadratic import FEASIBLE, QuadraticProgram
+
+_MAX_ITERATIONS, _STEP_TOLERANCE = 1000, 1e-10
+PRECISION = 1e-15
+_ROUNDING = 1e-10  # of constraints: a tenth of the back-off of their bounds
+FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
+_FIRST_PENALTY, _LARGEST_PENALTY, _STEERED = 1e2, 1e9, 0.5
+_ENOUGH, _MOST_REDUCTIONS = 10.0, 5  # of the multipliers: a penalty beyond makes steps along curved bounds tiny
+_RIDGE = 1e-10  # of the trace of B: beyond this condition number, rounding errors would dominate the step
+
+GiveUp = Callable[[Array, float, float], bool]
+"""Whether a search may end at x with this merit, if the last step made it smaller by a gain at most, and the next step
+promises no more. It is asked after each step that the trust region did not shorten, unless the penalty changes."""
+
+
+def never(x: Array, merit: float, gain: float) -> bool:
+    """Search on to the minimum."""
+    return False
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """f, ∇f (p,), g (m,) and its Jacobian (m, p) at one point.
+
+    `information` (p, p) is positive semi-definite and resembles the Hessian of f; None where no such matrix is known.
+    """
+
+    value: float
+    gradient: Array
+    slack: Array
+    jacobian: Array
+    information: Array | None = None
+
+    @cached
+    def violation(self) -> float:
+        """The largest violation of the constraints; 0 where all are kept."""
+        return _violation(self.slack)
+
+    @property
+    def curvature(self) -> Array:
+        """A first curvature: 1 in each direction, and what is known."""
+        return np.eye(len(self.gradient)) if self.information is None else _with_ridge(self.information, 1.0)
+
+    def merit(self, penalty: float) -> float:
+        return self.value + penalty * _price(self.violation)
+
+    def linear_violation(self, d: Array) -> float:
+        """Return the violation of the linearised constraints at x + d."""
+        return _violation(self.slack + self.jacobian.dot(d))
+
+    def predicted(self, d: Array, curvature: Array) -> float:
+        """Return f at x + d as the quadratic model has it."""
+        return self.value + float((self.gradient + curvature.dot(d) / 2).dot(d))
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """The last point of the iteration; `converged` if no step improves it. `curvature` is that of the Lagrangian."""
+
+    x: Array
+    at: Evaluation
+    converged: bool
+    curvature: Array
+
+
+def minimise(
+    evaluate: Callable[[Array], Evaluation | None],
+    start: Array,
+    lower: Array,
+    upper: Array,
+    radius: float = FIRST_RADIUS,
+    curvature: Array | None = None,
+    precision: float = PRECISION,
+    give_up: GiveUp = never,
+) -> Minimum | None:
+    """Return a local minimum from `start`; None if f has no value at `start`, or where the search is given up.
+
+    `evaluate` returns None where f has no value. The first step is no longer than `radius`: with a small radius the
+    iteration stays in the basin of a good start. It starts with the `curvature` of a similar problem if there is one,
+    and ends where a step promises to gain less than `precision` (relative to 1 + |f|).
+    """
+    x = np.clip(start, lower, upper)
+    if (here := evaluate(x)) is None:
+        return None
+    curvature = here.curvature if curvature is None else curvature
+    penalty, reductions, gained, may_end = _FIRST_PENALTY, 0, np.inf, False
+    if not len(x):
+        return Minimum(x, here, True, curvature)
+    for _ in range(_MAX_ITERATIONS):
+        box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
+        program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box)
+        d, multipliers, steered, broken = _steered_step(program, here, penalty)
+        may_end, penalty = may_end and steered == penalty, steered
+        merit, size = here.merit(penalty), _size(d)
+        gain = merit - (here.predicted(d, curvature) + penalty * _price(broken))
+        if size < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
+            if here.violation <= FEASIBLE or penalty >= _LARGEST_PENALTY:
+                return Minimum(x, here, True, curvature)
+            penalty, radius, may_end = 100 * penalty, max(radius, 1e-3), False
+            continue
+        if may_end and give_up(x, merit, max(gained, gain)):
+            return None
+        there = evaluate(x + d)
+        reached = np.inf if there is None else there.merit(penalty)
+        if there is not None and reached > merit - 0.1 * gain:
+            # Curved constraints can spoil a good step: correct it to second order, with the constraints at x + d.
+            corrected, _ = program.solve(there.slack - here.jacobian.dot(d), penalty)
+            if _size(corrected - d) > _STEP_TOLERANCE:
+                again = evaluate(x + corrected)
+                if again is not None and again.merit(penalty) < reached:
+                    d, there, size, reached = corrected, again, _size(corrected), again.merit(penalty)
+                    broken = here.linear_violation(d)
+        if there is None or reached >= merit:
+            radius, may_end = size / 4, False
+            if radius < _SMALLEST_RADIUS:
+                return Minimum(x, here, False, curvature)
+            continue
+        gained, may_end = merit - reached, size < radius
+        agreement, curvature = gained / gain, _updated(curvature, d, here, there, multipliers, broken)
+        radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
+        x, here = x + d, there
+        enough = max(_FIRST_PENALTY, _ENOUGH * float(multipliers.sum()))
+        if here.violation == 0 and penalty > _ENOUGH * enough and reductions < _MOST_REDUCTIONS:
+            penalty, reductions = enough, reductions + 1
+    return Minimum(x, here, False, curvature)
+
+
+def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -> tuple[Array, Array, float, float]:
+    """Return the step, its multipliers, the penalty, and the violation that the step leaves.
+
+    The penalty is raised until the step removes half of the violation that any step can. With a low one the iteration
+    would run to where f is small, and come back to another feasible part, or to none (Byrd, Nocedal, Waltz: steering).
+    """
+    d, multipliers = program.solve(here.slack, penalty)
+    if (left := here.linear_violation(d)) <= FEASIBLE:
+        return d, multipliers, penalty, left
+    least, _ = program.solve(here.slack, _LARGEST_PENALTY)
+    enough = here.violation - _STEERED * (here.violation - here.linear_violation(least))
+    while left > enough + FEASIBLE and penalty < _LARGEST_PENALTY:
+        penalty *= 10
+        d, multipliers = program.solve(here.slack, penalty)
+        left = here.linear_violation(d)
+    return d, multipliers, penalty, left
+
+
+def _size(d: Array) -> float:
+    """Return the largest of a few numbers, whatever their signs."""
+    largest: float = max(map(abs, d.tolist()))
+    return largest
+
+
+def _violation(slack: Array) -> float:
+    """Return the largest violation. Rounding errors do not count, because a high penalty would amplify them."""
+    return max(0.0, -float(slack.min()) - _ROUNDING) if slack.size else 0.0
+
+
+def _price(violation: float) -> float:
+    return violation + violation**2 / 2
+
+
+def _updated(
+    curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array, broken: float
+) -> Array:
+    """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.
+
+    The information is updated instead where it foretells the change of slope along the step better. Not after a step
+    by which linearised constraints are `broken`: multipliers are as large as the penalty then, and the curvature of the
+    constraints matters.
+    """
+    change = there.gradient - here.gradient - multipliers.dot(there.jacobian - here.jacobian)
+    along, image = float(d.dot(change)), curvature.dot(d)
+    modelled = float(d.dot(image))
+    if there.information is not None and broken <= FEASIBLE:
+        fresh = there.curvature
+        of_fresh = fresh.dot(d)
+        if abs((foretold := float(d.dot(of_fresh))) - along) <= abs(modelled - along):
+            curvature, image, modelled = fresh, of_fresh, foretold
+    if along < 0.2 * modelled:
+        weight = 0.8 * modelled / (modelled - along)
+        change = weight * change + (1 - weight) * image
+        along = 0.2 * modelled
+    updated = curvature - image[:, None] * (image / modelled) + change[:, None] * (change / along)
+    return _with_ridge(updated)
+
+
+def _with_ridge(curvature: Array, least: float = 0.0) -> Array:
+    """Return the same with a larger diagonal, by `least` and by what limits the condition number."""
+    raised = curvature.copy()
+    raised.ravel()[:: len(raised) + 1] += least + _RIDGE * curvature.trace()
+    return raised

@@ -1,0 +1,114 @@
+"""The box in which hyperparameters are searched, and the points from which searches start."""
+
+from dataclasses import dataclass, field
+from typing import Self
+
+import numpy as np
+
+from trackably.arguments import instance, whole
+from trackably.arrays import Array
+from trackably.gp.hyperparameter import Scales
+from trackably.gp.joint import JointPrior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.stencil import Stencil
+from trackably.systems.sets.interval import Interval
+
+MOST_STARTS = 10_000
+"""More starts would take days, and the points for them more memory than there is."""
+
+
+@dataclass(frozen=True)
+class SearchSpace:
+    """A box of learned hyperparameters (natural units, positive `bounds`), and the number of `starts` spread over it.
+
+    Starts lie in the interval in `sought`, if there is one, otherwise in the middle half of the bounds (of logarithms).
+    """
+
+    bounds: dict[str, Interval]
+    starts: int = 8
+    sought: dict[str, Interval] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, interval in (*self.bounds.items(), *self.sought.items()):
+            instance(f"search: bounds of {name}", interval, Interval, "an Interval(lower, upper)")
+            if interval.lower <= 0:
+                raise ValueError(f"search: the lower bound of {name} must be positive, got {interval.lower:g}")
+        object.__setattr__(self, "starts", whole("search: starts", self.starts, least=1, most=MOST_STARTS))
+
+    @classmethod
+    def around(
+        cls,
+        samples: tuple[Samples, ...],
+        prior: JointPrior,
+        starts: int = 8,
+    ) -> Self:
+        """Return the search intervals of the prior's learned hyperparameters, as given or chosen from the samples.
+
+        Chosen ones follow from the scales of the samples: amplitudes from the root mean square of y − m, times from the
+        span and the smallest spacing.
+        """
+        if not prior.learned:
+            return cls({}, starts)
+        scales = [_scales(s, part) for s, part in zip(samples, prior.parts, strict=True)]
+        found = {name: prior.search(name, scales) for name in prior.learned}
+        return cls(
+            {name: Interval(*search.bounds) for name, search in found.items()},
+            starts,
+            {name: Interval(*search.starts) for name, search in found.items() if search.starts},
+        )
+
+    @property
+    def log_lower(self) -> Array:
+        return np.log([interval.lower for interval in self.bounds.values()])
+
+    @property
+    def log_upper(self) -> Array:
+        return np.log([interval.upper for interval in self.bounds.values()])
+
+    def start_points(self) -> Array:
+        """Return ln θ of the starts, shape (starts, p): an additive recurrence in their intervals. One if p is 0."""
+        low, high = np.array([self._log_sought(name) for name in self.bounds]).reshape(-1, 2).T
+        return np.asarray(low + (high - low) * self._spread(self.starts))
+
+    def points(self, count: int) -> Array:
+        """Return ln θ of `count` points, shape (count, p): an additive recurrence in the whole box. One if p is 0."""
+        return np.asarray(self.log_lower + (self.log_upper - self.log_lower) * self._spread(count))
+
+    def _spread(self, count: int) -> Array:
+        # Steps of the recurrence in p dimensions: powers of the root of x^(p+1) = x + 1 (the golden ratio for p = 1).
+        p = len(self.bounds)
+        count = count if p else 1
+        root = 2.0
+        for _ in range(60):
+            root = (1 + root) ** (1 / (p + 1))
+        return np.asarray(np.outer(np.arange(1, count + 1), root ** -np.arange(1.0, p + 1)) % 1)
+
+    def _log_sought(self, name: str) -> tuple[float, float]:
+        if name in self.sought:
+            return float(np.log(self.sought[name].lower)), float(np.log(self.sought[name].upper))
+        low, high = np.log([self.bounds[name].lower, self.bounds[name].upper]).tolist()
+        return (3 * low + high) / 4, (low + 3 * high) / 4
+
+    def scaled_down(self, log_theta: Array, by: float) -> Array:
+        """Return ln θ with every signal_std divided by `by`, but not below the lower bounds."""
+        amplitude = np.array([name.endswith("signal_std") for name in self.bounds])
+        return np.asarray(np.maximum(log_theta - np.log(by) * amplitude, self.log_lower))
+
+
+def amplitude(samples: Samples, prior: Prior) -> float:
+    """Return the root mean square of y − m in the unit of the process; σ_n where it is zero."""
+    samples = samples.of_level
+    stencil = samples.stencil
+    with np.errstate(over="ignore"):
+        size = float(np.sqrt(np.mean((samples.values - stencil.at_rest(prior.mean)) ** 2))) or prior.noise_std
+    if not size < np.inf:
+        largest = float(np.max(np.abs(samples.values)))
+        raise ValueError(f"samples: values are too large to be squared, up to {largest:g}; choose another unit")
+    return size / abs(sum(stencil.weights)) if isinstance(stencil, Stencil) and stencil.measures_levels else size
+
+
+def _scales(samples: Samples, prior: Prior) -> Scales:
+    span = float(samples.times[-1] - samples.times[0]) or 1.0
+    spacing = float(np.min(np.diff(np.unique(samples.times)), initial=span))
+    return Scales(amplitude(samples, prior), span, spacing, len(samples))

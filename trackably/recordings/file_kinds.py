@@ -1,0 +1,42 @@
+"""Name files that a reader cannot read by how they begin, and say what can be done with them."""
+
+from pathlib import Path
+
+from trackably.errors import InputError
+
+GZIP = b"\x1f\x8b"
+MCAP = b"\x89MCAP"
+
+LARGEST = 400_000_000
+"""Bytes to which a packed file, or what is kept of one, may unpack: a few kilobytes can hold gigabytes of zeros."""
+
+_SAVE = "save it as CSV"
+_CONVERT = "`mcap convert` of the MCAP project makes an MCAP file of it"
+_KINDS = (
+    (b"PK\x03\x04", "a zip archive, as spreadsheets are (.xlsx, .ods)", f"{_SAVE}, or unpack it"),
+    (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)", _SAVE),
+    (b"#ROSBAG", "a ROS 1 bag", _CONVERT),
+    (b"SQLite format 3\0", "a database, as ROS 2 bags are (.db3)", _CONVERT),
+    (b"PAR1", "a Parquet file", _SAVE),
+    (b"\x89HDF", "an HDF5 file, as MATLAB's newer ones are (.mat)", _SAVE),
+    (b"MATLAB ", "a MATLAB file (.mat)", _SAVE),
+    (b"\x93NUMPY", "a NumPy file (.npy)", "load it, and give its arrays to Samples(times, values)"),
+)
+
+
+def refuse_other_kinds(path: Path, data: bytes) -> None:
+    """Raise InputError for a file that begins as one that no reader reads."""
+    for start, kind, help_ in _KINDS:
+        if data.startswith(start):
+            raise InputError(f"{path}: this is {kind}: {help_}")
+
+
+def refuse_no_mcap(path: Path, data: bytes) -> None:
+    """Raise InputError for a file that does not begin as an MCAP file, with what it is."""
+    if not data or data.startswith(MCAP):
+        return
+    refuse_other_kinds(path, data)
+    if data.startswith(GZIP):
+        raise InputError(f"{path}: this is a gzip file: unpack it")
+    if data.isascii() and b"\0" not in data:
+        raise InputError(f"{path}: this is a text file, not MCAP: read_csv reads tables")

@@ -1,0 +1,196 @@
+"""A learned reference with its proof, as programs and notebooks hold it, and as a file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from trackably.arguments import real, whole
+from trackably.arrays import Array
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.judge import found_or_raise
+from trackably.explanation import (
+    at_edges,
+    condensed,
+    costs,
+    distances,
+    given_values,
+    ignored,
+    kept_free,
+    longer_than_memory,
+    means,
+    unfinished,
+)
+from trackably.files import new_file, path_of
+from trackably.fit.fit import Fit
+from trackably.gp.joint import JointPrior
+from trackably.gp.samples import Samples
+from trackably.learning.problem import ActiveBound, Method
+from trackably.proved.reference import ProvedReference
+from trackably.saved import SavedReference
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import Tightening
+from trackably.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
+from trackably.systems.reference import Reference
+
+
+@dataclass(frozen=True, eq=False)
+class TrackableReference(ProvedReference):
+    """A learned reference with its proof: the system can follow it at all times that `certificate` names.
+
+    `fit` holds what it was learned from, and what its bounds cost. `pin_certificates` prove the values that were asked
+    for at single times, one certificate a time, in the order of `fit.pinned`. `tightening` tells how a plant's bounds
+    were drawn in, for disturbances or by a margin; `reference` keeps what is left. Steps outside of what is proved are
+    refused with a ValueError, and so are steps at |t| > `certificate.last_time`; `reference` has values there too, but
+    no guarantee.
+    """
+
+    fit: Fit
+    certificate: Certificate
+    pin_certificates: tuple[Certificate, ...] = ()
+    tightening: Tightening | None = None
+
+    @property
+    def reference(self) -> Reference:
+        """The reference itself, at all times."""
+        return self.fit.reference
+
+    @property
+    def plant(self) -> ConstrainedSystem:
+        """The plant with the bounds that were given; `reference.plant` has what disturbance or margin leave of them."""
+        return self.tightening.given if self.tightening else self.reference.plant
+
+    @property
+    def samples(self) -> tuple[Samples, ...]:
+        """The samples of the flat outputs: where they were too many, the fewer ones that stand for them."""
+        return self.fit.samples
+
+    @property
+    def sampled(self) -> dict[str, Samples]:
+        """The samples by the name of what is sampled, a state or a flat output."""
+        return {misfit.name: misfit.samples for misfit in self.fit.misfits}
+
+    @property
+    def prior(self) -> JointPrior:
+        """The prior of the flat outputs, with the learned hyperparameters."""
+        return self.fit.prior
+
+    @property
+    def objective(self) -> float:
+        """J = l(θ) + D(θ) at the optimum, with l = −2 ln p(y) and D what the bounds cost."""
+        return self.fit.objective
+
+    @property
+    def method(self) -> Method:
+        """What was learned: "joint", or "hyperparameters" if no better function was found than a posterior mean."""
+        return self.fit.method
+
+    @property
+    def price(self) -> float:
+        """What the guarantee costs: J minus the least l that was found without bounds, in the unit of l = −2 ln p."""
+        return self.fit.price
+
+    @property
+    def duality_gap(self) -> float:
+        """At most how much J could fall for the same hyperparameters, by another function within the plant's bounds."""
+        return self.fit.duality_gap
+
+    @property
+    def active_bounds(self) -> tuple[ActiveBound, ...]:
+        """The bounds that hold the reference back: their times, multipliers and prices."""
+        return self.fit.active_bounds
+
+    def state_std(self, k: Array | int) -> Array:
+        """Return the posterior standard deviation of the states at steps k, from the samples: shape (*k.shape, n)."""
+        return self.fit.std_of(self.reference.plant.flatness.states, self._times(k))
+
+    def input_std(self, k: Array | int) -> Array:
+        """Return that of the inputs, to first order where they are no weighted sums: shape (*k.shape, m)."""
+        plant, t = self.reference.plant, self._times(k)
+        if plant.allocation is None:
+            return self.fit.std_of(plant.flatness.inputs, t)
+        each = [self.fit.std_of(self.reference.inputs_near(at), np.asarray(at)) for at in t.ravel().tolist()]
+        return np.array(each).reshape(*t.shape, len(plant.flatness.inputs))
+
+    def draws(self, k: Array | int, count: int = 1000, seed: int = 0) -> Draws:
+        """Return draws of states and inputs at steps k, given the samples and the bounds; the same for the same seed.
+
+        Every draw keeps the bounds at the steps k, at up to 51 steps between the first sample and the last, and where
+        the reference is at a bound; nothing is promised between these steps. The bounds are those of `reference`: drawn
+        in, where they are so for disturbances or by a margin. Inputs of a nonlinear system are drawn to
+        first order around the reference. Shapes (count, *k.shape, n) and (count, *k.shape, m).
+
+        Raises ValueError for steps outside of what is proved and for too many of them, and NoRoom (an ArithmeticError)
+        where the bounds leave nothing to draw.
+        """
+        self._refuse_unproved(k)
+        whole("draws: count", count, least=1)
+        whole("draws: seed", seed, least=0)
+        also = bounded_steps(self.reference, self.samples, self.certificate.claim.span)
+        return draws_within_bounds(self.reference, self.fit.posterior, k, also, count, seed)
+
+    def bands(self, k: Array | int, coverage: float = 0.95, count: int = 2000, seed: int = 0) -> Bands:
+        """Return where each state and each input is at steps k with probability `coverage`: they stay in their bounds.
+
+        The shortest intervals that hold this part of `count` draws: shapes (*k.shape, n) and (*k.shape, m), each with
+        lower and upper ends. Raises ValueError and NoRoom as `draws` does.
+        """
+        coverage = real("bands: coverage", coverage)
+        return Bands(*(band(of, coverage) for of in self.draws(k, count, seed)))
+
+    @property
+    def hyperparameters(self) -> dict[str, float]:
+        """All hyperparameters, learned and known ones, in natural units."""
+        return {name: float(value) for name, value in self.prior.hyperparameters.items()}
+
+    @property
+    def misfit(self) -> dict[str, float]:
+        """The root mean square of samples minus reference, by name of what is sampled and in its unit."""
+        return {misfit.name: misfit.size for misfit in self.fit.misfits}
+
+    @property
+    def unconstrained_misfit(self) -> dict[str, float]:
+        """The same for what is learned from these samples without bounds."""
+        return {misfit.name: misfit.size_unconstrained for misfit in self.fit.misfits}
+
+    @property
+    def explanation(self) -> str:
+        """What is proved, how far the reference is from its samples, and what its bounds cost."""
+        fit = self.fit
+        said = [
+            ignored(fit),
+            self.certificate.explanation,
+            kept_free(self.tightening),
+            *given_values(fit.pinned),
+            means(fit.prior, fit.samples, fit.unconstrained_prior),
+            condensed(fit),
+            distances(fit),
+            costs(fit),
+            at_edges(fit),
+            unfinished(fit),
+            longer_than_memory(fit),
+        ]
+        return "; ".join(filter(None, said))
+
+    def unconstrained(self) -> Reference:
+        """Return the reference of least l without bounds, to compare with: the system may be unable to follow it."""
+        return self.fit.unconstrained
+
+    def save(self, path: Path | str) -> None:
+        """Write everything as JSON, losslessly and atomically. Raises OSError."""
+        SavedReference.of(self.fit, self.certificate, self.tightening).write(new_file("save", path))
+
+    @classmethod
+    def load(cls, path: Path | str) -> Self:
+        """Read what `save` wrote, and prove it again.
+
+        Raises InputError where the file cannot be read or holds a certificate, CodecError where it is not what `save`
+        wrote, and NotTrackableError where it holds a reference that cannot be proved to keep its bounds.
+        """
+        saved = SavedReference.read(path_of("load", path))
+        return cls(saved.fit, *found_or_raise(saved.proofs()), saved.drawn_in)
+
+    def __repr__(self) -> str:
+        theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())
+        return f"TrackableReference({theta}; {self.explanation}; {self.identity})"

@@ -1,0 +1,77 @@
+"""The times for which a proof is asked, and whether plant and prior allow such a proof."""
+
+import numpy as np
+
+from trackably.arguments import is_number
+from trackably.certificates.goal import Claim
+from trackably.gp.joint import JointPrior
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import Tightening
+from trackably.systems.quantity import Quantity
+from trackably.systems.sets.interval import ends_shown
+
+
+def claimed(claim: object) -> Claim:
+    """Return a claim, a window as two floats. ValueError: anything else."""
+    match claim:
+        case str("all_times") | str("all_phases"):
+            return claim
+        case tuple((start, end)) if (
+            is_number(start) and is_number(end) and np.isfinite([float(start), float(end)]).all()
+        ):
+            if not start < end:
+                raise ValueError(f"claim: a window needs start < end, got [{start!r}, {end!r}]")
+            return float(start), float(end)
+    raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {claim!r}")
+
+
+def refuse_mean(claim: Claim, prior: JointPrior, plant: ConstrainedSystem, drawn_in: Tightening | None = None) -> None:
+    """Raise ValueError where the mean cannot be followed for ever, of a plant whose bounds may be `drawn_in`."""
+    if kept_at_rest(claim, plant):
+        why = "what fades to it" if claim == "all_times" else "what swings about it"
+        check_rest(prior, plant, drawn_in, f"{why} could not be followed for ever", ", or claim a window (start, end)")
+
+
+def kept_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
+    """Return what has to keep its bounds while the prior mean is held for ever, for this claim: all, or nothing."""
+    # A vehicle may move for ever: it has to come to rest only where the kernel decays.
+    held = not isinstance(claim, tuple) and not (plant.flat_form and claim == "all_phases")
+    return plant.quantities if held else ()
+
+
+def check_rest(
+    prior: JointPrior, plant: ConstrainedSystem, drawn_in: Tightening | None, why: str, or_else: str = ""
+) -> None:
+    """Raise ValueError where the prior mean is no equilibrium inside the bounds; `why` it has to be, and a way out."""
+    means = [part.mean for part in prior.parts]
+    for quantity in plant.quantities:
+        level = quantity.bounds.snapped(quantity.at_rest(means))
+        if not quantity.bounds.strictly_contains(level):
+            left = _left(quantity, drawn_in) if drawn_in else ""
+            said = f"{_placed(quantity, level, why, or_else)}{_instead(quantity, level, prior)}{left}"
+            raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {said}")
+
+
+def _left(quantity: Quantity, drawn_in: Tightening) -> str:
+    """Say of which bounds these are left, if disturbances or a margin have taken a part."""
+    given = {whole.name: whole.bounds for whole in drawn_in.given.quantities}.get(quantity.name, quantity.bounds)
+    return "" if given == quantity.bounds else f"; disturbance, noise and margin leave no more of {given}"
+
+
+def _instead(quantity: Quantity, level: float, prior: JointPrior) -> str:
+    """Say which mean will do, where the quantity is one that is sampled: the mean is in its unit."""
+    if quantity.name not in prior.names or quantity.bounds.lower <= level <= quantity.bounds.upper:
+        return ""
+    ends = ", ".join(ends_shown(quantity.bounds.lower, quantity.bounds.upper))
+    return f"; give a mean inside, or a pair between which it is learned, as mean=({ends})"
+
+
+def _placed(quantity: Quantity, level: float, why: str, or_else: str) -> str:
+    """Say where a quantity at rest lies: on a bound of it, or outside of them."""
+    at, bounds = f"the {quantity.name} is {quantity.bounds.shown(level)}", quantity.bounds
+    if level in {bounds.lower, bounds.upper}:
+        return (
+            f"{at}, on a bound of {bounds}: a reference that fades to it has in the end no margin, and rounding alone "
+            f"needs one; widen this bound or move the mean inside, if only by a millionth of the width{or_else}"
+        )
+    return f"{at}, not inside {bounds}: {why}"

@@ -1,0 +1,28 @@
+"""The plant that a reference is learned for, and its bounds drawn in for disturbances."""
+
+from trackably.arguments import instance
+from trackably.arrays import ArrayLike
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.sets import DisturbanceSet
+from trackably.systems.disturbance.tightening import Tightening, tightening
+
+
+def checked_plant(plant: object) -> None:
+    """Raise TypeError for anything but a system with its sets."""
+    instance("plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
+
+
+def drawn_in(
+    plant: ConstrainedSystem,
+    disturbance: DisturbanceSet | None,
+    feedback: ArrayLike | None,
+    margin: float,
+    noise: DisturbanceSet | None,
+) -> tuple[ConstrainedSystem, Tightening | None]:
+    """Return the plant to learn for, and how its bounds were drawn in; None where nothing asks for it.
+
+    TypeError: it is no plant. Raises as `tightening`, too.
+    """
+    checked_plant(plant)
+    found = tightening(plant, disturbance, feedback, margin, noise)
+    return (found.plant, found) if found.margin or found.invariant is not None else (plant, None)

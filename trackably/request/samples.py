@@ -1,0 +1,198 @@
+"""The samples to learn from: by name, with their relative noise, and fewer of them where there are many."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self, TypeVar
+
+import numpy as np
+
+from trackably.arguments import is_number
+from trackably.condensed.asked import MANY, Centres, checked_centres, condensed_by_name, cost_of
+from trackably.condensed.cost import Condensation
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.request.prior import Noise, priors_by_name, value_of
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.frames import Column, Frame, is_column, is_frame, samples_of_column, samples_of_frame
+from trackably.systems.sampling import default_sample, kinds_by_name, relative_to_first, sampled_signals
+
+T = TypeVar("T")
+
+SamplesLike = Samples | Column | Frame | Mapping[str, Samples | Column]
+"""Samples as users have them: pandas Series and DataFrames too, with an index of times [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measurements:
+    """Samples of a `plant` by name, with the noise `noise_std` of each.
+
+    `kinds` are the names that show each flat output; noise is relative to that of the first of them. Of more than
+    `many` samples of a name, fewer are learned from, as `centres` says; see `condensed_by_name` for `times`.
+    """
+
+    plant: ConstrainedSystem
+    given: Mapping[str, Samples]
+    kinds: list[tuple[str, ...]]
+    noise_std: Noise
+    centres: Centres
+    many: int = MANY
+    times: int = 1
+
+    @classmethod
+    def of(
+        cls,
+        samples: SamplesLike,
+        plant: ConstrainedSystem,
+        noise_std: Noise,
+        centres: Centres,
+        many: int = MANY,
+    ) -> Self:
+        """Return what was given, checked. Raises TypeError and ValueError, as `learn_reference` says."""
+        given, centres = samples_by_name(samples, plant), checked_centres(centres)
+        return cls(plant, given, names_of_each(plant, given), noise_std, centres, many)
+
+    @cached_property
+    def all(self) -> dict[str, Samples]:
+        """All samples by name. ValueError: the noise of names that show one flat output is not known."""
+        return with_noise(self.given, self.kinds, self.noise_std)
+
+    @cached_property
+    def fewer(self) -> dict[str, Samples]:
+        """The samples to learn from, by name."""
+        return condensed_by_name(self.all, self.kinds, self.centres, self.noise_std, self.many, self.times)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The name of each flat output: of those that show it, the first."""
+        return tuple(first for first, *_ in self.kinds)
+
+    @cached_property
+    def all_signals(self) -> tuple[Samples, ...]:
+        """All samples of each flat output."""
+        return sampled_signals(self.plant, self.all)[1]
+
+    @cached_property
+    def signals(self) -> tuple[Samples, ...]:
+        """The samples to learn from, of each flat output."""
+        return sampled_signals(self.plant, self.fewer)[1]
+
+    def others(self, what: str, samples: SamplesLike) -> Self:
+        """Return the same of other samples; `what` names them in messages. Raises as `same_states`."""
+        return replace(self, given=_of_states(what, samples, self.plant, self.kinds), times=1)
+
+    def learned(
+        self, learn: Callable[[tuple[Samples, ...]], T], prior_of: Callable[[T], JointPrior]
+    ) -> tuple[T, tuple[Condensation, ...]]:
+        """Return what is learned from samples of each flat output, and what it costs that they are fewer than all.
+
+        It is learned again where more centres are needed for the hyperparameters that it has.
+        """
+        found = learn(self.signals)
+        enough, cost = self.enough_for(prior_of(found))
+        return (found, cost) if enough is self else enough.learned(learn, prior_of)
+
+    def enough_for(self, prior: JointPrior) -> tuple[Self, tuple[Condensation, ...]]:
+        """Return these with as many centres as a prior needs whose hyperparameters are known, and what that costs.
+
+        "auto" takes twice as many until the cost is small, and all samples in the end. The same, and no cost, where
+        hyperparameters are learned.
+        """
+        cost = () if prior.learned else self.cost(prior)
+        if self.centres != "auto" or not any(each.is_large for each in cost):
+            return self, cost
+        return replace(self, times=2 * self.times).enough_for(prior)
+
+    def priors(self, kernel: Kernel | Mapping[str, Kernel], mean: float | Mapping[str, float]) -> dict[str, Prior]:
+        """Return the prior of each flat output, by name. Raises as `priors_by_name`."""
+        return priors_by_name(self.names, kernel, noise_of_first(self.noise_std, self.kinds), mean)
+
+    def cost(self, prior: JointPrior) -> tuple[Condensation, ...]:
+        """Return what it costs that fewer samples stand for all of them."""
+        return cost_of(self.plant, self.all, self.fewer, prior)
+
+
+def names_of_each(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[str, ...]]:
+    """Return the names that show each flat output, one of its level first. ValueError as `kinds_by_name`."""
+    return [tuple(shown) for shown in kinds_by_name(plant, names)]
+
+
+def samples_by_name(given: SamplesLike, plant: ConstrainedSystem, what: str = "samples") -> dict[str, Samples]:
+    """Return samples by the name of what is sampled. TypeError: something else was given."""
+    if is_frame(given):
+        return samples_of_frame(what, given)
+    if isinstance(given, Samples) or is_column(given):
+        return {default_sample(plant): _samples(what, given)}
+    if not isinstance(given, Mapping):
+        raise TypeError(
+            f"{what}: expected Samples, or a mapping from names to Samples, got {type(given).__name__}; "
+            "`recording.samples(name)` gives those of a recording"
+        )
+    return {name: _samples(what, of_name, f" of {name}") for name, of_name in given.items()}
+
+
+def _samples(what: str, given: object, of: str = "") -> Samples:
+    if is_column(given):
+        return samples_of_column(f"{what}{of}", given)
+    if not isinstance(given, Samples):
+        raise TypeError(f"{what}: expected Samples(times, values){of}, got {type(given).__name__}")
+    return given
+
+
+def with_noise(
+    samples: Mapping[str, Samples],
+    kinds: Iterable[Iterable[str]],
+    noise_std: Noise,
+) -> dict[str, Samples]:
+    """Return samples whose noise is relative to σ_n of the first name that shows the same flat output.
+
+    `kinds` are the names that show each flat output. ValueError: several do, and their noise is not known.
+    """
+    shown = [tuple(names) for names in kinds]
+    several = [names for names in shown if len(names) > 1]
+    known = {name: _known_noise(value_of(noise_std, name, "noise_std"), names) for names in several for name in names}
+    return relative_to_first(samples, shown, known)
+
+
+def same_states(
+    what: str,
+    samples: SamplesLike,
+    plant: ConstrainedSystem,
+    kinds: list[tuple[str, ...]],
+    noise_std: Noise,
+) -> dict[str, Samples]:
+    """Return other samples by name, with their relative noise; `what` names them in messages.
+
+    ValueError: they are not of the states of the first samples, which have these `kinds`.
+    """
+    return with_noise(_of_states(what, samples, plant, kinds), kinds, noise_std)
+
+
+def _of_states(
+    what: str, samples: SamplesLike, plant: ConstrainedSystem, kinds: list[tuple[str, ...]]
+) -> dict[str, Samples]:
+    given = samples_by_name(samples, plant, what)
+    if names_of_each(plant, given) != kinds:
+        expected = ", ".join(name for shown in kinds for name in shown)
+        raise ValueError(f"{what}: expected samples of {expected}, as of the first ones, got {', '.join(given)}")
+    return given
+
+
+def noise_of_first(noise_std: T | Mapping[str, T], kinds: Iterable[Iterable[str]]) -> T | dict[str, T]:
+    """Return the noise without that of other names than the first that shows a flat output."""
+    if not isinstance(noise_std, Mapping):
+        return noise_std
+    others = {name for _, *rest in kinds for name in rest}
+    return {name: value for name, value in noise_std.items() if name not in others}
+
+
+def _known_noise(given: object, names: tuple[str, ...]) -> float:
+    if not (is_number(given) and 0 < given < np.inf) or isinstance(given, Learned):
+        raise ValueError(
+            f"noise_std: must be known for each of {' and '.join(names)}, which show the same flat output in units of "
+            f"their own, as {{{', '.join(f'{name!r}: 0.1' for name in names)}}}; got {given!r}"
+        )
+    return float(given)

@@ -1,0 +1,147 @@
+"""What is saved: a learned reference, with the times of its proof, which is found again when it is read."""
+
+import re
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.claim import OnWindow
+from trackably.certificates.pinned import prove_pinned
+from trackably.certificates.prove import Failure, prove, prove_on_window
+from trackably.certificates.robust import robust_of
+from trackably.errors import InputError
+from trackably.files import LEFT_OUT, read_bytes, write_atomically
+from trackably.fit.fit import Fit
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.sets import DisturbanceSet
+from trackably.systems.disturbance.tightening import Tightening, tightening
+from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+
+
+@dataclass(frozen=True, eq=False)
+class SavedTightening:
+    """The `given` plant, and what draws its bounds in: the rest is found again when it is read."""
+
+    given: ConstrainedSystem
+    margin: float
+    disturbance: DisturbanceSet | None
+    feedback: Array | None
+    noise: Zonotope | None = field(default=None, metadata={LEFT_OUT: True})
+
+    @classmethod
+    def maybe(cls, found: Tightening | None) -> Self | None:
+        if found is None:
+            return None
+        Z = found.invariant
+        return cls(found.given, found.margin, found.disturbance, Z.feedback if Z else None, found.noise)
+
+    def found_again(self, plant: ConstrainedSystem) -> Tightening:
+        """Return how the bounds were drawn in. ValueError: those of a reference's `plant` are not the ones left."""
+        found = tightening(self.given, self.disturbance, self.feedback, self.margin, self.noise)
+        if not _alike(found.plant, plant):
+            raise ValueError("tightening: the bounds of the reference are not those that it leaves")
+        return found
+
+
+def _alike(one: ConstrainedSystem, other: ConstrainedSystem) -> bool:
+    """Whether two plants have the same bounds and, where they are linear, the same matrices."""
+    pairs = [(one.state_set, other.state_set), (one.input_set, other.input_set)]
+    arrays = [(getattr(a, name), getattr(b, name)) for name in ("rows", "lower", "upper") for a, b in pairs]
+    if isinstance(one.system, LinearSystem) and isinstance(other.system, LinearSystem):
+        arrays += [(getattr(one.system, name), getattr(other.system, name)) for name in ("A", "B", "c")]
+    return all(np.array_equal(a, b) for a, b in arrays)
+
+
+class Saved(ABC):
+    """A file's content: `proved_from` and `proved_until` [s] for a window only. ValueError: these are no window."""
+
+    proved_from: float | None
+    proved_until: float | None
+    tightening: SavedTightening | None
+
+    @property
+    @abstractmethod
+    def reference(self) -> Reference:
+        """The reference that was proved."""
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Read a file. Raises InputError for one that holds a certificate or cannot be read, CodecError else."""
+        from trackably.codec import loads  # noqa: PLC0415  loaded for files only
+        from trackably.codec.values import CodecError  # noqa: PLC0415  loaded for files only
+
+        content = read_bytes(path)
+        if re.search(rb'"format": "track(ably|able) certificate"', content):
+            raise InputError(f"{path}: holds a certificate; what can be loaded is the reference, as `save` writes it")
+        try:
+            return loads(cls, content)
+        except CodecError as error:
+            why = str(error).removeprefix(f"{cls.__name__}: ")
+            raise CodecError(f"{path}: is no saved reference, or damaged: {why}") from None
+
+    def __post_init__(self) -> None:
+        ends = self.proved_from, self.proved_until
+        if (ends[0] is None) is not (ends[1] is None):
+            raise ValueError(f"proved_from and proved_until: expected both or none, got {ends[0]} and {ends[1]}")
+        _ = self.drawn_in  # found now, to raise its error
+        if ends[0] is not None and ends[1] is not None and not ends[0] < ends[1]:
+            raise ValueError(f"proved_from and proved_until: expected a window, got {ends[0]} and {ends[1]}")
+
+    @cached_property
+    def drawn_in(self) -> Tightening | None:
+        """How the bounds were drawn in, if they were."""
+        return None if self.tightening is None else self.tightening.found_again(self.reference.plant)
+
+    def write(self, path: Path) -> None:
+        from trackably.codec import dumps  # noqa: PLC0415  loaded for files only
+
+        write_atomically(path, dumps(self))
+
+    def proof(self) -> Certificate | Failure:
+        """Prove the claim again."""
+        if self.proved_from is None or self.proved_until is None:
+            found = prove(self.reference)
+        else:
+            found = prove_on_window(self.reference, self.proved_from, self.proved_until)
+        return replace(found, robust=robust_of(self.drawn_in)) if isinstance(found, Certificate) else found
+
+
+def window_of(certificate: Certificate) -> tuple[float, float] | tuple[None, None]:
+    """Return the first and the last time [s] of a window that is proved; None twice for other claims."""
+    claim = certificate.claim
+    return (claim.start, claim.end) if isinstance(claim, OnWindow) else (None, None)
+
+
+@dataclass(frozen=True, eq=False)
+class SavedReference(Saved):
+    """A fit, with the times of its proof."""
+
+    fit: Fit
+    proved_from: float | None
+    proved_until: float | None
+    tightening: SavedTightening | None = field(default=None, metadata={LEFT_OUT: True})
+
+    @classmethod
+    def of(cls, fit: Fit, certificate: Certificate, tightening: Tightening | None) -> Self:
+        start, end = window_of(certificate)
+        return cls(fit, start, end, SavedTightening.maybe(tightening))
+
+    @property
+    def reference(self) -> Reference:
+        return self.fit.reference
+
+    def proofs(self) -> tuple[Certificate, tuple[Certificate, ...]] | Failure:
+        """Prove again what was proved: the claim, and the values at each time that has some."""
+        found = self.proof()
+        if not isinstance(found, Certificate):
+            return found
+        pinned = prove_pinned(self.reference, self.fit.pinned)
+        return (found, pinned) if isinstance(pinned, tuple) else pinned

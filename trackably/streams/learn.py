@@ -1,0 +1,205 @@
+"""From a long stream of samples to one reference with a proof, in one call."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Never
+
+from trackably.arguments import real
+from trackably.arrays import ArrayLike
+from trackably.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
+from trackably.certificates.goal import Claim, refusal
+from trackably.certificates.judge import found_or_raise
+from trackably.certificates.pinned import prove_pinned
+from trackably.certificates.robust import robust_of
+from trackably.condensed.asked import Centres
+from trackably.condensed.bins import NODES
+from trackably.doubts import ask, doubts
+from trackably.explanation import IgnoresSamplesWarning, ignored
+from trackably.feasibility.impossible import impossible
+from trackably.fit.edges import edges_of
+from trackably.fit.fit import Fit
+from trackably.gp.factors.threads import one_blas_thread
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.samples import Samples
+from trackably.learning.index_set import Window
+from trackably.learning.joint.learn import learn_jointly
+from trackably.learning.prior import prior_for
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackably.learning.space import SearchSpace
+from trackably.progress.bar import progress_bar
+from trackably.request.claim import check_rest, claimed
+from trackably.request.plant import drawn_in
+from trackably.request.prior import Noise
+from trackably.request.samples import Measurements, SamplesLike
+from trackably.streams.continued import part_of
+from trackably.streams.reference import StreamReference
+from trackably.streams.windows import Stream, constraints_at, learn_proved
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.sets import DisturbanceSet
+from trackably.systems.reference import Reference
+from trackably.waypoints import Waypoints, waypoints
+
+_CALLER = 3  # frames up: the decorator of `learn_stream` is one of them
+_INSTEAD = {
+    "method": "a stream is always learned as a function, with the hyperparameters of its first window; leave it out",
+    "learn_from": "learn hyperparameters by `learn_reference` from these samples, and give them as known: numbers in "
+    "the kernel and for noise_std",
+}
+_MANY = 500  # samples of one name, from which on a stream is learned from fewer
+
+
+@one_blas_thread()
+def learn_stream(
+    samples: SamplesLike,
+    plant: ConstrainedSystem,
+    kernel: Kernel | Mapping[str, Kernel],
+    claim: Claim,
+    *,
+    window: float,
+    noise_std: Noise = None,
+    mean: Mean | Mapping[str, Mean] = None,
+    centres: Centres = "auto",
+    at: Waypoints | None = None,
+    at_tolerance: float | Mapping[str, float] | None = None,
+    disturbance: DisturbanceSet | None = None,
+    measurement_noise: DisturbanceSet | None = None,
+    feedback: ArrayLike | None = None,
+    margin: float = 0.0,
+    starts: int = 8,
+    progress: bool = True,
+    **others: Never,
+) -> StreamReference:
+    """Learn one reference from a stream that is much longer than the memory of its kernel, and prove it.
+
+    The samples are learned from window after window. Each adds to the sum of kernels that is known what its samples say
+    beside it, given all samples before: without bounds, this is the posterior mean of all samples. Each keeps the
+    bounds until the function is at rest at the prior mean, so that the next one always has a solution: to add nothing.
+    Time grows with the number of windows. The sum is not quite the best for all samples at once, as bounds of later
+    windows do not move earlier ones by more than the kernel's memory.
+
+    Parameters
+    ----------
+    samples, plant, kernel, noise_std, mean, centres, starts, progress
+        As of `learn_reference`; "auto" takes fewer of more than 500 samples. Kernels have to decay. Hyperparameters
+        that are not known are learned from the first window, with its bounds; means and noise that are left out are
+        learned from it without bounds.
+    claim
+        "all_times", or (start, end) in seconds: what is proved of the whole.
+    window
+        The length of each window [s]: several times the kernel's correlation time.
+    at, at_tolerance
+        As of `learn_reference`; each value is met by the window that holds its time, and kept by those that follow.
+    others
+        None: `learn_from` and `method` are options of `learn_reference` alone.
+
+    Warns
+    -----
+    DoubtfulInputWarning
+        As `learn_reference`.
+    IgnoresSamplesWarning
+        Where the reference is off by more than 3 times the noise, and by more than a tenth of the samples' spread.
+
+    Raises
+    ------
+    TypeError
+        Where an argument is of another type, or an option is none of these: the message names it.
+    ValueError
+        Where samples, kernels, claim and options do not fit together, where a kernel does not decay, and where the
+        prior mean is no admissible equilibrium.
+    NotTrackableError
+        Where no reference was found, or none that is proved.
+
+    """
+    _refuse(others)
+    plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
+    claim = claimed(claim)
+    measured = Measurements.of(samples, plant, noise_std, centres, _MANY)
+    if (length := real("window", window)) <= 0:
+        raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
+    level, between = split_means(mean, measured.names, measured.given)
+    prior = prior_for(plant, measured.priors(kernel, level))
+    if refusal("all_times", prior):
+        raise ValueError(
+            "kernel: each window of a stream ends at rest, so that kernels have to decay, but it has a period"
+        )
+    ask(doubts(claim, measured.given, plant), _CALLER)
+    pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
+    found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
+    begun = _first(measured, length)
+
+    def beforehand(of: tuple[Samples, ...]) -> Beforehand:
+        ends = levels(between, measured.names, of)
+        return found_or_raise(learned_beforehand(of, prior, ends, starts, False, True, plant.quantities))
+
+    with progress_bar("learn stream", shown=progress):
+        first, _ = begun.learned(beforehand, lambda found: found.likely)
+        ask(first.questions, _CALLER)
+        check_rest(first.prior, plant, tightening, "each window of a stream ends at rest there")
+        known = _known(begun, first, plant, starts)
+        measured, cost = measured.enough_for(known)
+        stream = Stream(measured.signals, known, plant, length, claim, pinned)
+        reference, certificate = found_or_raise(learn_proved(stream))
+        pinned = tuple(at.found(reference) for at in pinned)
+        proofs = found_or_raise(prove_pinned(reference, pinned))
+    certificate = replace(certificate, robust=robust_of(tightening))
+    learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
+    if large := [misfit for misfit in learned.misfits if misfit.is_large]:
+        off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)
+        sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"
+        warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
+    return learned
+
+
+def _refuse(others: Mapping[str, object]) -> None:
+    """Raise TypeError for an option that streams do not take, and say what to do instead."""
+    for name in others:
+        instead = _INSTEAD.get(name, "`help(learn_stream)` shows what it takes")
+        raise TypeError(f"learn_stream: takes no {name!r}: {instead}")
+
+
+def _first(measured: Measurements, length: float) -> Measurements:
+    """Return the samples of the first window. ValueError: one of the names has none there."""
+    start = min(float(of.times[0]) for of in measured.given.values())
+    begun = {name: part_of(of, -float("inf"), start + length) for name, of in measured.given.items()}
+    found = {name: of for name, of in begun.items() if of is not None}
+    if missing := [name for name in begun if name not in found]:
+        raise ValueError(f"window: the first one, of {length:g} s, holds no sample of {missing[0]}; give a longer one")
+    share = max(len(of) / len(measured.given[name]) for name, of in found.items())
+    return replace(measured, given=found, centres=_part_of(measured.centres, share))
+
+
+def _part_of(centres: Centres, share: float) -> Centres:
+    return max(NODES, round(centres * share)) if isinstance(centres, int) else centres
+
+
+def _known(begun: Measurements, first: Beforehand, plant: ConstrainedSystem, starts: int) -> JointPrior:
+    """Return the prior with the hyperparameters of least J, all known. NotTrackableError: no function keeps bounds."""
+    if not first.prior.learned:
+        return first.prior.as_known()
+
+    def learned_with(samples: tuple[Samples, ...], prior: JointPrior) -> Solution | NoSolution:
+        times = Window(min(float(of.times[0]) for of in samples), max(float(of.times[-1]) for of in samples))
+        space = SearchSpace.around(samples, prior, starts)
+        return learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant)))
+
+    solution, _ = begun.learned(
+        lambda of: found_or_raise(first.best(partial(learned_with, of))),
+        lambda found: found.posterior.prior.as_known(),
+    )
+    if solution.unconstrained and (
+        sentence := ignored(Fit.of(Reference(solution.signals, plant), solution, solution.unconstrained, ()))
+    ):
+        warnings.warn(
+            f"in the first window, from which hyperparameters are learned, {sentence}",
+            IgnoresSamplesWarning,
+            stacklevel=_CALLER + 1,
+        )
+    learned = solution.posterior.prior
+    narrow = [edge for edge in edges_of(learned, solution.posterior.samples) if edge.is_given]
+    ask([f"{edge}, {edge.interval}: was it meant as a limit?" for edge in narrow], _CALLER + 1)
+    return learned.as_known()

@@ -1,0 +1,115 @@
+"""A reference learned window by window, with the proof of the whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Self
+
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.judge import found_or_raise
+from trackably.certificates.pinned import prove_pinned
+from trackably.condensed.cost import Condensation
+from trackably.explanation import given_values, kept_free, means
+from trackably.files import new_file, path_of
+from trackably.fit.misfit import Misfit
+from trackably.gp.samples import Samples
+from trackably.proved.reference import ProvedReference
+from trackably.saved import SavedTightening, window_of
+from trackably.streams.saved import SavedStream
+from trackably.streams.windows import Stream
+from trackably.systems.disturbance.tightening import Tightening
+from trackably.systems.reference import Reference
+
+
+@dataclass(frozen=True, eq=False)
+class StreamReference(ProvedReference):
+    """One reference for a whole stream: the system can follow it at all times that `certificate` names.
+
+    Nothing is handed over between windows: the signals are one sum of kernels, to which each window has added, and the
+    proof is about the sum. `stream` holds the samples that were learned from and the prior, `condensed` what it costs
+    that they are fewer than were given. `tightening` tells how the plant's bounds were drawn in, for disturbances or by
+    a margin; `reference` keeps what is left. `pin_certificates` prove the values of `stream.pinned`,
+    in that order.
+    """
+
+    learned: Reference
+    certificate: Certificate
+    stream: Stream
+    condensed: tuple[Condensation, ...] = ()
+    tightening: Tightening | None = None
+    pin_certificates: tuple[Certificate, ...] = ()
+
+    @property
+    def reference(self) -> Reference:
+        """The reference itself, at all times."""
+        return self.learned
+
+    @property
+    def samples(self) -> tuple[Samples, ...]:
+        """The samples of the flat outputs: where they were too many, the fewer ones that stand for them."""
+        return self.stream.samples
+
+    @property
+    def hyperparameters(self) -> dict[str, float]:
+        """All hyperparameters, learned from the first window or known, in natural units."""
+        return {name: float(value) for name, value in self.stream.prior.hyperparameters.items()}
+
+    @property
+    def misfit(self) -> dict[str, float]:
+        """The root mean square of samples minus reference, by name of what is sampled and in its unit."""
+        return {misfit.name: misfit.size for misfit in self.misfits}
+
+    @property
+    def explanation(self) -> str:
+        """What is proved, how it was learned, and how far it is from the samples."""
+        off = [
+            f"it is {misfit.size:.3g} off the samples of {misfit.name} (root mean square), {misfit.in_noise:.3g} times "
+            "their noise"
+            for misfit in self.misfits
+        ]
+        learned = f"learned in windows of {self.stream.length:g} s, each of which continues the one before"
+        said = [self.certificate.explanation, kept_free(self.tightening), *given_values(self.stream.pinned), learned]
+        said.append(means(self.stream.prior, self.samples, self.stream.prior))
+        return "; ".join(filter(None, [*said, *map(str, self.condensed), *off]))
+
+    def save(self, path: Path | str) -> None:
+        """Write everything as JSON, losslessly and atomically. Raises OSError."""
+        stream, (start, end) = self.stream, window_of(self.certificate)
+        drawn_in = SavedTightening.maybe(self.tightening)
+        saved = SavedStream(
+            self.learned,
+            stream.samples,
+            stream.prior,
+            stream.length,
+            start,
+            end,
+            self.condensed,
+            drawn_in,
+            stream.pinned,
+        )
+        saved.write(new_file("save", path))
+
+    @classmethod
+    def load(cls, path: Path | str) -> Self:
+        """The inverse of `save`: what is read is proved again. Raises as `TrackableReference.load`."""
+        saved = SavedStream.read(path_of("load", path))
+        proof, pinned = found_or_raise(saved.proof()), found_or_raise(prove_pinned(saved.learned, saved.pinned))
+        return cls(saved.learned, proof, saved.stream, saved.condensed, saved.drawn_in, pinned)
+
+    @cached_property
+    def misfits(self) -> tuple[Misfit, ...]:
+        """How far the reference is from the samples of each name, beside a fit that is off by their noise."""
+        found = []
+        prior, signals = self.stream.prior, self.learned.kernel_sums
+        for process, part, of, signal in zip(prior.names, prior.parts, self.samples, signals, strict=True):
+            for name, samples in of.by_name(process).items():
+                off = samples.values - samples.stencil.measured(signal, samples.times)
+                noise = float(part.noise_std)
+                found.append(Misfit(name, samples, off, noise * samples.relative_noise, noise, noise, is_learned=False))
+        return tuple(found)
+
+    def __repr__(self) -> str:
+        theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())
+        return f"StreamReference({theta}; {self.explanation}; {self.identity})"

@@ -1,0 +1,125 @@
+"""Learning in the loop as users write it: `WindowLearner` for samples by name, and references that can be saved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+
+from trackably.arguments import instance, real, whole
+from trackably.arrays import ArrayLike
+from trackably.certificates.certified import Certified
+from trackably.certificates.judge import judged
+from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.robust import robust_of
+from trackably.control.online import holds_for_all_times
+from trackably.control.step.result import Plan, StepResult
+from trackably.control.stepping import SteppedController
+from trackably.control.windows import Clock, Late, WindowLearner
+from trackably.fit.fit import Fit
+from trackably.learning.joint.places import places_of
+from trackably.learning.problem import NoSolution, Solution
+from trackably.learning.space import SearchSpace
+from trackably.reference import TrackableReference
+from trackably.request.samples import SamplesLike, names_of_each, same_states
+from trackably.systems.sampling import sampled_signals
+
+
+@dataclass
+class Relearner:
+    """Learn a reference again from each window of samples that arrives, while a loop runs.
+
+    Each window begins where the last one ended, as that of a `WindowLearner`: with its hyperparameters, and with the
+    times at which bounds held it back. Prior means stay those of the first reference, and so does noise that was
+    learned without bounds. In every `moving_every`-th window the hyperparameters move too, which takes a
+    few times longer; with 0 they stay as they are. Times of samples are those of the loop: step k is at k T_s.
+
+    `reference` is the one that the loop tracks, at first the one that is given. It holds for all times, so that a loop
+    tracks it for as long as it has no other. `step` goes over to the last one that was learned within the `budget` [s],
+    if the controller has a plan that ends on it; who decides otherwise when to go over sets `reference`. `seconds` are
+    what the windows have taken by the `clock`, late ones too. `noise_std` is needed where several states show one flat
+    output, as in `learn_reference`.
+
+    Raises TypeError and ValueError for other arguments, for a reference that is proved for a window only, and where
+    hyperparameters shall move and all of them are known.
+    """
+
+    reference: TrackableReference
+    budget: float | None = None
+    moving_every: int = 0
+    noise_std: Mapping[str, float] | None = None
+    clock: Clock = perf_counter
+    _windows: WindowLearner = field(init=False, repr=False)
+    _learned: TrackableReference | None = field(default=None, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        instance("reference", self.reference, TrackableReference, "one that learn_reference returns")
+        first = _certified(self.reference)
+        if not holds_for_all_times(first):
+            raise ValueError(
+                "reference: a loop may need it for ever, so that it has to be proved for all times, but it is "
+                f"for {first.certificate.claim} only; learn it with the claim 'all_times' or 'all_phases'"
+            )
+        budget = float("inf") if self.budget is None else real("budget", self.budget)
+        if not budget > 0:
+            raise ValueError(f"budget: expected a positive number of seconds, got {self.budget!r}")
+        every = whole("moving_every", self.moving_every, least=0)
+        self._windows = WindowLearner(first, budget, self.clock, moving_every=every)
+
+    @property
+    def seconds(self) -> list[float]:
+        """What each window has taken [s]."""
+        return self._windows.seconds
+
+    def __call__(self, samples: SamplesLike) -> TrackableReference | Late | NoSolution | Counterexample | Unproved:
+        """Return a reference learned from a window of samples, with its proof; or why there is none in time.
+
+        `reference` stays as it is until the next `step`: whether the loop can go over depends on the state then.
+        The samples are of the same states as those of the first reference, and count in this window alone. Every answer
+        has an `explanation`. The next window begins where the last proof was found, a late one too. Raises TypeError
+        and ValueError for samples that do not fit.
+        """
+        plant = self.reference.reference.plant
+        kinds = names_of_each(plant, self.reference.sampled)
+        _, seen = sampled_signals(plant, same_states("samples", samples, plant, kinds, self.noise_std))
+        found = self._windows(seen)
+        if not isinstance(found, Certified):
+            return judged(found)
+        self._learned = _with_proof(found, self.reference)
+        return self._learned
+
+    def step(
+        self, controller: SteppedController, k: int, state: ArrayLike, initial_guess: ArrayLike | None = None
+    ) -> StepResult:
+        """Return the controller's plan at step `k` from `state` (n,), or why there is none, as `Controller.step` does.
+
+        The first step after a reference was learned tries to go over to it: if there is a plan that keeps the bounds,
+        not only up to a tolerance, and ends on it, that is the answer, and `reference` is the new one from then on.
+        Otherwise the loop stays on the old one, on which plans can always be continued, and tries the new one no more.
+        """
+        learned, self._learned = self._learned, None
+        if learned is not None:
+            answer = controller.step(k, state, learned, initial_guess)
+            if isinstance(answer, Plan) and answer.keeps_sets:
+                self.reference = learned
+                return answer
+        return controller.step(k, state, self.reference, initial_guess)
+
+
+def _certified(reference: TrackableReference) -> Certified:
+    """Return a reference as a search goes on from it."""
+    fit, plant = reference.fit, reference.reference.plant
+    places = places_of(fit.active_bounds, [quantity.name for quantity in plant.quantities])
+    signals = reference.reference.kernel_sums
+    solution = Solution(
+        fit.posterior, signals, fit.objective, places, 0, active_bounds=fit.active_bounds, method=fit.method
+    )
+    space = SearchSpace.around(fit.samples, fit.prior)
+    return Certified(solution, reference.reference, reference.certificate, 0.0, 0.0, 0, space)
+
+
+def _with_proof(found: Certified, last: TrackableReference) -> TrackableReference:
+    """Return what was found for the plant of the last reference; without bounds, l is that of the same θ."""
+    fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
+    certificate = replace(found.certificate, robust=robust_of(last.tightening))
+    return TrackableReference(fit, certificate, tightening=last.tightening)

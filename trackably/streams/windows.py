@@ -1,0 +1,149 @@
+"""One reference from many windows: each window continues what is known, and leaves the earlier past as it is."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.goal import Claim
+from trackably.certificates.pinned import Pinned
+from trackably.certificates.prove import Failure, prove_on_window, prove_while_settling
+from trackably.gp.joint import JointPrior
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+from trackably.learning.constraint import Constraint
+from trackably.learning.index_set import Window
+from trackably.learning.joint.learn import learn_function
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Pin, Solution
+from trackably.learning.space import SearchSpace
+from trackably.progress.work import done
+from trackably.streams.continued import ContinuedProblem, part_of, with_memory
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Reference
+
+_MEMORY = 12.0  # correlation times: what lies further back moves a function by less than a thousandth of the noise
+_SHORTEST = 1.0  # correlation times: of a window that is divided because its program has too many places
+_BACKOFFS = 1e-5, 1e-4, 1e-3, 1e-2
+
+
+@dataclass(frozen=True)
+class Stream:
+    """All `samples` of the flat outputs of a `plant`, with a `prior` whose hyperparameters are known.
+
+    Windows have a `length` [s]; the first begins with the first sample. At some times values are `pinned`.
+    """
+
+    samples: tuple[Samples, ...]
+    prior: JointPrior
+    plant: ConstrainedSystem
+    length: float
+    claim: Claim
+    pinned: tuple[Pinned, ...] = ()
+
+    @property
+    def memory(self) -> float:
+        """How far back [s] samples count, and how far ahead a function has to keep its bounds until it is at rest."""
+        return _MEMORY * max(part.kernel.correlation_time for part in self.prior.parts)
+
+    @property
+    def windows(self) -> Iterator[tuple[float, float]]:
+        """The first time of each window, and the first time after it [s]; the last one holds the last sample."""
+        first = min(float(of.times[0]) for of in self.samples)
+        last = max(float(of.times[-1]) for of in self.samples)
+        count = max(1, int(np.ceil((last - first) / self.length)))
+        ends = [first + i * self.length for i in range(count)]
+        yield from zip(ends, [*ends[1:], float(np.nextafter(last, np.inf))], strict=True)
+
+
+def learn_proved(stream: Stream) -> tuple[Reference, Certificate] | NoSolution | Failure:
+    """Return a reference of all windows with its proof, or why there is none.
+
+    Where the proof fails, all windows are learned again with bounds drawn in further.
+    """
+    outcome: Failure | None = None
+    for backoff in _BACKOFFS:
+        signals = _signals(stream, backoff)
+        if isinstance(signals, NoSolution):
+            return outcome or signals
+        reference = Reference(signals, stream.plant)
+        proved = _prove(reference, stream.claim)
+        done("fit")
+        if isinstance(proved, Certificate):
+            return reference, proved
+        outcome = proved
+    assert outcome is not None, "every back-off was tried"
+    return outcome
+
+
+def _signals(stream: Stream, backoff: float) -> tuple[KernelSum, ...] | NoSolution:
+    """Learn window after window. To go on as before keeps the bounds, so that each window has a solution.
+
+    A rough function touches its bounds at more places than a program can have: then the window is divided.
+    """
+    signals = tuple(KernelSum(part.kernel, part.mean, np.empty(0), np.empty(0)) for part in stream.prior.parts)
+    shortest = _SHORTEST * stream.memory / _MEMORY
+    windows = list(stream.windows)[::-1]
+    while windows:
+        now, end = windows.pop()
+        problem = _problem(stream, signals, now, end, backoff)
+        if problem is None:
+            continue
+        found = learn_function(problem)
+        if isinstance(found, Solution):
+            signals = found.signals
+        elif end - now > 2 * shortest:
+            windows += [((now + end) / 2, end), (now, (now + end) / 2)]
+        else:
+            return found
+    return signals
+
+
+def _problem(
+    stream: Stream, bases: tuple[KernelSum, ...], now: float, end: float, backoff: float
+) -> ConstrainedProblem | None:
+    """Return the problem of the window from `now` to `end` [s].
+
+    None where no flat output has samples there, or one has none before its end. Others without samples there go on as
+    before, as far as bounds let them. Bounds are constrained from as far back as a change reaches, until the function
+    is at rest.
+    """
+    memory = stream.memory
+    if all(part_of(of, now, end) is None for of in stream.samples):
+        return None
+    samples = tuple(
+        with_memory(of, base, now - memory, now, end) for of, base in zip(stream.samples, bases, strict=True)
+    )
+    if any(of is None for of in samples):
+        return None
+    given = tuple(of for of in samples if of is not None)
+    last = max(float(of.times[-1]) for of in given)
+    earliest = stream.claim[0] if isinstance(stream.claim, tuple) else 0.0
+    times = Window(max(min(earliest, now), now - 2 * memory), last + memory + stream.plant.sampling_time)
+    constraints = constraints_at(times, stream.plant, backoff)
+    space = SearchSpace.around(given, stream.prior, starts=1)
+    return ContinuedProblem(given, stream.prior, space, constraints, _pins(stream, times), bases=bases)
+
+
+def _pins(stream: Stream, times: Window) -> tuple[Pin, ...]:
+    """Return the given values that a window can still move, and those that it has to prepare for.
+
+    Times before the first sample belong to the first window, and times after the last sample to the last one.
+    """
+    ends = [float(of.times[i]) for of in stream.samples for i in (0, -1)]
+    within = (at for at in stream.pinned if times.start <= min(max(at.time, min(ends)), max(ends)) <= times.end)
+    return tuple(pin for at in within for pin in at.pins(stream.plant))
+
+
+def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BACKOFFS[0]) -> tuple[Constraint, ...]:
+    """Return the bounds of a plant at these times, drawn in by a part `backoff` of their width."""
+    return tuple(
+        Constraint(replace(q, bounds=q.bounds.shrunk(backoff / 2 * q.bounds.width)), times, backoff / 2)
+        for q in plant.quantities
+    )
+
+
+def _prove(reference: Reference, claim: Claim) -> Certificate | Failure:
+    if isinstance(claim, tuple):
+        return prove_on_window(reference, *claim)
+    return prove_while_settling(reference)

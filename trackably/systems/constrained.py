@@ -1,0 +1,168 @@
+"""A system with its state set and input set, and the constraints that make a reference trackable."""
+
+from collections import Counter
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import chain
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from trackably.arguments import instance
+from trackably.systems.allocation import Allocation
+from trackably.systems.flat.flatness import Flatness
+from trackably.systems.flat.form import FlatForm
+from trackably.systems.flat.requirements import Requirement
+from trackably.systems.flat.trajectory import Coordinate, combined
+from trackably.systems.formulas.wording import shortened, weighted_sum_text
+from trackably.systems.linear import LinearSystem
+from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.quantity import Quantity
+from trackably.systems.sets.interval import Interval
+from trackably.systems.sets.polytope import Polytope
+
+System = LinearSystem | NonlinearSystem
+
+Side = Literal["state", "input"]
+
+
+class LinearConstraint(NamedTuple):
+    """The `bounds` of Σ_i `row`[i] x_i, or of Σ_i `row`[i] u_i: `side` says which."""
+
+    name: str
+    side: Side
+    row: tuple[Fraction, ...]
+    bounds: Interval
+
+
+@dataclass(frozen=True, eq=False)
+class ConstrainedSystem:
+    """A system with its `state_set` X and its `input_set` U.
+
+    ValueError: the sets do not fit the system, a linear system is not controllable or has too many redundant inputs, or
+    an input of a nonlinear system is not bounded. TypeError: a system or a set is something else.
+    """
+
+    system: System
+    state_set: Polytope
+    input_set: Polytope
+
+    def __post_init__(self) -> None:
+        instance("plant: system", self.system, LinearSystem | NonlinearSystem, "a LinearSystem or a NonlinearSystem")
+        for name in ("state_set", "input_set"):
+            instance(f"plant: {name}", getattr(self, name), Polytope, "a Polytope, as of Polytope.box(lower, upper)")
+        n, m = len(self.system.states), len(self.system.inputs)
+        for name, bounds, dimension in (("state_set", self.state_set, n), ("input_set", self.input_set, m)):
+            if bounds.dimension != dimension:
+                raise ValueError(f"system: {name} must have dimension {dimension}, got {bounds.dimension}")
+        if (
+            isinstance(self.system, NonlinearSystem)
+            and not self.system.flat
+            and (free := _free(self.system.inputs, self.input_set))
+        ):
+            raise ValueError(
+                f"system: every input of a nonlinear system must be bounded, as nothing else proves that an input "
+                f"exists, but {', '.join(free)} is free; a bound that is never reached will do"
+            )
+        if isinstance(self.system, NonlinearSystem) and self.system.angles:
+            object.__setattr__(self, "system", self.system.heading_in(_bounds_of_states(self)))
+        _ = self.flatness, self.constraints  # computed now, to raise their errors
+
+    @property
+    def sampling_time(self) -> float:
+        """T_s [s] of the system."""
+        return self.system.sampling_time
+
+    @cached_property
+    def flatness(self) -> Flatness:
+        """States and inputs as functions of the flat outputs, which are the learned signals."""
+        return self.system.flatness()
+
+    @property
+    def coordinates(self) -> dict[Side, tuple[Coordinate, ...]]:
+        """States and inputs as functions of the flat outputs, by the side of their bounds."""
+        return {"state": self.flatness.states, "input": self.flatness.inputs}
+
+    @property
+    def flat_form(self) -> FlatForm | None:
+        """The flat form of a nonlinear system that has one."""
+        return self.system.flat if isinstance(self.system, NonlinearSystem) else None
+
+    @cached_property
+    def needs(self) -> tuple[Requirement, ...]:
+        """What must hold along a reference beside the bounds, so that its flat form is defined and right."""
+        return self.system.needs if isinstance(self.system, NonlinearSystem) else ()
+
+    @property
+    def linear(self) -> LinearSystem:
+        """The system, if it is linear. ValueError: it is not."""
+        if not isinstance(self.system, LinearSystem):
+            raise ValueError(f"system: must be linear here, got one with {', '.join(map(str, self.system.f))}")
+        return self.system
+
+    @property
+    def signal_count(self) -> int:
+        """The number of signals that are learned: one for each flat output."""
+        return len(self.flatness.orders)
+
+    @cached_property
+    def allocation(self) -> Allocation | None:
+        """The choice among redundant inputs; None if there are none."""
+        return Allocation.of(self.system, self.input_set) if isinstance(self.system, LinearSystem) else None
+
+    @cached_property
+    def given_constraints(self) -> tuple[LinearConstraint, ...]:
+        """The rows of X and of U."""
+        return self._with_names(_rows("state", self.state_set), _rows("input", self.input_set))
+
+    @cached_property
+    def constraints(self) -> tuple[LinearConstraint, ...]:
+        """What a reference must satisfy at each step so that an input in U exists which leads to its next state.
+
+        These are the given constraints; for redundant inputs, the rows of U are combined such that they hold for every
+        input of the same effect, or for none.
+        """
+        if self.allocation is None:
+            return self.given_constraints
+        return self._with_names(
+            _rows("state", self.state_set),
+            [LinearConstraint("", "input", row, bounds) for row, bounds in self.allocation.attainable],
+        )
+
+    @cached_property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """All bounded quantities: a reference is trackable if each is in its bounds at t = k T_s for all k ≥ 0."""
+        return tuple(
+            Quantity(name, combined(row, self.coordinates[side]), bounds)
+            for name, side, row, bounds in self.constraints
+        )
+
+    def _with_names(self, *sides: list[LinearConstraint]) -> tuple[LinearConstraint, ...]:
+        """Name each constraint after its row; equal names are numbered."""
+        names = {"state": self.system.states, "input": self.system.inputs}
+        counts = Counter[str]()
+        named = []
+        for constraint in chain(*sides):
+            name = shortened(weighted_sum_text(constraint.row, names[constraint.side]))
+            counts[name] += 1
+            named.append(constraint._replace(name=name if counts[name] == 1 else f"{name} ({counts[name]})"))
+        return tuple(named)
+
+
+def _rows(side: Side, bounded: Polytope) -> list[LinearConstraint]:
+    return [LinearConstraint("", side, tuple(map(Fraction, row.tolist())), bounds) for row, bounds in bounded.intervals]
+
+
+def _bounds_of_states(plant: ConstrainedSystem) -> dict[str, Interval]:
+    """Return what bounds single states, by name."""
+    found = {}
+    for row, bounds in plant.state_set.intervals:
+        if np.count_nonzero(row) == 1 and row.sum() == 1.0:
+            found[plant.system.states[int(np.argmax(row))]] = bounds
+    return found
+
+
+def _free(names: tuple[str, ...], bounded: Polytope) -> list[str]:
+    """Return the names of the coordinates that no row of the set involves."""
+    return [name for name, column in zip(names, bounded.rows.T, strict=True) if not column.any()]

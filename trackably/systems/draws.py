@@ -1,0 +1,134 @@
+"""Draws of states and inputs from the Gaussian process, given samples and bounds, and the bands that they make."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.bounded.normal import BoundedNormal
+from trackably.gp.joint import JointPosterior
+from trackably.gp.samples import Samples
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Reference
+from trackably.systems.step_normal import StepNormal
+
+MOST_VALUES = 1200
+"""The most states and inputs, counted at all steps, that are drawn together."""
+
+_BETWEEN_SAMPLES = 50  # intervals between the steps at which bounds count, from the first sample to the last
+_LOOKED_AT = 5000  # steps between them at which the reference is evaluated
+_NEXT_TO = 1e-2  # of a bound's width
+_PLACES = 50
+
+
+class Draws(NamedTuple):
+    """Draws of the `states`, shape (count, *k.shape, n), and of the `inputs`, shape (count, *k.shape, m)."""
+
+    states: Array
+    inputs: Array
+
+
+class Band(NamedTuple):
+    """Intervals from `lower` to `upper`, one for each coordinate at each step: both (*k.shape, n) or (*k.shape, m)."""
+
+    lower: Array
+    upper: Array
+
+
+class Bands(NamedTuple):
+    """Intervals of the `states` and of the `inputs` at each step."""
+
+    states: Band
+    inputs: Band
+
+
+def draws_within_bounds(
+    reference: Reference, posterior: JointPosterior, k: Array | int, also: Array, count: int, seed: int
+) -> Draws:
+    """Return draws at steps k (any shape), given the `posterior`'s samples and the bounds at k and at the steps `also`.
+
+    Every draw keeps all bounds of the plant at all these steps, up to rounding; between them nothing is promised.
+    Inputs of a nonlinear plant are drawn, and bounded, to first order around the reference. Of redundant inputs the
+    smallest admissible ones are taken. The draws are those of a `BoundedNormal`: the same for the same seed.
+
+    Raises ValueError for too many values, or where an input has no finite derivative; NoRoom where nothing lies between
+    the bounds; IllConditioned as the posterior does.
+    """
+    plant, k = reference.plant, np.asarray(k, dtype=float)
+    n, m, steps = len(plant.flatness.states), len(plant.flatness.inputs), np.union1d(k, also)
+    if steps.size * (n + m) > MOST_VALUES:
+        raise ValueError(
+            f"draws: {n + m} states and inputs at {steps.size} steps are {steps.size * (n + m)} values, and "
+            f"{MOST_VALUES} can be drawn together; ask for fewer steps"
+        )
+    normal = StepNormal(reference, posterior, steps)
+    if not all(np.isfinite(terms.weights).all() for terms in normal.rows.terms):
+        raise ValueError("draws: an input has no finite derivative at the reference, so that no draws are near it")
+    w, at_k = _given_bounds(normal, plant).draws(count, seed), np.searchsorted(steps, k)
+    deviations = np.tensordot(w, normal.root[:, at_k], axes=(-1, -1))
+    drawn = np.moveaxis(normal.mean[:, at_k] + deviations, 1, -1)
+    states, inputs = drawn[..., :n], drawn[..., n:]
+    return Draws(states, plant.allocation.smallest(inputs) if plant.allocation else inputs)
+
+
+def band(draws: Array, coverage: float) -> Band:
+    """Return the shortest intervals that hold the part `coverage` of draws (count, …), for each coordinate alone.
+
+    Their ends are draws, so that they are in every interval that all draws are in. Equal tails would leave out what is
+    next to a bound, though it may be most likely there (M.-H. Chen and Q.-M. Shao: Monte Carlo estimation of Bayesian
+    credible and HPD intervals. Journal of Computational and Graphical Statistics 8 (1999), 69–92).
+
+    Raises ValueError for a coverage that is not between 0 and 1, and for fewer than two draws.
+    """
+    if not 0 < coverage < 1:
+        raise ValueError(f"coverage: must be between 0 and 1, got {coverage!r}")
+    if len(draws) < 2:
+        raise ValueError(f"band: at least two draws are needed, got {len(draws)}")
+    values = np.sort(draws, axis=0)
+    held = min(len(values) - 1, int(np.ceil(coverage * len(values))))
+    first = np.argmin(values[held:] - values[:-held], axis=0)[None]
+    return Band(*(np.take_along_axis(values, first + shift, axis=0)[0] for shift in (0, held)))
+
+
+def bounded_steps(reference: Reference, samples: Sequence[Samples], span: tuple[float, float]) -> Array:
+    """Return the steps at which bounds matter, whichever steps are asked for, within the times `span` [s]: shape (S,).
+
+    They are between the first sample and the last: whole steps with 50 intervals at most, and up to 50 steps at which
+    the reference comes next to a bound, closer than 1e-2 of its width: the places that its program is about.
+    """
+    t_s = reference.plant.sampling_time
+    first = max(np.ceil(min(of.times[0] for of in samples) / t_s), np.ceil(span[0] / t_s))
+    last = min(np.floor(max(of.times[-1] for of in samples) / t_s), np.floor(span[1] / t_s))
+    if last < first:
+        return np.empty(0)
+    regular = np.round(np.linspace(first, last, _BETWEEN_SAMPLES + 1))
+    return np.union1d(regular, _next_to_a_bound(reference, np.unique(np.round(np.linspace(first, last, _LOOKED_AT)))))
+
+
+def _next_to_a_bound(reference: Reference, steps: Array) -> Array:
+    """Return those of the steps at which some margin is smallest nearby, and small: the `_PLACES` smallest ones."""
+    times = steps * reference.plant.sampling_time
+    found = list[tuple[float, float]]()
+    for quantity in reference.quantities:
+        margin = np.pad(quantity.margin(reference.signals, times) / quantity.bounds.width, 1, constant_values=np.inf)
+        here = margin[1:-1]
+        lowest = (here <= margin[:-2]) & (here <= margin[2:]) & (here < _NEXT_TO)
+        found += zip(here[lowest].tolist(), steps[lowest].tolist(), strict=True)
+    return np.array([step for _, step in sorted(found)[:_PLACES]])
+
+
+def _given_bounds(normal: StepNormal, plant: ConstrainedSystem) -> BoundedNormal:
+    """Return w ~ N(0, I), given that mean + root w keeps all constraints of the plant at all steps."""
+    n = len(plant.flatness.states)
+    rows = np.zeros((len(plant.constraints), len(normal.mean)))
+    for row, constraint in zip(rows, plant.constraints, strict=True):
+        side = row[:n] if constraint.side == "state" else row[n:]
+        side[:] = [float(weight) for weight in constraint.row]
+    lower, upper = np.array([(c.bounds.lower, c.bounds.upper) for c in plant.constraints]).reshape(-1, 2).T
+    values, directions = rows @ normal.mean, np.tensordot(rows, normal.root, axes=1)
+    return BoundedNormal.between(
+        directions.reshape(-1, directions.shape[-1]),
+        (lower[:, None] - values).ravel(),
+        (upper[:, None] - values).ravel(),
+    )

@@ -1,0 +1,148 @@
+"""Systems that come with the library: vehicles, tanks and a pendulum, as functions of their sampling time.
+
+Angles are in rad, lengths in m, times in s. Vehicles and the pendulum are Euler's steps unless they say otherwise; each
+test compares them with the differential equations that they are made from.
+"""
+
+from collections.abc import Callable, Mapping
+from inspect import signature
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from trackably.arguments import real
+from trackably.systems.flat.form import FlatForm
+from trackably.systems.linear import positive_sampling_time
+from trackably.systems.nonlinear import NonlinearSystem
+
+GRAVITY = 9.81
+"""[m/s²]"""
+
+
+def mobile_robot(sampling_time: float) -> NonlinearSystem:
+    """Return a robot with two driven wheels (the unicycle), by Euler's step.
+
+    ẋ = v cos θ, ẏ = v sin θ, θ̇ = ω: R. Siegwart and I. Nourbakhsh, Introduction to Autonomous Mobile Robots, 2004, 3.2.
+    States x, y [m], heading θ [rad]; inputs speed v [m/s], turn ω [rad/s]. The flat outputs are x and y. The robot has
+    a heading where it moves: bound its speed from below.
+
+    The step that is exact for constant inputs is not offered. It is (x, y)⁺ = (x, y) + s (cos φ, sin φ), θ⁺ = 2 φ − θ
+    with the chord s = v h sin(ω h/2)/(ω h/2) and φ = θ + ω h/2. Positions give s and φ, but θ(k) − (−1)ᵏ θ(0) is then
+    a sum over all steps before, and no formula of a few shifts: x and y are not flat. The heading and the distance of
+    the chord's line from the origin are, n(φ(k))·p(k) = n(φ(k))·p(k + 1) with n(φ) = (−sin φ, cos φ), since p(k) is
+    where the lines of two chords meet. But these are parallel where the robot drives straight on, so that neither a
+    straight path nor a figure eight could be proved.
+    """
+    h = positive_sampling_time(sampling_time)
+
+    def f(state: Any, inputs: Any) -> list[Any]:
+        x, y, heading = state
+        speed, turn = inputs
+        return [x + h * speed * np.cos(heading), y + h * speed * np.sin(heading), heading + h * turn]
+
+    def flat(z: Any) -> tuple[list[Any], list[Any]]:
+        now = z[1] - z[0]
+        return [*z[0], _angle(now)], [np.hypot(*now) / h, _turned(now, z[2] - z[1]) / h]
+
+    return NonlinearSystem.of(f, ["x", "y", "heading"], ["speed", "turn"], h, FlatForm.of(flat, 2, ["heading"]))
+
+
+def kinematic_bicycle(sampling_time: float, wheelbase: float) -> NonlinearSystem:
+    """Return a car that steers with its front wheels and does not slip, by Euler's step.
+
+    ẋ = v cos θ, ẏ = v sin θ, θ̇ = v tan δ/L with the `wheelbase` L [m]: P. Polack et al., The kinematic bicycle model: A
+    consistent model for planning feasible trajectories for autonomous vehicles?, 2017, with its reference point at the
+    rear axle. States x, y [m] of the rear axle, heading θ [rad]; inputs speed v [m/s], steering δ [rad], between −π/2
+    and π/2. The flat outputs are x and y. The car has a heading where it moves: bound its speed from below.
+    """
+    h, length = positive_sampling_time(sampling_time), _positive("wheelbase", wheelbase)
+
+    def f(state: Any, inputs: Any) -> list[Any]:
+        x, y, heading = state
+        speed, steering = inputs
+        turn = speed * np.tan(steering) / length
+        return [x + h * speed * np.cos(heading), y + h * speed * np.sin(heading), heading + h * turn]
+
+    def flat(z: Any) -> tuple[list[Any], list[Any]]:
+        now = z[1] - z[0]
+        way = np.hypot(*now)
+        steering = np.arctan(length * _turned(now, z[2] - z[1]) / way)
+        return [*z[0], _angle(now)], [way / h, steering]
+
+    return NonlinearSystem.of(f, ["x", "y", "heading"], ["speed", "steering"], h, FlatForm.of(flat, 2, ["heading"]))
+
+
+def tank(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> NonlinearSystem:
+    """Return a tank that empties through a hole, by Euler's step: A ẋ = u − a √x (Torricelli).
+
+    `area` A [m²], `outflow` a [m^2.5/s]. State level x [m], input inflow u [m³/s].
+    """
+    h, wide, hole = positive_sampling_time(sampling_time), _positive("area", area), _positive("outflow", outflow)
+    return NonlinearSystem.of(lambda x, u: [x[0] + h / wide * (u[0] - hole * np.sqrt(x[0]))], ["level"], ["inflow"], h)
+
+
+def two_tanks(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> NonlinearSystem:
+    """Return two equal tanks, the upper of which empties into the lower one, by Euler's step.
+
+    A ẋ₁ = u − a √x₁, A ẋ₂ = a √x₁ − a √x₂ (Torricelli): `area` A [m²], `outflow` a [m^2.5/s]. States upper and lower
+    level [m], input inflow u [m³/s]. The flat output is the lower level.
+    """
+    h, wide, hole = positive_sampling_time(sampling_time), _positive("area", area), _positive("outflow", outflow)
+
+    def f(x: Any, u: Any) -> list[Any]:
+        upper, lower = x
+        between = hole * np.sqrt(upper)
+        return [upper + h / wide * (u[0] - between), lower + h / wide * (between - hole * np.sqrt(lower))]
+
+    return NonlinearSystem.of(f, ["upper", "lower"], ["inflow"], h)
+
+
+def pendulum(sampling_time: float, length: float = 0.5, mass: float = 0.2, friction: float = 0.02) -> NonlinearSystem:
+    """Return a pendulum on an actuated joint, by Euler's step: m l² ω̇ = τ − b ω − m g l sin θ, θ̇ = ω.
+
+    A point mass m [kg] on a light rod of `length` l [m], with viscous `friction` b [N m s]. States angle θ [rad], which
+    is zero where it hangs, and rate ω [rad/s]; input torque τ [N m]. The flat output is the angle.
+    """
+    h = positive_sampling_time(sampling_time)
+    rod, weight, drag = _positive("length", length), _positive("mass", mass), real("friction", friction)
+    inertia = weight * rod**2
+
+    def f(x: Any, u: Any) -> list[Any]:
+        angle, rate = x
+        return [angle + h * rate, rate + h / inertia * (u[0] - drag * rate - weight * GRAVITY * rod * np.sin(angle))]
+
+    return NonlinearSystem.of(f, ["angle", "rate"], ["torque"], h)
+
+
+def _angle(vector: Any) -> Any:
+    return np.arctan2(vector[1], vector[0])
+
+
+def _turned(one: Any, other: Any) -> Any:
+    """Return by which angle a vector turns to another, between −π and π."""
+    return np.arctan2(one[0] * other[1] - one[1] * other[0], one[0] * other[0] + one[1] * other[1])
+
+
+def _positive(what: str, given: object) -> float:
+    """Return a size or a mass. ValueError: it is not positive. TypeError: it is no number."""
+    if not (number := real(what, given)) > 0:
+        raise ValueError(f"{what} must be positive, got {number:g}")
+    return number
+
+
+MODELS: Mapping[str, Callable[..., NonlinearSystem]] = MappingProxyType(
+    {model.__name__: model for model in (tank, mobile_robot, kinematic_bicycle, two_tanks, pendulum)}
+)
+"""The systems above by name, for files: functions of a sampling time [s], and of parameters of their own."""
+
+
+def model_of(name: str, sampling_time: float, parameters: Mapping[str, float]) -> NonlinearSystem:
+    """Return the system of a name. ValueError: there is none, or its parameters are others."""
+    if name not in MODELS:
+        raise ValueError(f"there is no model {name!r}; there are {', '.join(MODELS)}")
+    try:
+        signature(MODELS[name]).bind(sampling_time, **parameters)
+    except TypeError as error:
+        raise ValueError(f"parameters: those of {name} are others: {error}") from error
+    return MODELS[name](sampling_time, **parameters)

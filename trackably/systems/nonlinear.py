@@ -1,0 +1,237 @@
+"""Nonlinear systems: solved for as many inputs as states, which are then flat outputs, or with a flat form."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from trackably.arguments import names
+from trackably.arrays import Array
+from trackably.systems.flat.chains import found_form
+from trackably.systems.flat.flatness import Flatness
+from trackably.systems.flat.form import FlatForm
+from trackably.systems.flat.functional import Functional
+from trackably.systems.flat.headings import with_heading_in, without_jumps
+from trackably.systems.flat.requirements import Requirement
+from trackably.systems.flat.shifted import one_of, shifted
+from trackably.systems.flat.trajectory import Coordinate, Trajectory
+from trackably.systems.flat.verified import needs, why_not_flat
+from trackably.systems.formulas.affine import Affine, InputFormulas, affine_parts, solve_for_inputs
+from trackably.systems.formulas.algebra import Term, derivative
+from trackably.systems.formulas.evaluation import evaluate_floats
+from trackably.systems.formulas.expression import Expression, Variable, size_and_depth, variables
+from trackably.systems.formulas.nested_lists import MAX_DEPTH
+from trackably.systems.formulas.tracing import Dynamics, require_same_values, traced
+from trackably.systems.linear import positive_sampling_time
+from trackably.systems.naming import require_names
+from trackably.systems.sets.interval import Interval
+
+MAX_SIZE = 1000
+"""How many operations, names and numbers one formula may have when it is written out."""
+
+
+@dataclass(frozen=True)
+class NonlinearSystem:
+    """x(k+1) = f(x(k), u(k)), one formula `f` for each state, every `sampling_time` [s].
+
+    `states` and `inputs` are different names, and the variables of the formulas. The `flat` form gives both as formulas
+    of flat outputs; of chains it is found (`flat.chains`). Without it, the states are the flat outputs: there are as
+    many inputs as states, and f(x, u) = f0(x) + G(x) u is solved for them. ValueError: the flat form is not one of f;
+    or, without one, f is not affine in the inputs, or G is singular for all states; a formula is too long, a name is no
+    identifier (`naming`), or the sampling time is not positive.
+    """
+
+    f: tuple[Expression, ...]
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    sampling_time: float
+    flat: FlatForm | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sampling_time", positive_sampling_time(self.sampling_time))
+        n = len(self.states)
+        self._require_formulas()
+        if self.flat is None and len(self.inputs) != n:
+            object.__setattr__(self, "flat", found_form(self.f, self.states, self.inputs))
+        if self.flat is not None:
+            object.__setattr__(self, "flat", self._verified(self.flat))
+            return
+        if len(self.inputs) != n:
+            raise ValueError(
+                f"system: a nonlinear system needs as many inputs as states, so that f can be solved for them, or a "
+                f"flat form, which is found for short chains only; got {len(self.inputs)} ({', '.join(self.inputs)}) "
+                f"for {n} ({', '.join(self.states)})"
+            )
+        for pivot in self.solution.pivots:
+            if not variables(pivot) and not 0 < abs(float(evaluate_floats(pivot, {}))) < np.inf:
+                raise ValueError(f"system: f must be solvable for its inputs, but that would divide by {pivot}")
+
+    def _verified(self, form: FlatForm) -> FlatForm:
+        """Return the flat form, where it can be without jumps of its headings. ValueError: it is not one of f."""
+        smooth = without_jumps(form) if form.angles else form
+        if smooth is not form and why_not_flat(self.f, smooth, self.states, self.inputs) is None:
+            return smooth
+        if why := why_not_flat(self.f, form, self.states, self.inputs):
+            raise ValueError(f"system: the flat form {why}")
+        return form
+
+    def heading_in(self, bounds: Mapping[str, Interval]) -> Self:
+        """Return the system with headings, by name, that do not jump inside of their `bounds` [rad] where possible."""
+        if self.flat is None:
+            return self
+        form = self.flat
+        for name in form.angles:
+            if name in bounds:
+                form = with_heading_in(form, self.states.index(name), bounds[name])
+        return self if form is self.flat else replace(self, flat=form)
+
+    def _require_formulas(self) -> None:
+        n = len(self.states)
+        require_names((*self.states, *self.inputs))
+        names = {*self.states, *self.inputs, *self.successors}
+        if not n or len(names) != 2 * n + len(self.inputs):
+            raise ValueError(
+                f"system: states and inputs need names, all different, got {', '.join(self.states) or 'no states'} and "
+                f"{', '.join(self.inputs) or 'no inputs'}"
+            )
+        if len(self.f) != n:
+            raise ValueError(f"system: f must have a formula for each of {n} states, got {len(self.f)}")
+        for state, formula in zip(self.states, self.f, strict=True):
+            size, depth = size_and_depth(formula)
+            if size > MAX_SIZE or depth > MAX_DEPTH:
+                raise ValueError(
+                    f"system: the formula of {state} is too long: {size} operations, names and numbers when written "
+                    f"out, nested {depth} deep; {MAX_SIZE} and {MAX_DEPTH} are allowed"
+                )
+            if unknown := variables(formula) - {*self.states, *self.inputs}:
+                raise ValueError(
+                    f"system: the formula of {state} uses {', '.join(sorted(unknown))}, which is no state or input"
+                )
+
+    @classmethod
+    def of(
+        cls,
+        f: Dynamics,
+        states: Sequence[str],
+        inputs: Sequence[str],
+        sampling_time: float,
+        flat: FlatForm | None = None,
+    ) -> Self:
+        """Return the system of a Python function f(x, u) of two arrays that returns a list of the next states.
+
+        f is called with symbols: it must use ordinary arithmetic only (see `formulas.symbol`). Numbers that it uses are
+        constants of the system. It is also called with numbers, and has to give what its formulas give. The `flat` form
+        may be left out for chains, and where there are as many inputs as states. ValueError also: f is no such
+        function, with the reason.
+        """
+        if not callable(f):
+            raise TypeError(f"system: f: expected a function of x and u, got {f!r}")
+        x, u = names("system: states", states), names("system: inputs", inputs)
+        system = cls(traced(f, x, u), x, u, sampling_time, flat)
+        require_same_values(f, system.f, x, u)
+        return system
+
+    @property
+    def successors(self) -> tuple[str, ...]:
+        """The names of the next states in the formulas of the inputs."""
+        return tuple(f"{name}⁺" for name in self.states)
+
+    @cached_property
+    def equations(self) -> tuple[Affine, ...]:
+        """f0 and G by rows, one for each state."""
+        return tuple(affine_parts(formula, frozenset(self.inputs)) for formula in self.f)
+
+    @cached_property
+    def solution(self) -> InputFormulas:
+        """u = G(x)⁻¹ (x⁺ − f0(x)) as formulas of `states` and `successors`."""
+        return solve_for_inputs(self.equations, [Variable(name) for name in self.successors], self.inputs)
+
+    def successor(self, x: Array, u: Array) -> Array:
+        """Return f(x, u) for x (…, n) and u (…, m): shape (…, n), NaN or infinite where f is not defined."""
+        values, shape = self._values(x, u)
+        return _stacked([evaluate_floats(formula, values) for formula in self.f], shape)
+
+    def _values(self, x: Array, u: Array) -> tuple[Mapping[str, Array], tuple[int, ...]]:
+        """Return the values of states and inputs by name, and the shape that they have together."""
+        x, u = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
+        shape = np.broadcast_shapes(x.shape[:-1], u.shape[:-1])
+        return {**_named(self.states, x), **_named(self.inputs, u)}, shape
+
+    def affine(self, x: Array) -> tuple[Array, Array]:
+        """Return f0(x) and G(x) for x of shape (…, n): shapes (…, n) and (…, n, m). ValueError: f is not affine."""
+        x = np.asarray(x, dtype=float)
+        values, shape = _named(self.states, x), x.shape[:-1]
+        drift = [_value(e.drift, values, shape) for e in self.equations]
+        gains = [_stacked([_value(e.gains.get(j), values, shape) for j in self.inputs], shape) for e in self.equations]
+        return _stacked(drift, shape), np.stack(gains, axis=-2)
+
+    def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
+        """Return ∂f/∂x and ∂f/∂u at x (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
+        values, shape = self._values(x, u)
+
+        def at(names: tuple[str, ...]) -> Array:
+            rows = [[_value(self.derivatives[i, name], values, shape) for name in names] for i in range(len(self.f))]
+            return np.stack([_stacked(row, shape) for row in rows], axis=-2)
+
+        return at(self.states), at(self.inputs)
+
+    @cached_property
+    def derivatives(self) -> Mapping[tuple[int, str], Term]:
+        """∂f_i/∂v as formulas, by i and the name of the state or input v."""
+        names = (*self.states, *self.inputs)
+        return {(i, name): derivative(formula, name) for i, formula in enumerate(self.f) for name in names}
+
+    def flatness(self) -> Flatness:
+        """Return states and inputs as functions of flat outputs: of the states themselves, without a flat form."""
+        if self.flat is not None:
+            return _flatness_of(self.flat, self.sampling_time)
+        n = len(self.states)
+        functionals: dict[str, Functional] = {}
+        for i, (now, later) in enumerate(zip(self.states, self.successors, strict=True)):
+            functionals[now] = one_of(i, n, (Fraction(1),), self.sampling_time)
+            functionals[later] = one_of(i, n, (Fraction(0), Fraction(1)), self.sampling_time)
+        formulas = [self.solution.inputs[name] for name in self.inputs]
+        return Flatness(
+            tuple(functionals[name] for name in self.states),
+            tuple(Trajectory.of_formula(formula, functionals) for formula in formulas),
+            (1,) * n,
+        )
+
+    @cached_property
+    def needs(self) -> tuple[Requirement, ...]:
+        """What must hold so that states, inputs and f are defined along a reference, and the flat form is right.
+
+        Empty without a flat form: the formulas of the inputs, all of which are bounded, then need it themselves.
+        """
+        return needs(self.f, self.flat, (*self.states, *self.inputs)) if self.flat is not None else ()
+
+    @property
+    def angles(self) -> tuple[str, ...]:
+        """The states that matter up to whole turns."""
+        return self.flat.angles if self.flat is not None else ()
+
+
+def _flatness_of(form: FlatForm, sampling_time: float) -> Flatness:
+    functionals = shifted(form, sampling_time)
+
+    def coordinate(formula: Expression) -> Coordinate:
+        found = Trajectory.of_formula(formula, functionals)
+        return found.functional or found
+
+    return Flatness(tuple(map(coordinate, form.states)), tuple(map(coordinate, form.inputs)), form.orders)
+
+
+def _value(term: Term, values: Mapping[str, Array], shape: tuple[int, ...]) -> Array:
+    """Evaluate a term in float64; a zero term is an array of zeros."""
+    return np.zeros(shape) if term is None else evaluate_floats(term, values)
+
+
+def _named(names: tuple[str, ...], values: Array) -> Mapping[str, Array]:
+    return {name: values[..., i] for i, name in enumerate(names)}
+
+
+def _stacked(columns: list[Array], shape: tuple[int, ...]) -> Array:
+    return np.stack([np.broadcast_to(column, shape) for column in columns], axis=-1)

@@ -1,0 +1,140 @@
+"""A reference: signals, learned or given, and the states and inputs that they determine."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.period import common_period
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem, Side
+from trackably.systems.flat.precise import PreciseCoordinates
+from trackably.systems.flat.trajectory import Coordinate, combined
+from trackably.systems.quantity import Quantity
+from trackably.systems.signals.double_double import moved_back, two_product
+from trackably.systems.signals.pieces import PolynomialPieces
+from trackably.systems.signals.signal import Signal
+
+
+class Window(NamedTuple):
+    """`states` x_r(k), …, x_r(k + N), shape (N + 1, n), and `inputs` u_r(k), …, u_r(k + N − 1), shape (N, m)."""
+
+    states: Array
+    inputs: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """`signals`, the flat outputs of a `plant`: they determine states x_r and inputs u_r.
+
+    By construction x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and likewise from any time t to t + T_s. States and
+    inputs are evaluated by sums of products, never by fast transforms: a certificate bounds the rounding of these sums.
+    Those of polynomial pieces are evaluated in twice the precision, and at the exact k T_s. Where all kernels have one
+    period, times are first moved to around t = 0 by whole periods, so that errors do not grow from period to period.
+    ValueError: not as many signals as flat outputs, or some of them sums of kernels and others polynomial pieces.
+    """
+
+    signals: tuple[Signal, ...]
+    plant: ConstrainedSystem
+
+    def __post_init__(self) -> None:
+        if len(self.signals) != self.plant.signal_count:
+            raise ValueError(f"reference: the system needs {self.plant.signal_count} signals, got {len(self.signals)}")
+        if 0 < len(self.pieces) < len(self.signals):
+            raise ValueError("reference: signals must all be sums of kernels, or all polynomial pieces")
+
+    @property
+    def kernel_sums(self) -> tuple[KernelSum, ...]:
+        """The signals of a learned reference. ValueError: they are polynomial pieces."""
+        if self.pieces:
+            raise ValueError("reference: signals must be sums of kernels here, but are polynomial pieces")
+        return tuple(signal for signal in self.signals if isinstance(signal, KernelSum))
+
+    @property
+    def pieces(self) -> tuple[PolynomialPieces, ...]:
+        """The signals where they are polynomial pieces; none where they are sums of kernels."""
+        return tuple(signal for signal in self.signals if isinstance(signal, PolynomialPieces))
+
+    @cached_property
+    def period(self) -> float | None:
+        """The period [s] that all kernels have, the exact value of this float64; None where there is none."""
+        return common_period([signal.kernel for signal in self.signals if isinstance(signal, KernelSum)])
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """All bounded quantities of the plant."""
+        return self.plant.quantities
+
+    def quantity(self, name: str) -> Quantity:
+        """Return the quantity of this name. ValueError: there is none; it lists the names."""
+        found = {quantity.name: quantity for quantity in self.quantities}
+        if name not in found:
+            raise ValueError(f"reference: there is no bounded quantity {name!r}; there are {', '.join(found)}")
+        return found[name]
+
+    def state(self, k: Array | int) -> Array:
+        """Return x_r(k) at steps k (any shape, fractions allowed): shape (*k.shape, n)."""
+        return self._values("state", self._exact_instants(k))
+
+    def input(self, k: Array | int) -> Array:
+        """Return u_r(k), which leads from x_r(k) to x_r(k + 1): shape (*k.shape, m)."""
+        return self._smallest(self._values("input", self._exact_instants(k)))
+
+    def window(self, k: int, horizon: int) -> Window:
+        """Return states k … k + `horizon` and the inputs between them, for a predictive controller at step k.
+
+        States that matter up to whole turns (`angles` of a flat form) do not jump: whole turns are added to them.
+        """
+        steps = k + np.arange(horizon + 1.0)
+        states = self.state(steps)
+        if self.plant.flat_form is not None:
+            turning = [i for i, name in enumerate(self.plant.system.states) if name in self.plant.flat_form.angles]
+            states[:, turning] = np.unwrap(states[:, turning], axis=0)
+        return Window(states, self.input(steps[:-1]))
+
+    def state_at(self, t: Array) -> Array:
+        """Return x_r at t [s]: shape (*t.shape, n)."""
+        return self._values("state", [np.asarray(t, dtype=float)])
+
+    def input_at(self, t: Array) -> Array:
+        """Return u_r at t [s], which leads from x_r(t) to x_r(t + T_s): shape (*t.shape, m).
+
+        Of redundant inputs it is the smallest in U.
+        """
+        return self._smallest(self._values("input", [np.asarray(t, dtype=float)]))
+
+    def inputs_near(self, t: float) -> tuple[Coordinate, ...]:
+        """Return u_r near t [s] up to constants: for redundant inputs, the linear law that is active there."""
+        inputs, allocation = self.plant.flatness.inputs, self.plant.allocation
+        if allocation is None:
+            return inputs
+        slopes = allocation.slopes(self._values("input", [np.asarray(t)]))
+        return tuple(combined([Fraction(s) for s in row], inputs) for row in slopes.tolist())
+
+    def instants(self, steps: Array | int) -> Array:
+        """Return the times k T_s [s] of steps k."""
+        return np.asarray(steps) * self.plant.sampling_time
+
+    def _exact_instants(self, steps: Array | int) -> Sequence[Array]:
+        """Return the times k T_s [s] as exact sums, for polynomial pieces, which may jump there, and whole periods."""
+        return two_product(np.asarray(steps, dtype=float), np.asarray(self.plant.sampling_time))
+
+    def _values(self, side: Side, time: Sequence[Array]) -> Array:
+        """Return all states or inputs at times that are sums of float64, the first of which is near."""
+        if self.pieces:
+            return self._precise[side](self.pieces, time)
+        t = moved_back(time, self.period) if self.period else time[0]
+        signals = [signal.summed for signal in self.kernel_sums]
+        return np.stack([q(signals, t) for q in self.plant.coordinates[side]], axis=-1)
+
+    @cached_property
+    def _precise(self) -> dict[Side, PreciseCoordinates]:
+        return {side: PreciseCoordinates(coordinates) for side, coordinates in self.plant.coordinates.items()}
+
+    def _smallest(self, u: Array) -> Array:
+        """Return inputs of the same effect: of redundant ones the smallest in U."""
+        return self.plant.allocation.smallest(u) if self.plant.allocation else u

@@ -1,0 +1,187 @@
+"""Relate samples of states to the flat outputs that are learned: which state is sampled, by which stencil."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from trackably.gp.samples import Samples
+from trackably.gp.stencil import POINT, Stencil
+from trackably.gp.stencils import Stencils
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.flat.flatness import outputs_in_states
+from trackably.systems.flat.functional import Functional
+from trackably.systems.formulas.wording import weighted_sum_text
+from trackably.systems.linear import LinearSystem
+
+RATE_OF = "rate of "
+"""Before the name of a state or flat output: its change in one step, divided by the sampling time, in unit/s."""
+
+_ROUNDING = 1e-12  # relative to the weights
+_DIGITS = 9  # of weights by which samples are computed
+
+
+def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str, Stencil]:
+    """Return, in the order of the flat outputs, the one sampled name for each and its stencil.
+
+    Names are those of states, of flat outputs (z1, z2, …), or of their rates (`RATE_OF`). ValueError: as
+    `kinds_by_name`, and where two names show the same flat output.
+    """
+    found: dict[str, Stencil] = {}
+    for kinds in kinds_by_name(plant, names):
+        name, *others = kinds
+        if others:
+            raise ValueError(f"samples: {others[0]} and {name} show the same flat output; give one of them")
+        found.update(kinds)
+    return found
+
+
+def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[str, Stencil], ...]:
+    """Return, for each flat output, the names that show it with their stencils; a name that shows its level is first.
+
+    ValueError: an unknown name, a state that is no weighted sum of one flat output and its shifts, or a flat output
+    whose level is not sampled.
+    """
+    found: list[dict[str, Stencil]] = [{} for _ in range(plant.signal_count)]
+    moving: dict[str, int] = {}
+    for name in names:
+        signal, stencil, shows_level = _seen(plant, name)
+        found[signal][name] = stencil
+        if not shows_level:
+            moving[name] = signal
+    ordered = tuple(dict(sorted(kinds.items(), key=lambda kind: kind[0] in moving)) for kinds in found)
+    for name, signal in moving.items():
+        if next(iter(ordered[signal])) in moving:
+            raise ValueError(
+                f"samples: {name} says how its flat output moves, but not where it is; give samples of "
+                f"{', '.join(_sampled_names(plant, signal))} instead (learn_reference takes both)"
+            )
+    if missing := [signal for signal, kinds in enumerate(ordered) if not kinds]:
+        wanted = "; ".join(f"one of {', '.join(_sampled_names(plant, signal))}" for signal in missing)
+        given = ", ".join(name for kinds in ordered for name in kinds)
+        if not given:
+            raise ValueError(f"samples: none are given; expected {wanted}")
+        raise ValueError(
+            f"samples: {plant.signal_count} flat outputs determine all states, one for each input that matters, but "
+            f"{len(missing)} of them cannot be seen in samples of {given}: also give {wanted}{_where(plant)}"
+        )
+    return ordered
+
+
+def sampled_signals(
+    plant: ConstrainedSystem, given: Mapping[str, Samples]
+) -> tuple[tuple[str, ...], tuple[Samples, ...]]:
+    """Return names and samples in the order of the flat outputs, with stencils. ValueError: as `kinds_by_name`.
+
+    Samples of several states that show one flat output are joined, under the name of the first of them.
+    """
+    by_signal = kinds_by_name(plant, given)
+    names = tuple(next(iter(kinds)) for kinds in by_signal)
+    return names, tuple(_joined({name: (given[name], kinds[name]) for name in kinds}) for kinds in by_signal)
+
+
+def relative_to_first(
+    samples: Mapping[str, Samples], kinds: Iterable[Iterable[str]], noise_std: Mapping[str, float]
+) -> dict[str, Samples]:
+    """Return samples whose noise is relative to σ_n of the first name that shows the same flat output.
+
+    `kinds` are the names that show each flat output, and `noise_std` is σ_n by name, where several show one.
+    """
+    found = dict(samples)
+    for first, *others in kinds:
+        for name in others:
+            relative = found[name].relative_noise * noise_std[name] / noise_std[first]
+            found[name] = replace(found[name], relative_noise=relative)
+    return found
+
+
+def _joined(kinds: Mapping[str, tuple[Samples, Stencil]]) -> Samples:
+    """Return the samples of all kinds, sorted by time."""
+    parts = [samples for samples, _ in kinds.values()]
+    stencils = tuple(stencil for _, stencil in kinds.values())
+    if len(parts) == 1:
+        return replace(parts[0], stencil=stencils[0])
+    times = np.concatenate([part.times for part in parts])
+    of = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    order = np.lexsort((of, times))
+    return Samples(
+        times[order],
+        np.concatenate([part.values for part in parts])[order],
+        np.concatenate([part.relative_noise for part in parts])[order],
+        Stencils(stencils, tuple(kinds), tuple(of[order].tolist())),
+        tuple(part.scatter for part in parts) if any(part.scatters for part in parts) else (),
+    )
+
+
+def default_sample(plant: ConstrainedSystem) -> str:
+    """Return the name of samples given without one: the first state that determines the only flat output.
+
+    ValueError: the plant has several flat outputs.
+    """
+    if plant.signal_count != 1:
+        raise ValueError(
+            f"samples: must be given by name, one for each of {plant.signal_count} flat outputs: "
+            + "; ".join(f"one of {', '.join(_sampled_names(plant, signal))}" for signal in range(plant.signal_count))
+            + _where(plant)
+        )
+    return _sampled_names(plant, 0)[0]
+
+
+def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
+    """Return the flat output that a name shows, by which stencil, and whether it shows its level."""
+    flat = [f"z{signal + 1}" for signal in range(plant.signal_count)]
+    states = plant.system.states
+    if name in states:
+        coordinate = plant.flatness.states[states.index(name)]
+        seen = coordinate.stencil
+        if seen is None:
+            why = (
+                "shows several flat outputs at once, each of which is learned by itself from samples that show no other"
+                if isinstance(coordinate, Functional)
+                else "is no weighted sum of shifts of one flat output"
+            )
+            raise ValueError(
+                f"samples: {name} {why}; give samples of {', '.join(flat)}, or of states that show one each"
+                + _where(plant)
+            )
+        return *seen, shows_level(seen[1])
+    if name in flat:
+        return flat.index(name), POINT, True
+    if name.startswith(RATE_OF):
+        signal, stencil, _ = _seen(plant, name.removeprefix(RATE_OF))
+        return signal, _rate(stencil, plant.sampling_time), False
+    raise ValueError(
+        f"samples: {name} is neither a state ({', '.join(states)}) nor a flat output ({', '.join(flat)}), nor the rate "
+        f"of one, as {RATE_OF}{states[0]}"
+    )
+
+
+def _rate(stencil: Stencil, sampling_time: float) -> Stencil:
+    """Return the stencil of (s(t + T_s) − s(t))/T_s of a signal s that has a stencil."""
+    weights = np.array(stencil.weights)
+    change = np.append(0.0, weights) - np.append(weights, 0.0)
+    return Stencil(tuple((change / sampling_time).tolist()), sampling_time)
+
+
+def _sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
+    """Return the names that a flat output can be sampled by: states that determine it, and its own name."""
+    stencils = [coordinate.stencil for coordinate in plant.flatness.states]
+    alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and shows_level(seen[1])]
+    return [*(plant.system.states[i] for i in alone), f"z{signal + 1}"]
+
+
+def _where(plant: ConstrainedSystem) -> str:
+    """Say what the flat outputs of a linear system are that no state shows alone, as their names tell nobody."""
+    if not isinstance(plant.system, LinearSystem):
+        return ""
+    said = []
+    for signal, row in enumerate(outputs_in_states(plant.flatness)):
+        *shown, name = _sampled_names(plant, signal)
+        if not shown:
+            said.append(f"{name} = {weighted_sum_text(row, plant.system.states, _DIGITS)}")
+    return f", where {' and '.join(said)}" if said else ""
+
+
+def shows_level(stencil: Stencil) -> bool:
+    """Whether samples depend on a flat output at rest, by more than rounding of A and B can cause."""
+    return abs(sum(stencil.weights)) > _ROUNDING * max(map(abs, stencil.weights))

@@ -1,0 +1,211 @@
+"""Certificates as files for Coq, which state and prove their theorem by the checker in the repository's `theorem/`."""
+
+from collections.abc import Iterable
+from dataclasses import fields
+from fractions import Fraction
+from math import isfinite
+from pathlib import Path
+
+from trackably.checker import certificate as proofs
+from trackably.checker import counterexample as refutations
+from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Window
+from trackably.checker.counterexample import Counterexample, Interval
+from trackably.checker.kernels.base import Kernel
+from trackably.checker.reading.certificates import read_certificate
+from trackably.checker.reading.counterexamples import read_counterexample
+from trackably.checker.reading.values import UnreadableError, format_of
+from trackably.checker.robust import Robust, Zonotope
+from trackably.checker.subject import Functional, LinearSystem, Row, Signal
+from trackably.checking import read
+from trackably.errors import InputError
+
+KERNELS = ("SquaredExponential", "Periodic", "Matern32", "Matern52", "Sum", "Product")
+"""Kernels that `theorem/Checker.v` encloses: the names of the classes are those of Coq's constructors."""
+
+_FILE = """(* {name}: a theorem about its numbers. What a check of it names as its reference has the SHA-256
+   {fingerprint}. *)
+From Coq Require Import QArith List.
+From Trackably Require Import Statement Checker.
+Import ListNotations.
+Open Scope Q_scope.
+
+Definition reference : certificate := {{|
+  signals := {signals};
+  sampling_time := {sampling_time};
+  system := {system};
+  states := {states};
+  inputs := {inputs};
+  state_set := {state_set};
+  input_set := {input_set};
+  times := {times} |}}.
+
+Theorem {theorem}.
+Proof.
+  apply ({arithmetic}.{proof}).
+  vm_cast_no_check (eq_refl true).
+Qed.
+"""
+
+_DISTURBED = """
+Definition disturbed : disturbance := {{|
+  feedback := {feedback};
+  pushes := {pushes};
+  noise := {noise};
+  all_states := {state_set};
+  all_inputs := {input_set} |}}.
+
+Theorem trackable_though_disturbed : withstands reference disturbed.
+Proof.
+  apply ({0}.check_tube_sound _ _
+    {{| {0}.head := {head}; {0}.more := {more}; {0}.contraction := {contraction}; {0}.box := {box} |}} trackable).
+  vm_cast_no_check (eq_refl true).
+Qed.
+"""
+
+_ROUNDING = 1 + Fraction(1, 2**30)
+"""What Coq's intervals round is made up for: the box and its contraction are this much larger, and more powers of
+A + B K are taken one by one, which makes errors smaller than those of the certificate."""
+
+_COVER = "check_sound _ {{| {0}.degree := 10; {0}.halvings := 40; {0}.cuts := 14; {0}.by_ := {0}.{1} |}}"
+"""Polynomials of degree 10 about the middle of each box; the numbers of halvings are far beyond what boxes need."""
+
+SILENT = """It says nothing about evaluation in float64, nor about disturbances from the hull of given points. That its
+numbers are those of the certificate is not proved, but can be read."""
+
+
+def theorem(file: Path, emulated: bool = False) -> str:
+    """Return a file for Coq that states and proves what a certificate holds; `SILENT` says what of it is left out.
+
+    Of a counterexample, that it does not hold. `emulated` floating-point numbers are made of integers: slower, but
+    the processor's need not be trusted. Raises InputError for other files, and for what Coq's checker does not cover.
+    """
+    content = read(file)
+    kind = format_of(content)
+    arithmetic = "Emulated" if emulated else "Native"
+    try:
+        if isinstance(content, dict) and kind == proofs.FORMAT:
+            return _written(file.name, read_certificate(content), arithmetic)
+        if isinstance(content, dict) and kind == refutations.FORMAT:
+            return _written(file.name, read_counterexample(content), arithmetic)
+        raise UnreadableError(f"is not a certificate: certificate.format must be {proofs.FORMAT!r}")
+    except UnreadableError as error:
+        raise InputError(f"{file}: {error}") from error
+
+
+def _written(name: str, about: Certificate | Counterexample, arithmetic: str) -> str:
+    subject = about.subject
+    system, trajectories = subject.system, subject.trajectories
+    if not isinstance(system, LinearSystem) or trajectories is None or subject.pieces or subject.attainable:
+        raise UnreadableError("Coq covers linear systems without redundant inputs whose signals are sums of kernels")
+    equations = (
+        f"{{| of_states := {_numbers(a)}; of_inputs := {_numbers(b)}; constant := {_number(c)} |}}"
+        for a, b, c in zip(system.A, system.B, system.c, strict=True)
+    )
+    if isinstance(about, Certificate):
+        times, cover = _claim(about)
+        statement, proof = "trackable : holds reference", _COVER.format(arithmetic, cover)
+    else:
+        times, proof = _counterexample(about)
+        statement = "not_trackable : ~ holds reference"
+    written = _FILE.format(
+        name=name,
+        fingerprint=subject.fingerprint,
+        signals=_list(map(_signal, subject.signals)),
+        sampling_time=_number(system.sampling_time),
+        system=_list(equations),
+        states=_list(map(_trajectory, trajectories.states)),
+        inputs=_list(map(_trajectory, trajectories.inputs)),
+        state_set=_list(map(_bound, subject.state_set.rows)),
+        input_set=_list(map(_bound, subject.input_set.rows)),
+        times=times,
+        theorem=statement,
+        arithmetic=arithmetic,
+        proof=proof,
+    )
+    robust = about.robust if isinstance(about, Certificate) else None
+    return written + _disturbed(robust, arithmetic) if robust else written
+
+
+def _disturbed(robust: Robust, arithmetic: str) -> str:
+    if not isinstance(robust.disturbance, Zonotope):
+        return ""
+    return _DISTURBED.format(
+        arithmetic,
+        feedback=_list(map(_numbers, robust.feedback)),
+        pushes=_zonotope(robust.disturbance),
+        noise=_zonotope(robust.noise or Zonotope((), ())),
+        state_set=_list(map(_bound, robust.state_set.rows)),
+        input_set=_list(map(_bound, robust.input_set.rows)),
+        head=2 * robust.head + 8,
+        more=robust.terms - 1,
+        contraction=_number(Fraction(robust.contraction) * _ROUNDING),
+        box=_numbers(Fraction(size) * _ROUNDING for size in robust.box),
+    )
+
+
+def _zonotope(zonotope: Zonotope) -> str:
+    return f"{{| middle := {_numbers(zonotope.centre)}; generators := {_list(map(_numbers, zonotope.generators))} |}}"
+
+
+def _claim(certificate: Certificate) -> tuple[str, str]:
+    """Return the times of the claim, and how to prove it."""
+    match certificate.claim:
+        case AllTimes(tail_start):
+            return "AllTimes", f"Tail {_number(tail_start)}"
+        case AllPhases(period):
+            return "AllPhases", f"Period {_number(period)}"
+        case Window(start, end):
+            return f"Window {_number(start)} {_number(end)}", "Whole"
+        case proofs.Instants(last_step):
+            return "Instants", f"Steps {last_step}"
+
+
+def _counterexample(counterexample: Counterexample) -> tuple[str, str]:
+    """Return the times of the claim that is refuted, and the refutation at one of them."""
+    match counterexample.where:
+        case Interval(start, end, time):
+            times = f"Window {_number(start)} {_number(end)}" if isfinite(end) else "AllTimes"
+            return times if isfinite(start) else "AllPhases", f"refute_sound _ {_number(time)} 0"
+        case refutations.Instants(step):
+            exactly = step * Fraction(counterexample.subject.system.sampling_time)
+            return "Instants", f"refute_sound _ {_number(exactly)} {step}"
+
+
+def _kernel(kernel: Kernel) -> str:
+    name = type(kernel).__name__
+    if name not in KERNELS:
+        raise UnreadableError(f"Coq's checker has no kernel {name}; it has {', '.join(KERNELS)}")
+    values = (getattr(kernel, field.name) for field in fields(kernel))  # type: ignore[arg-type]
+    return f"({name} {' '.join(_kernel(v) if isinstance(v, Kernel) else _number(v) for v in values)})"
+
+
+def _signal(signal: Signal) -> str:
+    pairs = zip(signal.weights, signal.centres, strict=True)
+    terms = _list((f"{{| weight := {_number(c)}; centre := {_number(t)} |}}" for c, t in pairs), "\n      ")
+    return f"{{| prior := {_kernel(signal.kernel)}; mean := {_number(signal.mean)};\n    terms := {terms} |}}"
+
+
+def _trajectory(functional: Functional) -> str:
+    weights = _list(map(_numbers, functional.weights))
+    return f"{{| offset := {_number(functional.offset)}; weights := {weights} |}}"
+
+
+def _bound(row: Row) -> str:
+    lower, upper = (f"Some {_number(v)}" if isfinite(v) else "None" for v in (row.lower, row.upper))
+    return f"{{| row := {_numbers(row.row)}; lower := {lower}; upper := {upper} |}}"
+
+
+def _numbers(values: Iterable[float | Fraction]) -> str:
+    return f"[{'; '.join(map(_number, values))}]"
+
+
+def _number(value: float | Fraction) -> str:
+    """Return exactly this number, with a power of two where it is a float64's denominator."""
+    exact = Fraction(value)
+    below = exact.denominator
+    power = below.bit_length() - 1
+    return f"({exact.numerator} # {f'2 ^ {power}' if power and below == 2**power else below})"
+
+
+def _list(items: Iterable[str], between: str = "\n    ") -> str:
+    return f"[{(';' + between).join(items)}]"

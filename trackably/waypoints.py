@@ -1,0 +1,132 @@
+"""Values that a user asks of a reference at some times, checked, and with tolerances."""
+
+import math
+from collections.abc import Mapping
+from reprlib import repr as short
+from typing import Literal
+
+import numpy as np
+
+from trackably.arguments import is_number, real
+from trackably.certificates.goal import Claim
+from trackably.certificates.pinned import Pinned, coordinates, extent
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import Tightening
+from trackably.systems.sets.interval import Interval
+
+Waypoints = Mapping[float, Mapping[str, float] | Literal["rest"]]
+"""Values of states and inputs, by name, at times [s]; or "rest": an equilibrium, with the input that holds it."""
+
+_OF_WIDTH = 1e-4
+_DRAWS = 40
+
+
+def waypoints(
+    at: Waypoints,
+    tolerance: float | Mapping[str, float] | None,
+    plant: ConstrainedSystem,
+    claim: Claim,
+    tightening: Tightening | None = None,
+) -> tuple[Pinned, ...]:
+    """Return what is asked, in the order of time. Where the plant is what a `tightening` leaves, refusals say so.
+
+    Raises ValueError for times that are not claimed, unknown names, inputs of a plant with redundant ones, values
+    outside of their sets, and tolerances that are missing or not positive; TypeError for what is no number.
+    """
+    if not isinstance(at, Mapping):
+        raise TypeError(f"at: expected a mapping from times [s] to values by name, got {short(at)}")
+    _refuse_unknown("at_tolerance", tolerance if isinstance(tolerance, Mapping) else {}, plant)
+    times = {real("at: time", time): values for time, values in at.items()}
+    left = "; disturbance, noise and margin leave no more of its bounds" if tightening else ""
+    return tuple(_waypoint(time, times[time], tolerance, plant, claim, left) for time in sorted(times))
+
+
+def _waypoint(
+    time: float,
+    values: Mapping[str, float] | Literal["rest"],
+    tolerance: float | Mapping[str, float] | None,
+    plant: ConstrainedSystem,
+    claim: Claim,
+    left: str,
+) -> Pinned:
+    _refuse_unclaimed(time, claim)
+    if values == "rest":
+        _refuse_restless(time, plant)
+        names = (*plant.system.states, *plant.system.inputs)
+        return Pinned(time, {}, {name: _tolerance(tolerance, name, extent(plant, name)) for name in names})
+    if not isinstance(values, Mapping):
+        raise TypeError(
+            f'at: expected values by name of a state or an input, or "rest", at {time:g} s, got {short(values)}'
+        )
+    _refuse_unknown("at", values, plant)
+    if not values:
+        raise ValueError(f"at: nothing is given at {time:g} s")
+    by: dict[str, float] = {}
+    for name, value in values.items():
+        bounds = extent(plant, name)
+        if not is_number(value):
+            raise TypeError(f"at: expected a number for {name} at {time:g} s, got {short(value)}")
+        if not math.isfinite(value) or (bounds and not bounds.lower <= value <= bounds.upper):
+            within = f"inside {bounds}" if bounds else "a finite number"
+            raise ValueError(f"at: {name} must be {within} at {time:g} s, got {value:g}{left}")
+        by[name] = _tolerance(tolerance, name, bounds)
+    found = Pinned(time, {name: float(value) for name, value in values.items()}, by)
+    _refuse_outside(found, plant, left)
+    return found
+
+
+def _refuse_restless(time: float, plant: ConstrainedSystem) -> None:
+    """Raise ValueError for a plant whose inputs or states are not known at rest, wherever that is."""
+    if plant.allocation is not None:
+        raise ValueError(
+            f"at: rest at {time:g} s cannot be asked for, as several inputs act alike and only their effect is "
+            "learned; give values of states instead"
+        )
+    levels = np.random.default_rng(0).normal(size=(_DRAWS, plant.signal_count)) * np.logspace(-3, 3, _DRAWS)[:, None]
+    for name, of in coordinates(plant).items():
+        if not any(math.isfinite(of.at_rest(level)) for level in levels.tolist()):
+            raise ValueError(
+                f"at: rest at {time:g} s cannot be asked for, as the {name} is not defined while flat outputs stay as "
+                "they are: a vehicle has a heading only where it moves; give values instead"
+            )
+
+
+def _refuse_unclaimed(time: float, claim: Claim) -> None:
+    first, last = claim if isinstance(claim, tuple) else (0.0 if claim == "all_times" else -math.inf, math.inf)
+    if not (math.isfinite(time) and first <= time <= last):
+        raise ValueError(f"at: {time:g} s is outside of the times that are claimed, from {first:g} s to {last:g} s")
+
+
+def _refuse_unknown(argument: str, values: Mapping[str, float], plant: ConstrainedSystem) -> None:
+    known = (*plant.system.states, *plant.system.inputs)
+    for name in values:
+        if name not in known:
+            raise ValueError(f"{argument}: {name} is neither a state nor an input ({', '.join(known)})")
+        if name in plant.system.inputs and plant.allocation is not None:
+            raise ValueError(
+                f"{argument}: {name} is one of several inputs that act alike; only their effect is learned, so give "
+                "states instead"
+            )
+
+
+def _refuse_outside(found: Pinned, plant: ConstrainedSystem, left: str) -> None:
+    """Raise ValueError where each value is possible, but not all of them together."""
+    for names, bounded in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
+        try:
+            found.within(bounded, names)
+        except ValueError:
+            raise ValueError(f"at: {found} lies outside of {bounded}, where x is {', '.join(names)}{left}") from None
+
+
+def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Interval | None) -> float:
+    """Return the tolerance that is given for a name, or a part of the width of what bounds it."""
+    found = given.get(name) if isinstance(given, Mapping) else given
+    if found is None:
+        if bounds is None:
+            raise ValueError(f"at_tolerance: is needed for {name}, which has no bounds to take a part of")
+        return _OF_WIDTH * bounds.width
+    if not is_number(found):
+        raise TypeError(f"at_tolerance: expected a number for {name}, or numbers by name, got {short(found)}")
+    if not (math.isfinite(found) and found > 0):
+        raise ValueError(f"at_tolerance: must be positive, got {found:g} for {name}")
+    return float(found)
