@@ -15,8 +15,8 @@ from benchmarks.duel import Row, agree, duel
 from trackably.arrays import Array
 from trackably.control.controller import Controller
 from trackably.control.references import TrackedReference
-from trackably.control.step.result import Plan, Status
-from trackably.control.tube.controller import TubeController
+from trackably.control.stepping import Plan, Status
+from trackably.control.tube import TubeController
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem

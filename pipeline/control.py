@@ -11,20 +11,18 @@ from pipeline.disturbed.sizes import prices
 from pipeline.disturbed.stage import disturbed_loops
 from pipeline.experiments import Experiment
 from pipeline.experiments.fitted import read_fit_of
+from pipeline.loops.feasible_set import feasible_over_time
+from pipeline.loops.initial_states import ON, initial_states
+from pipeline.loops.metrics import first_untrackable_step, loop_metrics
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.relearn import relearn
 from pipeline.storage.archive import Fitted
 from pipeline.storage.loops import ClosedLoops, write_loops
 from pipeline.storage.results import Results
-from trackably.control.closed_loop import ClosedLoop
-from trackably.control.controller import Controller
-from trackably.control.feasible_over_time import feasible_over_time
-from trackably.control.initial_states import ON, initial_states
+from trackably.control.controller import Controller, scaled_controller
 from trackably.control.loop_trajectory import LoopTrajectory
-from trackably.control.metrics import first_untrackable_step, loop_metrics
 from trackably.control.references import InterpolatedReference, TrackedReference
-from trackably.control.scaling import scaled_controller
-from trackably.control.simulation import apply_fallback_for, simulate
+from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
 from trackably.errors import InputError
 from trackably.files import read_json, write_json
 

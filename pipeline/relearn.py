@@ -11,10 +11,15 @@ from pipeline.published.ground_truth import draw
 from pipeline.storage.sampled import Sampled
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.control.closed_loop import ClosedLoop
 from trackably.control.controller import Controller
-from trackably.control.online import ReferenceUpdate, holds_for_all_times, simulate_online
-from trackably.control.windows import LearningResult, receding_window
+from trackably.control.online import (
+    LearningResult,
+    ReferenceUpdate,
+    holds_for_all_times,
+    receding_window,
+    simulate_online,
+)
+from trackably.control.simulation import ClosedLoop
 from trackably.errors import InputError, NoReferenceError
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT

@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from trackably.checker import Undecided as Undecided
     from trackably.checking import check as check
     from trackably.control.controller import Controller as Controller
+    from trackably.control.online import BudgetExceeded as BudgetExceeded
     from trackably.control.simulation import simulate as simulate
-    from trackably.control.step.result import Infeasible as Infeasible
-    from trackably.control.step.result import Plan as Plan
-    from trackably.control.step.result import Unsolved as Unsolved
-    from trackably.control.tube.controller import TubeController as TubeController
-    from trackably.control.windows import Late as Late
+    from trackably.control.stepping import Infeasible as Infeasible
+    from trackably.control.stepping import Plan as Plan
+    from trackably.control.stepping import Unsolved as Unsolved
+    from trackably.control.tube import TubeController as TubeController
     from trackably.errors import DoubtfulInputWarning as DoubtfulInputWarning
     from trackably.errors import InputError as InputError
     from trackably.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
@@ -40,11 +40,11 @@ if TYPE_CHECKING:
     from trackably.feasibility.impossible import InfeasibleTightening as InfeasibleTightening
     from trackably.fleet.learn_many import Fleet as Fleet
     from trackably.fleet.learn_many import learn_many as learn_many
-    from trackably.fleet.parts import parts_of_csv as parts_of_csv
-    from trackably.fleet.parts import parts_of_parquet as parts_of_parquet
-    from trackably.fleet.parts import topics_of as topics_of
     from trackably.fleet.sources import Source as Source
+    from trackably.fleet.sources import parts_of_csv as parts_of_csv
+    from trackably.fleet.sources import parts_of_parquet as parts_of_parquet
     from trackably.fleet.sources import recordings_in as recordings_in
+    from trackably.fleet.sources import topics_of as topics_of
     from trackably.given.certified import CertifiedReference as CertifiedReference
     from trackably.given.certify import certify as certify
     from trackably.given.repair import repair as repair
@@ -64,12 +64,12 @@ if TYPE_CHECKING:
     from trackably.gp.kernels.squared_exponential import SquaredExponential as SquaredExponential
     from trackably.gp.samples import Samples as Samples
     from trackably.learn import learn_reference as learn_reference
-    from trackably.recordings.csv_files.reader import read_csv as read_csv
-    from trackably.recordings.csv_files.reading import Column as Column
-    from trackably.recordings.csv_files.table import CsvLayout as CsvLayout
-    from trackably.recordings.mcap_files.reader import Field as Field
-    from trackably.recordings.mcap_files.reader import read_mcap as read_mcap
-    from trackably.recordings.parquet_files.reader import read_parquet as read_parquet
+    from trackably.recordings.csv_file import Column as Column
+    from trackably.recordings.csv_file import CsvLayout as CsvLayout
+    from trackably.recordings.csv_file import read_csv as read_csv
+    from trackably.recordings.mcap_file import Field as Field
+    from trackably.recordings.mcap_file import read_mcap as read_mcap
+    from trackably.recordings.parquet_file import read_parquet as read_parquet
     from trackably.recordings.recording import Recording as Recording
     from trackably.reference import TrackableReference as TrackableReference
     from trackably.streams.learn import learn_stream as learn_stream
@@ -92,24 +92,24 @@ if TYPE_CHECKING:
 _MODULES = {
     "CertifiedReference": "given.certified",
     "CertifiedTable": "given.table",
-    "Column": "recordings.csv_files.reading",
+    "Column": "recordings.csv_file",
     "ConstrainedSystem": "systems.constrained",
     "Controller": "control.controller",
     "ConvexHull": "systems.disturbance.hull",
     "Counterexample": "certificates.outcome",
-    "CsvLayout": "recordings.csv_files.table",
+    "CsvLayout": "recordings.csv_file",
     "DoubtfulInputWarning": "errors",
     "Failed": "checker",
-    "Field": "recordings.mcap_files.reader",
+    "Field": "recordings.mcap_file",
     "FlatForm": "systems.flat.form",
     "Fleet": "fleet.learn_many",
     "IgnoresSamplesWarning": "explanation",
     "Impossible": "feasibility.impossible",
-    "Infeasible": "control.step.result",
+    "Infeasible": "control.stepping",
     "InfeasibleTightening": "feasibility.impossible",
     "InputError": "errors",
     "Kernel": "gp.kernels.base",
-    "Late": "control.windows",
+    "BudgetExceeded": "control.online",
     "LinearSystem": "systems.linear",
     "Matern32": "gp.kernels.matern",
     "Matern52": "gp.kernels.matern",
@@ -119,7 +119,7 @@ _MODULES = {
     "Periodic": "gp.kernels.periodic",
     "PiecewisePolynomial2": "gp.kernels.piecewise_polynomial",
     "PiecewisePolynomial3": "gp.kernels.piecewise_polynomial",
-    "Plan": "control.step.result",
+    "Plan": "control.stepping",
     "PolynomialPieces": "systems.signals.pieces",
     "Polytope": "systems.sets.polytope",
     "Product": "gp.kernels.base",
@@ -136,10 +136,10 @@ _MODULES = {
     "Sum": "gp.kernels.base",
     "Table": "given.table",
     "TrackableReference": "reference",
-    "TubeController": "control.tube.controller",
+    "TubeController": "control.tube",
     "Undecided": "checker",
     "Unproved": "certificates.outcome",
-    "Unsolved": "control.step.result",
+    "Unsolved": "control.stepping",
     "Zonotope": "systems.disturbance.zonotope",
     "certify": "given.certify",
     "certify_table": "given.table_proof",
@@ -149,17 +149,17 @@ _MODULES = {
     "learn_reference": "learn",
     "learn_stream": "streams.learn",
     "mobile_robot": "systems.library",
-    "parts_of_csv": "fleet.parts",
-    "parts_of_parquet": "fleet.parts",
+    "parts_of_csv": "fleet.sources",
+    "parts_of_parquet": "fleet.sources",
     "pendulum": "systems.library",
-    "read_csv": "recordings.csv_files.reader",
-    "read_mcap": "recordings.mcap_files.reader",
-    "read_parquet": "recordings.parquet_files.reader",
+    "read_csv": "recordings.csv_file",
+    "read_mcap": "recordings.mcap_file",
+    "read_parquet": "recordings.parquet_file",
     "recordings_in": "fleet.sources",
     "repair": "given.repair",
     "simulate": "control.simulation",
     "tank": "systems.library",
-    "topics_of": "fleet.parts",
+    "topics_of": "fleet.sources",
     "two_tanks": "systems.library",
 }
 """The module of each public name. A test compares this table with the imports above, which only type checkers see."""

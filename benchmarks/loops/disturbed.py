@@ -15,10 +15,9 @@ from benchmarks.loops.tube import HORIZON, RANDOM, TARGET, edge, seconds
 from pipeline.disturbed.cases import Case, experiments, random_systems
 from pipeline.disturbed.runs import disturbances
 from trackably.arrays import Array
-from trackably.control.controller import Controller
-from trackably.control.scaling import scaled_controller
-from trackably.control.step.result import Plan
-from trackably.control.tube.controller import TubeController
+from trackably.control.controller import Controller, scaled_controller
+from trackably.control.stepping import Plan
+from trackably.control.tube import TubeController
 
 _FIRST, _STEPS, _RUNS = 10, 40, 2
 _FARTHEST, _NEARER = 20.0, 0.7

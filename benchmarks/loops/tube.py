@@ -11,11 +11,10 @@ import numpy as np
 from benchmarks.duel import Row
 from pipeline.disturbed.cases import Case, experiments, random_systems
 from trackably.arrays import Array
-from trackably.control.controller import Controller
+from trackably.control.controller import Controller, scaled_controller
 from trackably.control.references import TabulatedReference, TrackedReference
-from trackably.control.scaling import scaled_controller
-from trackably.control.step.result import Plan, Status
-from trackably.control.tube.controller import TubeController
+from trackably.control.stepping import Plan, Status
+from trackably.control.tube import TubeController
 
 HORIZON, _FIRST = 20, 30
 RANDOM, _STATES = 8, 12

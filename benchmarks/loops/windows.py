@@ -8,7 +8,7 @@ import numpy as np
 from benchmarks.duel import Row
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.control.windows import WindowLearner
+from trackably.control.online import WindowLearner
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior

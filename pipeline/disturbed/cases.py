@@ -14,9 +14,8 @@ from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import prove_on_window
-from trackably.control.controller import Controller, shortest_horizon
-from trackably.control.scaling import scaled_controller
-from trackably.control.tube.controller import TubeController
+from trackably.control.controller import Controller, scaled_controller, shortest_horizon
+from trackably.control.tube import TubeController
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem

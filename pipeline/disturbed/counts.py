@@ -9,10 +9,8 @@ import numpy as np
 from pipeline.disturbed import runs
 from pipeline.disturbed.cases import Case
 from trackably.arrays import Array
-from trackably.control.closed_loop import ClosedLoop
-from trackably.control.simulation import simulate
-from trackably.control.step.result import Plan
-from trackably.control.stepping import Disturbances
+from trackably.control.simulation import ClosedLoop, simulate
+from trackably.control.stepping import Disturbances, Plan
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from pipeline.loops.disturbances import Constant, Drawn, Greedy
 from trackably.arrays import Array
+from trackably.control.loop_trajectory import Runs
 from trackably.control.stepping import Disturbances
-from trackably.control.tube.disturbances import Constant, Drawn, Greedy
-from trackably.control.tube.runs import Runs
 from trackably.systems.disturbance.invariant import InvariantSet
 from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.reference import Window

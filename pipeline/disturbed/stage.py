@@ -8,14 +8,12 @@ from pipeline.disturbed.runs import COUNT, disturbances, many_runs, noise
 from pipeline.experiments import Experiment
 from pipeline.methods import ROBUST
 from pipeline.storage.disturbed import Disturbed
-from trackably.control.closed_loop import ClosedLoop
-from trackably.control.controller import Controller
+from trackably.control.controller import Controller, scaled_controller
 from trackably.control.loop_trajectory import LoopTrajectory
 from trackably.control.references import TrackedReference
-from trackably.control.scaling import scaled_controller
-from trackably.control.simulation import apply_fallback_for, simulate
+from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
 from trackably.control.stepping import SteppedController
-from trackably.control.tube.controller import TubeController
+from trackably.control.tube import TubeController
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.tightening import Tightening
 

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from matplotlib.figure import Figure
 
 from pipeline.experiments import Experiment
+from pipeline.loops.initial_states import ON
 from pipeline.methods import JOINT, UNCONSTRAINED
 from pipeline.storage.loops import read_loops
 from pipeline.storage.results import Results
 from trackably import plots
-from trackably.control.initial_states import ON
 
 
 def drawings(experiment: Experiment, results: Results) -> dict[str, Callable[[], Figure]]:

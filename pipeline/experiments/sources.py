@@ -9,7 +9,7 @@ from pipeline.experiments.fields import GroundTruthName, ProjectPath, Steps, as_
 from pipeline.storage.yaml_file import Fields
 from trackably.errors import InputError
 from trackably.recordings import CLOCKS, LOG_TIME, PUBLISH_TIME, REPAIRS, DateTimes, MessageTime, Stamp
-from trackably.recordings.csv_files.table import MISSING
+from trackably.recordings.csv_file import MISSING
 
 STEPS = "steps"
 """The time unit of stamps that count sampling steps."""

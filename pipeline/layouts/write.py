@@ -8,6 +8,7 @@ import numpy as np
 from pipeline.experiments import Experiment
 from pipeline.experiments.fitted import read_fit_of
 from pipeline.layouts.experiment import layout_of
+from pipeline.loops.initial_states import ON
 from pipeline.methods import JOINT
 from pipeline.scene.events import Event, event_topic, losses, offers, proof_topic
 from pipeline.scene.geometry import Plane, plane_of
@@ -18,7 +19,6 @@ from pipeline.storage.loops import ClosedLoops, read_loops
 from pipeline.storage.results import Results
 from pipeline.storage.topics import topics_of
 from trackably.arrays import Array
-from trackably.control.initial_states import ON
 from trackably.files import read_json, to_json, write_json
 
 STAGE = "scene"

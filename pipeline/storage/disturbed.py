@@ -8,8 +8,7 @@ import numpy as np
 from pipeline.storage.logs import Series
 from pipeline.storage.loop_series import loop_of, loop_series, steps_of
 from trackably.arrays import Array
-from trackably.control.loop_trajectory import LoopTrajectory
-from trackably.control.tube.runs import Runs
+from trackably.control.loop_trajectory import LoopTrajectory, Runs
 from trackably.systems.constrained import ConstrainedSystem
 
 Loops = Mapping[str, Mapping[str, Mapping[str, LoopTrajectory]]]

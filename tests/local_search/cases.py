@@ -7,7 +7,7 @@ import numpy as np
 
 from tests.local_search.reachability import Sine
 from trackably.control.controller import Controller
-from trackably.control.step.result import Plan, StepResult
+from trackably.control.stepping import Plan, StepResult
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem

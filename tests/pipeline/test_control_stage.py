@@ -8,14 +8,14 @@ import pytest
 
 from pipeline.drawings.loops import drawings
 from pipeline.experiments import load_experiment
+from pipeline.loops.initial_states import initial_states
 from pipeline.storage.archive import Fitted, write_fit
 from pipeline.storage.loops import ClosedLoops, read_loops, table_of_loops, table_of_offers
 from pipeline.storage.results import Results
 from pipeline.storage.sampled import Sampled
 from tests.pipeline.params import undisturbed
 from tests.pipeline.stages import call, sketched, written
-from trackably.control.initial_states import initial_states
-from trackably.control.scaling import scaled_controller
+from trackably.control.controller import scaled_controller
 from trackably.learning.learned import LearnedReference
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.search import best_solution

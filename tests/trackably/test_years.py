@@ -29,7 +29,7 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
 from trackably.checker.arithmetic.intervals import exactly, ratio
-from trackably.exports.c99.header import header
+from trackably.exports.c99 import header
 from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference
 from trackably.systems.signals.double_double import moved_back, two_product

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably import (
+    BudgetExceeded,
     CertifiedReference,
     CertifiedTable,
     Column,
@@ -28,7 +29,6 @@ from trackably import (
     InfeasibleTightening,
     InputError,
     Kernel,
-    Late,
     LinearSystem,
     Matern32,
     Matern52,
@@ -188,7 +188,7 @@ if isinstance(answer, TrackableReference):
     assert_type(relearn.step(controller, 0, np.zeros(2)), Plan | Infeasible | Unsolved)
 else:
     assert_type(answer.explanation, str)
-    assert_type(answer.seconds if isinstance(answer, Late) else 0.0, float)
+    assert_type(answer.seconds if isinstance(answer, BudgetExceeded) else 0.0, float)
 assert_type(check(Path("proof.json"), seconds=9.0), Proved | Refuted | Failed | NotACertificate | Undecided)
 
 # What is wrong is found: without the mistake, mypy complains of the comment.

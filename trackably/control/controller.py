@@ -12,13 +12,11 @@ import scipy
 from trackably.arguments import instance, numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.control.angles import turned_near
+from trackably.control.bounds import weight_in_widths
+from trackably.control.problem import TOLERANCE, Formulation, StepProblem
 from trackably.control.references import TrackedReference, check_window
-from trackably.control.step.formulation import Formulation
-from trackably.control.step.problem import TOLERANCE, StepProblem
-from trackably.control.step.result import Infeasible, Plan, StepResult, Unsolved
-from trackably.control.step.scales import weight_in_widths
-from trackably.control.step.sequential import solve_by_linearisation
-from trackably.control.stepping import StepArguments
+from trackably.control.search import solve_by_linearisation
+from trackably.control.stepping import Infeasible, Plan, StepArguments, StepResult, Unsolved
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Window
 from trackably.systems.sets.polytope import Polytope
@@ -139,3 +137,14 @@ def shortest_horizon(plant: ConstrainedSystem) -> int:
     """Return the number of steps that a system needs to return to its reference: the longest chain of its flat
     outputs."""
     return max(plant.flatness.orders)
+
+
+def scaled_controller(plant: ConstrainedSystem, horizon: int, input_weight: float = 1.0) -> Controller:
+    """Return a controller whose cost is the sum of squared errors, each divided by the width of its bounds.
+
+    Inputs are weighted with `input_weight` in addition. Errors in directions without bounds count in their own unit.
+    Raises as `Controller`.
+    """
+    return Controller(
+        plant, horizon, weight_in_widths(plant.state_set), input_weight * weight_in_widths(plant.input_set)
+    )

@@ -1,11 +1,11 @@
-"""The closed loop over time, in the form in which it is logged and drawn."""
+"""Closed loops over time, in the form in which they are logged and drawn."""
 
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.control.closed_loop import ClosedLoop
+from trackably.control.simulation import ClosedLoop
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,3 +52,16 @@ class LoopTrajectory:
 def _with_last(values: Array) -> Array:
     """Append NaN for the last step."""
     return np.concatenate([values, np.full((1, *values.shape[1:]), np.nan)])
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """Runs of the tube controller at `steps` (K,): coordinates are the states, then the inputs.
+
+    `lowest` and `highest` (K, n + m) are taken over all runs; some `single` runs (R, K, n + m) are kept.
+    """
+
+    steps: Array
+    lowest: Array
+    highest: Array
+    single: Array

@@ -1,5 +1,9 @@
-"""What a closed loop needs of a controller, and of what disturbs it; the arguments of a step, checked."""
+"""A step of a controller: what a loop needs of one, the arguments of a step, and its result."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -7,8 +11,146 @@ import numpy as np
 from trackably.arguments import numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.control.references import TrackedReference, check_reference
-from trackably.control.step.result import StepResult
 from trackably.systems.constrained import ConstrainedSystem
+
+ROUNDING = 1e-12
+"""A plan that violates a bound by no more than this part of a width counts as on it, as at rest on a bound."""
+
+
+class Status(StrEnum):
+    """How a plan was found."""
+
+    NO_ACTIVE_BOUND = "unbounded"
+    """No bound is active: the optimum is linear in the error. Logs store "unbounded"."""
+    SOLVED = "solved"
+    """A bound is active: the optimum solves a quadratic program."""
+    WIDENED = "widened"
+    """Feasible only if all sets are widened, by less than the tolerance: the plan touches bounds, up to rounding."""
+    KEPT = "kept"
+    """The initial guess: for a nonlinear system because the search found no plan that costs less, for a tube controller
+    because its solver found none."""
+    ADMISSIBLE = "admissible"
+    """For a nonlinear system: an admissible plan at which the search for lower costs ended. Full steps do not converge
+    there, so that it is a minimum up to the accuracy of the search only."""
+
+    @property
+    def words(self) -> str:
+        """Say it in a few words, for explanations."""
+        return _WORDS[self]
+
+
+_WORDS = {
+    Status.NO_ACTIVE_BOUND: "no bound is active",
+    Status.SOLVED: "bounds are active",
+    Status.WIDENED: "it touches bounds, up to rounding",
+    Status.KEPT: "the initial guess",
+    Status.ADMISSIBLE: "the search for lower costs did not converge",
+}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The optimal plan at step `k`. Apply `input` u(k) (m,), its first input.
+
+    `states` x(k), …, x(k+N) (N + 1, n) and `inputs` u(k), …, u(k+N−1) (N, m) are predicted. `cost` is
+    V = Σ_(i<N) ‖x − x_r‖²_Q + ‖u − u_r‖²_R along them, and `stage_cost` is its first term. `slack` is the smallest
+    distance to a bound, as a part of the width between the bounds; it is never below minus twice the controller's
+    tolerance.
+    `terminal_residual` is max |x(k+N) − x_r(k+N)|, zero up to the solver's accuracy.
+    """
+
+    k: int
+    input: Array
+    cost: float
+    stage_cost: float
+    states: Array
+    inputs: Array
+    slack: float
+    terminal_residual: float
+    status: Status
+
+    @property
+    def keeps_sets(self) -> bool:
+        """Whether the plan keeps the sets up to rounding (1e-12 of a width), not only up to the controller's
+        tolerance."""
+        return self.slack >= -ROUNDING
+
+    @property
+    def explanation(self) -> str:
+        """Say in a sentence how the plan was found, what it costs, and its slack."""
+        return (
+            f"at step {self.k} feasible ({self.status.words}), V = {self.cost:.4g}, slack {self.slack:.3g} of a width"
+        )
+
+    def __repr__(self) -> str:
+        return f"Plan({self.explanation}; input {self.input.tolist()})"
+
+
+@dataclass(frozen=True)
+class Infeasible:
+    """Why no admissible plan ends on the reference at step `k`: there is none, or none was found.
+
+    The latter where the answer `is_local`: a plan of a nonlinear system is searched from a few trajectories only. What
+    follows then holds for the linearisation where a search ended.
+
+    `widening` is the least part of their widths by which all sets must be widened so that a plan exists. In that plan
+    `quantity` reaches its widened bound first, at step `at_step`, `excess` (in its own unit) outside its set.
+
+    With the sets as they are, `terminal_error` (n,) is x(k+N) − x_r(k+N) of the plan that ends closest to the
+    reference (each state in the scale of its set), and of the plans with that end, `fallback` (m,) is the first input
+    of the one that costs the least. Where no plan that keeps the sets is found, `terminal_error` is None, and
+    `fallback` is the first input of the cheapest plan in the widened sets, pulled into the input set.
+    """
+
+    k: int
+    widening: float
+    quantity: str
+    at_step: int
+    excess: float
+    terminal_error: Array | None
+    fallback: Array
+    is_local: bool
+
+    @property
+    def explanation(self) -> str:
+        """Say in a sentence how far the sets and the terminal constraint are from a plan."""
+        if self.terminal_error is None:
+            missed = "no plan that keeps them was found"
+        else:
+            missed = f"a plan that keeps them misses the reference by {abs(self.terminal_error).max():.3g}"
+        none = "no plan was found that ends" if self.is_local else "no plan ends"
+        return (
+            f"at step {self.k} {none} on the reference: all bounds would have to move by {self.widening:.3g} of "
+            f"their widths, and the {self.quantity} by {self.excess:.3g} at step {self.at_step}; {missed}"
+        )
+
+    def __repr__(self) -> str:
+        return f"Infeasible({self.explanation}; fallback {self.fallback.tolist()})"
+
+
+@dataclass(frozen=True)
+class Unsolved:
+    """Why step `k` has no answer: neither a plan was found, nor that there is none.
+
+    The numbers are beyond the solver or overflow, a search did not converge, or a formula is not defined where it led.
+    `fallback` (m,) is an admissible input: that of the initial guess, of the reference, or the middle of the input set,
+    the first of them that is known.
+    """
+
+    k: int
+    reason: str
+    fallback: Array
+
+    @property
+    def explanation(self) -> str:
+        """Say in a sentence why there is no answer."""
+        return f"at step {self.k} no answer: {self.reason}"
+
+    def __repr__(self) -> str:
+        return f"Unsolved({self.explanation}; fallback {self.fallback.tolist()})"
+
+
+StepResult = Plan | Infeasible | Unsolved
 
 
 class SteppedController(Protocol):
@@ -47,7 +189,7 @@ class StepArguments(NamedTuple):
         guess: ArrayLike | None,
         plant: ConstrainedSystem,
         horizon: int,
-    ) -> "StepArguments":
+    ) -> StepArguments:
         """Return the arguments of a step of a controller of a `plant`.
 
         Raises ValueError where the state is not n finite numbers, the guess has another shape, or the reference is of

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackably.arrays import Array, ArrayLike
-from trackably.exports.coordinates import chosen_steps, continuous
-from trackably.exports.proved import Proved, proved_times
+from trackably.exports.proved import Proved, chosen_steps, continuous, proved_times
 
 
 @dataclass(frozen=True, eq=False)

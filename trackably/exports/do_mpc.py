@@ -11,8 +11,7 @@ import numpy as np
 from trackably.arguments import real
 from trackably.arrays import Array, ArrayLike
 from trackably.control.angles import angles_of
-from trackably.exports.coordinates import continuous, places
-from trackably.exports.proved import Proved, proved_times
+from trackably.exports.proved import Proved, continuous, places, proved_times
 
 Parameters = Mapping[str, str | Sequence[str]]
 """For each time-varying parameter of a model, the state or input that it holds, or several of them."""
@@ -23,7 +22,7 @@ _OF_STEP = 1e-6  # by how much a controller's clock may be off its grid, in samp
 
 
 def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None, start: float) -> TimeVarying:
-    """Return what `controller.set_tvp_fun` takes; see `Conventions.to_do_mpc`."""
+    """Return what `controller.set_tvp_fun` takes; see `ExportMixin.to_do_mpc`."""
     plant = proved.reference.plant
     if not hasattr(controller, "settings"):
         raise TypeError(f"to_do_mpc: expected a controller or simulator of do-mpc, got {type(controller).__name__}")

@@ -8,8 +8,7 @@ from pathlib import Path
 from trackably.arguments import text
 from trackably.arrays import Array
 from trackably.errors import InputError
-from trackably.exports.coordinates import chosen_steps, places, require_known, values_at
-from trackably.exports.proved import Proved
+from trackably.exports.proved import Proved, chosen_steps, places, require_known, values_at
 from trackably.files import new_file, write_atomically, write_text
 
 Units = Mapping[str, str]

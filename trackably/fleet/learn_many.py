@@ -12,12 +12,9 @@ from typing import Any, TypeVar
 from trackably.arguments import instance, text, whole
 from trackably.errors import InputError
 from trackably.files import new_file, path_of, read_bytes, write_atomically
-from trackably.fleet.answer import Answer
-from trackably.fleet.folder import TABLE, FleetFolder, columns, digest
-from trackably.fleet.request import Claimed, Learn, Learned, Request
-from trackably.fleet.row import STREAM, Row
+from trackably.fleet.folder import STREAM, TABLE, FleetFolder, Row, columns, digest
+from trackably.fleet.request import Answer, Claimed, Learn, Learned, Request, answers
 from trackably.fleet.sources import Measured, Source, sources_of
-from trackably.fleet.workers import answers
 from trackably.gp.kernels.base import Kernel
 from trackably.learn import learn_reference
 from trackably.progress.bar import recordings_bar

@@ -1,24 +1,40 @@
-"""What is asked of each recording of a fleet, and its fingerprint: what was answered before is not asked again."""
+"""What is asked of each recording of a fleet, and how workers answer it."""
 
 import dataclasses
 import hashlib
 import inspect
 import json
 import math
-from collections.abc import Callable, Mapping
+import os
+import signal
+import time
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
+from pathlib import Path
 from reprlib import repr as short
+from tempfile import TemporaryDirectory
+from threading import Thread
 from typing import Any, Literal
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
 from trackably.certificates.goal import Claim
+from trackably.certificates.judge import NotTrackableError
+from trackably.certificates.outcome import Counterexample
 from trackably.codec import encode
+from trackably.errors import DoubtfulInputWarning, InputError
+from trackably.explanation import IgnoresSamplesWarning
+from trackably.fleet.folder import Row, digest, outcome_of
+from trackably.fleet.sources import Measured, Source
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
 from trackably.learn import learn_reference
+from trackably.recordings.recording import Recording
 from trackably.reference import TrackableReference
 from trackably.streams.learn import learn_stream
 from trackably.streams.reference import StreamReference
@@ -120,3 +136,142 @@ def _plain(value: object) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return [type(value).__name__, encode(value)]
     raise TypeError(f"learn_many: cannot compare an argument of type {type(value).__name__} between runs")
+
+
+_UNREAD = "0" * 64  # no content, so nothing is known again
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A recording's row, and the content of its files by their names; `is_kept` where both were there before."""
+
+    row: Row
+    files: Mapping[str, bytes]
+    is_kept: bool = False
+
+
+def answer(source: Source, request: Request, kept: Row | None) -> Answer:
+    """Learn from one recording, unless `kept` is the answer to the same request.
+
+    What the recording is to blame for becomes a row. TypeError: an argument that all recordings share is wrong.
+    """
+    try:
+        samples = _samples(source.read())
+    except (InputError, ValueError, TypeError, OSError) as error:
+        row = Row(source.name, "unusable", str(error), _UNREAD)
+        return Answer(row, {}, is_kept=row == kept)
+    fingerprint = request.fingerprint(samples)
+    if kept is not None and kept.request == fingerprint:
+        return Answer(kept, {}, is_kept=True)
+    with _questions() as questions:
+        try:
+            reference = request.learned(samples)
+        except NotTrackableError as failure:
+            is_refuted = isinstance(failure.outcome, Counterexample)
+            files = _saved(counterexample=failure.save_counterexample) if is_refuted else {}
+            row = Row(source.name, outcome_of(failure), str(failure), fingerprint, files=_digests(files))
+            return Answer(row, files)
+        except (ValueError, ArithmeticError) as error:
+            return Answer(Row(source.name, "unusable", str(error), fingerprint), {})
+    files = _saved(certificate=reference.save_certificate, reference=reference.save)
+    return Answer(Row.of_proved(source.name, fingerprint, reference, tuple(questions), _digests(files)), files)
+
+
+def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:
+    if isinstance(measured, Recording):
+        return {name: measured.samples(name) for name in measured.signals}
+    if isinstance(measured, Samples | Mapping):
+        return measured
+    raise TypeError(f"expected Samples, samples by name or a Recording, got {type(measured).__name__}")
+
+
+@contextmanager
+def _questions() -> Iterator[list[str]]:
+    """Collect the sentences of the library's warnings; other warnings go where they always go."""
+    asked: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", DoubtfulInputWarning)
+        warnings.simplefilter("always", IgnoresSamplesWarning)
+        yield asked
+        asked += [str(each.message) for each in caught if isinstance(each.message, _OURS)]
+    for each in caught:
+        if not isinstance(each.message, _OURS):
+            warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
+
+
+_OURS = (DoubtfulInputWarning, IgnoresSamplesWarning)
+
+
+def _saved(**saves: Callable[[Path], object]) -> dict[str, bytes]:
+    """Return what each of these writes as `name`.json."""
+    with TemporaryDirectory() as folder:
+        paths = {Path(folder) / f"{name}.json": save for name, save in saves.items()}
+        for path, save in paths.items():
+            save(path)
+        return {path.name: path.read_bytes() for path in paths}
+
+
+def _digests(files: Mapping[str, bytes]) -> dict[str, str]:
+    return {name: digest(content) for name, content in files.items()}
+
+
+_LOOKED_EVERY = 0.5  # seconds, for the parent of a worker
+
+
+def answers(
+    asked: Iterable[tuple[Source, Row | None]], request: Request, workers: int, cluster: str | None
+) -> Generator[Answer, None, None]:
+    """Yield answers as they are ready, in any order. InputError: the cluster's packages are not installed.
+
+    What is not answered when the iterator is closed is given up. An answer never depends on who finds it.
+    """
+    if cluster is None and workers == 1:
+        yield from (answer(source, request, kept) for source, kept in asked)
+        return
+    from joblib import Parallel, delayed  # noqa: PLC0415  not needed to load the library
+
+    here: dict[str, Any] = {"backend": "loky", "initializer": _begin_worker, "initargs": (os.getpid(),)}
+    with _on(cluster):
+        pool = Parallel(
+            n_jobs=-1 if cluster else workers,
+            return_as="generator_unordered",
+            batch_size=1,
+            **({} if cluster else here),
+        )
+        found = pool(delayed(answer)(source, request, kept) for source, kept in asked)
+        try:
+            for each in found:  # noqa: UP028  `yield from` would close `found` before the next lines
+                yield each
+        finally:
+            with catch_warnings():
+                simplefilter("ignore")  # joblib warns of what is given up
+                found.close()
+
+
+def _begin_worker(parent: int) -> None:
+    """Leave interrupts to the parent, which ends its workers, and end this process where the parent was killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_LOOKED_EVERY)
+        os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def _on(cluster: str | None) -> Iterator[None]:
+    """Send what joblib runs in this context to a Dask cluster, if there is one."""
+    if cluster is None:
+        yield
+        return
+    try:
+        from distributed import Client  # noqa: PLC0415  an optional package
+    except ImportError:
+        raise InputError("cluster: needs Dask, which pip install 'trackably[cluster]' installs") from None
+    from joblib import parallel_config  # noqa: PLC0415  not needed to load the library
+
+    client = Client(cluster)  # type: ignore[no-untyped-call]
+    with client, parallel_config(backend="dask"):
+        yield

@@ -11,13 +11,13 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_subject
 from trackably.certificates.judge import accepted_file, found_or_raise, judged
 from trackably.checker.reading.subjects import subject_of
-from trackably.exports.methods import Conventions
+from trackably.exports.mixin import ExportMixin
 from trackably.files import new_file, write_atomically
 from trackably.proved.place import where_it_is
 from trackably.systems.reference import Reference, Window
 
 
-class ProvedReference(Conventions, ABC):
+class ProvedReference(ExportMixin, ABC):
     """A `reference` with its proof: the system can follow it at all times that `certificate` names.
 
     `pin_certificates` prove values that were asked for at single times. Steps outside of what is proved are refused

@@ -6,16 +6,13 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from trackably.recordings.cleaning import Cleaning, Finding
-from trackably.recordings.clocks import CLOCKS, Clock, Ticks, frames
-from trackably.recordings.csv_files.reader import read_csv
-from trackably.recordings.csv_files.reading import Column
-from trackably.recordings.csv_files.table import KITTI, TUM, CsvLayout
-from trackably.recordings.dates import DateTimes
-from trackably.recordings.recording import Recording
-from trackably.recordings.repairs import (
+from trackably.recordings.clocks import CLOCKS, Clock, DateTimes, Ticks, frames
+from trackably.recordings.csv_file import KITTI, TUM, Column, CsvLayout, read_csv
+from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
+from trackably.recordings.rows import (
     REPAIRS,
     Repair,
+    Rows,
     average_repeated,
     drop_rows_out_of_order,
     drop_rows_without_time,
@@ -24,21 +21,11 @@ from trackably.recordings.repairs import (
     keep_last_of_repeated,
     sort_rows,
 )
-from trackably.recordings.rows import Rows
-from trackably.recordings.signal import Signal
 
 if TYPE_CHECKING:
-    from trackably.recordings.mcap_files.message_times import LOG_TIME, PUBLISH_TIME, MessageTime, Stamp
-    from trackably.recordings.mcap_files.reader import Field, read_mcap
+    from trackably.recordings.mcap_file import LOG_TIME, PUBLISH_TIME, Field, MessageTime, Stamp, read_mcap
 
-_LOADED_ON_FIRST_USE = {
-    "LOG_TIME": "message_times",
-    "PUBLISH_TIME": "message_times",
-    "MessageTime": "message_times",
-    "Stamp": "message_times",
-    "Field": "reader",
-    "read_mcap": "reader",
-}
+_OF_MCAP = frozenset({"LOG_TIME", "PUBLISH_TIME", "Field", "MessageTime", "Stamp", "read_mcap"})
 
 __all__ = [
     "CLOCKS",
@@ -75,6 +62,6 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name in _LOADED_ON_FIRST_USE:
-        return getattr(import_module(f"{__name__}.mcap_files.{_LOADED_ON_FIRST_USE[name]}"), name)
+    if name in _OF_MCAP:
+        return getattr(import_module(f"{__name__}.mcap_file"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,6 +1,9 @@
-"""Rows of a file before any repair: the common output of the CSV and the MCAP reader."""
+"""Rows of a file, before any repair: repairs, refusals of what is still wrong, and the recording that they make."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+import warnings
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 
@@ -8,8 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
-from trackably.errors import InputError
-from trackably.recordings.decimals import EXACT, NANOSECOND
+from trackably.errors import DoubtfulInputWarning, InputError
+from trackably.recordings.clocks import Clock, Origin, first_doubt, zero_of
+from trackably.recordings.decimals import EXACT, NANOSECOND, plain
+from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
 
 
 def rows_between(stamps: Sequence[Decimal | None], ends: tuple[float, float], origin: int) -> list[int]:
@@ -83,3 +88,301 @@ class Rows:
             for rows in together.values():
                 if len(rows) > 1:
                     yield name, rows
+
+
+def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
+    """Return the fewest rows whose removal leaves non-decreasing stamps; of two swapped rows, the later one.
+
+    These are not simply the rows earlier than their predecessor: after one stamp far in the future, that would be all
+    others. The rest is a longest non-decreasing subsequence, found by patience sorting from the end in O(n log n).
+    """
+    smallest: list[Decimal] = []  # [k]: over all chains of k + 1 rows found so far, the latest first stamp, negated
+    starts: list[int] = []  # [k]: the row of that stamp
+    follower: dict[int, int | None] = {}
+    for row in range(len(stamps) - 1, -1, -1):
+        key = -stamps[row]
+        k = bisect_right(smallest, key)
+        smallest[k : k + 1] = [key]
+        starts[k : k + 1] = [row]
+        follower[row] = starts[k - 1] if k else None
+    kept = set()
+    at = starts[-1] if starts else None
+    while at is not None:
+        kept.add(at)
+        at = follower[at]
+    return [row for row in range(len(stamps)) if row not in kept]
+
+
+_TIMES_NOISE = 6.0  # times the root of the sum of two variances
+_TIMES_USUAL = 15.0  # times what neighbours in time usually differ by, which noise does too
+_FEWEST = 10  # neighbours: among fewer, no difference is the usual one
+
+
+def far_apart(rows: Rows) -> tuple[Finding, ...]:
+    """Return a doubtful finding for each signal with values at one time that differ by more than noise explains.
+
+    Noise is that of each sample, if it is known; otherwise what neighbours in time usually differ by is a bound of it.
+    InputError: a row without a time.
+    """
+    found: dict[str, list[tuple[float, int, float]]] = {}
+    repeats = list(rows.repeats())
+    usual = {name: _usual(rows, name) for name in {name for name, _ in repeats}}
+    for name, together in repeats:
+        apart = float(np.ptp(rows.values[name][together]))
+        most = _noise(rows.noise_std[name][together]) if name in rows.noise_std else usual[name]
+        if apart > most:
+            found.setdefault(name, []).append((apart, together[0], most))
+    return tuple(_doubtful(rows, name, far) for name, far in found.items())
+
+
+def _doubtful(rows: Rows, name: str, far: list[tuple[float, int, float]]) -> Finding:
+    apart, _, most = max(far)
+    of = "their noise" if name in rows.noise_std else "what is usual between neighbours in time"
+    what = (
+        f"values of {name} at one time that were averaged, though up to {apart:.3g} apart, more than {of} explains "
+        f"({most:.3g}): are they of one signal?"
+    )
+    return Finding(what, len(far), rows.places[min(row for _, row, _ in far)], is_doubtful=True)
+
+
+def _noise(deviations: Array) -> float:
+    return _TIMES_NOISE * float(np.sqrt(2) * np.max(deviations))
+
+
+def _usual(rows: Rows, name: str) -> float:
+    """Return how far apart values may be; infinity where too few neighbours differ to say so.
+
+    Neighbours in time differ by what their smallest or their largest values differ by, whichever is less: two sensors
+    with values at each time are neighbours of themselves.
+    """
+    stamps, ends = rows.timed(), dict[Decimal, tuple[float, float]]()
+    for row in np.flatnonzero(rows.present(name)).tolist():
+        value = float(rows.values[name][row])
+        low, high = ends.get(stamps[row], (value, value))
+        ends[stamps[row]] = min(low, value), max(high, value)
+    differences = np.min(np.abs(np.diff([ends[stamp] for stamp in sorted(ends)], axis=0)), axis=1, initial=np.inf)
+    moving = differences[(differences > 0) & np.isfinite(differences)]
+    return _TIMES_USUAL * float(np.median(moving)) if len(moving) >= _FEWEST else np.inf
+
+
+Repair = Callable[[Rows], tuple[Rows, tuple[Finding, ...]]]
+
+
+def drop_rows_without_time(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Drop rows without a time."""
+    return _without(rows, [row for row, stamp in enumerate(rows.stamps) if stamp is None], "no time, dropped")
+
+
+def drop_zero_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Drop rows in which every signal is zero, as some devices write them when they have lost their target.
+
+    If only one signal is read, a true zero looks the same: read all axes of the device together with this repair.
+    """
+    return _without(rows, rows.all_zero(), "zero in every signal, dropped")
+
+
+def drop_rows_out_of_order(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Drop the fewest rows such that times never decrease: for wrong stamps. InputError: a row without a time."""
+    return _without(rows, out_of_order(rows.timed()), "out of order, dropped")
+
+
+def sort_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Sort the rows by time: for correct stamps written late. InputError: a row without a time."""
+    stamps = rows.timed()
+    moved = out_of_order(stamps)
+    return rows.only(sorted(range(len(rows)), key=stamps.__getitem__)), _finding(rows, moved, "out of order, sorted")
+
+
+def keep_first_of_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Keep the first of several values of a signal at one time. InputError: a row without a time."""
+    return _merge(rows, lambda column, _: float(column[0]), "time repeated, first kept")
+
+
+def keep_last_of_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Keep the last of several values of a signal at one time. InputError: a row without a time."""
+    return _merge(rows, lambda column, _: float(column[-1]), "time repeated, last kept")
+
+
+def average_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+    """Replace several values of a signal at one time by their mean.
+
+    Its standard deviation is that of the mean of independent samples. Values that are further apart than noise explains
+    are found doubtful: they may be of two sensors, or of wrong stamps. InputError: a row without a time.
+    """
+    averaged, found = _merge(rows, lambda column, summary: summary(column) / len(column), "time repeated, averaged")
+    return averaged, (*found, *far_apart(rows))
+
+
+REPAIRS: Mapping[str, Repair] = {
+    repair.__name__: repair
+    for repair in (
+        drop_rows_without_time,
+        drop_zero_rows,
+        drop_rows_out_of_order,
+        sort_rows,
+        keep_first_of_repeated,
+        keep_last_of_repeated,
+        average_repeated,
+    )
+}
+"""The repairs by name."""
+
+
+def chosen_repairs(repairs: Sequence[Repair | str]) -> list[Repair]:
+    """Return the repairs in their order, names looked up in `REPAIRS`. InputError: an unknown name, or not a list."""
+    if isinstance(repairs, str) or callable(repairs):
+        alone = repairs if isinstance(repairs, str) else getattr(repairs, "__name__", repairs)
+        raise InputError(f"repairs: expected a list of them, in their order, got {alone} by itself")
+    if not isinstance(repairs, Sequence):
+        raise InputError(f"repairs: expected a list of them, got {repairs!r}")
+    return [_repair(repair) for repair in repairs]
+
+
+def _repair(repair: object) -> Repair:
+    if callable(repair):
+        chosen: Repair = repair
+        return chosen
+    if not isinstance(repair, str) or repair not in REPAIRS:
+        raise InputError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
+    return REPAIRS[repair]
+
+
+def _without(rows: Rows, dropped: Sequence[int], what: str) -> tuple[Rows, tuple[Finding, ...]]:
+    gone = set(dropped)
+    return rows.only([row for row in range(len(rows)) if row not in gone]), _finding(rows, dropped, what)
+
+
+def _finding(rows: Rows, found: Sequence[int], what: str) -> tuple[Finding, ...]:
+    return (Finding(what, len(found), rows.places[min(found)]),) if found else ()
+
+
+def _merge(
+    rows: Rows, merged: Callable[[Array, Callable[[Array], float]], float], what: str
+) -> tuple[Rows, tuple[Finding, ...]]:
+    """Merge several values of a signal at one time into the first of their rows; other signals stay in their rows.
+
+    `merged` gets the values, and a function that adds them up: the sum, or for standard deviations the root of the sum
+    of squares.
+    """
+    values = {name: column.copy() for name, column in rows.values.items()}
+    noise_std = {name: column.copy() for name, column in rows.noise_std.items()}
+    others: set[int] = set()
+    for name, together in rows.repeats():
+        first, *rest = together
+        for columns, summary in ((values, math.fsum), (noise_std, _root_of_squares)):
+            if name in columns:
+                columns[name][first] = merged(columns[name][together], summary)
+                columns[name][rest] = np.nan
+        others.update(rest)
+    return replace(rows, values=values, noise_std=noise_std), _finding(rows, sorted(others), what)
+
+
+def _root_of_squares(deviations: Array) -> float:
+    """Return √Σσ², or NaN if some σ is not positive: the sum would hide it, NaN is refused later."""
+    return math.hypot(*deviations) if np.all(deviations > 0) else math.nan
+
+
+def recording_of_table(rows: Rows, clock: Clock, repairs: Sequence[Repair], origin: Origin) -> Recording:
+    """Return the signals of one table as `recording_from_rows` does; warn of what is doubtful, stamps too."""
+    if origin is None and (question := first_doubt(clock, rows.stamps)):
+        warnings.warn(f"{rows.source}: {question}", DoubtfulInputWarning, stacklevel=4)
+    recording = recording_from_rows([rows], clock.absolute, repairs, origin)
+    for cleaning in recording.cleanings:
+        for question in cleaning.questions:
+            warnings.warn(question, DoubtfulInputWarning, stacklevel=4)
+    return recording
+
+
+def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:
+    """Return the signals of one or more tables or topics, with times [s] since `origin` [ns].
+
+    "first" is the first sample of all signals. None is the same if the stamps are `absolute`, otherwise the file's own
+    zero. InputError, with the place: something is wrong that no chosen repair mends, or a signal has no value.
+    """
+    repaired = [_repaired(rows, repairs) for rows in tables]
+    zero = zero_of(origin, absolute, min(_first(rows) for rows, _ in repaired))
+    signals = {name: _signal(rows, name, zero) for rows, _ in repaired for name in rows.values}
+    return Recording(signals, zero, tuple(cleaning for _, cleaning in repaired), absolute)
+
+
+def _repaired(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Cleaning]:
+    count = len(rows)
+    findings = [*_missing(rows)]
+    for repair in repairs:
+        rows, found = repair(rows)
+        findings.extend(found)
+    if len(rows.values) > 1 and (zero := rows.all_zero()):  # of a single signal a zero is an ordinary value
+        findings.append(Finding("zero in every signal, kept", len(zero), rows.places[zero[0]]))
+    _refuse_empty(rows)
+    _refuse_disorder(rows)
+    _refuse_repeats(rows)
+    _refuse_noise(rows)
+    return rows, Cleaning(rows.source, count, tuple(findings))
+
+
+def _missing(rows: Rows) -> list[Finding]:
+    absent = {name: np.flatnonzero(~rows.present(name)).tolist() for name in rows.values}
+    return [Finding(f"no value of {name}", len(at), rows.places[at[0]]) for name, at in absent.items() if at]
+
+
+def _refuse_empty(rows: Rows) -> None:
+    for name in rows.values:
+        if not rows.present(name).any():
+            raise InputError(f"{rows.source}: {name!r} has no value in any of the {len(rows)} rows left")
+
+
+def _refuse_disorder(rows: Rows) -> None:
+    stamps = rows.timed()
+    if wrong := out_of_order(stamps):
+        at = next(row for row in range(1, len(stamps)) if stamps[row] < stamps[row - 1])
+        raise InputError(
+            f"{rows.where(at)}: times must not decrease, got {plain(stamps[at])} s after {plain(stamps[at - 1])} s; "
+            f"{_rows(len(wrong))} out of order (sort_rows sorts them, drop_rows_out_of_order leaves them out)"
+        )
+
+
+def _refuse_repeats(rows: Rows) -> None:
+    repeats = list(rows.repeats())
+    if repeats:
+        name, (first, second, *_) = min(repeats, key=lambda repeat: repeat[1][1])
+        count = len({row for _, together in repeats for row in together[1:]})
+        raise InputError(
+            f"{rows.where(second)}: {name!r} has a second value at {plain(rows.timed()[second])} s, the first is in "
+            f"{rows.places[first]}; {_rows(count)} repeated (keep_first_of_repeated, keep_last_of_repeated or "
+            f"average_repeated makes one of them)"
+        )
+
+
+def _rows(count: int) -> str:
+    return "1 row is" if count == 1 else f"{count} rows are"
+
+
+def _refuse_noise(rows: Rows) -> None:
+    for name, deviations in rows.noise_std.items():
+        if bad := np.flatnonzero(rows.present(name) & ~(deviations > 0)).tolist():
+            got = "none" if np.isnan(deviations[bad[0]]) else f"{deviations[bad[0]]:g}"
+            raise InputError(f"{rows.where(bad[0])}: expected a positive standard deviation of {name!r}, got {got}")
+
+
+def _first(rows: Rows) -> Decimal:
+    """Return the stamp [s] of the first sample."""
+    stamps = rows.timed()
+    return min(stamps[int(np.argmax(rows.present(name)))] for name in rows.values)
+
+
+def _signal(rows: Rows, name: str, origin: int) -> Signal:
+    stamps = rows.timed()
+    at = np.flatnonzero(rows.present(name))
+    zero = EXACT.multiply(Decimal(origin), NANOSECOND)
+    times = np.array([float(EXACT.subtract(stamps[row], zero)) for row in at.tolist()])
+    if bad := np.flatnonzero(np.isinf(times)).tolist():
+        raise InputError(
+            f"{rows.where(int(at[bad[0]]))}: expected a time that fits a float64, got {stamps[at[bad[0]]]} s"
+        )
+    if bad := np.flatnonzero(~(np.diff(times) > 0)).tolist():
+        raise InputError(
+            f"{rows.where(int(at[bad[0] + 1]))}: this time and that of {rows.places[at[bad[0]]]} are one and the same "
+            f"float64, {times[bad[0]]:g} s after the origin {origin} ns"
+        )
+    noise_std = rows.noise_std[name][at] if name in rows.noise_std else None
+    return Signal(times, rows.values[name][at], noise_std)

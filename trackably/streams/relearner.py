@@ -12,10 +12,8 @@ from trackably.certificates.certified import Certified
 from trackably.certificates.judge import judged
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.robust import robust_of
-from trackably.control.online import holds_for_all_times
-from trackably.control.step.result import Plan, StepResult
-from trackably.control.stepping import SteppedController
-from trackably.control.windows import Clock, Late, WindowLearner
+from trackably.control.online import BudgetExceeded, Clock, WindowLearner, holds_for_all_times
+from trackably.control.stepping import Plan, SteppedController, StepResult
 from trackably.fit.fit import Fit
 from trackably.learning.joint.places import places_of
 from trackably.learning.problem import NoSolution, Solution
@@ -71,7 +69,9 @@ class Relearner:
         """What each window has taken [s]."""
         return self._windows.seconds
 
-    def __call__(self, samples: SamplesLike) -> TrackableReference | Late | NoSolution | Counterexample | Unproved:
+    def __call__(
+        self, samples: SamplesLike
+    ) -> TrackableReference | BudgetExceeded | NoSolution | Counterexample | Unproved:
         """Return a reference learned from a window of samples, with its proof; or why there is none in time.
 
         `reference` stays as it is until the next `step`: whether the loop can go over depends on the state then.

@@ -9,7 +9,7 @@ from pipeline.disturbed import counts
 from pipeline.disturbed.__main__ import total
 from pipeline.disturbed.cases import Case, random_case
 from pipeline.disturbed.counts import Counts, disturbed_runs
-from trackably.control.tube.disturbances import Constant
+from pipeline.loops.disturbances import Constant
 
 SEEDS = (0, 3, 11, 12)
 

@@ -16,9 +16,9 @@ from pipeline.storage.results import Results
 from tests.pipeline.params import EXAMPLE1, changed, written_to
 from tests.pipeline.stages import run_all_here
 from trackably.checker import Proved, check
-from trackably.control.scaling import scaled_controller
+from trackably.control.controller import scaled_controller
 from trackably.control.simulation import simulate
-from trackably.control.tube.controller import TubeController
+from trackably.control.tube import TubeController
 from trackably.errors import InputError
 
 ROBUST = ("robust", "robust_hyperparameters")

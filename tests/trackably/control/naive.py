@@ -5,7 +5,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from trackably.control.controller import Controller
-from trackably.control.step.starts import apply_inputs
+from trackably.control.search import apply_inputs
 
 
 def _variables(controller: Controller, k: int, state, reference, wider: float):

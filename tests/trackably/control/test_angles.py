@@ -9,7 +9,7 @@ from trackably.control.angles import turned_near
 from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import simulate
-from trackably.control.step.result import Infeasible, Plan
+from trackably.control.stepping import Infeasible, Plan
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Window
 from trackably.systems.sets.polytope import Polytope

@@ -9,9 +9,8 @@ import pytest
 from tests.trackably.checker.redundant import PLANE, in_the_plane
 from tests.trackably.control import instances, naive
 from trackably.control.controller import TOLERANCE, Controller
-from trackably.control.convex.compiled import CompiledProgram
-from trackably.control.step.result import Infeasible, Plan, Status
-from trackably.control.step.variables import StepVariables
+from trackably.control.programs import CompiledProgram, StepVariables
+from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.sets.polytope import Polytope

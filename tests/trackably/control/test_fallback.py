@@ -5,10 +5,10 @@ import pytest
 
 from tests.trackably.control import instances, naive
 from trackably.control.controller import TOLERANCE, Controller
+from trackably.control.problem import StepProblem
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import apply_fallback, simulate
-from trackably.control.step.problem import StepProblem
-from trackably.control.step.result import Infeasible
+from trackably.control.stepping import Infeasible
 from trackably.systems.reference import Window
 
 PLANT = instances.double_integrator()

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from pipeline.loops.feasible_set import feasible_set
 from tests.trackably.control import naive
 from trackably.control.controller import Controller
-from trackably.control.feasible_set import feasible_set
+from trackably.control.search import apply_inputs
 from trackably.control.simulation import shifted_inputs, simulate
-from trackably.control.step.result import Infeasible, Plan
-from trackably.control.step.starts import apply_inputs
+from trackably.control.stepping import Infeasible, Plan
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem

@@ -10,8 +10,7 @@ from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import OnWindow
 from trackably.certificates.outcome import Unproved
 from trackably.control.controller import TOLERANCE, Controller
-from trackably.control.online import OnlineLoop, decide_update, simulate_online
-from trackably.control.windows import LearningResult, receding_window
+from trackably.control.online import LearningResult, OnlineLoop, decide_update, receding_window, simulate_online
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior

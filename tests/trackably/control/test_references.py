@@ -7,10 +7,10 @@ import pytest
 
 from tests.trackably.control import instances
 from trackably.control.controller import Controller
+from trackably.control.error_model import ErrorModel, reference_defects
 from trackably.control.references import InterpolatedReference, TabulatedReference
 from trackably.control.simulation import simulate
-from trackably.control.step.error_model import ErrorModel, reference_defects
-from trackably.control.step.result import Plan
+from trackably.control.stepping import Plan
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil
 from trackably.systems.constrained import ConstrainedSystem

@@ -8,8 +8,7 @@ import pytest
 from tests.trackably.control.instances import at_rest, double_integrator
 from tests.trackably.control.test_nonlinear import CASES
 from trackably.control.controller import Controller
-from trackably.control.repeated_steps import RepeatedSteps
-from trackably.control.simulation import apply_fallback, simulate
+from trackably.control.simulation import RepeatedSteps, apply_fallback, simulate
 from trackably.systems.reference import Reference, Window
 
 LINEAR = double_integrator()

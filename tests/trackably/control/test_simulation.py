@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from tests.trackably.control import instances
-from trackably.control.closed_loop import concatenate
 from trackably.control.controller import Controller
-from trackably.control.simulation import apply_fallback, simulate
+from trackably.control.simulation import apply_fallback, concatenate, simulate
 
 HORIZON = 20
 ACCURACY = 1e-11

@@ -6,14 +6,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from pipeline.loops.feasible_set import feasible_set
 from tests.trackably.control import instances
 from tests.trackably.control.test_nonlinear import TANK, bump
-from trackably.control.controller import Controller
-from trackably.control.feasible_set import feasible_set
+from trackably.control.bounds import Scales
+from trackably.control.controller import Controller, scaled_controller
 from trackably.control.references import TabulatedReference
-from trackably.control.scaling import scaled_controller
-from trackably.control.step.result import Infeasible, Plan
-from trackably.control.step.scales import Scales
+from trackably.control.stepping import Infeasible, Plan
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem

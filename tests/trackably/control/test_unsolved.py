@@ -3,17 +3,16 @@
 import numpy as np
 import pytest
 
+from pipeline.loops.metrics import loop_metrics
 from tests.trackably.control import instances
 from tests.trackably.control.test_nonlinear import CASES, TANK
+from trackably.control import search
 from trackably.control.controller import Controller
-from trackably.control.metrics import loop_metrics
 from trackably.control.online import decide_update
+from trackably.control.programs import ElasticProgram, Program
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import apply_fallback, shifted_inputs, simulate
-from trackably.control.step import sequential
-from trackably.control.step.elastic import ElasticProgram
-from trackably.control.step.program import Program
-from trackably.control.step.result import Plan, Status, Unsolved
+from trackably.control.stepping import Plan, Status, Unsolved
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Window
@@ -95,7 +94,7 @@ def test_a_search_that_ends_without_an_explanation(monkeypatch):
     controller, reference, state = CASES["tank"]
     first = controller.step(0, state, reference)
     here = TANK.system.successor(state, first.input)
-    monkeypatch.setattr(sequential, "_CONVERGED", 0.0)
+    monkeypatch.setattr(search, "_CONVERGED", 0.0)
     monkeypatch.setattr(ElasticProgram, "change", lambda *_: None)
     found = unsolved(controller.step(1, here, reference), "no plan was found; the system misses the best trajectory")
     assert TANK.input_set.margin(found.fallback) >= 0

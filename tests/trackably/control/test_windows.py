@@ -7,8 +7,7 @@ import pytest
 
 from tests.trackably.control.test_online import CONTROLLER, PRIOR, STREAM, certified_by_search
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.control.online import simulate_online
-from trackably.control.windows import Late, WindowLearner, receding_window
+from trackably.control.online import BudgetExceeded, WindowLearner, receding_window, simulate_online
 from trackably.learning.joint.learn import learn_function
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import ConstrainedProblem, Contradiction, Pin
@@ -71,7 +70,7 @@ def test_what_is_late_is_not_tracked_and_the_old_reference_stays(first):
     early, late, next_one = found.updates
     assert early.accepted
     assert next_one.accepted
-    assert isinstance(late.learned, Late)
+    assert isinstance(late.learned, BudgetExceeded)
     assert not late.accepted
     assert late.reason == "not ready: learning and proof took 1.5 s, longer than the budget of 1 s"
     assert learner.seconds == [0.5, 1.5, 0.5]

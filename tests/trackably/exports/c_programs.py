@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.exports.c99.header import header
+from trackably.exports.c99 import header
 from trackably.exports.proved import Proved
 
 CC = shutil.which("cc")

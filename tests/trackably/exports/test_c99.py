@@ -34,7 +34,7 @@ from trackably.checker import certificate as checked
 from trackably.checker.arithmetic.intervals import exactly
 from trackably.checker.reading.subjects import subject_of
 from trackably.checker.steps.pieces.rounding import evaluation_errors as errors_of_pieces
-from trackably.exports.c99.header import header
+from trackably.exports.c99 import header
 from trackably.exports.proved import Proved
 from trackably.gp.signal import KernelSum
 from trackably.systems.flat.functional import Functional

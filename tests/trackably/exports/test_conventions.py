@@ -14,17 +14,16 @@ from tests.trackably.exports.references import EVERY, KERNEL, all_times, on_wind
 from tests.trackably.plants import AXIS, CART, SAMPLES
 from trackably import RationalQuadratic, TrackableReference, learn_reference
 from trackably.certificates.claim import AllTimes, AtInstants
-from trackably.exports.methods import Conventions
-from trackably.exports.shown.curve import curve
-from trackably.exports.shown.extent import reached, shown_times
-from trackably.exports.shown.html import html
+from trackably.exports.mixin import ExportMixin
+from trackably.exports.proved import reached, shown_times
+from trackably.exports.shown import curve, html
 from trackably.request.samples import samples_by_name
 from trackably.systems.reference import Reference
 
 every = pytest.mark.parametrize("name", EVERY)
 
 
-class Stub(Conventions):
+class Stub(ExportMixin):
     """A reference with a proof, as nothing but its two parts."""
 
     def __init__(self, reference: Reference, certificate: object) -> None:

@@ -75,7 +75,7 @@ def test_a_yaml_file_comes_back(tmp_path: Path) -> None:
 
 def test_small_numbers_are_numbers_in_every_yaml(tmp_path: Path) -> None:
     """YAML 1.1 takes 1e-05 for a text: such exponents get a point before them."""
-    from trackably.exports.ros2.write import _flow  # noqa: PLC0415
+    from trackably.exports.ros2 import _flow  # noqa: PLC0415
 
     for value in (1e-5, -1e300, 1.5e-7, 0.0, -0.0, 3.0, 5e-324):
         assert yaml.safe_load(_flow(value)) == value

@@ -19,8 +19,8 @@ from trackably import (
     learn_reference,
     mobile_robot,
 )
+from trackably.control.online import receding_window
 from trackably.control.references import InterpolatedReference
-from trackably.control.windows import receding_window
 from trackably.gp.joint import JointPosterior
 from trackably.gp.stencils import Stencils
 from trackably.systems.sampling import kinds_by_name, sampled_signals, stencils_by_name

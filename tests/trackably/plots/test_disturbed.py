@@ -6,8 +6,7 @@ from matplotlib.figure import Figure
 
 from tests.trackably.control.tube.instances import LOOPS
 from trackably import plots
-from trackably.control.loop_trajectory import LoopTrajectory
-from trackably.control.tube.runs import Runs
+from trackably.control.loop_trajectory import LoopTrajectory, Runs
 
 CART = LOOPS["pushed cart"]
 STEPS = np.arange(30.0)

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from pipeline.loops.initial_states import ABOVE, BELOW, ON
 from tests.project import ROOT
 from tests.trackably.plots.figures import (
     FIGURES,
@@ -29,7 +30,6 @@ from tests.trackably.plots.figures import (
     trace,
 )
 from trackably import plots
-from trackably.control.initial_states import ABOVE, BELOW, ON
 from trackably.plots.panels import INITIAL_STATE_STYLES
 from trackably.plots.scalar import state_at_steps
 from trackably.plots.style import SHEETS

@@ -11,8 +11,8 @@ from trackably.recordings import (
     Repair,
     Rows,
 )
-from trackably.recordings.from_rows import recording_from_rows
-from trackably.recordings.origin import Origin
+from trackably.recordings.clocks import Origin
+from trackably.recordings.rows import recording_from_rows
 
 NAN = float("nan")
 

@@ -14,7 +14,7 @@ from trackably.recordings import (
     drop_zero_rows,
     sort_rows,
 )
-from trackably.recordings.from_rows import recording_from_rows
+from trackably.recordings.rows import recording_from_rows
 
 REFUSALS: dict[str, tuple[Rows, tuple[Repair, ...], str]] = {
     "no time": (

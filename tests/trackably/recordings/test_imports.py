@@ -15,7 +15,7 @@ def loaded_by(statement: str) -> set[str]:
 
 def test_csv_without_mcap() -> None:
     modules = loaded_by("from trackably.recordings import read_csv, CsvLayout, Recording")
-    assert "trackably.recordings.csv_files.reader" in modules
+    assert "trackably.recordings.csv_file" in modules
     assert not modules & {"mcap", "mcap_protobuf", "mcap_ros2", "google.protobuf", "trackably.recordings.mcap_files"}
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from trackably.errors import InputError
-from trackably.recordings.origin import checked_origin, described
+from trackably.recordings.clocks import checked_origin, described
 
 NS = 1772442900_090000000
 

@@ -25,8 +25,7 @@ from trackably.recordings import (
     keep_last_of_repeated,
     sort_rows,
 )
-from trackably.recordings.order import out_of_order
-from trackably.recordings.repairs import chosen_repairs
+from trackably.recordings.rows import chosen_repairs, out_of_order
 
 DIRTY = rows(
     ["0", "2", "1", None, "2", "5", "0"],

@@ -8,9 +8,9 @@ import pytest
 
 from tests.trackably.plants import AXIS
 from trackably import (
+    BudgetExceeded,
     Controller,
     Infeasible,
-    Late,
     Plan,
     Proved,
     Relearner,
@@ -21,7 +21,7 @@ from trackably import (
     check,
     learn_reference,
 )
-from trackably.control.step.result import Status
+from trackably.control.stepping import Status
 from trackably.learning.joint.places import places_of
 
 KERNEL = SquaredExponential(0.5, 0.5)
@@ -84,7 +84,7 @@ def test_what_is_late_keeps_the_reference(learned):
     ticks = iter([0.0, 2.0, 2.0, 2.5])
     relearn = Relearner(learned, budget=1.0, clock=lambda: next(ticks))
     late = relearn(window(2))
-    assert isinstance(late, Late)
+    assert isinstance(late, BudgetExceeded)
     assert late.explanation == "learning and proof took 2 s, longer than the budget of 1 s"
     assert relearn.reference is learned
     assert isinstance(relearn(window(4)), TrackableReference)

@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackably.arrays import Array
-from trackably.control.loop_trajectory import LoopTrajectory
-from trackably.control.tube.runs import Runs
+from trackably.control.loop_trajectory import LoopTrajectory, Runs
 from trackably.plots.panels import (
     UNKNOWN_UNITS,
     Units,

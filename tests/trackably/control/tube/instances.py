@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from tests.trackably.systems.disturbance.instances import CART, EXAMPLE1, random_disturbed
-from trackably.control.scaling import scaled_controller
-from trackably.control.tube.controller import TubeController
+from trackably.control.controller import scaled_controller
+from trackably.control.tube import TubeController
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem

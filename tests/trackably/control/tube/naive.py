@@ -3,7 +3,7 @@
 import cvxpy as cp
 import numpy as np
 
-from trackably.control.tube.controller import TubeController
+from trackably.control.tube import TubeController
 from trackably.systems.disturbance.zonotope import Zonotope
 
 

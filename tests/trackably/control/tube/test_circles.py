@@ -5,8 +5,8 @@ import pytest
 
 from tests.trackably.control.tube.instances import LOOPS
 from tests.trackably.control.tube.test_controller import off
-from trackably.control.step.result import Plan, Status
-from trackably.control.tube.least_distance import nearest_in
+from trackably.control.error_set import nearest_in
+from trackably.control.stepping import Plan, Status
 
 
 def circles(matrix, aim, *, maxiter) -> None:

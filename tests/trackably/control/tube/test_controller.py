@@ -5,17 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pipeline.loops.disturbances import Constant, Drawn, Greedy
 from tests.trackably.control.instances import at_rest
 from tests.trackably.control.tube import naive
 from tests.trackably.control.tube.instances import LOOPS, STEPS, Loop
 from tests.trackably.systems.disturbance.instances import ALL, CART, EXAMPLE1
 from trackably.control.controller import Controller
 from trackably.control.simulation import shifted_inputs, simulate
-from trackably.control.step.result import Infeasible, Plan, Status, Unsolved
-from trackably.control.tube.controller import TubeController
-from trackably.control.tube.disturbances import Constant, Drawn, Greedy
-from trackably.control.tube.problem import TubeProblem
-from trackably.control.tube.program import TubeProgram
+from trackably.control.stepping import Infeasible, Plan, Status, Unsolved
+from trackably.control.tube import TubeController, TubeProblem, TubeProgram
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.tightening import tightening
 from trackably.systems.disturbance.zonotope import Zonotope

@@ -7,7 +7,7 @@ import pytest
 from tests.trackably.control.tube.instances import LOOPS, TWO_CARTS
 from tests.trackably.control.tube.naive import in_error_set
 from tests.trackably.systems.disturbance.instances import ALL
-from trackably.control.tube.error_set import ErrorSet
+from trackably.control.error_set import ErrorSet
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.tightening import tightening
 from trackably.systems.disturbance.zonotope import Zonotope

@@ -6,10 +6,7 @@ import pytest
 
 from tests.trackably.control.tube.instances import HULL, LOOPS
 from tests.trackably.control.tube.naive import in_error_set
-from trackably.control.tube.faces import Faces
-from trackably.control.tube.least_distance import nearest_in
-from trackably.control.tube.nearest import Nearest
-from trackably.control.tube.polygon import Polygon
+from trackably.control.error_set import Faces, Nearest, Polygon, nearest_in
 
 
 def roots(loop) -> list[np.ndarray]:

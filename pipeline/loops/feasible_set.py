@@ -1,0 +1,162 @@
+"""The feasible set of a controller: the states from which N admissible steps lead onto the reference."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from trackably.arrays import Array
+from trackably.control.bounds import PlantInequalities, Slack
+from trackably.control.controller import Controller, shortest_horizon
+from trackably.control.error_model import ErrorModel, reference_defects
+from trackably.control.references import TrackedReference
+from trackably.systems.linear import LinearSystem
+
+_CORNER = 1e-7
+"""A support point no further beyond an edge than this part of the set's size counts as on the edge."""
+
+
+def feasible_set(controller: Controller, reference: TrackedReference, k: int) -> Array:
+    """Return the corners of the set of states x(k) ∈ X from which the controller has a plan at step `k`.
+
+    The shape is (corners, n): both ends of an interval for one state, the corners of a polygon in counterclockwise
+    order for two, and no corner where the set is empty. The corners are exact up to the accuracy of linear programs,
+    because a linear program decides for each edge whether the set extends beyond it. Raises ValueError for more than
+    two states, for a nonlinear system, and where the set is unbounded.
+    """
+    n = len(controller.plant.system.states)
+    if not isinstance(controller.plant.system, LinearSystem):
+        raise ValueError("feasible set: it is drawn for linear systems only, whose sets are convex")
+    if n > 2:
+        raise ValueError(f"feasible set: it is drawn for one or two states, got {n}")
+    projection = _Projection.at(controller, reference, k)
+    if projection.support(np.eye(n)[0]) is None:
+        return np.empty((0, n))
+    if n == 1:
+        return np.array([projection.farthest(np.array([-1.0])), projection.farthest(np.array([1.0]))])
+    directions = [np.array(d) for d in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))]
+    first = [projection.farthest(d) for d in directions]
+    size = np.ptp(first, axis=0)
+    if not np.all(size > 0):
+        return _distinct(first, size)
+    corners: list[Array] = []
+    for p, q in zip(first, [*first[1:], first[0]], strict=True):
+        corners += [p, *_between(projection, p, q, size)]
+    return _distinct(corners, size)
+
+
+@dataclass(frozen=True, eq=False)
+class _Projection:
+    """{x : M (ê, V) ≤ b and E (ê, V) = f for some V}, with x = `origin` + `scales` ê: the projection of a polyhedron.
+
+    The polyhedron is in scales, because the solver's tolerances are absolute.
+    """
+
+    M: Array
+    b: Array
+    E: Array
+    f: Array
+    origin: Array
+    scales: Array
+
+    @classmethod
+    def at(cls, controller: Controller, reference: TrackedReference, k: int) -> "_Projection":
+        """Return the states at step `k` from which input errors V lead onto the reference."""
+        plant, window, scales = controller.plant, reference.window(k, controller.horizon), controller.formulation.scales
+        model = ErrorModel.along(plant.system, window).scaled(scales)
+        drift = model.drift @ (reference_defects(plant.system, window) / scales.states).ravel()
+        inequalities = PlantInequalities.of(plant)
+        slack = Slack.along(inequalities, window)
+        X, U = inequalities.states, inequalities.inputs
+        H, G = X.rows * scales.states / X.widths[:, None], U.rows * scales.inputs / U.widths[:, None]
+        (N, n, m), x_r = model.B.shape, window.states[0]
+        over_all = np.kron(np.eye(N), H)
+        E = np.hstack([model.free, model.forced])  # errors are E (ê, V) + drift
+        M = np.vstack([
+            over_all @ E,
+            np.hstack([np.zeros((N * len(G), n)), np.kron(np.eye(N), G)]),
+            np.hstack([H, np.zeros((len(H), N * m))]),
+        ])  # fmt: skip
+        now = (X.bounds - X.rows @ x_r) / X.widths
+        b = np.concatenate([slack.states.ravel() - over_all @ drift, slack.inputs.ravel(), now])
+        return cls(M, b, E[-n:], -drift[-n:], x_r, scales.states)
+
+    def support(self, direction: Array) -> Array | None:
+        """Return a state of the set that is farthest in a direction; None where the set is empty."""
+        n, along = len(self.scales), direction * self.scales
+        program = scipy.optimize.linprog(
+            np.concatenate([-along / np.max(np.abs(along)), np.zeros(self.M.shape[1] - n)]),
+            A_ub=self.M if len(self.M) else None,
+            b_ub=self.b if len(self.M) else None,
+            A_eq=self.E,
+            b_eq=self.f,
+            bounds=(None, None),
+            method="highs-ds",
+        )
+        if program.status == 3:
+            raise ValueError("feasible set: it is unbounded, and has no corners; bound the state set")
+        return None if program.x is None else np.asarray(self.origin + self.scales * program.x[:n])
+
+    def farthest(self, direction: Array) -> Array:
+        """Return the same as `support` for a set that is not empty. Raises ArithmeticError where the solver fails."""
+        found = self.support(direction)
+        if found is None:
+            raise ArithmeticError("feasible set: the numbers are beyond the solver")
+        return found
+
+
+def _between(projection: _Projection, p: Array, q: Array, size: Array) -> list[Array]:
+    """Return the corners between p and q, counterclockwise, without p and q."""
+    edge = (q - p) / size
+    if np.max(np.abs(edge)) <= _CORNER:
+        return []
+    normal = np.array([edge[1], -edge[0]]) / np.hypot(*edge)
+    r = projection.farthest(normal / size)
+    if normal @ ((r - p) / size) <= _CORNER:
+        return []
+    return [*_between(projection, p, r, size), r, *_between(projection, r, q, size)]
+
+
+def _distinct(corners: list[Array], size: Array) -> Array:
+    """Drop each corner that equals the next one."""
+    scale = np.where(size > 0, size, 1.0)
+    kept = [p for p, q in zip(corners, [*corners[1:], corners[0]], strict=True)
+            if np.max(np.abs(p - q) / scale) > _CORNER]  # fmt: skip
+    return np.array(kept or corners[:1])
+
+
+_INSTANTS = 80
+
+
+def feasible_over_time(
+    controller: Controller, reference: TrackedReference, horizons: tuple[int, ...], steps: range
+) -> dict[int, dict[str, Array]]:
+    """Return the columns of the feasible set for each horizon; nothing for nonlinear systems and three states or more.
+
+    For one state the columns are `step`, `lower` and `upper`, at up to 81 of the `steps`. For two they are `step`, the
+    first of them, and the corners under the names of the states. Horizons too short for the system are left out.
+    """
+    system = controller.plant.system
+    if not isinstance(system, LinearSystem) or len(system.states) > 2:
+        return {}
+    fewest = shortest_horizon(controller.plant)
+    with_horizon = {N: Controller(controller.plant, N, controller.Q, controller.R) for N in horizons if fewest <= N}
+    if len(system.states) == 2:
+        return {N: _corner_columns(at_horizon, reference, steps.start) for N, at_horizon in with_horizon.items()}
+    instants = np.unique(np.linspace(steps.start, steps[-1], _INSTANTS + 1).round().astype(int)).tolist()
+    return {N: _intervals(at_horizon, reference, instants) for N, at_horizon in with_horizon.items()}
+
+
+def _corner_columns(controller: Controller, reference: TrackedReference, step: int) -> dict[str, Array]:
+    corners = feasible_set(controller, reference, step)
+    names = controller.plant.system.states
+    return {"step": np.full(len(corners), float(step)), **{name: corners[:, i] for i, name in enumerate(names)}}
+
+
+def _intervals(controller: Controller, reference: TrackedReference, steps: list[int]) -> dict[str, Array]:
+    ends = np.full((len(steps), 2), np.nan)
+    for i, k in enumerate(steps):
+        corners = feasible_set(controller, reference, k)
+        if len(corners):
+            ends[i] = corners[0, 0], corners[-1, 0]
+    return {"step": np.array(steps, dtype=float), "lower": ends[:, 0], "upper": ends[:, 1]}

@@ -1,0 +1,87 @@
+"""The feasible set: the controller itself decides whether states near the corners are feasible."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from pipeline.loops.feasible_set import feasible_set
+from tests.trackably.control import instances
+from trackably.control.controller import Controller
+from trackably.control.stepping import Plan
+
+PLANT = instances.double_integrator()
+
+
+def is_feasible(controller, reference, k, state) -> bool:
+    return isinstance(controller.step(k, state, reference), Plan)
+
+
+def area(corners) -> float:
+    x, y = corners.T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+
+
+@pytest.mark.parametrize("level", [0.0, 1.2])
+@pytest.mark.parametrize("horizon", [2, 5, 12])
+def test_corners_are_where_feasibility_ends(horizon, level):
+    controller, still = Controller(PLANT, horizon, np.eye(2), np.eye(1)), instances.at_rest(PLANT, level)
+    corners = feasible_set(controller, still, 0)
+    centre = corners.mean(axis=0)
+    for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        for place in (p, (p + q) / 2):
+            assert is_feasible(controller, still, 0, centre + 0.999 * (place - centre))
+            outside = centre + 1.001 * (place - centre)
+            # The state set bounds the feasible set too, but the controller does not constrain the current state.
+            assert PLANT.state_set.margin(outside) < 0 or not is_feasible(controller, still, 0, outside)
+
+
+def test_corners_go_around_a_convex_polygon_once():
+    controller = Controller(PLANT, 12, np.eye(2), np.eye(1))
+    corners = feasible_set(controller, instances.at_rest(PLANT, 0.5), 0)
+    edges = np.roll(corners, -1, axis=0) - corners
+    turns = edges[:, 0] * np.roll(edges, -1, axis=0)[:, 1] - edges[:, 1] * np.roll(edges, -1, axis=0)[:, 0]
+    assert np.all(turns > -1e-9)
+    assert np.sum(np.arctan2(turns, np.sum(edges * np.roll(edges, -1, axis=0), axis=1))) == pytest.approx(2 * np.pi)
+
+
+def test_longer_horizons_start_from_more_states():
+    still = instances.at_rest(PLANT, 0.5)
+    sizes = [area(feasible_set(Controller(PLANT, N, np.eye(2), np.eye(1)), still, 0)) for N in (2, 5, 10, 20)]
+    assert all(smaller < larger for smaller, larger in pairwise(sizes))
+
+
+def test_of_a_scalar_system_it_is_an_interval_around_the_reference(example):
+    plant = example.learning.plant
+    previous = np.array([np.inf, -np.inf])
+    for horizon in (1, 3, 10):
+        controller = Controller(plant, horizon, np.eye(1), np.eye(1))
+        ends = feasible_set(controller, example.certified, 30)
+        assert ends.shape == (2, 1)
+        assert ends[0, 0] <= min(previous[0], example.certified.state(30)[0] + 1e-9)
+        assert ends[1, 0] >= max(previous[1], example.certified.state(30)[0] - 1e-9)
+        for end, outwards in zip(ends, (-1e-4, 1e-4), strict=True):
+            assert is_feasible(controller, example.certified, 30, end - outwards)
+            outside = end + outwards
+            assert plant.state_set.margin(outside) < 0 or not is_feasible(controller, example.certified, 30, outside)
+        previous = ends[:, 0]
+
+
+def test_it_is_empty_where_the_reference_leaves_the_state_set(example1):
+    reference, plant = example1.unconstrained, example1.learning.plant
+    leaves = instances.first_outside(reference, plant.state_set, reference.state)
+    controller = Controller(plant, 20, np.eye(1), np.eye(1))
+    assert feasible_set(controller, reference, leaves - 20).shape == (0, 1)
+    assert feasible_set(controller, reference, leaves - 21).shape == (2, 1)
+
+
+def test_three_states_are_refused():
+    case = next(case for case in map(instances.instance, range(20)) if case.start.size > 2)
+    with pytest.raises(ValueError, match="one or two states"):
+        feasible_set(case.controller, case.reference, 0)
+
+
+def test_an_unbounded_feasible_set_is_refused():
+    free = instances.double_integrator((-np.inf, np.inf), (-np.inf, np.inf), (-np.inf, np.inf))
+    with pytest.raises(ValueError, match="unbounded"):
+        feasible_set(Controller(free, 5, np.eye(2), np.eye(1)), instances.at_rest(free), 0)

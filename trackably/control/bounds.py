@@ -1,0 +1,209 @@
+"""Bounds of a plant as a controller meets them: scales, inequalities, points inside, what a reference leaves."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from trackably.arrays import Array
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Window
+from trackably.systems.sets.polytope import Polytope
+from trackably.systems.sets.scales import extents, squares_in_widths, unit_scales
+
+
+@dataclass(frozen=True, eq=False)
+class Scales:
+    """One unit for each state (n,) and each input (m,), and one for the cost."""
+
+    states: Array
+    inputs: Array
+    cost: float
+
+    @classmethod
+    def of(cls, plant: ConstrainedSystem, Q: Array, R: Array) -> "Scales":
+        """Return the widths of the sets as scales, and the largest cost of an error of one scale.
+
+        A coordinate without bounds gets the scale that the dynamics give it (`_spread`).
+        """
+        widths = np.concatenate([extents(plant.state_set), extents(plant.input_set)])
+        states, inputs = np.split(_spread(widths, _gains(plant), 1 / np.sqrt(np.diag(R))), [len(Q)])
+        costs = np.concatenate([np.diag(Q) * states**2, np.diag(R) * inputs**2])
+        return cls(states, inputs, float(np.max(costs)))
+
+    def weights(self, Q: Array, R: Array) -> tuple[Array, Array]:
+        """Return Q and R of the scaled errors e / s_x and v / s_u, for a cost in its scale."""
+        x, u = self.states, self.inputs
+        return Q * x[:, None] * x / self.cost, R * u[:, None] * u / self.cost
+
+
+def weight_in_widths(bounded: Polytope) -> Array:
+    """Return the weight (n, n) of a cost of errors as parts of widths, and in their own unit where no row bounds."""
+    rows = bounded.rows / bounded.widths[:, None]
+    free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows if len(rows) else np.eye(bounded.dimension)
+    weight = squares_in_widths(bounded) + np.where(np.abs(free) > 1e-9, free, 0.0)
+    return np.asarray((weight + weight.T) / 2)
+
+
+def _gains(plant: ConstrainedSystem) -> Array:
+    """Return (|A| |B|), shape (n, n + m), in the middle of the sets. Entries that are not defined there count as 0."""
+    x, u = middle(plant.state_set), middle(plant.input_set)
+    with np.errstate(all="ignore"):
+        A, B = plant.system.slopes(x, u)
+    gains = np.abs(np.hstack([A, B]))
+    return np.where(np.isfinite(gains), gains, 0.0)
+
+
+def middle(bounded: Polytope) -> Array:
+    """Return a point (n,) near the middle of all intervals, zero in directions without bounds."""
+    scale, widths = unit_scales(bounded), bounded.widths
+    rows = bounded.rows * scale / widths[:, None]
+    return np.asarray(scale * (np.linalg.pinv(rows) @ ((bounded.lower / 2 + bounded.upper / 2) / widths)))
+
+
+def _spread(widths: Array, gains: Array, otherwise: Array) -> Array:
+    """Return `widths` (n + m,) with each infinite entry replaced by a scale from coordinates that have one.
+
+    A coordinate without a scale gets that of its changes in a step, max_j g_ij s_j; where it depends on none that has a
+    scale, the change of it that moves another by one scale, min_i s_i / g_ij. Inputs get `otherwise` (m,) where
+    no coordinate has a scale, and all get 1 where no slope tells more.
+    """
+    scales, n = widths.copy(), len(gains)
+    for _ in scales:
+        unknown = np.isinf(scales)
+        forward = np.max(gains * np.where(unknown, 0.0, scales), axis=1)
+        with np.errstate(divide="ignore"):
+            backward = np.min(scales[:n, None] / gains, axis=0, initial=np.inf)
+        found = np.concatenate([np.where(forward > 0, forward, backward[:n]), backward[n:]])
+        if not np.any(unknown & np.isfinite(found)):
+            found = np.concatenate([np.full(n, np.inf), otherwise])
+        scales = np.where(unknown, found, scales)
+    return np.where(np.isfinite(scales), scales, 1.0)
+
+
+_TIE = 1e-6
+"""Slacks that differ by less than this count as equal."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inequalities:
+    """The polytope {y : `rows` y ≤ `bounds`}, with rows of shape (2r, n) and bounds (2r,).
+
+    `widths` (2r,) are the distances upper − lower between each row's bound and the opposite one.
+    """
+
+    rows: Array
+    bounds: Array
+    widths: Array
+
+    @classmethod
+    def of(cls, polytope: Polytope) -> "Inequalities":
+        """Write a polytope lower ≤ rows y ≤ upper as inequalities."""
+        return cls(*polytope.inequalities, np.tile(polytope.widths, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class PlantInequalities:
+    """The state set X and the input set U as inequalities."""
+
+    states: Inequalities
+    inputs: Inequalities
+
+    @classmethod
+    def of(cls, plant: ConstrainedSystem) -> "PlantInequalities":
+        return cls(Inequalities.of(plant.state_set), Inequalities.of(plant.input_set))
+
+
+@dataclass(frozen=True, eq=False)
+class Slack:
+    """Bounds of the errors, in parts of the widths w: H e(i) / w ≤ `states`(i−1) for i = 1 … N, shape (N, 2r), and
+    G v(i) / w ≤ `inputs`(i) for i < N, shape (N, 2s).
+
+    The current error e(0) is not bounded, because no input changes it any more.
+    """
+
+    states: Array
+    inputs: Array
+
+    @classmethod
+    def along(cls, inequalities: PlantInequalities, window: Window) -> "Slack":
+        """Return (h − H x_r) / w and (g − G u_r) / w along the window of a reference."""
+        X, U = inequalities.states, inequalities.inputs
+        states, inputs = X.bounds - window.states[1:] @ X.rows.T, U.bounds - window.inputs @ U.rows.T
+        return cls(states / X.widths, inputs / U.widths)
+
+    def widened(self, by: float) -> "Slack":
+        """Move every bound outwards, `by` a part of its width."""
+        return Slack(self.states + by, self.inputs + by)
+
+    def remaining(self, inequalities: PlantInequalities, errors: Array, input_errors: Array) -> "Slack":
+        """Return the slack left by e(1), …, e(N) (N, n) and v(0), …, v(N−1) (N, m): negative where one violates its
+        bound."""
+        X, U = inequalities.states, inequalities.inputs
+        return Slack(self.states - errors @ X.rows.T / X.widths, self.inputs - input_errors @ U.rows.T / U.widths)
+
+    @property
+    def smallest(self) -> float:
+        """The smallest slack of all; infinite where nothing is bounded."""
+        return float(min(np.min(self.states, initial=np.inf), np.min(self.inputs, initial=np.inf)))
+
+    @property
+    def tightest(self) -> tuple[int, int]:
+        """The quantity with the smallest slack, and the number of steps ahead at which it has it.
+
+        Quantities are the rows of the sets, those of the states first. Of equal slacks the earliest counts.
+        """
+        N, r = len(self.states), self.states.shape[1] // 2
+        both_sides = [values.reshape(N, 2, -1).min(axis=1) for values in (self.states, self.inputs)]
+        by_step = np.full((N + 1, r + self.inputs.shape[1] // 2), np.inf)
+        by_step[1:, :r], by_step[:-1, r:] = both_sides
+        smallest = np.min(by_step)
+        steps_ahead, quantity = np.argwhere(by_step <= smallest + _TIE * (1 + abs(smallest)))[0].tolist()
+        return quantity, steps_ahead
+
+
+_SHRINK = 1 - 2.0**-50
+"""Keeps the rounding of `pull_inside` from leading out of the set again."""
+
+
+@dataclass(frozen=True, eq=False)
+class AdmissiblePoints:
+    """The points of a set: of the input set, or of the state set."""
+
+    bounded: Polytope
+
+    def pull_inside(self, u: Array) -> Array:
+        """Return `u` (m,) if it is in the set; else the last point of the set on the line from its centre to u.
+
+        A solver's u is outside by its tolerance only. For a box the result then equals clipping, up to that tolerance.
+        """
+        if self.bounded.margin(u) >= 0:
+            return u
+        inequalities = Inequalities.of(self.bounded)
+        outward = inequalities.rows @ (u - self.centre)
+        slack = inequalities.bounds - inequalities.rows @ self.centre
+        crossed = outward > slack
+        part = np.min(slack[crossed] / outward[crossed], initial=1.0)  # 1 where only rounding crosses a bound
+        return np.asarray(self.centre + _SHRINK * part * (u - self.centre))
+
+    def first_finite(self, points: Iterable[Array]) -> Array:
+        """Return the first of some points (m,) that is finite, pulled inside; the centre if none is."""
+        return next((self.pull_inside(u) for u in points if np.all(np.isfinite(u))), self.centre)
+
+    @cached_property
+    def centre(self) -> Array:
+        """The point with the largest distance to all bounds, measured in their widths: shape (m,)."""
+        near, given, m = middle(self.bounded), Inequalities.of(self.bounded), self.bounded.dimension
+        if not len(given.rows):
+            return near
+        scale = unit_scales(self.bounded)
+        program = scipy.optimize.linprog(  # in scales, because its tolerances are absolute
+            np.append(np.zeros(m), -1.0),
+            A_ub=np.column_stack([given.rows * scale / given.widths[:, None], np.ones(len(given.rows))]),
+            b_ub=(given.bounds - given.rows @ near) / given.widths,
+            bounds=[(None, None)] * (m + 1),
+            method="highs",
+        )
+        return np.asarray(near + scale * np.asarray(program.x)[:m])

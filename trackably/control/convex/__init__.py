@@ -1,1 +1,0 @@
-"""Convex programs whose numbers change from step to step while their structure stays."""

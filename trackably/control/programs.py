@@ -1,0 +1,402 @@
+"""The convex programs of a controller, translated for the solver once, and filled with numbers in each step."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import clarabel
+import cvxpy as cp
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from trackably.arrays import Array
+from trackably.control.bounds import Inequalities, PlantInequalities, Scales, Slack
+from trackably.control.error_model import ErrorModel
+from trackably.systems.constrained import ConstrainedSystem
+
+# An interior-point method without warm start: the result depends on the parameters only, not on earlier steps. The
+# first tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. The next
+# tolerance is tried where float64 does not reach it.
+_TOLERANCES = (1e-12, 1e-10, 1e-8)
+_MAX_ITERATIONS = 50
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledProgram:
+    """A quadratic or linear program with parameters in its constraints alone.
+
+    ValueError where it is not convex and affine in its parameters, or where its objective has parameters.
+    """
+
+    problem: cp.Problem
+
+    def __post_init__(self) -> None:
+        if not self.problem.is_dcp(dpp=True):
+            raise ValueError("program: must be convex, and affine in its parameters")
+        if self.problem.objective.parameters():
+            raise ValueError("program: must have no parameters in its objective")
+
+    def solve(self) -> dict[int, Array] | None:
+        """Return the optimal values of the variables, by their ids, for the present values of the parameters.
+
+        None where the solver finds no solution. Raises ArithmeticError where a parameter is not finite.
+        """
+        form = self._form
+        A, b = form.constraints_at(self._values())
+        for tolerance in _TOLERANCES:
+            found = clarabel.DefaultSolver(form.P, form.q, A, b, form.cones, _settings(tolerance)).solve()
+            if found.status == clarabel.SolverStatus.Solved:
+                return form.split(np.array(found.x))
+            if found.status == clarabel.SolverStatus.PrimalInfeasible:
+                return None
+        return None
+
+    def _values(self) -> Array:
+        """Return all parameters in the order of the form, and a one."""
+        values = np.ones(self._form.parameters)
+        for parameter in self.problem.parameters():
+            first = self._form.first_parameter[parameter.id]
+            values[first : first + parameter.size] = np.ravel(parameter.value, order="F")
+        if not np.all(np.isfinite(values)):
+            raise ArithmeticError("the numbers of its program are not finite")
+        return values
+
+    @cached_property
+    def _form(self) -> "_Form":
+        return _Form.of(self.problem)
+
+
+@dataclass(frozen=True, eq=False)
+class _Form:
+    """The solver's form: entries of −A and b are `entries` times (parameters, 1); all else is constant.
+
+    Column by column, with b as the last one, entry i lies in row `rows[i]`; column j begins at entry `columns[j]`.
+    Variables and parameters are vectors of all their entries, each in the order of Fortran, by id.
+    """
+
+    P: sparse.csc_array
+    q: Array
+    cones: list[object]
+    entries: sparse.csr_array
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+    height: int
+    first_parameter: dict[int, int]
+    variables: dict[int, tuple[int, tuple[int, ...]]]
+
+    @classmethod
+    def of(cls, problem: cp.Problem) -> "_Form":
+        data, _, _ = problem.get_problem_data(cp.CLARABEL, solver_opts={})
+        program, dims, q = data[cp.settings.PARAM_PROB], data["dims"], data["c"]
+        height, size = dims.zero + dims.nonneg, len(q)
+        assert program.constr_size == height, "only equations and inequalities"
+        tensor = sparse.csr_array(program.A)
+        used = np.flatnonzero(np.diff(tensor.indptr))
+        return cls(
+            P=sparse.triu(data.get("P", sparse.csc_array((size, size)))).tocsc(),
+            q=q,
+            cones=[
+                cone(count)
+                for cone, count in ((clarabel.ZeroConeT, dims.zero), (clarabel.NonnegativeConeT, dims.nonneg))
+                if count
+            ],
+            entries=tensor[used],
+            rows=used % height,
+            columns=np.searchsorted(used // height, np.arange(size + 2)),
+            height=height,
+            first_parameter=program.param_id_to_col,
+            variables={v.id: (program.var_id_to_col[v.id], v.shape) for v in program.variables},
+        )
+
+    @property
+    def parameters(self) -> int:
+        """How many numbers parameters have, and the one that constants are multiplied with."""
+        return int(self.entries.shape[1])
+
+    def constraints_at(self, values: Array) -> tuple[sparse.csc_array, Array]:
+        """Return A and b for the values of the parameters."""
+        found, begin = self.entries @ values, self.columns[-2]
+        b = np.zeros(self.height)
+        b[self.rows[begin:]] = found[begin:]
+        shape = (self.height, len(self.q))
+        return sparse.csc_array((-found[:begin], self.rows[:begin], self.columns[:-1]), shape=shape), b
+
+    def split(self, x: Array) -> dict[int, Array]:
+        """Return the variables of which x (all of them) is made."""
+        return {
+            name: x[first : first + int(np.prod(shape))].reshape(shape, order="F")
+            for name, (first, shape) in self.variables.items()
+        }
+
+
+def _settings(tolerance: float) -> clarabel.DefaultSettings:
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_iter = _MAX_ITERATIONS
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    return settings
+
+
+@dataclass(frozen=True, eq=False)
+class StepVariables:
+    """Variables e (N + 1, n) and v (N, m), and parameters for everything that changes from step to step.
+
+    All are in the scales of the plant, and slack in parts of the widths, so that a solver meets numbers near one in
+    whatever units the plant is given. The matrices A_i and B_i of all steps are stacked: (N n, n) and (N n, m).
+    """
+
+    e: cp.Variable
+    v: cp.Variable
+    initial_error: cp.Parameter
+    terminal_error: cp.Parameter
+    A: cp.Parameter
+    B: cp.Parameter
+    defects: cp.Parameter
+    state_slack: cp.Parameter
+    input_slack: cp.Parameter
+
+    @classmethod
+    def of(cls, plant: ConstrainedSystem, horizon: int) -> "StepVariables":
+        n, m = len(plant.system.states), len(plant.system.inputs)
+        return cls(
+            e=cp.Variable((horizon + 1, n)),
+            v=cp.Variable((horizon, m)),
+            initial_error=cp.Parameter(n),
+            terminal_error=cp.Parameter(n),
+            A=cp.Parameter((horizon * n, n)),
+            B=cp.Parameter((horizon * n, m)),
+            defects=cp.Parameter((horizon, n)),
+            state_slack=cp.Parameter((horizon, 2 * len(plant.state_set.rows))),
+            input_slack=cp.Parameter((horizon, 2 * len(plant.input_set.rows))),
+        )
+
+    def assign(
+        self, model: ErrorModel, initial_error: Array, defects: Array, slack: Slack, terminal_error: Array
+    ) -> None:
+        """Give the parameters their values, all scaled."""
+        n, m = model.B.shape[1:]
+        self.A.value, self.B.value = model.A.reshape(-1, n), model.B.reshape(-1, m)
+        self.initial_error.value, self.defects.value = initial_error, defects
+        self.state_slack.value, self.input_slack.value = slack.states, slack.inputs
+        self.terminal_error.value = terminal_error
+
+    def dynamics(self) -> list[cp.Constraint]:
+        """Return the constraints e(0) = `initial_error` and e(i+1) = A_i e(i) + B_i v(i) + d_i."""
+        n = self.initial_error.size
+        steps = [slice(i * n, (i + 1) * n) for i in range(self.v.shape[0])]
+        return [
+            self.e[0] == self.initial_error,
+            *(
+                self.e[i + 1] == self.A[at] @ self.e[i] + self.B[at] @ self.v[i] + self.defects[i]
+                for i, at in enumerate(steps)
+            ),
+        ]
+
+    def ends(self) -> cp.Constraint:
+        """Return the constraint e(N) = `terminal_error`."""
+        return self.e[self.v.shape[0]] == self.terminal_error
+
+    def bounds(
+        self, plant: ConstrainedSystem, scales: Scales, widening: cp.Expression | float = 0.0
+    ) -> list[cp.Constraint]:
+        """Return the constraints that keep e and v within their slack, with each bound moved out by `widening` of its
+        width."""
+        constraints = []
+        for values, polytope, scale, slack in (
+            (self.e[1:], plant.state_set, scales.states, self.state_slack),
+            (self.v, plant.input_set, scales.inputs, self.input_slack),
+        ):
+            if len(polytope.rows):
+                given = Inequalities.of(polytope)
+                rows = given.rows * scale / given.widths[:, None]
+                constraints.append(values @ rows.T <= slack + widening * np.ones(slack.shape))
+        return constraints
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A convex program in the variables of a step."""
+
+    variables: StepVariables
+    compiled: CompiledProgram
+
+    def solve(
+        self, model: ErrorModel, initial_error: Array, defects: Array, slack: Slack, terminal_error: Array
+    ) -> Array | None:
+        """Return the optimal input errors v (N, m); None where the solver finds no solution, for whatever reason.
+
+        All numbers are scaled. Raises ArithmeticError where one is not finite.
+        """
+        self.variables.assign(model, initial_error, defects, slack, terminal_error)
+        found = self.compiled.solve()
+        return None if found is None else np.asarray(found[self.variables.v.id])
+
+
+def tracking_program(plant: ConstrainedSystem, horizon: int, scales: Scales, Q: Array, R: Array) -> Program:
+    """Return min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with e(N) as given (0: on the reference), e and v within their slack."""
+    s = StepVariables.of(plant, horizon)
+    scaled_Q, scaled_R = scales.weights(Q, R)
+    cost = squared(s.e[:-1], scaled_Q) + squared(s.v, scaled_R)
+    return _compiled(s, cost, [*s.dynamics(), *s.bounds(plant, scales), s.ends()])
+
+
+def widening_program(plant: ConstrainedSystem, horizon: int, scales: Scales) -> Program:
+    """Return the least part of their widths by which all sets must grow, or the most they may shrink, for an e(N)."""
+    s = StepVariables.of(plant, horizon)
+    widening = cp.Variable()
+    return _compiled(s, widening, [*s.dynamics(), *s.bounds(plant, scales, widening), s.ends()])
+
+
+def terminal_error_program(plant: ConstrainedSystem, horizon: int, scales: Scales) -> Program:
+    """Return min ‖e(N)‖ (Euclidean, in scales) with e, v within their slack: e(N) is unique then, the plan is not."""
+    s = StepVariables.of(plant, horizon)
+    missed = cp.sum_squares(s.e[horizon])
+    return _compiled(s, missed, [*s.dynamics(), *s.bounds(plant, scales)])
+
+
+def squared(rows: cp.Expression, weight: Array) -> cp.Expression:
+    """Return Σ_i ‖row_i‖² in the norm of `weight`."""
+    return cp.quad_form(cp.vec(rows, order="C"), np.kron(np.eye(rows.shape[0]), weight), assume_PSD=True)
+
+
+def _compiled(variables: StepVariables, cost: cp.Expression, constraints: list[cp.Constraint]) -> Program:
+    return Program(variables, CompiledProgram(cp.Problem(cp.Minimize(cost), constraints)))
+
+
+_ELASTIC_TOLERANCE = 1e-10
+_PROXIMAL = 1e-6
+"""The weight of a step's own size: it chooses among steps that are equally good."""
+
+_SOLVED = ("Solved", "AlmostSolved")
+
+
+class Linearised(NamedTuple):
+    """What a step starts from, in scales: slopes A (N, n, n) and B (N, n, m) along a trajectory, its `defects`
+    f(x_i, u_i) − x_(i+1) (N, n), and its distances e (N + 1, n) and v (N, m) from the reference."""
+
+    A: Array
+    B: Array
+    defects: Array
+    e: Array
+    v: Array
+
+    @property
+    def dynamics(self) -> sparse.csc_array:
+        """The matrix of A_i δe_i + B_i δv_i − δe_(i+1), shape (N n, (N − 1) n + N m), with δe_0 = δe_N = 0."""
+        N, n, _ = self.B.shape
+        by_state = np.zeros((N, n, N + 1, n))
+        by_state[np.arange(N), :, np.arange(N)] = self.A
+        by_state[np.arange(N), :, np.arange(1, N + 1)] = -np.eye(n)
+        inner = sparse.csc_array(by_state[:, :, 1:-1].reshape(N * n, (N - 1) * n))
+        return sparse.csc_array(sparse.hstack([inner, sparse.block_diag(list(self.B))]))
+
+    @property
+    def least_change(self) -> "Change":
+        """The least change, in the Euclidean norm, after which no dynamics are missed, to first order; bounds are not
+        kept."""
+        return self.change(-np.linalg.lstsq(self.dynamics.toarray(), self.defects.ravel())[0])
+
+    def change(self, x: Array) -> "Change":
+        """Return changes of states and inputs, given as one vector x."""
+        N, n, m = self.B.shape
+        states, inputs = np.split(x, [(N - 1) * n])
+        defects = self.defects + (self.dynamics @ x).reshape(N, n)
+        return Change(states.reshape(N - 1, n), inputs.reshape(N, m), defects)
+
+    @property
+    def is_defined(self) -> bool:
+        """Whether all numbers are finite."""
+        return all(bool(np.all(np.isfinite(values))) for values in self)
+
+
+class Change(NamedTuple):
+    """Changes of the inner states x(1), …, x(N − 1), shape (N − 1, n), and of the inputs (N, m), in scales; `defects`
+    (N, n) are those after them, to first order."""
+
+    states: Array
+    inputs: Array
+    defects: Array
+
+    @property
+    def missed(self) -> float:
+        """Σ_i ‖defect_i‖₁ after the changes, to first order."""
+        return float(np.sum(np.abs(self.defects)))
+
+    @property
+    def size(self) -> float:
+        """The largest change of all."""
+        return float(max(np.max(np.abs(self.states), initial=0.0), np.max(np.abs(self.inputs))))
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticProgram:
+    """min w V(e + δe, v + δv) + Σ_i ‖d_i + A_i δe_i + B_i δv_i − δe_(i+1)‖₁ with |δe| ≤ Δ, |δv| ≤ Δ and bounds kept.
+
+    V = Σ_i ‖e_i‖²_Q + ‖v_i‖²_R, with Q and R in scales. The first and the last state are given and do not change. The
+    program has a solution from wherever the bounds are kept: no change at all satisfies its constraints. (The ℓ1
+    penalty is exact, see Fletcher: Practical Methods of Optimization, section 14.4.)
+    """
+
+    scales: Scales
+    inequalities: PlantInequalities
+    horizon: int
+    Q: Array
+    R: Array
+
+    def change(self, at: Linearised, slack: Array, weight: float, radius: float) -> Change | None:
+        """Return the best change for w = `weight` ≥ 0 and Δ = `radius`; None where the solver finds none.
+
+        `slack` (rows of `bounds`,) is what the trajectory leaves to its bounds, in parts of the widths.
+        """
+        dynamics, defects = at.dynamics, at.defects.ravel()
+        count, equations = dynamics.shape[1], defects.size
+        each, missed = sparse.eye_array(count, format="csc"), sparse.eye_array(equations, format="csc")
+        rows = sparse.block_array(
+            [[dynamics, -missed], [-dynamics, -missed], [self.bounds, None], [each, None], [-each, None]], format="csc"
+        )
+        limits = np.concatenate([-defects, defects, np.maximum(slack, 0.0), np.full(2 * count, radius)])
+        half = sparse.block_diag([weight * self._weights + _PROXIMAL * each, sparse.csc_array((equations, equations))])
+        linear = np.concatenate([2 * weight * (self._weights @ _joined(at.e[1:-1], at.v)), np.ones(equations)])
+        cone = [clarabel.NonnegativeConeT(len(limits))]
+        found = clarabel.DefaultSolver(2 * half.tocsc(), linear, rows, limits, cone, _elastic_settings()).solve()
+        x = np.asarray(found.x)[:count]
+        if str(found.status) not in _SOLVED or not np.all(np.isfinite(x)):
+            return None
+        return at.change(x)
+
+    @cached_property
+    def bounds(self) -> sparse.csc_array:
+        """The rows of X for inner states and those of U for inputs, in scales and in parts of the widths."""
+        X, U = self.inequalities.states, self.inequalities.inputs
+        return sparse.csc_array(
+            sparse.block_diag(
+                [
+                    sparse.kron(sparse.eye_array(self.horizon - 1), _scaled(X, self.scales.states)),
+                    sparse.kron(sparse.eye_array(self.horizon), _scaled(U, self.scales.inputs)),
+                ]
+            )
+        )
+
+    @cached_property
+    def _weights(self) -> sparse.csc_array:
+        """V of inner states and inputs as a matrix."""
+        inner, inputs = sparse.eye_array(self.horizon - 1), sparse.eye_array(self.horizon)
+        return sparse.csc_array(sparse.block_diag([sparse.kron(inner, self.Q), sparse.kron(inputs, self.R)]))
+
+
+def _scaled(inequalities: Inequalities, scales: Array) -> sparse.csc_array:
+    return sparse.csc_array(inequalities.rows * scales / inequalities.widths[:, None])
+
+
+def _joined(states: Array, inputs: Array) -> Array:
+    return np.concatenate([states.ravel(), inputs.ravel()])
+
+
+def _elastic_settings() -> clarabel.DefaultSettings:
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _ELASTIC_TOLERANCE
+    settings.max_iter = 50
+    settings.max_threads = 1
+    return settings

@@ -1,1 +1,0 @@
-"""One step of a controller: its convex programs, and the plan or the explanation that they give."""

@@ -1,1 +1,0 @@
-"""References as C headers: coefficients, and the operations that certificates bound the rounding of."""

@@ -1,0 +1,163 @@
+"""What every proved reference offers to those who use it, in the conventions that they know."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from trackably.arguments import whole
+from trackably.arrays import Array, ArrayLike
+from trackably.exports.proved import Proved, proved_times
+from trackably.files import path_of
+from trackably.gp.samples import Samples
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from trackably.exports.acados import SlidingReferences
+    from trackably.exports.control import FlatTrajectory
+    from trackably.exports.do_mpc import Parameters, TimeVarying
+    from trackably.exports.ros2 import Joints
+    from trackably.exports.table import Units
+
+
+class Values(NamedTuple):
+    """States x_r(t), shape (*t.shape, n), and inputs u_r(t), shape (*t.shape, m), in the units of the system."""
+
+    states: Array
+    inputs: Array
+
+
+class ExportMixin:
+    """Evaluation at times, a figure, and a table for notebooks. Mixed into whatever has a reference and a proof.
+
+    Times are seconds, in any array, list or pandas Series. Those outside of what is proved are refused with a
+    ValueError. Modules that write for others are loaded when they are first needed.
+    """
+
+    @property
+    def sampled(self) -> Mapping[str, Samples]:
+        """The samples that the reference was learned from, by the name of the state: none, if it was given."""
+        return {}
+
+    def __call__(self: Proved, t: ArrayLike) -> Array:
+        """Return the states x_r(t) at times t [s]: shape (*t.shape, n), and (n,) for one number."""
+        return self.reference.state_at(proved_times(self, t))
+
+    def eval(self: Proved, times: ArrayLike) -> Values:
+        """Return states and inputs at times t [s]: shapes (*t.shape, n) and (*t.shape, m).
+
+        The input u_r(t), held for one sampling time T_s, takes x_r(t) to x_r(t + T_s).
+        """
+        t = proved_times(self, times)
+        return Values(self.reference.state_at(t), self.reference.input_at(t))
+
+    def plot(self: Proved, start: float | None = None, end: float | None = None) -> Figure:
+        """Draw states and inputs between their bounds from `start` to `end` [s], and the samples if there are any.
+
+        Left out, they are the ends of what is proved; where all times are, the time from which the reference is
+        settled, but not more than twice what it is made of, or one period. Raises ValueError for times outside of what
+        is proved.
+        """
+        from trackably.exports.shown import figure  # noqa: PLC0415  matplotlib is loaded for figures only
+
+        return figure(self, start, end)
+
+    def _repr_html_(self: Proved) -> str:
+        from trackably.exports.shown import html  # noqa: PLC0415  loaded for notebooks only
+
+        return html(self)
+
+    def to_do_mpc(
+        self: Proved, controller: Any, parameters: Parameters | None = None, start: float = 0.0
+    ) -> TimeVarying:
+        """Return the `tvp_fun` of a do-mpc controller or simulator: states and inputs over its horizon.
+
+        The model declares what it wants, as by set_variable('_tvp', 'position_ref'): parameters are named after states
+        and inputs, with _ref. `parameters` gives other names: {'x_ref': ['position', 'velocity'], 'u_ref': 'force'}.
+        The controller's time zero is `start` [s] of the reference. Stage j at time t holds x_r and u_r at t + j T_s.
+
+        ValueError: the controller's t_step is not T_s, or a parameter is not declared. What is returned raises
+        ValueError where the horizon reaches beyond what is proved.
+        """
+        from trackably.exports.do_mpc import tvp_function  # noqa: PLC0415
+
+        return tvp_function(self, controller, parameters, start)
+
+    def to_acados(self: Proved, horizon: int) -> SlidingReferences:
+        """Return the references of an acados solver with N = `horizon` stages of T_s each.
+
+        `.at(k)` are the arrays yref (N, n + m) and yref_e (n,) at step k, `.set_in(solver, k)` gives them to a solver.
+        Where a state is a heading, give the plant's state too: whole turns are then added that are near it.
+        """
+        from trackably.exports.acados import SlidingReferences  # noqa: PLC0415
+
+        return SlidingReferences(self, whole("to_acados: horizon", horizon, least=1))
+
+    def to_control(self: Proved) -> FlatTrajectory:
+        """Return the reference as python-control has trajectories of flat systems: `.eval(times)`, `.response(times)`.
+
+        Signals are rows there and times are columns: shapes (n, N) and (m, N).
+        """
+        from trackably.exports.control import FlatTrajectory  # noqa: PLC0415
+
+        return FlatTrajectory(self)
+
+    def to_csv(
+        self: Proved, path: Path | str, first: int | None = None, count: int | None = None, units: Units | None = None
+    ) -> Path:
+        """Write time, states and inputs at `count` steps from `first` on as a CSV file; return its path.
+
+        Left out, these are the steps that `plot` shows. `units` by name go into the header, as {'position': 'm'}.
+        Reading the numbers gives the same float64 again. Raises OSError, and ValueError for steps that are not proved.
+        """
+        from trackably.exports.table import write_csv  # noqa: PLC0415
+
+        return write_csv(self, path, first, count, units)
+
+    def to_parquet(
+        self: Proved, path: Path | str, first: int | None = None, count: int | None = None, units: Units | None = None
+    ) -> Path:
+        """Write the table of `to_csv` as a Parquet file. InputError: pyarrow, of the extra `parquet`, is missing."""
+        from trackably.exports.table import write_parquet  # noqa: PLC0415
+
+        return write_parquet(self, path, first, count, units)
+
+    def to_ros2(
+        self: Proved,
+        path: Path | str,
+        joints: Joints,
+        first: int | None = None,
+        count: int | None = None,
+        topic: str = "/joint_trajectory",
+        stamp: int = 0,
+    ) -> Path:
+        """Write a `trajectory_msgs/msg/JointTrajectory` to an .mcap or .yaml file; return the path.
+
+        `joints` says what each field of a joint's points holds: {'shoulder': {'positions': 'angle', 'velocities':
+        'speed', 'effort': 'torque'}}, in the units that ROS expects (rad or m, and s). Points are the steps, as in
+        `to_csv`. `stamp` [ns] is the time of the message in an MCAP file, under `topic`.
+
+        What is proved holds at the points. Between them a ROS controller interpolates in its own way.
+        """
+        from trackably.exports.ros2 import write_mcap, write_yaml  # noqa: PLC0415
+
+        match path_of("to_ros2", path).suffix:
+            case ".yaml" | ".yml":
+                return write_yaml(self, path, joints, first, count)
+            case ".mcap":
+                return write_mcap(self, path, joints, first, count, topic, stamp)
+        raise ValueError(f"to_ros2: expected the name of an .mcap or .yaml file, got {path}")
+
+    def to_c(self: Proved, path: Path | str, name: str = "reference") -> Path:
+        """Write a header in plain C99 with coefficients and functions; return its path.
+
+        `name_at(t, x, u)` and `name_step(k, x, u)` do the operations whose rounding is certified: values differ from
+        the exact ones by the certificate's `evaluation_error` at most. They return 1, and no values, where nothing is
+        proved. Of inputs that act alike they give the smallest, as `input` does. ValueError: a formula has no
+        counterpart in C.
+        """
+        from trackably.exports.c99 import write_header  # noqa: PLC0415
+
+        return write_header(self, path, name)

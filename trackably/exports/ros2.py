@@ -1,0 +1,164 @@
+"""References as trajectories of joints, `trajectory_msgs/msg/JointTrajectory` of ROS 2: no ROS is needed."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from mcap.writer import CompressionType
+from mcap_ros2.writer import Writer
+
+from trackably.arguments import instance, text, whole
+from trackably.arrays import Array
+from trackably.exports.proved import Proved, chosen_steps, places, require_known, values_at
+from trackably.files import new_file, write_atomically, write_text
+
+FIELDS: Final = ("positions", "velocities", "accelerations", "effort")
+"""The fields of a point, in the order of the message."""
+
+Joints = Mapping[str, Mapping[str, str]]
+"""For each joint, the state or input that each field of its points holds."""
+
+_EXAMPLE: Final = "{'shoulder': {'positions': 'angle'}}"
+_NANOSECONDS: Final = 1_000_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class JointTrajectory:
+    """Points at `nanoseconds` (K,) from the start; `values` (K, J) of `joints` by field, empty ones left out."""
+
+    joints: tuple[str, ...]
+    nanoseconds: list[int]
+    values: dict[str, Array]
+
+    def message(self, frame: str, stamp: int) -> dict[str, Any]:
+        """Return the message as nested dictionaries, with every field that ROS expects; `stamp` in nanoseconds."""
+        points = [
+            {
+                **{name: self.values[name][k].tolist() if name in self.values else [] for name in FIELDS},
+                "time_from_start": _split(since),
+            }
+            for k, since in enumerate(self.nanoseconds)
+        ]
+        header = {"stamp": _split(stamp), "frame_id": frame}
+        return {"header": header, "joint_names": [*self.joints], "points": points}
+
+
+def joint_trajectory(proved: Proved, joints: Joints, first: int | None, count: int | None) -> JointTrajectory:
+    """Return the points at steps of a reference, times counted from the first of them and rounded to nanoseconds.
+
+    ValueError: no joint, an unknown field or name, fields that differ between joints, or steps that are not proved.
+    """
+    fields = _fields(joints, proved)
+    place, steps = places(proved), chosen_steps(proved, first, count)
+    values = values_at(proved, steps)
+    since = np.rint((steps - steps[0]) * proved.reference.plant.sampling_time * _NANOSECONDS)
+    by_field = {name: values[:, [place[of[name]] for of in joints.values()]] for name in fields}
+    return JointTrajectory(tuple(joints), [int(t) for t in since.tolist()], by_field)
+
+
+def _fields(joints: Joints, proved: Proved) -> list[str]:
+    """Return the fields that all joints have, in the order of the message. Raises as `joint_trajectory`."""
+    instance("joints", joints, Mapping, f"mappings such as {_EXAMPLE}")
+    for of in joints.values():
+        instance("joints", of, Mapping, f"mappings such as {_EXAMPLE}")
+    if not joints:
+        raise ValueError(f"joints: none is given; for example {_EXAMPLE}")
+    first, *others = joints
+    for joint, of in joints.items():
+        text("joints: name", joint)
+        if unknown := [name for name in of if name not in FIELDS]:
+            raise ValueError(f"joints: {joint} has no field {unknown[0]}, only {', '.join(FIELDS)}")
+        require_known(f"joints: {joint}", dict.fromkeys(of.values()), proved)
+    if not joints[first]:
+        raise ValueError(f"joints: {first} has no field; expected some of {', '.join(FIELDS)}")
+    for joint in others:
+        if set(joints[joint]) != set(joints[first]):
+            raise ValueError(f"joints: {joint} must have the fields of {first}: {', '.join(joints[first])}")
+    return [name for name in FIELDS if name in joints[first]]
+
+
+def _split(nanoseconds: int) -> dict[str, int]:
+    sec, nanosec = divmod(nanoseconds, _NANOSECONDS)
+    return {"sec": sec, "nanosec": nanosec}
+
+
+NAME: Final = "trajectory_msgs/msg/JointTrajectory"
+
+_SEPARATOR: Final = "=" * 80
+DEFINITION: Final = f"""std_msgs/Header header
+string[] joint_names
+JointTrajectoryPoint[] points
+{_SEPARATOR}
+MSG: trajectory_msgs/JointTrajectoryPoint
+float64[] positions
+float64[] velocities
+float64[] accelerations
+float64[] effort
+builtin_interfaces/Duration time_from_start
+{_SEPARATOR}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{_SEPARATOR}
+MSG: builtin_interfaces/Duration
+int32 sec
+uint32 nanosec
+{_SEPARATOR}
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+"""The message and all that it is made of, as MCAP's `ros2msg` schemas hold it."""
+
+
+def write_yaml(proved: Proved, path: Path | str, joints: Joints, first: int | None, count: int | None) -> Path:
+    """Write the message as YAML, which `ros2 topic pub` takes; one point a line."""
+    message = joint_trajectory(proved, joints, first, count).message("", 0)
+    points = message.pop("points")
+    lines = [f"# {line}" for line in _story(proved)]
+    lines += [f"{key}: {_flow(value)}" for key, value in message.items()]
+    lines += ["points:", *(f"  - {_flow(point)}" for point in points)]
+    write_text(file := new_file("to_ros2", path), "\n".join(lines) + "\n")
+    return file
+
+
+def write_mcap(
+    proved: Proved,
+    path: Path | str,
+    joints: Joints,
+    first: int | None,
+    count: int | None,
+    topic: str,
+    stamp: int,
+) -> Path:
+    """Write one message of the whole trajectory at time `stamp` [ns], without compression: the same bytes each time."""
+    whole("to_ros2: stamp", stamp, least=0)
+    trajectory = joint_trajectory(proved, joints, first, count)
+    content = BytesIO()
+    with Writer(content, compression=CompressionType.NONE) as writer:
+        schema = writer.register_msgdef(NAME, DEFINITION)
+        writer.write_message(topic, schema, trajectory.message("", stamp), log_time=stamp, publish_time=stamp)
+        writer.add_metadata("trackably", {"statement": proved.certificate.explanation})
+    write_atomically(file := new_file("to_ros2", path), content.getvalue())
+    return file
+
+
+def _story(proved: Proved) -> list[str]:
+    return [NAME, *proved.certificate.explanation.splitlines()]
+
+
+def _flow(value: Any) -> str:
+    """Return a value in YAML's flow style, with floats that every YAML reader takes for floats."""
+    match value:
+        case dict():
+            return "{" + ", ".join(f"{key}: {_flow(inner)}" for key, inner in value.items()) + "}"
+        case list():
+            return "[" + ", ".join(map(_flow, value)) + "]"
+        case float():
+            mantissa, e, exponent = repr(value).partition("e")  # YAML 1.1 wants a point before an exponent
+            return f"{mantissa}{'' if '.' in mantissa or not e else '.0'}{e}{exponent}"
+    return json.dumps(value, ensure_ascii=False)

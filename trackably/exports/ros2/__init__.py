@@ -1,1 +1,0 @@
-"""References as trajectories of joints, `trajectory_msgs/msg/JointTrajectory` of ROS 2: no ROS is needed."""

@@ -1,0 +1,112 @@
+"""What a notebook shows of a reference: a figure, and a table of its bounds with small pictures."""
+
+from html import escape
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from trackably.exports.proved import Proved, Reached, ends, proved_times, reached, shown_times
+from trackably.plots.tracking import Observed, tracking
+
+_WIDTH, _HEIGHT, _EDGE = 160.0, 34.0, 4.0
+_POINTS = 160
+
+
+def curve(reached: Reached) -> str:
+    """Return an SVG element: the curve, its bounds as lines, and a dot where it is nearest to one of them.
+
+    Lines have the colour of the text around them, so the picture suits light and dark pages.
+    """
+    bounds = reached.quantity.bounds
+    low, high = _vertical_ends(reached)
+    x = _scaled(reached.times, reached.times[0], reached.times[-1], 0.0, _WIDTH)
+    y = _scaled(reached.values, low, high, _HEIGHT - _EDGE, _EDGE)
+    chosen = np.unique(np.linspace(0, x.size - 1, _POINTS).round().astype(int))
+    points = " ".join(f"{x[i]:.1f},{y[i]:.1f}" for i in chosen)
+    levels = _scaled(np.array([b for b in (bounds.lower, bounds.upper) if low <= b <= high]), low, high,
+                     _HEIGHT - _EDGE, _EDGE)  # fmt: skip
+    lines = "".join(
+        f'<line x1="0" x2="{_WIDTH:g}" y1="{level:.1f}" y2="{level:.1f}" stroke="currentColor" stroke-opacity="0.45" '
+        'stroke-dasharray="3 2"/>'
+        for level in levels.tolist()
+    )
+    nearest = int(np.argmin(bounds.margin(reached.values)))
+    return (
+        f'<svg width="{_WIDTH:g}" height="{_HEIGHT:g}" viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" '
+        f'role="img" aria-label="curve between its bounds" style="overflow:visible">{lines}'
+        f'<polyline points="{points}" fill="none" stroke="currentColor" stroke-width="1.4"/>'
+        f'<circle cx="{x[nearest]:.1f}" cy="{y[nearest]:.1f}" r="2.6" fill="#d55e00"/></svg>'
+    )
+
+
+def _vertical_ends(reached: Reached) -> tuple[float, float]:
+    """Return the ends of the vertical axis: the bounds, or the values where a bound is further away than these are."""
+    bounds, values = reached.quantity.bounds, reached.values
+    least, most = float(np.min(values)), float(np.max(values))
+    reach = max(most - least, 1e-9 * max(abs(least), abs(most)), 1e-300)
+    low = bounds.lower if least - bounds.lower <= 2 * reach else least
+    high = bounds.upper if bounds.upper - most <= 2 * reach else most
+    return (low, high) if low < high else (low - reach, high + reach)
+
+
+def _scaled(values: np.ndarray, low: float, high: float, first: float, last: float) -> np.ndarray:
+    return np.asarray(first + (values - low) / (high - low) * (last - first))
+
+
+_HEADINGS = ("", "bounds", "from", "to", "least margin", "at", "")
+_CELL = 'style="text-align:{side};padding:0.15em 0.8em 0.15em 0;border:none;color:inherit;background:none"'
+
+
+def html(proved: Proved) -> str:
+    """Return an HTML element whose colours follow the page: names are escaped.
+
+    Margins are the smallest that were found at up to 2000 times, so evidence; that no margin is negative is proved.
+    """
+    first, last = ends(proved)
+    said = proved.certificate.explanation
+    others = [sentence for sentence in proved.explanation.split("; ") if sentence not in said]
+    details = "".join(f"<li>{escape(sentence)}</li>" for sentence in others)
+    more = f"<details><summary>what else is known of it</summary><ul>{details}</ul></details>"
+    rows = "".join(map(_row, reached(proved)))
+    head = "".join(f"<th {_style(i)}>{name}</th>" for i, name in enumerate(_HEADINGS))
+    return (
+        '<div class="trackably-reference" style="color:inherit;background:none;line-height:1.45">'
+        f"<p><strong>Trackably</strong>: {escape(said)}</p>"
+        f'<table style="border-collapse:collapse;color:inherit"><thead><tr>{head}</tr></thead>'
+        f"<tbody>{rows}</tbody></table>"
+        f"<p><small>Values and least margins as found from {first:.6g} s to {last:.6g} s. That bounds are kept is "
+        f"proved. T<sub>s</sub> = {proved.reference.plant.sampling_time:g} s.</small></p>{more if others else ''}</div>"
+    )
+
+
+def _row(found: Reached) -> str:
+    margin, time = found.least
+    bounds = found.quantity.bounds
+    cells = (
+        f"<strong>{escape(found.quantity.name)}</strong>",
+        escape(str(bounds)),
+        f"{found.values.min():.4g}",
+        f"{found.values.max():.4g}",
+        f"{margin:.3g}",
+        f"{time:.4g} s",
+        curve(found),
+    )
+    return f"<tr>{''.join(f'<td {_style(i)}>{cell}</td>' for i, cell in enumerate(cells))}</tr>"
+
+
+def _style(column: int) -> str:
+    """Return the style of a cell: numbers stand to the right, as they are compared down the column."""
+    return _CELL.format(side="right" if 2 <= column <= 5 else "left")
+
+
+_COUNT = 801
+
+
+def figure(proved: Proved, start: float | None = None, end: float | None = None) -> Figure:
+    """Draw a reference from `start` to `end` [s] with its samples, where they are of states.
+
+    Raises ValueError for times outside of what is proved.
+    """
+    times = proved_times(proved, shown_times(proved, _COUNT, start, end))
+    observed = {name: Observed(samples) for name, samples in proved.sampled.items()}
+    return tracking({"reference": proved.reference}, observed, times)

@@ -1,1 +1,0 @@
-"""What a notebook shows of a reference: a table of its bounds with small pictures, and a figure."""

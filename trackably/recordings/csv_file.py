@@ -1,0 +1,465 @@
+"""Read recordings from CSV files."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import gzip
+import io
+import zlib
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from functools import cached_property
+from io import BytesIO
+from itertools import islice
+from pathlib import Path
+from typing import Self, TypeVar
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.errors import InputError
+from trackably.files import read_bytes
+from trackably.recordings.clocks import Clock, DateTimes, Origin, checked_origin, clock_named, zero_of
+from trackably.recordings.decimals import DECIMAL_MARKS, POINT, check_scale, parse, scaled
+from trackably.recordings.file_kinds import (
+    GZIP,
+    LARGEST,
+    MCAP,
+    check_mapping,
+    checked_window,
+    path_given,
+    refuse_other_kinds,
+)
+from trackably.recordings.recording import Recording
+from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_of_table, rows_between
+
+_UTF8 = ("utf-8", "utf-8-sig")
+_UTF8_MARK = b"\xef\xbb\xbf"
+_UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def read_text(path: Path, encoding: str) -> str:
+    """Return the whole text, without a byte order mark of UTF-8; what is packed with gzip is unpacked.
+
+    InputError: unreadable, or not in `encoding`.
+    """
+    data = _unpacked(path, read_bytes(path))
+    try:
+        _refuse_no_text(path, data, encoding)
+        return data.removeprefix(_UTF8_MARK).decode(encoding)
+    except LookupError as error:
+        raise InputError(f"{path}: expected an encoding like 'utf-8' or 'latin-1', got {encoding!r}") from error
+    except UnicodeError as error:
+        hint = "" if _has_nul_bytes(encoding) else "; does the encoding 'latin-1' read it?"
+        raise InputError(f"{path}: it is not written in {encoding!r} ({error}){hint}") from error
+
+
+def _unpacked(path: Path, data: bytes) -> bytes:
+    """Unpack a gzip file; anything else stays as it is."""
+    if not data.startswith(GZIP):
+        return data
+    try:
+        with gzip.open(BytesIO(data)) as packed:
+            found = packed.read(LARGEST + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(f"{path}: a gzip file that cannot be unpacked ({error}): is it whole?") from error
+    if len(found) > LARGEST:
+        raise InputError(f"{path}: this gzip file unpacks to more than {LARGEST} bytes: unpack it and leave out a part")
+    return found
+
+
+def _refuse_no_text(path: Path, data: bytes, encoding: str) -> None:
+    if data.startswith(MCAP):
+        raise InputError(f"{path}: this is an MCAP file, which read_mcap reads")
+    refuse_other_kinds(path, data)
+    if data.startswith(_UTF8_MARK) and codecs.lookup(encoding).name not in _UTF8:
+        raise InputError(f"{path}: it begins with the mark of UTF-8, but its encoding is said to be {encoding!r}")
+    if _has_nul_bytes(encoding):
+        return
+    if data.startswith(_UTF16_MARKS):
+        raise InputError(f"{path}: it begins with the mark of UTF-16, which the encoding 'utf-16' reads")
+    if (at := data.find(0)) >= 0:
+        line = len(data[: at + 1].splitlines())
+        raise InputError(
+            f"{path}, line {line}: a NUL byte, so this is no text file (unless the encoding 'utf-16-le' reads it)"
+        )
+
+
+def _has_nul_bytes(encoding: str) -> bool:
+    return codecs.lookup(encoding).name.startswith(("utf-16", "utf-32"))
+
+
+_NO_HEADER = (
+    ": if these are values, the file has no header, and `columns` of the layout names its columns (TUM and KITTI are "
+    "such layouts)"
+)
+SEPARATORS = (",", ";", "\t")
+_TITLE = 100  # lines at most above a header
+MISSING = ("", "-", "na", "n/a", "nan", "null")
+
+
+@dataclass(frozen=True)
+class CsvLayout:
+    """The format of a CSV file.
+
+    `separator`: one character; None finds comma, semicolon or tab by the header. `decimal`: the mark in front of a
+    fraction, "." or ",". `encoding`: as Python names it. `comment`: lines that start with it are ignored; none if it is
+    empty. `skip`: numbers, from 1, of further lines to ignore, such as units below the header. `missing`: texts that
+    stand for a missing value, in upper or lower case. `columns`: the names of the columns of a file without a header.
+    Messages about files name these fields, which have the same names in files that describe recordings.
+    InputError: an impossible value.
+    """
+
+    separator: str | None = None
+    decimal: str = POINT
+    encoding: str = "utf-8"
+    comment: str = "#"
+    skip: Collection[int] = ()
+    missing: Collection[str] = MISSING
+    columns: Collection[str] = ()
+
+    def __post_init__(self) -> None:
+        for name, wanted, described in (
+            ("separator", str | None, "one character, or None"),
+            ("encoding", str, "an encoding like 'utf-8' or 'latin-1'"),
+            ("comment", str, "the beginning of lines to ignore"),
+            ("skip", Collection, "the numbers of lines"),
+            ("missing", Collection, "a list of texts that stand for no value"),
+            ("columns", Collection, "a list of names"),
+        ):
+            if not isinstance(given := getattr(self, name), wanted) or (
+                wanted is Collection and isinstance(given, str)
+            ):
+                raise InputError(f"CSV layout: {name}: expected {described}, got {given!r}")
+        for name in ("missing", "columns"):
+            if wrong := [entry for entry in getattr(self, name) if not isinstance(entry, str)]:
+                raise InputError(f"CSV layout: {name}: expected texts, got {wrong[0]!r}")
+        if self.decimal not in DECIMAL_MARKS:
+            raise InputError(f"CSV layout: expected a point or a comma as decimal mark, got {self.decimal!r}")
+        if self.separator is not None and (len(self.separator) != 1 or self.separator in '"\r\n'):
+            raise InputError(f"CSV layout: expected one character as separator, got {self.separator!r}")
+
+    def is_missing(self, cell: str) -> bool:
+        """Whether the cell stands for a missing value."""
+        return cell.strip().casefold() in self._missing
+
+    @cached_property
+    def _missing(self) -> frozenset[str]:
+        return frozenset(text.casefold() for text in self.missing)
+
+
+PLAIN = CsvLayout()
+"""Decimal points, UTF-8, and the separator found in the header."""
+
+TUM = CsvLayout(" ", columns=("t", "x", "y", "z", "qx", "qy", "qz", "qw"))
+"""Trajectories of the TUM RGB-D benchmark: t in seconds since 1970, position, quaternion; no header."""
+
+KITTI = CsvLayout(" ", columns=("r11", "r12", "r13", "x", "r21", "r22", "r23", "y", "r31", "r32", "r33", "z"))
+"""Poses of the KITTI odometry benchmark: the rows of [R t], one pose a frame; neither header nor stamps."""
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """The header, the rows below it (as long as the header), and the number of the line on which each row ends."""
+
+    header: Sequence[str]
+    lines: Sequence[int]
+    rows: Sequence[Sequence[str]]
+
+
+def read_table(path: Path, layout: CsvLayout, names: Collection[str]) -> CsvTable:
+    """Read all cells. InputError: unreadable or ragged, or a column of `names` is missing or appears twice."""
+    text = read_text(path, layout.encoding)
+    separator, header = _header(path, text, layout, names)
+    lines, rows = [], []
+    try:
+        for line, row in islice(_records(text, layout, separator), 0 if layout.columns else 1, None):
+            if len(row) < len(header) or any(row[len(header) :]):
+                raise InputError(
+                    f"{path}, line {line}: expected {len(header)} cells, as {_named_in(layout)}, got {len(row)}: "
+                    "is it whole?"
+                )
+            lines.append(line)
+            rows.append(row)
+    except _NoCsvError as error:
+        raise InputError(f"{path}, {error}") from error
+    if not rows:
+        raise InputError(f"{path}: there are no rows{'' if layout.columns else ' below the header'}")
+    return CsvTable(header, lines, rows)
+
+
+def _header(path: Path, text: str, layout: CsvLayout, names: Collection[str]) -> tuple[str, list[str]]:
+    """Return the separator and the names in the header: with this separator most of `names` are found."""
+    found = {}
+    refused = []
+    for separator in SEPARATORS if layout.separator is None else (layout.separator,):
+        try:
+            first = next(_records(text, layout, separator), (0, []))[1]
+            found[separator] = [*layout.columns] if layout.columns and first else [name.strip() for name in first]
+        except _NoCsvError as error:
+            refused.append(error)  # as when another separator follows a quoted name
+    if not found:
+        raise InputError(f"{path}, {refused[0]}") from refused[0]
+    if not any(found.values()):
+        raise InputError(f"{path}: expected a header that names the columns, got an empty file")
+    separator, header = max(found.items(), key=lambda item: (sum(name in item[1] for name in names), len(item[1])))
+    if layout.columns:  # no header tells the separator: the first row has as many cells
+        separator = max(found, key=lambda separator: len(next(_records(text, layout, separator))[1]))
+    for name in names:
+        if name not in header:
+            listed = ", ".join(map(repr, header))
+            hint = "" if layout.columns else _header_below(text, layout, names)
+            if not layout.columns and all(map(_looks_like_a_number, header)):
+                hint = _NO_HEADER
+            raise InputError(
+                f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}{hint}"
+            )
+        if header.count(name) > 1:
+            raise InputError(f"{path}: expected one column {name!r}, got {header.count(name)}")
+    return separator, header
+
+
+def _header_below(text: str, layout: CsvLayout, names: Collection[str]) -> str:
+    """Return a hint at the first line further down that names all columns, as below a title; nothing without one."""
+    for separator in SEPARATORS if layout.separator is None else (layout.separator,):
+        with suppress(_NoCsvError):
+            for line, cells in islice(_records(text, layout, separator), 1, _TITLE):
+                if {cell.strip() for cell in cells}.issuperset(names):
+                    return f"; line {line} names all of them: `skip` of the layout leaves out the lines above it"
+    return ""
+
+
+def _named_in(layout: CsvLayout) -> str:
+    return "the layout names" if layout.columns else "in the header"
+
+
+def _looks_like_a_number(name: str) -> bool:
+    return name[:1] in set("+-.0123456789")
+
+
+class _NoCsvError(Exception):
+    """A line that is not valid CSV."""
+
+
+def _records(text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield each row that is not blank, with the number of the line on which it ends."""
+    line = 0
+
+    def lines() -> Iterator[str]:
+        nonlocal line
+        for content in io.StringIO(text, newline=""):
+            line += 1
+            if line not in layout.skip and not (layout.comment and content.startswith(layout.comment)):
+                yield content
+
+    try:
+        for row in csv.reader(lines(), delimiter=separator, skipinitialspace=True, strict=True):
+            if row and (len(row) > 1 or row[0].strip()):
+                yield line, row
+    except csv.Error as error:
+        raise _NoCsvError(f"line {line}: no CSV with the separator {separator!r} ({error})") from error
+
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class Column:
+    """The column `name`; its numbers are multiplied by `scale` (1e-3 converts millimetres to metres).
+
+    Then `offset` is added, in the new unit: 273.15 makes kelvins of degrees Celsius, and -0.012 takes away what a
+    sensor shows at zero. `noise_std` names the column with the standard deviation of each sample, in the file's unit of
+    the values; it is scaled too. InputError: a scale or an offset that is not finite, a scale of zero, or names that
+    are none.
+    """
+
+    name: str
+    scale: float = 1.0
+    noise_std: str | None = None
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        for what, name in (("name", self.name), ("noise_std", self.noise_std)):
+            if not isinstance(name, str) and not (what == "noise_std" and name is None):
+                raise InputError(f"Column: {what}: expected the name of a column, got {name!r}")
+        check_scale(self.name, self.scale, self.offset)
+
+
+@dataclass(frozen=True)
+class CsvReading:
+    """The columns of a file with their names in the recording, its clock and layout, and what mends its rows."""
+
+    path: Path
+    time: str | None
+    clock: Clock
+    columns: Mapping[str, Column]
+    layout: CsvLayout
+    repairs: tuple[Repair, ...]
+    origin: Origin
+    between: tuple[float, float] | None = None
+
+    @classmethod
+    def of(
+        cls,
+        path: Path,
+        time: str | None,
+        time_unit: str | Clock,
+        signals: Mapping[str, Column | str],
+        layout: CsvLayout,
+        repairs: Sequence[Repair | str],
+        origin: Origin,
+    ) -> Self:
+        """Return the arguments of `read_csv`, checked. InputError: one of them is wrong."""
+        check_mapping(path, signals, 'a mapping from names to columns, as {"position": "x"}')
+        if not isinstance(layout, CsvLayout):
+            raise InputError(f"layout: expected a CsvLayout, as CsvLayout(separator=';'), got {layout!r}")
+        if not isinstance(time, str | None):
+            raise InputError(f"time: expected the name of a column, or None to count rows, got {time!r}")
+        columns = {name: column_given(name, wanted) for name, wanted in signals.items()}
+        clock, chosen, zero = clock_named(time_unit), chosen_repairs(repairs), checked_origin(origin)
+        return cls(path, time, clock, columns, layout, tuple(chosen), zero)
+
+    def table(self, *also: str) -> CsvTable:
+        """Return the cells of the file; the columns `also` have to be there too. Raises InputError."""
+        names = (self.time, *(n for c in self.columns.values() for n in (c.name, c.noise_std)), *also)
+        return read_table(self.path, self.layout, [name for name in names if name is not None])
+
+    def recording(self, table: CsvTable) -> Recording:
+        """Return the recording of a table with these columns. Raises InputError; warns of stamps in another unit."""
+        cells = _Cells(self.path, table, self.layout)
+        stamps, origin = cells.stamps(self.time, self.clock), self.origin
+        if self.between:
+            first = cells.first([column.name for column in self.columns.values()], stamps)
+            origin = zero_of(origin, self.clock.absolute, first)
+            inside = rows_between(stamps, self.between, origin)
+            chosen = CsvTable(table.header, [table.lines[i] for i in inside], [table.rows[i] for i in inside])
+            cells, stamps = _Cells(self.path, chosen, self.layout), [stamps[i] for i in inside]
+        rows = Rows(
+            str(self.path),
+            [f"line {line}" for line in cells.table.lines],
+            stamps,
+            {name: cells.numbers(column.name, column.scale, column.offset) for name, column in self.columns.items()},
+            {
+                name: cells.numbers(column.noise_std, abs(column.scale))
+                for name, column in self.columns.items()
+                if column.noise_std is not None
+            },
+        )
+        return recording_of_table(rows, self.clock, self.repairs, origin)
+
+
+def column_given(signal: str, wanted: object) -> Column:
+    """Return a column that is given as such, or by its name. InputError: anything else."""
+    if isinstance(wanted, Column):
+        return wanted
+    if isinstance(wanted, str):
+        return Column(wanted)
+    raise InputError(f"signal {signal!r}: expected a Column, or the name of one, got {wanted!r}")
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """The columns of a table, converted to numbers and stamps. InputError names line and column of a wrong cell."""
+
+    path: Path
+    table: CsvTable
+    layout: CsvLayout
+
+    def numbers(self, name: str, scale: float, offset: float = 0.0) -> Array:
+        mark = self.layout.decimal
+        found = self._converted(name, lambda cell: scaled(parse(cell, mark), scale, offset))
+        return np.array([np.nan if number is None else number for number in found])
+
+    def first(self, names: Sequence[str], stamps: Sequence[Decimal | None]) -> Decimal:
+        """Return the first stamp [s] of a row that has a value in one of these columns; 0 where there is none."""
+        at = [self.table.header.index(name) for name in names]
+        pairs = zip(stamps, self.table.rows, strict=True)
+        return min(
+            (t for t, row in pairs if t is not None and not all(self.layout.is_missing(row[i]) for i in at)),
+            default=Decimal(0),
+        )
+
+    def stamps(self, name: str | None, clock: Clock) -> list[Decimal | None]:
+        if name is None:
+            return self._counted(clock)
+        if isinstance(clock, DateTimes):
+            return self._converted(name, clock.seconds)
+        return self._converted(name, lambda cell: clock.seconds(parse(cell, self.layout.decimal)))
+
+    def _counted(self, clock: Clock) -> list[Decimal | None]:
+        if isinstance(clock, DateTimes):
+            raise InputError(f"{self.path}: time=None counts rows, and no count is a date: give frames(rate) as unit")
+        return [clock.seconds(Decimal(row)) for row in range(len(self.table.rows))]
+
+    def _converted(self, name: str, convert: Callable[[str], _T]) -> list[_T | None]:
+        column = self.table.header.index(name)
+        is_missing = self.layout.is_missing
+        found: list[_T | None] = []
+        for line, row in zip(self.table.lines, self.table.rows, strict=True):
+            cell = row[column]
+            try:
+                found.append(None if is_missing(cell) else convert(cell))
+            except ValueError as error:
+                raise InputError(f"{self.path}, line {line}, column {name!r}: {error}{self._hint(cell)}") from error
+        return found
+
+    def _hint(self, cell: str) -> str:
+        if cell.strip().lstrip("+-.,")[:1].isdigit():
+            return ""  # a value, but in another format
+        others = ", ".join(map(repr, self.layout.missing)) or "nothing"
+        return f"; if it stands for no value, name it in `missing` of the layout beside {others}"
+
+
+def read_csv(
+    path: str | Path,
+    time: str | None,
+    time_unit: str | Clock,
+    signals: Mapping[str, Column | str],
+    layout: CsvLayout = PLAIN,
+    repairs: Sequence[Repair | str] = (),
+    origin: Origin = None,
+    between: tuple[float, float] | None = None,
+) -> Recording:
+    """Read signals from a CSV file, packed with gzip or not, with a header or with names in the layout.
+
+    Parameters
+    ----------
+    path
+        The file.
+    time
+        The column of time stamps. None for a file without one: its rows are counted from 0, as `frames(rate)` expects.
+    time_unit
+        The name of a clock in `CLOCKS` ("s", "ms", "epoch ns", "ISO 8601", …), or a clock: `frames(rate)`, `DateTimes`.
+    signals
+        By the name that a signal gets in the recording: a `Column`, or the name of a column.
+    layout
+        Separator, decimal mark, encoding, comments, lines to skip, texts that stand for a missing value, and the names
+        of columns where there is no header. `TUM` and `KITTI` are layouts.
+    repairs
+        Functions, or names of `REPAIRS`, applied in this order. What they do not mend is refused.
+    origin
+        The time zero [ns] on the file's clock, or "first" for the first sample of all signals. By default the file's
+        own zero, or the first sample if stamps are dates or count from 1970.
+    between
+        Read the samples with start ≤ time ≤ end [s] alone: of other rows, nothing but the time has to be readable.
+
+    Cells without a value are left out and reported in `Recording.cleanings`.
+
+    Warns
+    -----
+    DoubtfulInputWarning
+        For stamps that are hardly in the unit that is said: as seconds since 1970 where they are milliseconds.
+        Where `average_repeated` averages values at one time that noise does not explain.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, and for anything wrong in it that no repair mends: names file and line.
+
+    """
+    reading = CsvReading.of(path_given(path), time, time_unit, signals, layout, repairs, origin)
+    reading = replace(reading, between=checked_window(between))
+    return reading.recording(reading.table())

@@ -1,0 +1,557 @@
+"""Read recordings from MCAP files."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+import warnings
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from itertools import islice
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Generic, TypeVar
+
+import numpy as np
+from google.protobuf.message import Message as Protobuf
+from lz4.frame import LZ4FrameDecompressor
+from mcap.exceptions import EndOfFile
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.well_known import MessageEncoding
+from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
+from mcap_ros2.decoder import DecoderFactory as Ros2Decoders
+from zstandard import ZstdDecompressor
+
+from trackably.arrays import Array
+from trackably.errors import DoubtfulInputWarning, InputError
+from trackably.files import opened
+from trackably.recordings.clocks import Clock, DateTimes, Origin, checked_origin, clock_named, first_doubt, zero_of
+from trackably.recordings.decimals import EXACT, NANOSECOND, check_scale, exact, scaled, shown
+from trackably.recordings.file_kinds import LARGEST, check_mapping, checked_window, path_given, refuse_no_mcap
+from trackably.recordings.recording import Recording
+from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_from_rows, rows_between
+
+_NAME = re.compile(r"[^.\[]+")
+_INDEX = re.compile(r"\[(\d+)\]\.?", re.ASCII)
+_NUMBERED = re.compile(r"\[\d+\]", re.ASCII)
+_NAMED = re.compile(r"\[(?P<field>[^=\[\]]+)=(?P<value>[^\]]*)\]\.?")
+_LABELS = ("child_frame_id", "name")
+_DEPTH = 8
+_LISTED = 60
+
+
+def find(node: object, path: str) -> object:
+    """Return the value at `path`; None if it, or a message around it, is unset or null. LookupError: no such field.
+
+    ValueError: several entries of a list have the name that the path gives.
+    """
+    if not path or node is None:
+        return node
+    if isinstance(node, Mapping):
+        # A key may contain dots, such as "left.rate" in this project's logs: the longest key is tried first.
+        for name, rest in _splits(path):
+            if name in node:
+                return find(node[name], rest)
+        raise LookupError(path)
+    if isinstance(node, Sequence) and not isinstance(node, str):
+        if named := _NAMED.match(path):
+            return find(_entry(node, named["field"], named["value"]), path[named.end() :])
+        index = _INDEX.match(path)
+        if index is None:
+            raise LookupError(path)
+        return find(node[int(index[1])], path[index.end() :])
+    match = _NAME.match(path)
+    if match is None:
+        raise LookupError(path)
+    return find(_attribute(node, match[0]), path[match.end() :].removeprefix("."))
+
+
+def leaves(message: object) -> list[str]:
+    """List the paths of numbers and texts in a message: of a list only its first entry, and not too many in all."""
+    found = list(islice(_leaves(message, "", _DEPTH), _LISTED + 1))
+    return found if len(found) <= _LISTED else [*found[:_LISTED], "…"]
+
+
+def labels(message: object, path: str) -> tuple[str, ...]:
+    """Return what names the entries that a path takes by their number: a transform's child frame, or a name."""
+    entries = [find(message, path[: number.end()]) for number in _NUMBERED.finditer(path)]
+    return tuple(label for entry in entries if (label := _label(entry)))
+
+
+def label_field(message: object, path: str) -> str:
+    """Return the path with a name instead of the first number in it."""
+    number = _NUMBERED.search(path)
+    assert number is not None
+    entry = find(message, path[: number.end()])
+    field = next(name for name in _LABELS if _text(entry, name))
+    return f"{path[: number.start()]}[{field}={_text(entry, field)}]{path[number.end() :]}"
+
+
+def _label(entry: object) -> str:
+    return next((text for name in _LABELS if (text := _text(entry, name))), "")
+
+
+def _text(entry: object, name: str) -> str:
+    try:
+        found = find(entry, name)
+    except LookupError:
+        return ""
+    return found if isinstance(found, str) else ""
+
+
+def _entry(entries: Sequence[object], field: str, value: str) -> object:
+    """Return the entry with this text in a field. LookupError: there is none. ValueError: there are several."""
+    found = [entry for entry in entries if _text(entry, field) == value]
+    if len(found) > 1:
+        raise ValueError(f"expected one entry with {field} = {value!r}, got {len(found)}")
+    if not found:
+        raise LookupError(value)
+    return found[0]
+
+
+def _splits(path: str) -> Iterator[tuple[str, str]]:
+    """Yield each name that the path may start with, the longest first, and the rest of the path."""
+    yield path, ""
+    for end in range(len(path) - 1, 0, -1):
+        if path[end] in ".[":
+            yield path[:end], path[end:].removeprefix(".")
+
+
+def _attribute(node: object, name: str) -> object:
+    """Return a field of a Protobuf or ROS 2 message; None if it is unset and its type distinguishes that from zero."""
+    if isinstance(node, Protobuf):
+        field = node.DESCRIPTOR.fields_by_name[name]
+        return None if field.has_presence and not node.HasField(name) else getattr(node, name)
+    if isinstance(node, SimpleNamespace) and name in _slots(node):
+        return getattr(node, name)
+    raise LookupError(name)
+
+
+def _slots(message: SimpleNamespace) -> Sequence[str]:
+    return getattr(type(message), "__slots__", ())
+
+
+def _leaves(node: object, path: str, depth: int) -> Iterator[str]:
+    if depth == 0:
+        return
+    if isinstance(node, int | float | Decimal | str):
+        yield path
+    for name, child in _children(node):
+        dot = "." if path and not name.startswith("[") else ""
+        yield from _leaves(child, f"{path}{dot}{name}", depth - 1)
+
+
+def _children(node: object) -> Iterator[tuple[str, object]]:
+    if isinstance(node, Mapping):
+        yield from ((str(key), child) for key, child in node.items())
+    elif isinstance(node, Protobuf):
+        for name, field in node.DESCRIPTOR.fields_by_name.items():
+            # An unset message would list the fields of its type, endlessly if the type contains itself.
+            if field.message_type is None or not field.has_presence or node.HasField(name):
+                yield name, getattr(node, name)
+    elif isinstance(node, SimpleNamespace):
+        yield from ((name, getattr(node, name)) for name in _slots(node))
+    elif isinstance(node, Sequence) and not isinstance(node, str) and node:
+        yield "[0]", node[0]
+
+
+Decode = Callable[[bytes], object]
+
+_CHUNK = 100_000_000  # bytes of a chunk that is unpacked: recorders write a few millions, or a single message
+_MESSAGE = 200  # bytes, beside its data
+_START = 512  # bytes that tell what kind of file it is
+
+
+@dataclass(frozen=True)
+class Received:
+    """An undecoded message: its `place` for error messages, its times [ns] since the recorder's zero, often 1970."""
+
+    place: str
+    log_time: int
+    publish_time: int
+    data: bytes
+    decode: Decode
+
+    def content(self) -> object:
+        """Decode the message: dictionaries and lists, a Protobuf or a ROS 2 message. InputError: it is damaged."""
+        try:
+            return self.decode(self.data)
+        except Exception as error:  # decoders raise undocumented errors, some of private classes
+            raise InputError(f"{self.place}: it cannot be decoded ({_reason(error)})") from error
+
+
+def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Received]]:
+    """Read the messages of each topic, in the order of their log times.
+
+    InputError, with the name and topics of the file: no MCAP file, damaged or cut off; no such topic; no messages on
+    it; an encoding that is not supported.
+    """
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    counts: dict[int, int] = {}
+    messages: dict[str, list[Message]] = {topic: [] for topic in topics}
+    kept = 0
+    for record in _records(path):
+        match record:
+            case Schema():
+                schemas[record.id] = record
+            case Channel():
+                channels[record.id] = record
+            case Message():
+                if record.channel_id not in channels:
+                    raise InputError(f"{path}: a message is of channel {record.channel_id}, which is not described")
+                counts[record.channel_id] = counts.get(record.channel_id, 0) + 1
+                if (topic := channels[record.channel_id].topic) in messages:
+                    messages[topic].append(record)
+                    kept += _MESSAGE + len(record.data)
+                    if kept > LARGEST:
+                        raise InputError(
+                            f"{path}: the messages on {', '.join(messages)} take more than {LARGEST} bytes"
+                        )
+    listed = ", ".join(sorted(_described(c, schemas.get(c.schema_id), counts.get(i, 0)) for i, c in channels.items()))
+    for topic, received in messages.items():
+        if not received:
+            known = any(channel.topic == topic for channel in channels.values())
+            lacks = f"there are no messages on the topic {topic!r}" if known else f"there is no topic {topic!r}"
+            raise InputError(f"{path}: {lacks}; there are {listed or 'none'}")
+    ids = {record.channel_id for received in messages.values() for record in received}
+    decoders = {i: _decoder(path, channels[i], schemas.get(channels[i].schema_id)) for i in ids}
+    return {
+        topic: [
+            Received(f"{path}, {topic}, message {number}", r.log_time, r.publish_time, r.data, decoders[r.channel_id])
+            for number, r in enumerate(sorted(received, key=lambda r: r.log_time), start=1)
+        ]
+        for topic, received in messages.items()
+    }
+
+
+def topics_in(path: Path) -> list[str]:
+    """Return the topics of a file, sorted by name. InputError: no MCAP file, damaged or cut off."""
+    return sorted({record.topic for record in _records(path) if isinstance(record, Channel)})
+
+
+def _records(path: Path) -> Iterator[McapRecord]:
+    """Yield all records in the order of the file, checking its checksums."""
+    try:
+        with opened(path) as file:
+            refuse_no_mcap(path, file.read(_START))
+            file.seek(0)
+            size = path.stat().st_size  # no record is longer: a damaged length must not allocate memory
+            for record in StreamReader(file, validate_crcs=True, record_size_limit=size, emit_chunks=True).records:
+                match record:
+                    case Chunk():
+                        yield from breakup_chunk(_unpacked(path, record), validate_crc=True)
+                    case _:
+                        yield record
+    except InputError:
+        raise
+    except Exception as error:  # errors of struct, both compressors, text and memory, beside those of the library
+        cut = "it ends too early (if a recorder was cut off, 'mcap recover' of the MCAP project saves what there is)"
+        reason = cut if isinstance(error, EndOfFile | struct.error) else _reason(error)
+        raise InputError(f"{path}: no MCAP file, or damaged: {reason}") from error
+
+
+def _unpacked(path: Path, chunk: Chunk) -> Chunk:
+    """Return the chunk without compression. InputError: it is larger than it says, or than any recorder makes it."""
+    size = len(chunk.data) if chunk.compression not in _UNPACK else chunk.uncompressed_size
+    if size > _CHUNK:
+        raise InputError(f"{path}: a chunk of {size} bytes, where {_CHUNK} are read at most")
+    if chunk.compression not in _UNPACK:
+        return chunk
+    data = _UNPACK[chunk.compression](chunk.data, size + 1)
+    if len(data) != size:
+        raise InputError(f"{path}: no MCAP file, or damaged: a chunk does not unpack to the {size} bytes that it says")
+    return replace(chunk, compression="", data=data)
+
+
+_UNPACK: dict[str, Callable[[bytes, int], bytes]] = {
+    "zstd": lambda data, most: ZstdDecompressor().stream_reader(data).read(most),
+    "lz4": lambda data, most: LZ4FrameDecompressor().decompress(data, max_length=most),
+}
+"""By the name of a compression: what unpacks so many bytes at most."""
+
+
+def _reason(error: Exception) -> str:
+    return str(error) or type(error).__name__
+
+
+def _described(channel: Channel, schema: Schema | None, count: int) -> str:
+    return f"{channel.topic} ({channel.message_encoding}{f' {schema.name}' if schema else ''}, {count} messages)"
+
+
+def _decoder(path: Path, channel: Channel, schema: Schema | None) -> Decode:
+    if channel.message_encoding == MessageEncoding.JSON:
+        return _from_json
+    try:
+        for factory in (ProtobufDecoders(), Ros2Decoders()):
+            if decode := factory.decoder_for(channel.message_encoding, schema):
+                return decode
+    except Exception as error:  # as above: parsers of schemas raise undocumented errors
+        raise InputError(f"{path}, {channel.topic}: its schema cannot be understood ({_reason(error)})") from error
+    described = f"schemas in {schema.encoding!r}" if schema else "no schema"
+    raise InputError(
+        f"{path}, {channel.topic}: expected messages in JSON, in Protobuf, or of ROS 2 (cdr, with schemas in ros2msg), "
+        f"got {channel.message_encoding!r} with {described}"
+    )
+
+
+def _from_json(data: bytes) -> object:
+    """Decode JSON: fractions stay exact; NaN and infinities, often written though not valid JSON, become floats."""
+    content: object = json.loads(data, parse_float=Decimal)
+    return content
+
+
+_PAIRS = (("sec", "nanosec"), ("sec", "nsec"), ("secs", "nsecs"), ("seconds", "nanos"))
+"""The names of seconds and nanoseconds in ROS 2, Foxglove, ROS 1 and Protobuf."""
+
+
+@dataclass(frozen=True)
+class LogTime:
+    """The time at which the message was recorded."""
+
+    field: None = None
+    absolute: bool = True
+
+    def seconds(self, message: Received, _content: object) -> Decimal | None:
+        """Return the time [s], exactly."""
+        return EXACT.multiply(Decimal(message.log_time), NANOSECOND)
+
+
+@dataclass(frozen=True)
+class PublishTime:
+    """The time at which the message was published."""
+
+    field: None = None
+    absolute: bool = True
+
+    def seconds(self, message: Received, _content: object) -> Decimal | None:
+        """Return the time [s], exactly."""
+        return EXACT.multiply(Decimal(message.publish_time), NANOSECOND)
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """The time stamp in the `field` of a message.
+
+    `unit` is the name of a clock in `CLOCKS`, or a clock. Without one, the field has seconds and nanoseconds, as stamps
+    of ROS and Protobuf have. InputError: an unknown name.
+    """
+
+    field: str
+    unit: str | Clock | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.field, str):
+            raise InputError(f"Stamp: field: expected the path of a field, as 'header.stamp', got {self.field!r}")
+        if self.unit is not None:
+            object.__setattr__(self, "unit", clock_named(self.unit))
+
+    @property
+    def absolute(self) -> bool:
+        """Whether stamps count from 1970, not from the file's own zero."""
+        return self.unit is None or clock_named(self.unit).absolute
+
+    def seconds(self, _message: Received, content: object) -> Decimal | None:
+        """Return the time [s], exactly; None if it is unset. LookupError: no such field. ValueError: no valid stamp."""
+        found = find(content, self.field)
+        if found is None:
+            return None
+        if self.unit is None:
+            return _pair(found)
+        clock = clock_named(self.unit)
+        if isinstance(clock, DateTimes):
+            if not isinstance(found, str):
+                raise ValueError(f"expected a date and a time of day as text, got {shown(found)}")
+            return clock.seconds(found)
+        number = exact(found)
+        return None if number is None else clock.seconds(number)
+
+
+MessageTime = LogTime | PublishTime | Stamp
+LOG_TIME = LogTime()
+PUBLISH_TIME = PublishTime()
+
+
+def _pair(stamp: object) -> Decimal:
+    for names in _PAIRS:
+        try:
+            seconds, nanoseconds = (exact(find(stamp, name)) for name in names)
+        except LookupError:
+            continue
+        if seconds is not None and nanoseconds is not None:
+            return EXACT.add(seconds, EXACT.multiply(nanoseconds, NANOSECOND))
+    raise ValueError(f"expected seconds and nanoseconds, got {shown(stamp)} (a number or a text needs its unit said)")
+
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class Field:
+    """The number at `path` in the messages on `topic`, multiplied by `scale` (1e-3 converts millimetres to metres).
+
+    Then `offset` is added, in the new unit (273.15 makes kelvins of degrees Celsius).
+    A path is `pose.position.x`, `joints[2].angle`, or `transforms[child_frame_id=base].transform.translation.x` for the
+    entry of a list that has this name. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a
+    `Stamp` in it. `noise_std` is the path of the standard deviation of each sample, in the unit of the message; it is
+    scaled too. InputError: a scale or an offset that is not finite, a scale of zero, or paths that are no texts.
+    """
+
+    topic: str
+    path: str
+    scale: float = 1.0
+    time: MessageTime = LOG_TIME
+    noise_std: str | None = None
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        for what, given in (("topic", self.topic), ("path", self.path), ("noise_std", self.noise_std)):
+            if not isinstance(given, str) and not (what == "noise_std" and given is None):
+                raise InputError(f"Field: {what}: expected a text, got {given!r}")
+            if given == "":
+                raise InputError(f"Field: {what}: expected a text, got an empty one")
+        if not isinstance(self.time, MessageTime):
+            raise InputError(
+                f'Field: time: expected LOG_TIME, PUBLISH_TIME or Stamp("header.stamp"), got {self.time!r}'
+            )
+        check_scale(f"{self.topic} {self.path}", self.scale, self.offset)
+
+
+def read_mcap(
+    path: str | Path,
+    signals: Mapping[str, Field],
+    repairs: Sequence[Repair | str] = (),
+    origin: Origin = None,
+    between: tuple[float, float] | None = None,
+) -> Recording:
+    """Read signals from an MCAP file with JSON, Protobuf or ROS 2 messages, compressed or not.
+
+    Parameters
+    ----------
+    path
+        The file.
+    signals
+        By the name that a signal gets in the recording: a `Field`.
+    repairs
+        Functions, or names of `REPAIRS`, applied in this order. What they do not mend is refused.
+    origin
+        The time zero [ns] on the file's clock, or "first" for the first sample of all signals. By default the first
+        sample too, or the file's own zero if stamps are numbers in a unit that does not count from 1970.
+    between
+        Read the samples with start ≤ time ≤ end [s] alone: times of other messages may repeat or go back.
+
+    Messages are read in the order of their log times. Fields without a value (unset, null, NaN, absent from some
+    messages) are left out and reported in `Recording.cleanings`.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, and for anything wrong in it that no repair mends: names file, topic, message.
+
+    """
+    path = path_given(path)
+    check_mapping(path, signals, 'a mapping from names to fields, as {"position": Field("/topic", "x")}')
+    for name, wanted in signals.items():
+        _refuse_no_field(name, wanted)
+    chosen, zero, ends = chosen_repairs(repairs), checked_origin(origin), checked_window(between)
+    absolute = {field.time.absolute for field in signals.values()}
+    if len(absolute) > 1:
+        raise InputError(f"{path}: signals are timed by clocks with different zeros; read them one by one")
+    messages = read_messages(path, {field.topic for field in signals.values()})
+    groups: dict[tuple[str, MessageTime], dict[str, Field]] = {}
+    for name, wanted in signals.items():
+        groups.setdefault((wanted.topic, wanted.time), {})[name] = wanted
+    tables = [_rows(path, messages[topic], topic, time, fields) for (topic, time), fields in groups.items()]
+    if ends:
+        seen = (
+            t for rows in tables for t, has in zip(rows.stamps, rows.has_value, strict=True) if t is not None and has
+        )
+        zero = zero_of(zero, True in absolute, min(seen, default=Decimal(0)))
+        tables = [rows.only(rows_between(rows.stamps, ends, zero)) for rows in tables]
+    found = recording_from_rows(tables, absolute.pop(), chosen, zero)
+    for cleaning in found.cleanings:
+        for question in cleaning.questions:
+            warnings.warn(question, DoubtfulInputWarning, stacklevel=2)
+    return replace(found, signals={name: found[name] for name in signals})
+
+
+def _refuse_no_field(signal: str, wanted: object) -> None:
+    if not isinstance(wanted, Field):
+        raise InputError(f'signal {signal!r}: expected a Field, as Field("/topic", "path.in.message"), got {wanted!r}')
+
+
+def _rows(path: Path, messages: Sequence[Received], topic: str, time: MessageTime, fields: Mapping[str, Field]) -> Rows:
+    stamps = _Column(time.field, time.seconds)
+    values = {name: _numbers(wanted.path, wanted.scale, wanted.offset) for name, wanted in fields.items()}
+    noise_std = {
+        name: _numbers(wanted.noise_std, abs(wanted.scale))
+        for name, wanted in fields.items()
+        if wanted.noise_std is not None
+    }
+    columns: list[_Column[Decimal] | _Column[float]] = [stamps, *values.values(), *noise_std.values()]
+    for message in messages:  # one at a time: a decoded message may be much larger than what is kept of it
+        content = message.content()
+        for column in columns:
+            column.take(message, content)
+    for column in columns:
+        if column.path is not None and not column.found:
+            has = ", ".join(leaves(messages[0].content()))
+            raise InputError(f"{path}, {topic}: there is no field {column.path!r}; the first message has {has}")
+    if isinstance(time, Stamp) and time.unit and (question := first_doubt(clock_named(time.unit), stamps.values)):
+        warnings.warn(f"{path}, {topic}: {question}", DoubtfulInputWarning, stacklevel=3)
+    return Rows(
+        f"{path}, {topic}",
+        [f"message {number}" for number in range(1, len(messages) + 1)],
+        stamps.values,
+        {name: _array(column) for name, column in values.items()},
+        {name: _array(column) for name, column in noise_std.items()},
+    )
+
+
+class _Column(Generic[_T]):
+    """The values that `read` returns for each message, None if missing; `found` says if any message has the field."""
+
+    def __init__(self, path: str | None, read: Callable[[Received, object], _T | None]) -> None:
+        self.path, self.read = path, read
+        self.values: list[_T | None] = []
+        self.found = False
+        self.labels: tuple[str, ...] | None = None
+
+    def take(self, message: Received, content: object) -> None:
+        value = None
+        try:
+            value = self.read(message, content)
+            self.found = True
+            self._refuse_others(message, content)
+        except LookupError:
+            pass
+        except ValueError as error:
+            raise InputError(f"{message.place}, field {self.path!r}: {error}") from error
+        self.values.append(value)
+
+    def _refuse_others(self, message: Received, content: object) -> None:
+        """Raise InputError where the number in a path means another frame than it did before, as in `/tf`."""
+        if self.path is None or "[" not in self.path:
+            return
+        named = labels(content, self.path)
+        if self.labels is not None and named != self.labels:
+            raise InputError(
+                f"{message.place}, field {self.path!r}: is of {', '.join(named)} here, and was of "
+                f"{', '.join(self.labels)} before; name the one that is meant: {label_field(content, self.path)}"
+            )
+        self.labels = named
+
+
+def _numbers(path: str, scale: float, offset: float = 0.0) -> _Column[float]:
+    def read(_: Received, content: object) -> float | None:
+        number = exact(find(content, path))
+        return None if number is None else scaled(number, scale, offset)
+
+    return _Column(path, read)
+
+
+def _array(column: _Column[float]) -> Array:
+    return np.array([np.nan if value is None else value for value in column.values])
