@@ -20,7 +20,8 @@ from trackably.progress.messages import LOG
 from trackably.theorem import SILENT, theorem
 
 _CODES = """Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE cannot be
-used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 130 interrupted.
+used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 5 FILE
+is a valid contradiction: no reference keeps its bounds and values; 130 interrupted.
 """
 
 

@@ -33,6 +33,9 @@ Counterexamples. A file of this form holds a time of the claim instead of boxes.
 this time x(t) ∉ X, or no u ∈ U has x(t + T) = A x(t) + B u + c, or x(t + T) = f(x(t), u). Of a flat form: x(t) ∉ X,
 or u(t) ∉ U.
 
+Contradictions. If `check` answers Impossible, no states and inputs at some steps keep the bounds and the values that
+the answer names, whatever reference is wanted (`contradiction`, with its form, theorem and proof).
+
 Redundant inputs. The certificate of a linear system may also hold `attainable` rows; u(t) is then bounded by these rows
 instead of U. If `check` answers Proved, then at each of these times there is a v(t) with B v(t) = 0 and
 u(t) + v(t) ∈ U. So the system follows the states x(k T) with the admissible inputs u(k T) + v(k T).
@@ -153,8 +156,12 @@ these do not decide.
   is necessary needs no lemma.
 """
 
-from trackably.checker.answers import of_refuted_table, of_table, proved, refuted
+from collections.abc import Callable
+
+from trackably.checker.answers import impossible, of_refuted_table, of_table, proved, refuted
 from trackably.checker.certificate import FORMAT
+from trackably.checker.contradiction import FORMAT as CONTRADICTION
+from trackably.checker.contradiction import read_contradiction
 from trackably.checker.counterexample import FORMAT as COUNTEREXAMPLE
 from trackably.checker.reading.certificates import read_certificate
 from trackably.checker.reading.counterexamples import read_counterexample
@@ -163,7 +170,7 @@ from trackably.checker.reading.values import UnreadableError, format_of, require
 from trackably.checker.steps.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.table import FORMAT as TABLE
 from trackably.checker.table import REFUTED as REFUTED_TABLE
-from trackably.checker.verdicts import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
+from trackably.checker.verdicts import Failed, Impossible, NotACertificate, Proved, Refuted, Undecided, Verdict
 from trackably.checker.watch import Report, UndecidedError, watched
 
 try:
@@ -171,11 +178,11 @@ try:
 except ImportError:  # there is no NumPy
     FIRST_PASS = NO_FIRST_PASS
 
-__all__ = ["Failed", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
+__all__ = ["Failed", "Impossible", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
 
 
 def check(data: object, seconds: float | None = None, report: Report | None = None, exact: bool = False) -> Verdict:
-    """Verify the content of a certificate's or counterexample's file: what its JSON says, as dicts, lists and numbers.
+    """Verify the content of a certificate's, counterexample's, table's or contradiction's file: what its JSON says.
 
     A check that takes longer than `seconds` answers Undecided. `report` is told how far it is. An `exact` check does
     without float64 intervals.
@@ -190,17 +197,17 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
 
 
 def _check(data: object, first_pass: FirstPass) -> Verdict:
-    kind = format_of(data)
+    answers: dict[str, Callable[[dict[object, object]], Verdict]] = {
+        FORMAT: lambda content: proved(read_certificate(content), first_pass),
+        COUNTEREXAMPLE: lambda content: refuted(read_counterexample(content), first_pass),
+        CONTRADICTION: lambda content: impossible(read_contradiction(content)),
+        TABLE: lambda content: of_table(read_table(content)),
+        REFUTED_TABLE: lambda content: of_refuted_table(read_refuted_table(content)),
+    }
     try:
         require_short_texts(data)
-        if isinstance(data, dict) and kind == COUNTEREXAMPLE:
-            return refuted(read_counterexample(data), first_pass)
-        if isinstance(data, dict) and kind == TABLE:
-            return of_table(read_table(data))
-        if isinstance(data, dict) and kind == REFUTED_TABLE:
-            return of_refuted_table(read_refuted_table(data))
-        if isinstance(data, dict) and kind == FORMAT:
-            return proved(read_certificate(data), first_pass)
+        if isinstance(data, dict) and (kind := format_of(data)) in answers:
+            return answers[kind](data)
     except UnreadableError as error:
         return NotACertificate(str(error))
     return NotACertificate(f"is not a certificate: certificate.format must be {FORMAT!r}")

@@ -2,7 +2,8 @@
 
 With --exact, and without NumPy, float64 intervals are not used: all is done in mpmath, which takes longer.
 Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE is not a certificate;
-3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 130 interrupted.
+3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 5 FILE
+is a valid contradiction: no reference keeps its bounds and values; 130 interrupted.
 """
 
 import json
@@ -12,11 +13,11 @@ from math import isfinite
 from pathlib import Path
 from reprlib import repr as short
 
-from trackably.checker import Failed, NotACertificate, Proved, Refuted, Undecided, Verdict, check
+from trackably.checker import Failed, Impossible, NotACertificate, Proved, Refuted, Undecided, Verdict, check
 from trackably.checker.limits import BYTES
 from trackably.checker.progress import ProgressLine
 
-PROVED, FAILED, UNUSABLE, UNDECIDED, REFUTED, INTERRUPTED = 0, 1, 2, 3, 4, 130
+PROVED, FAILED, UNUSABLE, UNDECIDED, REFUTED, IMPOSSIBLE, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130
 _EXPLAINED = __doc__.split("\n", maxsplit=2)[2].strip()
 _USAGE = f"usage: python -m trackably.checker [--seconds N] [--exact] FILE\n\n{_EXPLAINED}"
 
@@ -54,9 +55,9 @@ def _check(path: str, seconds: float | None, exact: bool) -> int:
 def report(verdict: Verdict, path: object) -> int:
     """Print a verdict about a file, and return the exit code."""
     match verdict:
-        case Proved(statement) | Refuted(statement):
+        case Proved(statement) | Refuted(statement) | Impossible(statement):
             print(statement)
-            return PROVED if isinstance(verdict, Proved) else REFUTED
+            return {Proved: PROVED, Refuted: REFUTED, Impossible: IMPOSSIBLE}[type(verdict)]
         case Failed():
             return _say(f"failed: {path}: {verdict.sentence}", FAILED)
         case NotACertificate(reason):

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from trackably.checker.certificate import Certificate
+from trackably.checker.contradiction import Contradiction, check_contradiction, impossibility
 from trackably.checker.counterexample import Counterexample
 from trackably.checker.formulas.affine import UnsolvableError
 from trackably.checker.robust_statement import robust_statement
@@ -24,7 +25,7 @@ from trackably.checker.steps.trajectories import check_trajectories
 from trackably.checker.steps.violation import check_violation
 from trackably.checker.subject import Subject
 from trackably.checker.table import RefutedTable, Table
-from trackably.checker.verdicts import Failed, Proved, Refuted
+from trackably.checker.verdicts import Failed, Impossible, Proved, Refuted
 
 
 def of_table(table: Table) -> Proved | Failed:
@@ -39,6 +40,14 @@ def of_refuted_table(refuted: RefutedTable) -> Refuted | Failed:
     if reason:
         return Failed(reason, "counterexample")
     return Refuted(f"{table_refutation(refuted)} {NO_FIRST_PASS.trusted}")
+
+
+def impossible(contradiction: Contradiction) -> Impossible | Failed:
+    """Return what is shown of a contradiction."""
+    reason = check_contradiction(contradiction)
+    if reason:
+        return Failed(reason, "contradiction")
+    return Impossible(f"{impossibility(contradiction)} {NO_FIRST_PASS.trusted}")
 
 
 def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:

@@ -60,7 +60,7 @@ def table_statement(table: Table) -> str:
     last = table.first_step + len(table.states) - 1
     return (
         f"For the steps k = {table.first_step} … {last} the table keeps {kept}, and each of its states after "
-        f"the first is within {table.tolerance!r} of what the system {_dynamics(system)} makes of the state and the "
+        f"the first is within {table.tolerance!r} of what the system {dynamics(system)} makes of the state and the "
         f"input before (T = {system.sampling_time!r} s). Nothing is said about times between the steps."
     )
 
@@ -76,7 +76,7 @@ def table_refutation(refuted: RefutedTable) -> str:
         case "dynamics":
             broken = (
                 f'has a next "{system.states[refuted.index]}" that is beyond the tolerance {table.tolerance!r} of what '
-                f"the system {_dynamics(system)} makes of the state and the input"
+                f"the system {dynamics(system)} makes of the state and the input"
             )
     return (
         f"REFUTED: at the step k = {refuted.step} (T = {system.sampling_time!r} s) the table {broken}, by at least "
@@ -144,15 +144,16 @@ def _number(r: Fraction) -> str:
 def _followed(system: System) -> str:
     """Return the dynamics, and how states and inputs of a flat form depend on the signals z1[0], z1[1], …"""
     if not isinstance(system, NonlinearSystem) or system.flat is None:
-        return _dynamics(system)
+        return dynamics(system)
     of = zip((*system.states, *system.inputs), (*system.flat.states, *system.flat.inputs), strict=True)
     said = ", ".join(f'"{name}" = {text(formula)}' for name, formula in of)
     turns = ", ".join(f'"{name}"' for name in system.flat.angles)
     whole = f"; {turns} up to whole turns" if turns else ""
-    return f"{_dynamics(system)} (with {said}, where z1[j] is signal z1 at t + j T{whole})"
+    return f"{dynamics(system)} (with {said}, where z1[j] is signal z1 at t + j T{whole})"
 
 
-def _dynamics(system: System) -> str:
+def dynamics(system: System) -> str:
+    """Return the equations of a system."""
     if isinstance(system, NonlinearSystem):
         return ", ".join(f'"{name}"⁺ = {text(formula)}' for name, formula in zip(system.states, system.f, strict=True))
     A, B = ([list(row) for row in matrix] for matrix in (system.A, system.B))

@@ -24,6 +24,16 @@ class Refuted:
 
 
 @dataclass(frozen=True)
+class Impossible:
+    """The contradiction is valid: whatever reference is wanted, there is none; `statement` says in words why."""
+
+    statement: str
+
+    def __str__(self) -> str:
+        return f"Impossible: {self.statement}"
+
+
+@dataclass(frozen=True)
 class Failed:
     """The file can be read but shows nothing; `reason` names the first step that fails."""
 
@@ -33,7 +43,9 @@ class Failed:
     @property
     def sentence(self) -> str:
         """What did not work."""
-        wanted = "prove its claim" if self.kind == "certificate" else "refute what is claimed"
+        wanted = {"certificate": "prove its claim", "contradiction": "exclude every reference"}.get(
+            self.kind, "refute what is claimed"
+        )
         return f"the {self.kind} does not {wanted}: {self.reason}"
 
     def __str__(self) -> str:
@@ -60,4 +72,4 @@ class Undecided:
         return f"Undecided: {self.reason}"
 
 
-Verdict = Proved | Refuted | Failed | NotACertificate | Undecided
+Verdict = Proved | Refuted | Impossible | Failed | NotACertificate | Undecided

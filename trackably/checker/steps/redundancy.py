@@ -80,14 +80,14 @@ def _demands(system: LinearSystem, rows: tuple[Row, ...]) -> Iterator[_Demand]:
 
 def _idle(system: LinearSystem) -> list[list[Fraction]]:
     """Return a basis of all v with B v = 0."""
-    return _null_space([[Fraction(b) for b in row] for row in system.B], len(system.inputs))
+    return null_space([[Fraction(b) for b in row] for row in system.B], len(system.inputs))
 
 
 def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tuple[int, Fraction]]]:
     """Yield the circuits, as pairs (row, factor): the linear relations of rows that have minimal support."""
     for size in range(1, dimension + 2):
         for support in combinations(range(len(moved)), size):
-            relations = _null_space([[moved[i][k] for i in support] for k in range(dimension)], size)
+            relations = null_space([[moved[i][k] for i in support] for k in range(dimension)], size)
             if len(relations) == 1 and all(relations[0]):
                 yield list(zip(support, relations[0], strict=True))
 
@@ -109,7 +109,7 @@ def _scaled(demand: _Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fract
     return low, high
 
 
-def _null_space(matrix: list[list[Fraction]], n: int) -> list[list[Fraction]]:
+def null_space(matrix: list[list[Fraction]], n: int) -> list[list[Fraction]]:
     """Return a basis of all v of n numbers with M v = 0, by elimination."""
     rows = [list(row) for row in matrix]
     pivots: list[int] = []

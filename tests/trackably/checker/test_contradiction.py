@@ -1,0 +1,197 @@
+"""A contradiction is accepted for less than the least relaxation that a linear program finds, and never for more."""
+
+import copy
+
+import numpy as np
+import pytest
+import scipy
+
+from trackably.checker import Failed, Impossible, NotACertificate, check
+
+STATES, INPUTS = ("x", "v", "w"), ("u", "f")
+
+
+def _polytope(rows: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> dict:
+    found = {"rows": rows.tolist(), "lower": lower.tolist(), "upper": upper.tolist()}
+    return found | {"dimension": rows.shape[1]}
+
+
+def problem(seed: int) -> dict:
+    """Return a contradiction's file, but for its multipliers: a random system, with values or without."""
+    draw = np.random.default_rng(seed)
+    n, m, steps = draw.integers(1, 4), draw.integers(1, 3), int(draw.integers(3, 12))
+    A, B = np.eye(n) + 0.3 * draw.normal(size=(n, n)), draw.normal(size=(n, m))
+    X = np.vstack([np.eye(n), draw.normal(size=(1, n))])
+    free = seed % 3 == 1  # the last state is bounded by values and dynamics alone
+    X, U = X[: n - 1] if free else X, np.vstack([np.eye(m), draw.normal(size=(1, m))])
+    system = {"A": A.tolist(), "B": B.tolist(), "c": draw.normal(size=n).tolist(), "sampling_time": 0.1}
+    names = {"states": list(STATES[:n]), "inputs": list(INPUTS[:m])}
+    values = []
+    if seed % 3:
+        at = [(k, name, draw.normal()) for k in range(n) for name in STATES[:n]]
+        at = at if free else at[:n]
+        at += [(steps - 1, STATES[0], 50.0 * draw.normal())]
+        values = [{"step": k, "name": name, "lower": v - 0.1, "upper": v + 0.1} for k, name, v in at]
+    centre = 0.0 if values else 30.0 * draw.normal()
+    return {
+        "format": "trackably contradiction",
+        "version": 1,
+        "plant": {
+            "system": {**system, **names},
+            "state_set": _polytope(X, np.full(len(X), centre - 1.0), np.full(len(X), centre + 3.0)),
+            "input_set": _polytope(U, np.full(len(U), -0.01), np.full(len(U), 0.02)),
+        },
+        "start": 0.5,
+        "steps": steps,
+        "values": values,
+    }
+
+
+def relaxed(data: dict) -> tuple[float | None, dict]:
+    """Return the least d of a linear program in HiGHS, written anew here, and its multipliers."""
+    plant, N = data["plant"], data["steps"]
+    A, B, c = (np.array(plant["system"][name]) for name in "ABc")
+    (n, m), names = B.shape, (*plant["system"]["states"], *plant["system"]["inputs"])
+    rows, lower, upper, by = [], [], [], []
+    for key, columns in (("state_set", slice(0, n)), ("input_set", slice(n, n + m))):
+        bounded = plant[key]
+        for k in range(N):
+            for row, low, high in zip(bounded["rows"], bounded["lower"], bounded["upper"], strict=True):
+                rows.append(np.zeros((N, n + m)))
+                rows[-1][k, columns] = row
+                lower, upper = [*lower, low], [*upper, high]
+                by.append(0.0 if data["values"] else high - low)
+    for value in data["values"]:
+        rows.append(np.zeros((N, n + m)))
+        rows[-1][value["step"], names.index(value["name"])] = 1.0
+        lower, upper, by = [*lower, value["lower"]], [*upper, value["upper"]], [*by, 0.0]
+    by[-1] = by[-1] or 1.0
+    R, low, high, w = np.array(rows).reshape(len(rows), -1), np.array(lower), np.array(upper), np.array(by)[:, None]
+    E = np.zeros((n * (N - 1), N * (n + m) + 1))
+    for k in range(N - 1):
+        at, here = slice(k * n, k * n + n), k * (n + m)
+        E[at, here : here + n], E[at, here + n : here + n + m] = -A, -B
+        E[at, here + n + m : here + 2 * n + m] = np.eye(n)
+    found = scipy.optimize.linprog(
+        np.append(np.zeros(N * (n + m)), 1.0),
+        A_ub=np.block([[R, -w], [-R, -w]]),
+        b_ub=np.concatenate([high, -low]),
+        A_eq=E,
+        b_eq=np.tile(c, N - 1),
+        bounds=[(None, None)] * (N * (n + m)) + [(0.0, None)],
+    )
+    if found.fun is None:
+        return None, {}
+    at_upper, at_lower = np.split(-found.ineqlin.marginals, 2)
+    mu, r, s = at_upper - at_lower, len(plant["state_set"]["rows"]), len(plant["input_set"]["rows"])
+    return found.fun, {
+        "kind": "multipliers",
+        "states": mu[: N * r].reshape(N, r).tolist(),
+        "inputs": mu[N * r : N * (r + s)].reshape(N, s).tolist(),
+        "values": mu[N * (r + s) :].tolist(),
+    }
+
+
+def _accepted(data: dict, missing: float) -> bool:
+    verdict = check({**data, "missing": missing})
+    assert isinstance(verdict, Impossible | Failed), verdict
+    return isinstance(verdict, Impossible)
+
+
+CASES = [
+    (data, least) for seed in range(60) for data in [problem(seed)]
+    for least, proof in [relaxed(data)] if least is not None and least > 1e-3
+    for data in [{**data, "proof": proof}]
+]  # fmt: skip
+
+
+def test_there_are_contradictions_of_all_kinds() -> None:
+    assert len(CASES) > 20
+    assert {bool(data["values"]) for data, _ in CASES} == {True, False}
+    assert any(len(data["plant"]["state_set"]["rows"]) < len(data["plant"]["system"]["states"]) for data, _ in CASES)
+
+
+@pytest.mark.parametrize(("data", "least"), CASES)
+def test_it_is_accepted_below_the_least_relaxation_and_refused_above(data: dict, least: float) -> None:
+    assert _accepted(data, least * (1 - 1e-6))
+    assert not _accepted(data, least * (1 + 1e-6))
+    assert not _accepted({**data, "proof": _changed(data["proof"], lambda mu: -mu)}, least * (1 - 1e-6))
+
+
+@pytest.mark.parametrize(("data", "least"), CASES)
+def test_no_multipliers_prove_more_than_is_true(data: dict, least: float) -> None:
+    draw = np.random.default_rng(0)
+    for size in (1e-9, 1e-3, 0.1, 10.0):
+        proof = _changed(data["proof"], lambda mu, by=size: mu * (1 + by * draw.normal()) + 1e-3 * by * draw.normal())
+        assert not _accepted({**data, "proof": proof}, least * (1 + 1e-6))
+
+
+def _changed(proof: dict, change) -> dict:
+    def each(rows: list) -> list:
+        return [[float(change(mu)) for mu in row] for row in rows]
+
+    return {
+        **proof,
+        "states": each(proof["states"]),
+        "inputs": each(proof["inputs"]),
+        "values": each([proof["values"]])[0],
+    }
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("version", 2),
+        ("steps", 0),
+        ("missing", 0.0),
+        ("missing", "1"),
+        ("proof.kind", "boxes"),
+        ("proof.values", None),
+        ("plant.system.A", [[1.0, 2.0]]),
+        ("values", [{"step": 99, "name": "x", "lower": 0.0, "upper": 1.0}]),
+        ("values", [{"step": 0, "name": "unknown", "lower": 0.0, "upper": 1.0}]),
+        ("plant.state_set.dimension", 9),
+        ("steps", 2),
+        ("more", 1),
+    ],
+)
+def test_what_is_no_contradiction_is_refused(path: str, value: object) -> None:
+    data = copy.deepcopy(next(data for data, _ in CASES if data["values"]) | {"missing": 1e-6})
+    assert isinstance(check(data), Impossible)
+    *inner, last = path.split(".")
+    at = data
+    for name in inner:
+        at = at[name]
+    at[last] = value
+    assert isinstance(check(data), Failed | NotACertificate)
+
+
+def _tank(steps: int, missing: float) -> dict:
+    """A level that falls by at most 0.1 √x, or rises by at most 0.2, in a step; it is to rise by 1 in two."""
+    f = ["+", ["-", "level", ["*", 0.1, ["sqrt", "level"]]], ["*", 0.2, "pump"]]
+    system = {"f": [f], "states": ["level"], "inputs": ["pump"], "sampling_time": 1.0}
+    values = [(0, 0.99, 1.0), (2, 2.0, 2.1)]
+    return {
+        "format": "trackably contradiction",
+        "version": 1,
+        "plant": {
+            "system": system,
+            "state_set": _polytope(np.eye(1), np.array([0.1]), np.array([4.0])),
+            "input_set": _polytope(np.eye(1), np.array([0.0]), np.array([1.0])),
+        },
+        "start": 0.0,
+        "steps": 3,
+        "values": [{"step": k, "name": "level", "lower": low, "upper": high} for k, low, high in values],
+        "missing": missing,
+        "proof": {"kind": "boxes", "step": steps, "name": "level"},
+    }
+
+
+def test_a_nonlinear_system_cannot_reach_what_is_outside_of_its_boxes() -> None:
+    # at most 1 → 1.1005… (as √0.99 ≥ 0.994987) → 2.0 − 1.2 misses 0.78 for certain; truly at most 1.1 + 0.2 − 0.1 √1.1
+    truly = 2.0 - (1.1 + 0.2 - 0.1 * np.sqrt(1.1))
+    assert isinstance(check(_tank(2, 0.78)), Impossible)
+    for missing in (truly + 1e-9, 1.0):
+        assert isinstance(check(_tank(2, missing)), Failed)
+    for step in (0, 1, 3):
+        assert isinstance(check(_tank(step, 1e-6)), Failed)

@@ -1,0 +1,388 @@
+"""Contradictions: what a system, its bounds and given values exclude, whatever reference is wanted.
+
+Form. {"format": "trackably contradiction", "version": 1, "plant": {"system", "state_set", "input_set"}, "start": t_0,
+"steps": N, "values": [{"step", "name", "lower", "upper"}, …], "missing": d > 0, "proof": …}. The plant is that of
+certificates. A value bounds a state or an input at a step k < N, t_0 + k T [s]. The proof is one of
+  - {"kind": "multipliers", "states": [[μ, …], …], "inputs": [[μ, …], …], "values": [μ, …]} for linear systems: a number
+    for each step and row of the state set, for each step and row of the input set, and for each value;
+  - {"kind": "boxes", "step": k, "name": …} for nonlinear systems without angles.
+
+Theorem. If `check` answers Impossible, then no x_0 … x_(N−1), u_0 … u_(N−1) with x_(k+1) = A x_k + B u_k + c keep all
+rows of both sets at all these steps and all values; not even if the last value is wider by d on both sides, or, without
+values, if each bound is further out by d times the width of its row. For nonlinear systems with x_(k+1) = f(x_k, u_k),
+there are none either; and at the step that is named, what is wanted of the state or input is at least d apart.
+
+Proof, linear systems (Farkas' lemma, of which only the easy half is needed). Let each row i, of step k, be
+l_i ≤ r_i z_k ≤ h_i with z = (x, u), bounds moved by d, and let μ_i be its multiplier. For all sequences that keep the
+rows, Σ_i μ_i r_i z_k ≤ Σ_i (h_i if μ_i > 0, else l_i) μ_i. Let g_k and e_k be what multiplies x_k and u_k on the left,
+and p_k = g_k + Aᵀ p_(k+1) with p_N = 0. With the dynamics, the left side is
+p_0 x_0 + Σ_k (e_k + Bᵀ p_(k+1)) u_k + Σ_k p_(k+1) c. Whatever multipliers are stored, others are added that make p_0
+zero, of rows of states in the first steps; and those of rows of inputs that make each factor of u_k zero. If the right
+side is then less than Σ_k p_(k+1) c, there are no such sequences. All of this is done in whole numbers.
+
+Proof, nonlinear systems. A box that holds all x_k, u_k which keep rows of single coordinates and values gives, by
+interval arithmetic, a box that holds x_(k+1). Where nothing bounds a state, or f may be undefined, nothing is known.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from trackably.checker.arithmetic.domains import UndefinedError
+from trackably.checker.arithmetic.intervals import (
+    ZERO,
+    Real,
+    at_most,
+    between,
+    common_denominator,
+    exact_sum,
+    exactly,
+    ratio,
+)
+from trackably.checker.formulas.formula import evaluate, names
+from trackably.checker.formulas.values import Intervals
+from trackably.checker.limits import INSTANTS, ROWS
+from trackably.checker.reading.names import an_identifier
+from trackably.checker.reading.subjects import a_polytope, a_system
+from trackably.checker.reading.values import (
+    Fields,
+    Reader,
+    UnreadableError,
+    many,
+    positive_number,
+    real_number,
+    tag_of,
+    whole_number,
+)
+from trackably.checker.robust import product
+from trackably.checker.statement import bound_text, dynamics
+from trackably.checker.steps.redundancy import null_space
+from trackably.checker.steps.shapes import why_no_system
+from trackably.checker.subject import LinearSystem, NonlinearSystem, Polytope, System
+from trackably.checker.watch import progress, tick
+
+FORMAT, VERSION = "trackably contradiction", 1
+
+_MOST_BITS = 2_000_000  # of a power of the common denominator: more would take hours
+_MOST_LINES = 300  # of which the state at the first step is determined
+
+
+@dataclass(frozen=True)
+class Value:
+    """A state or an input, by name, that lies between two numbers at a step."""
+
+    step: int
+    name: str
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class Multipliers:
+    """One for each step and row of states, for each step and row of inputs, and for each value."""
+
+    states: tuple[tuple[float, ...], ...]
+    inputs: tuple[tuple[float, ...], ...]
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Gap:
+    """At a `step`, nothing is everything that is wanted of the state or input `name`."""
+
+    step: int
+    name: str
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """What contradicts what, at so many `steps` from the time `start` [s] on, by how much, and the proof."""
+
+    system: System
+    state_set: Polytope
+    input_set: Polytope
+    start: float
+    steps: int
+    values: tuple[Value, ...]
+    missing: float
+    proof: Multipliers | Gap
+
+
+def read_contradiction(data: dict[object, object]) -> Contradiction:
+    """Return what a contradiction's JSON says. Raise UnreadableError where it is none of this version."""
+    if type(data.get("version")) is not int or data["version"] != VERSION:
+        raise UnreadableError(f"is a contradiction of another version; this checker reads version {VERSION}")
+    content = Fields(
+        data, "contradiction", "format", "version", "plant", "start", "steps", "values", "missing", "proof"
+    )
+    plant = content("plant", lambda value, where: Fields(value, where, "system", "state_set", "input_set"))
+    return Contradiction(
+        system=plant("system", a_system),
+        state_set=plant("state_set", a_polytope),
+        input_set=plant("input_set", a_polytope),
+        start=content("start", real_number),
+        steps=content("steps", whole_number(INSTANTS)),
+        values=content("values", many(_value, ROWS, empty=True)),
+        missing=content("missing", positive_number),
+        proof=content("proof", _proof),
+    )
+
+
+def _value(value: object, where: str) -> Value:
+    found = Fields(value, where, "step", "name", "lower", "upper")
+    return Value(
+        found("step", _step), found("name", an_identifier), found("lower", real_number), found("upper", real_number)
+    )
+
+
+def _proof(value: object, where: str) -> Multipliers | Gap:
+    kinds = {"multipliers": ("states", "inputs", "values"), "boxes": ("step", "name")}
+    kind = tag_of(value, where, "kind", kinds)
+    found = Fields(value, where, "kind", *kinds[kind])
+    if kind == "boxes":
+        return Gap(found("step", _step), found("name", an_identifier))
+    row: Reader[tuple[float, ...]] = many(real_number, ROWS, empty=True)
+    return Multipliers(found("states", many(row, INSTANTS)), found("inputs", many(row, INSTANTS)), found("values", row))
+
+
+def _step(value: object, where: str) -> int:
+    if type(value) is not int or not 0 <= value < INSTANTS:
+        raise UnreadableError(f"{where} must be a whole number from 0 to {INSTANTS - 1}")
+    return value
+
+
+def check_contradiction(of: Contradiction) -> str | None:
+    """Return why nothing is shown to be impossible; None where it is."""
+    system, proof = of.system, of.proof
+    if reason := why_no_system(system) or _misfit(of):
+        return reason
+    if isinstance(system, LinearSystem) and isinstance(proof, Multipliers):
+        return _misfit_of_multipliers(of, proof) or _why_not_infeasible(of, system, proof)
+    if isinstance(system, NonlinearSystem) and isinstance(proof, Gap) and not (system.flat and system.flat.angles):
+        return _why_no_gap(of, system, proof)
+    return "proof: multipliers are for linear systems, and boxes for nonlinear systems without angles"
+
+
+def _misfit(of: Contradiction) -> str | None:
+    for bounded, names_of in ((of.state_set, of.system.states), (of.input_set, of.system.inputs)):
+        if bounded.dimension != len(names_of) or any(len(row.row) != len(names_of) for row in bounded.rows):
+            return "shapes: every bound needs a number for each state, or for each input"
+    if any(v.step >= of.steps or v.name not in (*of.system.states, *of.system.inputs) for v in of.values):
+        return "values: each must be that of a state or an input, at one of the steps"
+    return None
+
+
+def _misfit_of_multipliers(of: Contradiction, proof: Multipliers) -> str | None:
+    for stored, bounded in ((proof.states, of.state_set), (proof.inputs, of.input_set)):
+        if len(stored) != of.steps or any(len(row) != len(bounded.rows) for row in stored):
+            return "proof: there must be a multiplier for each step and row"
+    return "proof: there must be a multiplier for each value" if len(proof.values) != len(of.values) else None
+
+
+@dataclass(frozen=True)
+class _Weighted:
+    """lower ≤ row · z_k ≤ upper, moved by d, with its multiplier μ; z is x, or u where it is not `of_state`."""
+
+    step: int
+    of_state: bool
+    row: tuple[Fraction, ...]
+    lower: Fraction
+    upper: Fraction
+    multiplier: Fraction
+
+    @property
+    def most(self) -> Fraction:
+        """What μ row · z_k is at most."""
+        return self.multiplier * (self.upper if self.multiplier > 0 else self.lower)
+
+
+def _weighted(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]:
+    """Yield all rows and values."""
+    d, system = Fraction(of.missing), of.system
+    for stored, bounded in ((proof.states, of.state_set), (proof.inputs, of.input_set)):
+        ends = [(Fraction(row.lower), Fraction(row.upper)) for row in bounded.rows]
+        by = [Fraction(0) if of.values else d * (upper - lower) for lower, upper in ends]
+        for k, multipliers in enumerate(stored):
+            for row, (low, high), more, mu in zip(bounded.rows, ends, by, multipliers, strict=True):
+                tick()
+                yield _Weighted(k, bounded is of.state_set, row.row, low - more, high + more, Fraction(mu))
+    for i, (value, mu) in enumerate(zip(of.values, proof.values, strict=True)):
+        of_state = value.name in system.states
+        names_of = system.states if of_state else system.inputs
+        unit = tuple(Fraction(int(name == value.name)) for name in names_of)
+        more = d if i == len(of.values) - 1 else Fraction(0)
+        low, high = Fraction(value.lower) - more, Fraction(value.upper) + more
+        yield _Weighted(value.step, of_state, unit, low, high, Fraction(mu))
+
+
+def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipliers) -> str | None:
+    rows, n, m = list(_weighted(of, proof)), len(system.states), len(system.inputs)
+    A, B, c = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B, (system.c,)))
+    dynamics = _Dynamics.of(A, B, c[0], of.steps)
+    if dynamics is None:
+        return "proof: too many steps, or too many digits in A, B and c"
+    p, _, _, scale = dynamics.factors(rows)
+    if any(p):
+        first = [row for row in rows if row.of_state and row.step < n][:_MOST_LINES]
+        added = _taking_away([Fraction(x) for x in p], [_at_start(row, A) for row in first])
+        if added is None:
+            return "proof: nothing bounds what the multipliers leave of the state at the first step"
+        rows += [replace(row, multiplier=factor / scale) for row, factor in zip(first, added, strict=True) if factor]
+    p, of_inputs, constant, scale = dynamics.factors(rows)
+    assert not any(p), "the rows that were added take it away"
+    some = [row for row in rows if not row.of_state and row.step == 0][: len(of.input_set.rows)]
+    paid = _price(some, of_inputs, m)
+    if paid is None:
+        return "proof: nothing bounds what the multipliers leave of an input"
+    if scale * exact_sum(row.most for row in rows if row.multiplier) + paid < constant:
+        return None
+    return f"value: bounds and values are not shown to contradict each other by {of.missing!r}"
+
+
+def _price(rows: Sequence[_Weighted], of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
+    """Return Σ_k Σ_i (h_i if ν_ki > 0, else l_i) ν_ki with Σ_i ν_ki r_i = −e_k for all factors e_k; None without ν."""
+    taking = [_taking_away([Fraction(int(i == j)) for i in range(m)], [row.row for row in rows]) for j in range(m)]
+    v = common_denominator(x for factors in taking for x in factors or ())
+    b = common_denominator(end for row in rows for end in (row.lower, row.upper))
+    whole = [_whole(factors, v) if factors else None for factors in taking]
+    found, ends = 0, [_whole((row.lower, row.upper), b) for row in rows]
+    for k, e in enumerate(of_inputs):
+        progress(k, len(of_inputs))
+        if any(x and factors is None for x, factors in zip(e, whole, strict=True)):
+            return None
+        for i, (low, high) in enumerate(ends):
+            factor = sum(x * factors[i] for x, factors in zip(e, whole, strict=True) if factors)
+            found += factor * (high if factor > 0 else low)
+    return Fraction(found, v * b)
+
+
+@dataclass(frozen=True)
+class _Dynamics:
+    """q A, q B and q c in whole numbers, column by column, and the number of steps."""
+
+    q: int
+    A: list[list[int]]
+    B: list[list[int]]
+    c: list[int]
+    steps: int
+
+    @classmethod
+    def of(cls, A: list[list[Fraction]], B: list[list[Fraction]], c: list[Fraction], steps: int) -> "_Dynamics | None":
+        """Return them; None where they have too many digits."""
+        q = common_denominator(v for row in (*A, *B, c) for v in row)
+        if steps * q.bit_length() > _MOST_BITS:
+            return None
+        of_state, of_input = ([_whole(column, q) for column in zip(*M, strict=True)] for M in (A, B))
+        return cls(q, of_state, of_input, _whole(c, q), steps)
+
+    def factors(self, rows: Sequence[_Weighted]) -> tuple[list[int], list[list[int]], int, int]:
+        """Return p_0, e_k + Bᵀ p_(k+1) for each k from the last on, and Σ_k p_(k+1) c: times the number at the end."""
+        used = [row for row in rows if row.multiplier]
+        D, q, N = common_denominator(row.multiplier * r for row in used for r in row.row), self.q, self.steps
+        at: dict[tuple[int, bool], list[int]] = {}
+        for row in used:
+            tick()
+            given = at.setdefault((row.step, row.of_state), [0] * len(row.row))
+            for j, r in enumerate(row.row):
+                given[j] += int(row.multiplier * r * D)
+        p, of_inputs, constant = [0] * len(self.A), list[list[int]](), 0
+        for k in reversed(range(N)):
+            tick()
+            scale, later = q ** (N - k), q**k
+            g, e = (at.get((k, of_state), [0] * len(M)) for of_state, M in ((True, self.A), (False, self.B)))
+            constant += later * product(self.c, p)
+            of_inputs.append([later * (scale * x + product(b, p)) for x, b in zip(e, self.B, strict=True)])
+            p = [scale * x + product(a, p) for x, a in zip(g, self.A, strict=True)]
+        return p, of_inputs, constant, D * q**N
+
+
+def _at_start(row: _Weighted, A: list[list[Fraction]]) -> list[Fraction]:
+    """Return row Aᵏ."""
+    found = list(row.row)
+    for _ in range(row.step):
+        found = [exact_sum(x * a for x, a in zip(found, column, strict=True)) for column in zip(*A, strict=True)]
+    return found
+
+
+def _taking_away(vector: Sequence[Fraction], lines: Sequence[Sequence[Fraction]]) -> list[Fraction] | None:
+    """Return factors with which the lines add up to −vector; None where there are none."""
+    columns = [*lines, vector]
+    found = null_space([[column[j] for column in columns] for j in range(len(vector))], len(columns))
+    return found[-1][:-1] if found and found[-1][-1] else None
+
+
+def _whole(values: Sequence[Fraction], by: int) -> list[int]:
+    return [value.numerator * (by // value.denominator) for value in values]
+
+
+def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | None:
+    """Return why it is not shown that there is nothing at the step."""
+    if gap.step >= of.steps or gap.name not in (*system.states, *system.inputs):
+        return "proof: a gap must be that of a state or an input, at one of the steps"
+    bounds = [
+        *_of_single_coordinates(of.state_set, system.states),
+        *_of_single_coordinates(of.input_set, system.inputs),
+    ]
+    reached: list[tuple[str, Real]] = []
+    for k in range(gap.step + 1):
+        progress(k, gap.step + 1)
+        given = [(v.name, interval) for v in of.values if v.step == k for interval in _interval(v.lower, v.upper)]
+        box: dict[str, tuple[Real, Real]] = {}
+        for name, wanted in (*bounds, *reached, *given):
+            low, high = box.get(name, (wanted.a, wanted.b))
+            box[name] = wanted.a if wanted.a > low else low, wanted.b if wanted.b < high else high
+        if k == gap.step:
+            low, high = box.get(gap.name, (ZERO, ZERO))
+            is_far = at_most(exactly(of.missing), low - high)
+            return None if is_far else f"value: what is wanted of {gap.name} is not shown to be apart"
+        if any(low > high for low, high in box.values()):
+            return f"value: there is nothing at step {k} already"
+        reached = list(_reached(system, {name: between(low, high) for name, (low, high) in box.items()}))
+    return None
+
+
+def _of_single_coordinates(bounded: Polytope, names_of: Sequence[str]) -> Iterator[tuple[str, Real]]:
+    """Yield what the rows of a single state or input say of it."""
+    for row in bounded.rows:
+        used = [(name, r) for name, r in zip(names_of, row.row, strict=True) if r]
+        if len(used) == 1:
+            ((name, r),) = used
+            for interval in _interval(row.lower, row.upper):
+                yield name, interval / ratio(r)
+
+
+def _interval(lower: float, upper: float) -> Iterator[Real]:
+    """Yield the interval; two that are apart where it holds nothing."""
+    if lower <= upper:
+        yield between(lower, upper)
+    else:
+        yield from (exactly(lower), exactly(upper))
+
+
+def _reached(system: NonlinearSystem, box: Mapping[str, Real]) -> Iterator[tuple[str, Real]]:
+    """Yield where states are at the next step, those of which something is known."""
+    for name, formula in zip(system.states, system.f, strict=True):
+        if names(formula) <= box.keys():
+            try:
+                yield name, evaluate(formula, box, Intervals())
+            except UndefinedError:
+                continue
+
+
+def impossibility(of: Contradiction) -> str:
+    """Return what a contradiction shows, in words."""
+    system, T = of.system, of.system.sampling_time
+    sides = ((system.states, of.state_set), (system.inputs, of.input_set))
+    kept = ", ".join(bound_text(row, names_of) for names_of, bounded in sides for row in bounded.rows) or "no bounds"
+    values = ", ".join(f'{v.lower!r} ≤ "{v.name}" ≤ {v.upper!r} at k = {v.step}' for v in of.values)
+    if isinstance(of.proof, Gap):
+        by = f'what is wanted of "{of.proof.name}" at k = {of.proof.step} is at least {of.missing!r} apart'
+    elif of.values:
+        by = f"there are none either if the last of these values may miss its interval by {of.missing!r}"
+    else:
+        by = f"there are none either if each bound is moved outwards by {of.missing!r} of its width"
+    return (
+        f"IMPOSSIBLE: no states and inputs of the system {dynamics(system)} keep {kept} at all steps k = 0 … "
+        f"{of.steps - 1}{' and have ' if values else ''}{values}; {by}. Step k is the time {of.start!r} s + k T "
+        f"(T = {T!r} s)."
+    )
